@@ -1,11 +1,11 @@
-"""Compile what tests need, in two processes: `python -m tests.compiled`.
+"""Compile what tests need: `python -m tests.compiled`.
 
 Only for speed: a kernel that is missing here is compiled by the first test that needs it.
 """
 
 from __future__ import annotations
 
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
@@ -70,14 +70,12 @@ def judge() -> None:
 
 
 def main() -> None:
-    """Compile what others build on, beside measures; then the rest."""
-    with ProcessPoolExecutor(2) as pool:
-        measured = pool.submit(measure)
-        pool.submit(search, BASE).result()
-        rest = [pool.submit(judge)]  # the longest first
-        rest += [pool.submit(search, parameters) for parameters in OTHERS]
-        rest += [pool.submit(follow, level) for level in (0, 2)]
-        for each in (measured, *rest):
+    """Ask for all at once: kernels are compiled by processes that these threads wait for."""
+    with ThreadPoolExecutor() as pool:
+        work = [pool.submit(search, parameters) for parameters in (BASE, *OTHERS)]
+        work += [pool.submit(judge), pool.submit(measure)]
+        work += [pool.submit(follow, level) for level in (0, 2)]
+        for each in work:
             each.result()
 
 

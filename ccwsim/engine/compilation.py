@@ -17,8 +17,9 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from importlib import import_module
 from pathlib import Path
 from queue import SimpleQueue
@@ -36,7 +37,6 @@ from ccwsim.engine.kernel_cache import (
     note_use,
     remove_unused,
 )
-from ccwsim.engine.kernels import Kernel, walk
 from ccwsim.system.machine import n_cores
 
 MAX_PROCESSES = 3
@@ -52,7 +52,53 @@ OPTIMIZING = 0.5
 """The time to optimize a kernel, as a share of the time to type its functions."""
 
 
-class Progress(NamedTuple):
+Kernel = Any
+"""A `Kernel` of `kernels`, which imports this file."""
+_walk: ContextVar[Callable[[Kernel, tuple[Any, ...]], None] | None] = ContextVar(
+    "walk", default=None
+)
+
+
+class MissingKernelError(Exception):
+    """Ends the call of a kernel that a walk found missing."""
+
+
+@contextmanager
+def walk(on_missing: Callable[[Kernel, tuple[Any, ...]], None]) -> Iterator[None]:
+    """Only find out which kernels a computation needs: `on_missing(kernel, signature)` gets them.
+
+    A missing kernel is not run but counts nothing and leaves its arrays as they are; one that makes
+    arrays runs in plain Python. So a walk over small arrays takes no time.
+    """
+    token = _walk.set(on_missing)
+    try:
+        yield
+    finally:
+        _walk.reset(token)
+
+
+def is_walking() -> bool:
+    """Return whether this is a walk."""
+    return _walk.get() is not None
+
+
+def compile_missing(kernel: Kernel, signature: tuple[Any, ...]) -> None:
+    """Let another process compile a kernel that a call needs, if it can, and wait.
+
+    Raises
+    ------
+    MissingKernelError
+        In a walk, which only notes the kernel.
+    """
+    if on_missing := _walk.get():
+        on_missing(kernel, signature)
+        raise MissingKernelError
+    if kernel.__module__.startswith("ccwsim.") and _can_compile_apart():
+        compilers = _of_this_process()
+        compilers.await_all([compilers.ask(kernel, signature, NOW)], lambda: None)
+
+
+class CompilationProgress(NamedTuple):
     """How far the compilation is that calls wait for."""
 
     n_done: int
@@ -60,7 +106,7 @@ class Progress(NamedTuple):
     seconds_left: float | None
 
 
-class Request:
+class CompileRequest:
     """A kernel to be compiled for the types of some arguments."""
 
     def __init__(self, kernel: Kernel, signature: tuple[Any, ...], urgency: int) -> None:
@@ -81,20 +127,20 @@ class _Compilers:
 
     def __init__(self) -> None:
         self.pid = os.getpid()
-        self.awaited: list[Request] = []
+        self.awaited: list[CompileRequest] = []
         self.since = 0.0
         self._changed = threading.Condition()
-        self._requests: dict[tuple[str, tuple[Any, ...]], Request] = {}
-        self._queue: list[tuple[int, int, int, Request]] = []
+        self._requests: dict[tuple[str, tuple[Any, ...]], CompileRequest] = {}
+        self._queue: list[tuple[int, int, int, CompileRequest]] = []
         self._n_asked = self._n_running = self._n_idle = 0
 
-    def ask(self, kernel: Kernel, signature: tuple[Any, ...], urgency: int) -> Request:
+    def ask(self, kernel: Kernel, signature: tuple[Any, ...], urgency: int) -> CompileRequest:
         """Return the request for a kernel, which a process takes before less urgent ones."""
         with self._changed:
             key = f"{kernel.__module__}.{kernel.__name__}", signature
             request = self._requests.get(key)
             if request is None or request.ended.is_set():
-                request = self._requests[key] = Request(kernel, signature, LATER + 1)
+                request = self._requests[key] = CompileRequest(kernel, signature, LATER + 1)
             if urgency < request.urgency and not request.is_taken:
                 request.urgency, self._n_asked = urgency, self._n_asked + 1
                 heapq.heappush(self._queue, (urgency, -request.n_functions, self._n_asked, request))
@@ -104,7 +150,7 @@ class _Compilers:
                 self._changed.notify()
             return request
 
-    def await_all(self, requests: list[Request], check: Callable[[], None]) -> None:
+    def await_all(self, requests: list[CompileRequest], check: Callable[[], None]) -> None:
         """Wait until all requests have ended; `check` is called now and then and may raise."""
         with self._changed:
             if all(request.ended.is_set() for request in self.awaited):
@@ -140,7 +186,7 @@ class _Compilers:
             if process is not None:
                 _end(process)
 
-    def _next(self) -> Request | None:
+    def _next(self) -> CompileRequest | None:
         """Return the most urgent request, of these the largest; None if none comes for a while."""
         with self._changed:
             while True:
@@ -184,14 +230,7 @@ def _can_compile_apart() -> bool:
     return is_main and kept and bool(sys.executable) and not getattr(sys, "frozen", False)
 
 
-def compile_apart(kernel: Kernel, signature: tuple[Any, ...]) -> None:
-    """Let another process compile a kernel, if it can, and wait."""
-    if kernel.__module__.startswith("ccwsim.") and _can_compile_apart():
-        compilers = _of_this_process()
-        compilers.await_all([compilers.ask(kernel, signature, NOW)], lambda: None)
-
-
-def ask_for(work: Callable[[], object], urgency: int = LATER) -> list[Request]:
+def ask_for(work: Callable[[], object], urgency: int = LATER) -> list[CompileRequest]:
     """Walk through a computation and return requests for all kernels it needs that are missing.
 
     If no other process can compile them, the computation is done, which does.
@@ -199,7 +238,7 @@ def ask_for(work: Callable[[], object], urgency: int = LATER) -> list[Request]:
     if not _can_compile_apart():
         work()
         return []
-    requests: dict[Request, None] = {}  # in their order, each once
+    requests: dict[CompileRequest, None] = {}  # in their order, each once
     compilers = _of_this_process()
 
     def ask(kernel: Kernel, signature: tuple[Any, ...]) -> None:
@@ -210,13 +249,13 @@ def ask_for(work: Callable[[], object], urgency: int = LATER) -> list[Request]:
     return list(requests)
 
 
-def await_all(requests: list[Request], check: Callable[[], None] = lambda: None) -> None:
+def await_all(requests: list[CompileRequest], check: Callable[[], None] = lambda: None) -> None:
     """Wait until kernels are compiled; `check` is called now and then, and may raise to stop."""
     if requests:
         _of_this_process().await_all(requests, check)
 
 
-def compilation() -> Progress | None:
+def compilation() -> CompilationProgress | None:
     """Return how far the compilation is that calls wait for; None if there is none."""
     compilers = _of_this_process()
     requests = list(compilers.awaited)
@@ -226,7 +265,9 @@ def compilation() -> Progress | None:
     n = sum(request.n_functions for request in requests)
     done = sum(request.n_functions * request.share for request in requests) / n
     seconds = time.monotonic() - compilers.since
-    return Progress(n_done, len(requests), seconds * (1 - done) / done if done > 0 else None)
+    return CompilationProgress(
+        n_done, len(requests), seconds * (1 - done) / done if done > 0 else None
+    )
 
 
 def must_compile() -> bool:
@@ -251,7 +292,7 @@ def _start_process() -> subprocess.Popen[bytes]:
     )
 
 
-def _let_compile(process: subprocess.Popen[bytes], request: Request) -> None:
+def _let_compile(process: subprocess.Popen[bytes], request: CompileRequest) -> None:
     """Send a request and read a byte for each function that is typed, until the line ends."""
     assert process.stdin is not None
     assert process.stdout is not None

@@ -8,38 +8,18 @@ from __future__ import annotations
 
 import logging
 import os
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
-from contextvars import ContextVar
+from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
 from typing import Any, ClassVar
 
 from numba import config, njit
 
 from ccwsim.engine import numba_hooks
+from ccwsim.engine.compilation import MissingKernelError, compile_missing, is_walking
 from ccwsim.engine.kernel_cache import FOLDER
 
 _log = logging.getLogger(__name__)
-_walk: ContextVar[Callable[[Kernel, tuple[Any, ...]], None] | None] = ContextVar(
-    "walk", default=None
-)
-
-
-class _MissingError(Exception):
-    """Ends the call of a kernel that a walk found missing."""
-
-
-@contextmanager
-def walk(on_missing: Callable[[Kernel, tuple[Any, ...]], None]) -> Iterator[None]:
-    """Only find out which kernels a computation needs: `on_missing(kernel, signature)` gets them.
-
-    A missing kernel is not run but counts nothing and leaves its arrays as they are; one that makes
-    arrays runs in plain Python. So a walk over small arrays takes no time.
-    """
-    token = _walk.set(on_missing)
-    try:
-        yield
-    finally:
-        _walk.reset(token)
 
 
 class Kernel:
@@ -51,22 +31,13 @@ class Kernel:
         self.__module__, self.__wrapped__ = function.__module__, function
         self._allocates = "_nrt" not in options
         if FOLDER and numba_hooks.are_known() and hasattr(self.dispatcher, "_cache"):
-            numba_hooks.ask_first(self.dispatcher, self._ask)
+            numba_hooks.ask_first(self.dispatcher, partial(compile_missing, self))
 
     def __call__(self, *values: Any, **named: Any) -> Any:
         try:
             return self.dispatcher(*values, **named)
-        except _MissingError:
+        except MissingKernelError:
             return self.__wrapped__(*values, **named) if self._allocates else 0
-
-    def _ask(self, signature: tuple[Any, ...]) -> None:
-        on_missing = _walk.get()
-        if on_missing is not None:
-            on_missing(self, signature)
-            raise _MissingError
-        from ccwsim.engine.compilation import compile_apart
-
-        compile_apart(self, signature)
 
     @property
     def n_functions(self) -> int:
@@ -136,7 +107,7 @@ class part_of_kernel:  # noqa: N801 - a decorator
         return self._part._numba_type_
 
     def __call__(self, *values: Any, **named: Any) -> Any:
-        if _walk.get() is not None:
+        if is_walking():
             return self.__wrapped__(*values, **named)
         if self._alone is None:  # in a folder of its own: the cache does not know the difference
             self._alone = _compiled(self.__wrapped__, FOLDER and os.path.join(FOLDER, "alone"))

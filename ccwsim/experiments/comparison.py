@@ -214,14 +214,14 @@ def compare(
     cancel : callable, optional
         Asked as often; returns True to stop.
     facies : int, optional
-        Code of the facies whose curves are compared; that of the last where left out.
+        Code of the facies whose curves are compared; by default the last.
     on_partial : callable, optional
         Called with what is known: after each setting, then with curves, then with patterns.
 
     Returns
     -------
     Comparison
-        Without patterns, and with the reason in `problem`, where the images are too small.
+        Without patterns, and with the reason in `problem`, if the images are too small.
 
     Raises
     ------
@@ -229,7 +229,7 @@ def compare(
         For another number of settings, one that does not fit, or a facies that the training image
         does not have; nothing is simulated then.
     Cancelled
-        Where `cancel` returned True.
+        If `cancel` returned True.
 
     Examples
     --------

@@ -60,10 +60,6 @@ def plan_sweep(
     image_shape : tuple of int, optional
         Of the training image; templates larger than it are left out.
 
-    Returns
-    -------
-    SweepPlan
-
     Raises
     ------
     CCWSIMError
@@ -134,7 +130,7 @@ def _canonical(p: Parameters) -> Parameters:
 
 
 def value_of(p: Parameters, name: str) -> Any:
-    """Return the value of a ranged parameter; None where it has none along z.
+    """Return the value of a ranged parameter; None if it has none along z.
 
     Examples
     --------

@@ -156,22 +156,18 @@ def sweep(
         Called as progress(fraction, n_done), n_done settings of all; the fraction is of the
         expected time.
     cancel : callable, optional
-        Returns True to stop; what is finished by then is returned.
+        Returns True to stop; the finished settings are returned.
     found : callable, optional
         Called with each `SweepRow` as it comes.
     n_kept : int
         How many realizations of each setting are kept.
     facies : int, optional
-        Code of the facies whose connectivity is judged; that of the last where left out.
-
-    Returns
-    -------
-    Sweep
+        Code of the facies whose connectivity is judged; by default the last.
 
     Raises
     ------
     CCWSIMError
-        Where there is no setting, and for a facies that the training image does not have.
+        Without a setting, and for a facies that the training image does not have.
 
     Examples
     --------
@@ -242,7 +238,7 @@ def pareto_front(times: ArrayLike, errors: ArrayLike) -> NDArray[np.int64]:
     Raises
     ------
     CCWSIMError
-        Where there are not as many times as errors.
+        If there are not as many times as errors.
 
     Examples
     --------
@@ -270,14 +266,14 @@ def recommended(sweep: Sweep) -> Recommendation:
     The settings are narrowed down in steps: those that miss the fewest data; those whose template
     fits the training image often enough not to repeat it; those whose largest copied piece has at
     most the cells of four templates; then, one after another, those whose proportions, patterns
-    and connectivity are like the best of what is left. Two settings are alike where they differ by
+    and connectivity are like the best of the rest. Two settings are alike if they differ by
     less than a tolerance (0.1 of the proportion, a tenth of the pattern distance, 0.03 of τ) or by
     less than two standard errors, which follow from the spread between realizations.
 
     Raises
     ------
     CCWSIMError
-        Where no setting is finished.
+        If no setting is finished.
     """
     if not sweep.rows:
         raise CCWSIMError("no setting is finished yet: let the sweep go on")

@@ -70,7 +70,7 @@ def data_cases(
 
 @dataclass(frozen=True, eq=False)
 class Timing:
-    """What one setting took.
+    """The times of one setting.
 
     Attributes
     ----------
@@ -126,10 +126,6 @@ def time_study(
     ----------
     training_image, grid_shape, parameters, hard_data, n_realizations, seed, progress, cancel
         As in `simulate`.
-
-    Returns
-    -------
-    Timing
 
     Raises
     ------
@@ -221,7 +217,7 @@ def time_cases(
     progress: Progress | None = None,
     cancel: Callable[[], bool] | None = None,
 ) -> Iterator[Timing]:
-    """Yield what each case took, in their order.
+    """Yield the time of each case, in their order.
 
     Parameters
     ----------
@@ -236,16 +232,12 @@ def time_cases(
     cancel : callable, optional
         Returns True to stop.
 
-    Yields
-    ------
-    Timing
-
     Raises
     ------
     CCWSIMError
         For more data than cells, and as `simulate`.
     Cancelled
-        Where `cancel` returned True; what was yielded before stays good.
+        If `cancel` returned True; times yielded before stay valid.
 
     Examples
     --------
@@ -340,7 +332,7 @@ def growth(timings: Sequence[Timing]) -> Growth:
     Raises
     ------
     CCWSIMError
-        Where all grids have the same number of cells.
+        If all grids have the same number of cells.
     """
     cells = np.array([t.n_cells for t in timings], float)
     seconds = np.array([max(t.seconds, 1e-9) for t in timings])

@@ -1,4 +1,4 @@
-"""What the file of a training image leaves open, and the answer that is likely for each."""
+"""Questions that the file of a training image raises, and a likely answer to each."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ they arise: what is answered decides what is asked and guessed further down."""
 def guess_answers(
     path_or_file: PathOrFile, answers: Mapping[str, Any] | None = None
 ) -> tuple[dict[str, Any], tuple[str, ...]]:
-    """Return answers with which a file is read as a training image, and what it asks at all.
+    """Return answers that let a file be read as a training image, and the questions it raises.
 
     Parameters
     ----------

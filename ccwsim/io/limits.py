@@ -1,7 +1,7 @@
-"""How much a file may hold: checked before memory is taken for it.
+"""Limits of files, checked before memory is allocated.
 
-Two sets of limits: a script may read what its machine holds, and an upload to a public server no
-more than a page can show. `limited` says which set holds, for all readers called inside it.
+Scripts may read what the machine holds, uploads to a public server no more than a page can show.
+`limited` sets the limits of all readers called inside it.
 """
 
 from __future__ import annotations
@@ -19,19 +19,18 @@ from ccwsim.model.errors import CCWSIMError, shown
 MIB = 2**20
 
 MAX_VARIABLES = 1000
-"""Maximum of a file: one is picked from a list."""
+"""Maximum in a file: one is chosen from a list."""
 
 PACKED_FREELY = 64 * MIB
-"""Bytes up to which it does not matter how little they were packed into: an image of one facies,
-as large as it may be, packs as well as nothing does."""
+"""Bytes that may come from few packed ones: an image of one facies packs to almost none."""
 
 MAX_MEMBERS = 2000
-"""Maximum of a zip: Python makes an object of each before anything else can be looked at."""
+"""Maximum in a zip: Python makes an object of each before anything else can be checked."""
 
 
 @dataclass(frozen=True)
 class FileLimits:
-    """How much a file may hold."""
+    """Limits of one file."""
 
     bytes: int  # of the file
     unpacked: int  # bytes that all parts of a packed file may have together: they are held at once
@@ -58,7 +57,7 @@ SCRIPT_LIMITS = FileLimits(
     fields=100_000_000,
     seconds=inf,
 )
-"""For one's own files: what no real file has. A header is not believed beyond what follows it."""
+"""For the user's own files: more than any real file has."""
 
 UPLOAD_LIMITS = FileLimits(
     bytes=64 * MIB,
@@ -72,13 +71,13 @@ UPLOAD_LIMITS = FileLimits(
     fields=500_000,
     seconds=20.0,
 )
-"""For strangers' files: the largest image of the paper has 2000 × 2000 cells."""
+"""For uploads: the largest image of the paper has 2000 × 2000 cells."""
 
 _HELD: ContextVar[tuple[FileLimits, float]] = ContextVar("limits", default=(SCRIPT_LIMITS, inf))
 
 
 def limits() -> FileLimits:
-    """Return the limits that hold here: those of scripts, where nothing else was said."""
+    """Return the limits in force, by default those of scripts."""
     return _HELD.get()[0]
 
 
@@ -100,7 +99,7 @@ def limited(to: FileLimits) -> Iterator[None]:
 
 
 def check_time(name: str) -> None:
-    """Say so where a file takes longer to read than it may; to be asked again and again."""
+    """Raise an error if reading takes too long; to be called again and again."""
     to, end = _HELD.get()
     if time.monotonic() > end:
         raise CCWSIMError(
@@ -110,9 +109,9 @@ def check_time(name: str) -> None:
 
 
 def check_cells(name: str, shape: tuple[int, ...], *, whole: bool = False) -> int:
-    """Return how many values `shape` has, or say that they are none or too many.
+    """Return the number of values of a shape; an error if they are none or too many.
 
-    They may be more where they are the `whole` of which a part is taken.
+    More are allowed for the `whole` of a file of which only a part is taken.
     """
     said = " × ".join(map(shown, shape[:6])) + (" × …" if len(shape) > 6 else "")
     if min(shape, default=0) < 1:
@@ -125,7 +124,7 @@ def check_cells(name: str, shape: tuple[int, ...], *, whole: bool = False) -> in
 
 
 def check_bytes(name: str, n_bytes: int, *, unpacked: bool = False) -> None:
-    """Say so where a file, or what is packed in it, is too large.
+    """Raise an error if a file, or its unpacked content, is too large.
 
     Examples
     --------
@@ -140,7 +139,7 @@ def check_bytes(name: str, n_bytes: int, *, unpacked: bool = False) -> None:
 
 
 def check_packing(name: str, n_packed: int, n_bytes: int) -> None:
-    """Say so where so much comes out of so little that it can be no data."""
+    """Raise an error if a file unpacks to implausibly many bytes."""
     if n_bytes > PACKED_FREELY and n_bytes > limits().ratio * max(n_packed, 1):
         raise CCWSIMError(
             f"{name}: {n_bytes} bytes packed into {n_packed} hold nothing; save it without packing"
@@ -148,7 +147,7 @@ def check_packing(name: str, n_packed: int, n_bytes: int) -> None:
 
 
 def check_lines(name: str, n_lines: int) -> None:
-    """Say so where a text has more lines than it may have."""
+    """Raise an error if a text has too many lines."""
     if n_lines > limits().lines:
         raise CCWSIMError(
             f"{name}: {n_lines} lines are more than {limits().lines}; bring an SGeMS grid or an "
@@ -172,7 +171,7 @@ VARIABLES = {
     "lines": "CCWSIM_MAX_UPLOAD_LINES",
     "seconds": "CCWSIM_MAX_UPLOAD_SECONDS",
 }
-"""The environment variables by which the owner of a server sets limits of uploads."""
+"""Environment variables that set limits of uploads on a server."""
 
 
 def upload_limits(environment: Mapping[str, str] | None = None) -> FileLimits:

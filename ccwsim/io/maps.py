@@ -21,7 +21,7 @@ MAP_FORMATS = ("npz", "gslib", "sgems", "dat", "vti", "tif", "nc")
 """Formats of maps, by their endings."""
 
 DECIMALS = 6
-"""Of real numbers in a text."""
+"""Decimals of real numbers in a text."""
 
 
 def write_maps(

@@ -1,4 +1,4 @@
-"""From any file to what it holds, by its content and never by its name; a first look at it."""
+"""Open any file by its content, never by its name, and summarize what it holds."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ _MAGIC = (
 
 
 def read_bytes(path_or_file: PathOrFile) -> tuple[bytes, str]:
-    """Return the content of a file and the name to call it by in messages.
+    """Return the content of a file and its name for messages.
 
     Examples
     --------
@@ -153,8 +153,8 @@ def open_file(
 ) -> DataFile | PictureFile:
     """Return the variables or the colours of a file.
 
-    Where only a `part` is taken, a picture has its pixels alone (`up` says which they are), and an
-    array of NumPy may be larger than otherwise.
+    With a `part`, a picture has only the pixels of the part (`up` says which they are), and a NumPy
+    array may be larger than otherwise.
 
     Examples
     --------
@@ -168,7 +168,7 @@ def open_file(
 def open_content(
     content: bytes, name: str, part: FilePart | None = None, *, up: bool | None = None
 ) -> DataFile | PictureFile:
-    """Return the variables or the colours of a file whose content is known, as `open_file`."""
+    """Return the variables or the colours of a file, from its content."""
     kind = kind_of(content)
     if kind == "picture":
         return read_picture(content, name, part, up=up)
@@ -237,8 +237,8 @@ def _is_utf8(content: bytes) -> bool:
     return True
 
 
-MOST = 1000
-"""Different values are counted up to here."""
+MAX_COUNTED = 1000
+"""Different values are counted up to this number."""
 
 
 @dataclass(frozen=True)
@@ -254,9 +254,9 @@ class VariableSummary:
     n_known : int
         Cells or rows with a value.
     n_distinct : int
-        Different values, counted up to `MOST`.
+        Different values, counted up to `MAX_COUNTED`.
     minimum, maximum : float
-        NaN where nothing is known.
+        NaN if nothing is known.
     continuous : bool
         Whether it needs classes or a threshold to become facies.
     """
@@ -272,7 +272,7 @@ class VariableSummary:
 
 @dataclass(frozen=True)
 class FileSummary:
-    """What a file holds and what it leaves open.
+    """The content of a file, and what the user has to decide.
 
     Attributes
     ----------
@@ -289,7 +289,7 @@ class FileSummary:
     asks_up : bool
         Whether the format leaves open which end is the north.
     cell_size, origin : pair of float, optional
-        Where the file says them.
+        As the file says, if it does.
     """
 
     kind: str
@@ -308,7 +308,7 @@ class FileSummary:
 
     @property
     def n_slices(self) -> int:
-        """How many slices there are to choose from; 1 for tables and vertical sections."""
+        """The number of slices to choose from; 1 for tables and vertical sections."""
         sizes = [v.shape for v in self.variables if len(v.shape) == 3 and 1 not in v.shape[1:]]
         return max((size[0] for size in sizes), default=1)
 
@@ -353,7 +353,7 @@ def _of_picture(picture: PictureFile) -> FileSummary:
         "grey",
         (1, ny, nx),
         ny * nx,
-        min(n, MOST),
+        min(n, MAX_COUNTED),
         float(grey.min()),
         float(grey.max()),
         n > MAX_COLOURS and not picture.says_codes,
@@ -380,6 +380,6 @@ def _n_distinct(values: NDArray) -> int:
     seen = values[:0]
     for start in range(0, values.size, 2**20):
         seen = np.union1d(seen, values[start : start + 2**20])
-        if len(seen) >= MOST:
-            return MOST
+        if len(seen) >= MAX_COUNTED:
+            return MAX_COUNTED
     return len(seen)

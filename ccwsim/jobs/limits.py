@@ -48,7 +48,7 @@ class ServerLimits:
             )
 
     def __str__(self) -> str:
-        """Say what a session may ask for; empty where it is anything."""
+        """Say what a run may have at most; empty without limits."""
         parts = []
         if self.cells is not None:
             parts.append(f"{format_number(self.cells)} cells × realizations")
@@ -85,7 +85,7 @@ def _number(name: str) -> int | None:
 
 
 def format_number(number: int) -> str:
-    """Say a number, in millions where it is that large.
+    """Say a number, a large one in millions.
 
     Examples
     --------
@@ -108,7 +108,7 @@ class Demand:
 
 
 def check_limits(demand: Demand) -> None:
-    """Refuse what is larger than the server allows."""
+    """Refuse a run that is larger than the server allows."""
     limits_of_environment().check(demand.n_cells, demand.n_data)
 
 
@@ -129,7 +129,7 @@ def admit(demand: Demand, promised: float = 0.0) -> None:
 
 
 def free_bytes(limits: ServerLimits) -> int | None:
-    """Return the memory that runs may still take, None where the system does not tell."""
+    """Return the memory that runs may still take, None if the system does not tell."""
     free = free_memory()
     if limits.memory is not None:
         own = limits.memory - (used_memory() or 0)

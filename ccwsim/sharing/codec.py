@@ -21,7 +21,7 @@ from ccwsim.sharing.choices import Choices, EMap, Shown
 
 YES_NO = {"yes": True, "no": False}
 MAX_LETTERS = 40
-"""Of a word in a link, such as the name of a method or of a facies."""
+"""Maximum length of a word in a link, such as the name of a method or of a facies."""
 _PER_AXIS = "whole", "number"
 """Kinds of which a parameter of a volume may have three."""
 _FIGURE = r"-?\d{1,400}(?:\.\d{1,400})?"
@@ -50,11 +50,11 @@ class FieldSpec:
     file_high: float = 2**63 - 1
     """What a project file may hold."""
     first: int = 0
-    """What a link counts from, where it does not count from 0."""
+    """The first number in a link, if it is not 0."""
     words: Mapping[str, Any] | None = None
     """The values of a choice, by their words in a link."""
     option: str = ""
-    """On the command line, where there is one; `no_option` is its opposite."""
+    """On the command line, if there is one; `no_option` is its opposite."""
     metavar: str = ""
     help: str = ""
 

@@ -13,7 +13,7 @@ from ccwsim.system.memory import free_memory
 
 @dataclass(frozen=True)
 class Machine:
-    """What times were measured on; `free_bytes` is None where the system does not tell."""
+    """What times were measured on; `free_bytes` is None if the system does not tell."""
 
     processor: str
     n_cores: int

@@ -1,4 +1,4 @@
-"""How much memory there is to be had: of the container, where it has less than the machine."""
+"""The memory that is available: of the container, if it has less than the machine."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ UNLIMITED = 1 << 60
 
 
 def free_memory(root: Path = ROOT) -> int | None:
-    """Return the bytes that can be had without swapping, None where the system does not tell.
+    """Return the bytes available without swapping, None if the system does not tell.
 
     That is the least of what the machine and the control groups of this process leave. `root` has
     the folders /proc and /sys.
@@ -34,7 +34,7 @@ def used_memory(root: Path = ROOT, process: int | None = None) -> int | None:
 
 
 def give_back_memory() -> None:
-    """Give the system back what is free inside of this process, where its C library can."""
+    """Give free memory of this process back to the system, if its C library can."""
     # glibc keeps what threads freed in an arena of each thread, and gives it back only when asked:
     # without this call a server holds the memory of its largest run for as long as it lives.
     with suppress(OSError, AttributeError):
@@ -42,7 +42,7 @@ def give_back_memory() -> None:
 
 
 def settle_memory(n_arenas: int) -> None:
-    """Let what threads free go back to the system, where the C library can.
+    """Let memory that threads free go back to the system, if the C library can.
 
     By default glibc takes pieces from eight arenas for each core: what sessions free is then spread
     over all of them, a little in each page. And it takes larger and larger pieces from there, maps

@@ -67,7 +67,7 @@ class WholeFile:
             pass
 
     def commit(self) -> Path:
-        """Put the file in place of its target, and return where that is."""
+        """Put the file in place of its target, and return its path."""
         self.file.flush()
         os.fsync(self.file.fileno())
         self.file.close()
@@ -93,7 +93,7 @@ def delete_left_over(target: Path) -> None:
                 continue
             with suppress(OSError), path.open("rb") as file:
                 if time.time() - path.stat().st_mtime > MIN_AGE:
-                    fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # an error where it is written
+                    fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # an error if it is written
                     path.unlink()
 
 

@@ -27,6 +27,7 @@ VOLUME = (
 )
 LONG = ("benchmark", "import", "paper", "sweep")
 """Pages that start empty and are filled by a run of their own."""
+OTHERS = [title for title, path in PAGES if Path(path).stem not in LONG]
 CONTRAST = "color-contrast"
 SIGHTS = (
     (1440, "light", {}),
@@ -81,14 +82,13 @@ def looked_through(page) -> list[str]:
     return found
 
 
-@pytest.mark.parametrize("title", [title for title, _ in PAGES])
+@pytest.mark.parametrize("title", OTHERS)
 def test_a_page_has_no_serious_finding(page, title):
     name = Path(dict(PAGES)[title]).stem
     follow(page, page.locator(".st-key-menu").get_by_role("link", name=title, exact=True), name)
     at_rest(page)
-    if name not in LONG:
-        FILLED.get(name, fill_with_maps)(page)
-        page.wait_for_function(SETTLED, timeout=SLOW)
+    FILLED.get(name, fill_with_maps)(page)
+    page.wait_for_function(SETTLED, timeout=SLOW)
     assert not looked_through(page)
 
 
@@ -112,13 +112,12 @@ def volume_page(desktop, address):
     page.close()
 
 
-@pytest.mark.parametrize("title", [title for title, _ in PAGES if title != "Paper"])
+@pytest.mark.parametrize("title", [title for title in OTHERS if title != "Examples"])
 def test_a_page_with_a_volume_has_no_serious_finding(volume_page, title):
     page, name = volume_page, Path(dict(PAGES)[title]).stem
     follow(page, page.locator(".st-key-menu").get_by_role("link", name=title, exact=True), name)
     at_rest(page)
-    if name not in (*LONG, "examples"):
-        own = ".st-key-map_realization" if name == "validate" else "[class*=volume_]"
-        page.wait_for_selector(f"{own} canvas", timeout=SLOW)
-        page.wait_for_function(SETTLED, timeout=SLOW)
+    own = ".st-key-map_realization" if name == "validate" else "[class*=volume_]"
+    page.wait_for_selector(f"{own} canvas", timeout=SLOW)
+    page.wait_for_function(SETTLED, timeout=SLOW)
     assert not looked_through(page)

@@ -45,12 +45,6 @@ def matlab() -> bytes:
     return file.getvalue()
 
 
-def tiff() -> bytes:
-    file = BytesIO()
-    Image.fromarray(FIELD.astype(np.float32)).save(file, "TIFF")
-    return file.getvalue()
-
-
 def large() -> bytes:
     file = BytesIO()
     codes = np.kron(FIELD > 0.5, np.ones((36, 36), bool)).astype(np.uint8)
@@ -58,25 +52,9 @@ def large() -> bytes:
     return file.getvalue()
 
 
-def geotiff() -> bytes:
-    pytest.importorskip("rasterio")
-    from rasterio.io import MemoryFile
-    from rasterio.transform import from_origin
-
-    place = {"transform": from_origin(436000.0, 4506000.0, 25.0, 25.0), "crs": "EPSG:25832"}
-    size = {"height": 72, "width": 96, "count": 1, "dtype": "float32"}
-    with MemoryFile() as file:
-        with file.open(driver="GTiff", **size, **place) as band:
-            band.write(FIELD.astype(np.float32), 1)
-        return bytes(file.getbuffer())
-
-
 FILES = {
-    "grey.sgems": (sgems, 2),
     "map.jpg": (map_in_colours, 3),
     "volume.mat": (matlab, 2),
-    "elevation.tif": (tiff, 2),
-    "in_the_world.tif": (geotiff, 2),
     "large.png": (large, 2),
 }
 

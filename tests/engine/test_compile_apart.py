@@ -141,13 +141,13 @@ def test_a_walk_finds_out_what_is_missing_and_runs_nothing(monkeypatch, tmp_path
     monkeypatch.setattr(kernels, "FOLDER", str(tmp_path))
     plain, allocating = kernels.kernel(add_one), kernels.allocating_kernel(twice)
     missing, cells = [], np.zeros(3, int)
-    with kernels.walk(lambda kernel, signature: missing.append((kernel, len(signature)))):
+    with compilation.walk(lambda kernel, signature: missing.append((kernel, len(signature)))):
         assert plain(cells) == 0
         assert (allocating(cells + 1) == 2).all()
     assert missing == [(plain, 1), (allocating, 1)]
     assert (cells == 0).all()
     assert plain(cells) == 3  # it is not of the package: compiled here
-    with kernels.walk(lambda *_: pytest.fail("it is there")):
+    with compilation.walk(lambda *_: pytest.fail("it is there")):
         assert plain(cells) == 3
 
 

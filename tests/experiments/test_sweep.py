@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from ccwsim import CCWSIMError, HardData, Parameters, TrainingImage, datasets, simulate
 from ccwsim.experiments.cost import typical_seconds
 from ccwsim.experiments.plan import label, plan_sweep, varied
-from ccwsim.experiments.sweep import Row, Sweep, pareto_front, recommended, sweep
+from ccwsim.experiments.sweep import Sweep, SweepRow, pareto_front, recommended, sweep
 from ccwsim.figures import DARK, LIGHT, sweep_chart
 from ccwsim.figures.sweep import GAP, HEIGHT, SIDES, WIDTH, label_sides
 from ccwsim.metrics import judge
@@ -114,7 +114,7 @@ def test_rows_are_what_simulate_and_judge_give(found):
 
 
 def test_rows_come_one_by_one_and_a_stopped_sweep_keeps_them():
-    seen: list[Row] = []
+    seen: list[SweepRow] = []
     shares: list[tuple[float, int]] = []
     stopped = sweep(
         IMAGE,

@@ -62,7 +62,7 @@ def test_compiling_says_how_many_kernels_are_done_and_how_long_it_takes(monkeypa
     start = "Compiling the kernels for this machine, on the first run only"
     assert progress.compilation_text() == f"{start} …"
     for left, said in ((None, ""), (20.2, ", about 20 s left")):
-        now = compilation.Progress(7, 24, left)
+        now = compilation.CompilationProgress(7, 24, left)
         monkeypatch.setattr(progress, "compilation", lambda now=now: now)
         assert progress.compilation_text() == f"{start}: 7 of 24 done{said} …"
 

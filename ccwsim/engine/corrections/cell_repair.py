@@ -40,7 +40,7 @@ LONGEST = 4000
 """Changes of the longest walk, and unseen patterns that it chooses from."""
 
 
-class GridPart(NamedTuple):
+class RepairedPart(NamedTuple):
     """A part of a grid, raveled, with a margin of the reach of patterns on each side.
 
     A pattern has the number of its first cell.
@@ -115,7 +115,7 @@ def ends_of_walks(volume: bool, share: float) -> tuple[int, int]:
     return max(further, FURTHER_VOLUME), max(patience, PATIENCE_VOLUME)
 
 
-def make_part(patterns: Patterns, lengths: Triple) -> GridPart:
+def make_part(patterns: Patterns, lengths: Triple) -> RepairedPart:
     """Return the arrays for parts of a grid."""
     nz, ny, nx = (n + 2 * r for n, r in zip(lengths, patterns.reach, strict=True))
     n = nz * ny * nx
@@ -129,7 +129,9 @@ def make_part(patterns: Patterns, lengths: Triple) -> GridPart:
     of_cells = np.array(steps, np.uint64), cell_weights(patterns)
     ways = [n for n, r in zip((1, nx, ny * nx), patterns.reach[::-1], strict=True) if r > 0]
     aside = np.array([step for n in ways for step in (-n, n)], np.int64).astype(np.uint64)
-    return GridPart((nz, ny, nx), facies, is_free, is_inside, *counted, *walked, aside, *of_cells)
+    return RepairedPart(
+        (nz, ny, nx), facies, is_free, is_inside, *counted, *walked, aside, *of_cells
+    )
 
 
 def cell_weights(patterns: Patterns) -> NDArray[np.uint32]:

@@ -48,7 +48,7 @@ Setting = tuple[str, int, bool]
 """Method, level (of volumes within layers), and whether volumes are simulated."""
 NONE = "–"
 PAPER_SIDE = 512
-"""Of the grid of Table 2."""
+"""Side of the grid of Table 2."""
 
 
 def by_setting(timings: Sequence[Timing]) -> dict[Setting, list[Timing]]:
@@ -60,13 +60,13 @@ def by_setting(timings: Sequence[Timing]) -> dict[Setting, list[Timing]]:
 
 
 def setting_of(timed: Timing | TimingCase) -> Setting:
-    """Return the setting of what is timed."""
+    """Return method, level and dimension of a case or its times."""
     p = timed.parameters
     return p.method, level_of(p), len(timed.grid_shape) > 2
 
 
 def name_of(setting: Setting, settings: Sequence[Setting]) -> str:
-    """Return what a setting is called among others: the method only where there are several."""
+    """Return the name of a setting among others: with the method if there are several."""
     method, level, volume = setting
     several = len({method for method, _, _ in settings}) > 1
     kind = ("volume " if volume else "map ") if any(v for _, _, v in settings) else ""
@@ -176,7 +176,7 @@ def why_ended(run: TimingRun) -> str:
 
 
 def describe_run(run: TimingRun | None) -> str:
-    """Return what was timed."""
+    """Describe the training image and parameters of a run."""
     if run is None:
         return ""
     image, p = run.training_image, max(run.cases, key=lambda c: len(c.grid_shape)).parameters

@@ -164,7 +164,7 @@ def _square(side: int) -> str:
 
 
 def _describe_plan(state: State, kind: Kind) -> str:
-    """Return what a run would do, or what is to be chosen first."""
+    """Return what a run would do, or what must be chosen first."""
     page_state = state.page(Benchmark)
     try:
         cases = cases_of(state, kind)
@@ -201,7 +201,7 @@ def _draw_part(state: State, kind: Kind) -> None:
 
 
 def _draw_grids(state: State) -> None:
-    """Draw times against the size of the grid, or where they will be."""
+    """Draw times against the size of the grid, empty before a run."""
     run = state.page(Benchmark).grids
     timings = list(run.timings) if run else []
     ticks = ticks_of(timings, layers_of(state) is not None)
@@ -271,7 +271,7 @@ def _draw_data(state: State) -> None:
 
 
 def chosen_settings(state: State) -> list[findings.Setting]:
-    """Return the methods and levels that are chosen now, none where they do not fit."""
+    """Return the methods and levels that are chosen now, none if they do not fit."""
     own = state.page(Benchmark)
     if not own.data_levels or not own.data_methods:
         return []

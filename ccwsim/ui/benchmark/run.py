@@ -32,10 +32,10 @@ from ccwsim.ui.session.state import State
 
 Kind = Literal["grids", "data"]
 SIDES = (256, 512, 1000, 2000, 3000, 5000)
-"""Of the square grids of Fig. 13's kind; the last has the paper's 25 million cells."""
+"""Sides of square grids as in Fig. 13; the last has the paper's 25 million cells."""
 DATA_SIDES = (256, 512, 1000)
 VOLUME_SIDES = (48, 64, 100, 160, 256)
-"""Of layers of volumes, which have as many as the grid of the study."""
+"""Sides of the layers of volumes; their number is that of the study's grid."""
 DATA_SIDES_VOLUME = (64, 100, 160)
 NUMBERS = (0, 100, 400, 1000, 2000, 4000)
 TIMED_METHODS = tuple(method for method in METHODS if method != "ccsim")
@@ -128,7 +128,7 @@ class Benchmark:
 
 
 def start_timing(state: State, kind: Kind) -> None:
-    """Start timing; what was measured before stays where nothing can be timed."""
+    """Start timing; earlier results stay if nothing can be timed."""
     page_state = state.page(Benchmark)
     image, n = image_of(state.choices.image), page_state.n_realizations
     try:
@@ -157,9 +157,9 @@ def number_options(side: int, nz: int | None = None) -> list[int]:
 
 
 def cases_of(state: State, kind: Kind) -> list[TimingCase]:
-    """Return what is timed against the size of the grid, or the number of data.
+    """Return the cases to time against the size of the grid, or the number of data.
 
-    Raises CCWSIMError where nothing is chosen, or a level does not go with the study.
+    Raises `CCWSIMError` if nothing is chosen, or a level does not fit the study.
     """
     own, shape, nz = state.page(Benchmark), image_of(state.choices.image).shape, layers_of(state)
     if kind == "grids":
@@ -183,7 +183,7 @@ def cases_of(state: State, kind: Kind) -> list[TimingCase]:
 
 
 def layers_of(state: State) -> int | None:
-    """Return the layers of the volumes that are timed; None where the study is a map."""
+    """Return the layers of the volumes that are timed; None if the study is a map."""
     image = image_of(state.choices.image)
     if image.n_dimensions == 2:
         return None

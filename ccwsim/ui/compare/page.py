@@ -104,7 +104,7 @@ GLYPHS = dict(zip(SYMBOLS, "●■▲✚", strict=True))
 
 
 def draw_page(state: State) -> None:
-    """Draw the settings and what the latest comparison gave; run one where there is none."""
+    """Draw the settings and what the latest comparison gave; run one if there is none."""
     draw_style(STYLE)
     page_state = state.page(ComparePageState)
     problem = problem_of(state)
@@ -275,7 +275,7 @@ def describe_study(state: State) -> str:
 
 @st.fragment
 def _draw_results(state: State, busy: bool) -> None:
-    """Draw what is known of the comparison that runs, else the latest one.
+    """Draw the partial results of a running comparison, else the latest one.
 
     `busy` is whether something was worked out when the page was drawn.
     """
@@ -314,7 +314,7 @@ def _draw_found(state: State, found: Comparison, request: ComparisonRequest) -> 
 
 
 def _draw_outlines(state: State) -> None:
-    """Show where the results will be, before there are any."""
+    """Show outlines of the results before there are any."""
     grid, n = state.choices.grid, len(settings_of(state))
     with st.container(key="maps"):
         columns = st.columns(n, gap="medium")
@@ -396,7 +396,7 @@ def _draw_beside(found: Comparison) -> None:
 
 
 def draw_curves(state: State, found: Comparison) -> None:
-    """Draw four charts of the chosen facies, or say that they are still worked out."""
+    """Draw the charts of the chosen facies, or that they are being computed."""
     facies = state.facies
     name = found.ensembles[0].training_image.facies_names[facies]
     if not has_curves(found, facies):

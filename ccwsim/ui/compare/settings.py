@@ -43,7 +43,7 @@ SHORT_NAMES = {
     "co_template": "look-ahead",
     "exact_data": "exact honouring",
 }
-"""How a parameter is called where there is little room; others by their own name."""
+"""Short names of parameters; others have their own name."""
 VALUES = {"ssd": "squared difference"}
 
 
@@ -109,10 +109,10 @@ class ComparisonRun(PageRun[Comparison]):
 class ComparePageState:
     """What the page remembers.
 
-    `others` are the settings beside the study's own; None is what is usual at that position, and
+    `others` are the settings beside the study's own; None is the usual one at that position, and
     follows the study. `n` is how many realizations each has; None until the page is first drawn.
-    `run` is the comparison that runs now; `found` is the latest one, and `request` what was
-    requested for it.
+    `run` is the comparison that runs now; `found` is the latest one, and `request` its
+    request.
     """
 
     others: list[Parameters | None] = field(default_factory=lambda: [None, None])
@@ -170,7 +170,7 @@ def describe_setting(p: Parameters, own: Parameters) -> str:
 
 
 def describe_parameters(p: Parameters) -> str:
-    """Say the most of a setting in a line.
+    """Describe a setting in a line.
 
     Examples
     --------
@@ -194,7 +194,7 @@ def change_setting(state: State, k: int, **changes: object) -> None:
 
 
 def copy_setting(state: State, k: int, source: int) -> None:
-    """Let setting `k` be what setting `source` is."""
+    """Copy setting `source` to setting `k`."""
     p = settings_of(state)[source]
     change_setting(state, k, **{f.name: getattr(p, f.name) for f in fields(Parameters)})
 
@@ -271,7 +271,7 @@ def start_comparison(state: State) -> None:
 
 
 def want_curves(state: State) -> None:
-    """Work out the curves of the chosen facies where the comparison does not have them yet."""
+    """Compute the curves of the chosen facies if the comparison does not have them yet."""
     page_state = state.page(ComparePageState)
     found = page_state.found
     if page_state.run is not None or found is None or has_curves(found, state.facies):

@@ -20,8 +20,8 @@ class Example:
     """A study that shows one thing.
 
     `name` is a word for keys and addresses, `text` what to look at, `others` the settings that the
-    study's own is compared with, `source` where the paper has it, where it has. `shows` are the
-    pictures beside the training image; where there are others, one realization of each.
+    study's own is compared with, `source` its place in the paper, if any. `shows` are the
+    pictures beside the training image; with others, one realization of each.
     """
 
     name: str
@@ -53,7 +53,7 @@ def _parameters(row: dict[str, Any]) -> Parameters:
 
 
 def _example(row: dict[str, Any]) -> Example:
-    """Return the example of a table of the catalogue, where what is usual is left out."""
+    """Return the example of a table of the catalogue, which leaves out defaults."""
     side = row.pop("side", 512)
     shape = tuple(row.pop("grid", (side, side)))
     choices = Choices(
@@ -76,7 +76,7 @@ EXAMPLES = tuple(example for part in PARTS for example in part.examples)
 
 
 def example_named(name: str) -> Example | None:
-    """Return the example of a name, None where there is none."""
+    """Return the example of a name, None if there is none."""
     return next((example for example in EXAMPLES if example.name == name), None)
 
 

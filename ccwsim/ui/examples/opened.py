@@ -42,8 +42,8 @@ class Kept:
 class Examples:
     """What the page remembers.
 
-    `opened` is the name of the example that was opened last, empty where none is; `kept` is what
-    was there before the first one.
+    `opened` is the name of the example that was opened last, empty if none is; `kept` is the
+    study before the first one.
     """
 
     view: View = "studies"

@@ -51,7 +51,7 @@ VIEWS = {"studies": "Lecture plan", "quiz": "Quiz: which one is the training ima
 MAX_PICTURE_SIDE = 300
 """Cells along a side: of a larger study the pictures show its south-west corner."""
 MAX_VOLUME_SIDE = 80
-"""The same of the layers of a volume."""
+"""Cells along a side of the layers of a volume."""
 N_TOGETHER = 20
 """Realizations of a probability or of curves."""
 MAX_DOTS = 1000
@@ -236,7 +236,7 @@ def expected(example: Example) -> list[tuple[str, int, int]]:
 
 
 def image_label(example: Example) -> str:
-    """Return what is said below the picture of the training image."""
+    """Return the text below the picture of the training image."""
     kind = {"layer": ", a layer", "section": ", a section"}.get(example.shows[0], "")
     return f"training image{kind}"
 
@@ -258,7 +258,7 @@ def cut(cells: NDArray, kind: str) -> NDArray:
 
 
 def labels(example: Example) -> list[str]:
-    """Return what is said below each picture but that of the training image."""
+    """Return the texts below the pictures of realizations."""
     settings = example.settings
     if len(settings) == 1:
         return [SHOWN[name] for name in example.shows]

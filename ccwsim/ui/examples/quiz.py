@@ -44,7 +44,7 @@ from ccwsim.ui.widgets.theme import chart_theme
 N_PICTURES = 6
 MAX_PIECE_SIDE = 96
 SIDES_PER_REALIZATION = 2
-"""A realization has so many times the side of the piece that is shown of it."""
+"""Side of a realization over that of the piece shown of it."""
 SIDE = 6
 """Cells of the windows that are compared: seen at a glance, and few enough to be all known."""
 PICTURES = "quiz_pictures"
@@ -53,7 +53,7 @@ MAX_QUIZ_LEVEL = 4
 MAX_QUIZ_CANDIDATES = 2000
 REVEAL_HEIGHT = 340
 MAX_FACIES_MARKED = 120
-"""Of an image whose seams can be drawn: each facies needs a second colour."""
+"""Facies of an image whose seams can be drawn: each needs a second colour."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,7 +212,7 @@ def draw_quiz(state: State) -> None:
 
 
 def begin_round(state: State) -> None:
-    """Draw new pictures; what was picked before counts already."""
+    """Draw new pictures; an earlier pick is counted already."""
     quiz = state.page(Quiz)
     quiz.asked, quiz.picked = _asked(state), None
     quiz.n_rounds += 1

@@ -99,7 +99,7 @@ class PaperState:
 
 
 def server_inputs() -> tuple[PaperInputs, str]:
-    """Return the inputs of the server, and what is wrong with its folder, if anything is."""
+    """Return the inputs of the server, and the problem with its folder, if there is one."""
     folder = os.environ.get(VARIABLE)
     try:
         return inputs_in(folder or None), ""

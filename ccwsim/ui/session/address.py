@@ -27,7 +27,7 @@ MIN_OWN_SEED = 1000
 
 
 def take_address(state: State) -> None:
-    """Start a study from the address of the page; what cannot be taken is said in words."""
+    """Start a study from the address of the page; notes tell what cannot be taken."""
     choices, shown, notes = read_link(_query(), kept_for_reload())
     choices, more = made_consistent(own_seed(state, choices))
     state.choices, state.notes = choices, (*notes, *more)
@@ -36,7 +36,7 @@ def take_address(state: State) -> None:
 
 
 def own_seed(state: State, choices: Choices) -> Choices:
-    """Return a study with a seed of this reader's own where the address is a class's.
+    """Return a study with a seed of this reader's own if the address is a class's.
 
     It is drawn once: the word for the class leaves the address, the seed stays in it, so that the
     page can be loaded again.
@@ -83,7 +83,7 @@ def shown_of(state: State) -> Shown:
 
 
 def follow_study(state: State) -> None:
-    """Write the study behind the address, where it is not there; the page is not drawn again."""
+    """Write the study into the query of the address, without drawing the page again."""
     keep_for_reload(state.choices)
     query = _query()
     kept = {name: values for name, values in query.items() if not meant(name)}

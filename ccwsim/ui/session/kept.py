@@ -30,7 +30,7 @@ MAX_OF_BROWSER = 8
 class KeptChoices:
     """Images and data of the readers' own, by browser and name, the longest unused first.
 
-    The oldest go where they are too many, too old or too large together.
+    The oldest go if they are too many, too old or too large together.
     """
 
     def __init__(
@@ -41,7 +41,7 @@ class KeptChoices:
         self._lock = Lock()
 
     def keep(self, browser: str, own: Mapping[str, Own]) -> None:
-        """Keep what a browser has on its page; what was kept before becomes the newest."""
+        """Keep the choices on a browser's page as its newest."""
         with self._lock:
             for name, choice in own.items():
                 self._kept.pop((browser, name), None)
@@ -52,7 +52,7 @@ class KeptChoices:
             self._forget()
 
     def of(self, browser: str) -> dict[str, Own]:
-        """Return what is kept for a browser, by name."""
+        """Return the choices kept for a browser, by name."""
         with self._lock:
             self._forget()
             return {key[1]: kept[1] for key, kept in self._kept.items() if key[0] == browser}

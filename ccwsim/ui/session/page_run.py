@@ -1,4 +1,4 @@
-"""A long run that a page starts: its inputs, its job, and what is known of its results."""
+"""A long run that a page starts: its inputs, its job and its results."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From what was chosen to what `simulate` takes: read, cached by content, and made to fit."""
+"""From choices to the arguments of `simulate`: read, cached by content, and made to fit."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def study_of(choices: Choices) -> Study:
 
 
 def image_of(choice: ImageChoice) -> TrainingImage:
-    """Return the training image of a choice; an error where a question of the reader is open."""
+    """Return the training image of a choice; an error if a question about it is open."""
     return _image(choice.digest, choice)
 
 
@@ -113,7 +113,7 @@ def opened(upload: Upload | None) -> Iterator[BytesIO]:
 
 
 def data_of(choices: Choices) -> HardData:
-    """Return the hard data of a study on its grid; an error where they do not fit."""
+    """Return the hard data of a study on its grid; an error if they do not fit."""
     return imported_data(choices).hard_data
 
 
@@ -165,7 +165,7 @@ def points_of(choice: DataChoice, grid: Grid | None = None) -> ImportedPoints:
 
 
 def preview_of(choice: DataChoice, grid: Grid) -> PointsPreview:
-    """Return the columns of a file of hard data and what is guessed of them."""
+    """Return the columns of a file of hard data and their guessed meaning."""
     key = _digest(choice), grid.shape, _only_key(choice, COLUMNS_OF_VOLUME)
     return _preview(key, choice, grid.shape)
 
@@ -186,7 +186,7 @@ def previews_of_wells(choice: DataChoice) -> dict[str, PointsPreview | CCWSIMErr
 
 
 def grid_for_data(choices: Choices) -> Grid | None:
-    """Return a grid that holds all data of a study; None where the grid does, or none can."""
+    """Return a grid that holds all data of a study; None if the present one does, or none can."""
     choice, grid = choices.data, choices.grid
     try:
         file = choice.source == "file" and choice.files
@@ -401,7 +401,7 @@ def _fitted_axis(
 
 
 def _horizontal(weight: Any) -> float:
-    """The location weight of a map: one along z alone means nothing there."""
+    """The location weight of a map: one only along z means nothing there."""
     return max(weight[1:]) if isinstance(weight, tuple) else weight
 
 
@@ -432,7 +432,7 @@ def fitted_to_image(choices: Choices, image: TrainingImage) -> Choices:
 
 
 def fitted_grid(grid: Grid, shape: Shape) -> Grid:
-    """Return a grid of as many axes as a training image: the usual one, where it has others.
+    """Return a grid with the axes of a training image: the usual one, if it has others.
 
     Examples
     --------

@@ -23,7 +23,7 @@ PageState = TypeVar("PageState")
 
 @dataclass(frozen=True, eq=False)
 class PastRun:
-    """A run as it came out, with the reference field of its hard data, where there is one."""
+    """A run as it came out, with the reference field of its hard data, if there is one."""
 
     choices: Choices
     ensemble: Ensemble
@@ -44,7 +44,7 @@ class PastRun:
 
     @property
     def nbytes(self) -> int:
-        """Memory of the realizations, in indices and, where they differ, in codes too."""
+        """Memory of the realizations, in indices and, if they differ, in codes too."""
         ensemble = self.ensemble
         in_codes = ensemble.realizations
         own = 0 if in_codes is ensemble.indices else in_codes.nbytes
@@ -114,8 +114,8 @@ class State:
     reference: TrainingImage | None = None  # the field that the hard data were sampled from
     runs: PastRuns = field(default_factory=PastRuns)  # of this session, to go back to
     pages: dict[type, Any] = field(default_factory=dict)  # what single pages remember, by type
-    own_seed: int | None = None  # this reader's where a class shares a study
-    address: str = ""  # what was last written behind the address of the page
+    own_seed: int | None = None  # this reader's if a class shares a study
+    address: str = ""  # the latest query of the page's address
     notes: tuple[str, ...] = ()  # what of an address or a project could not be taken, until read
     opened: tuple[str, str] = ("", "")  # the latest project file, and why it could not be opened
 

@@ -24,9 +24,9 @@ from ccwsim.sharing.choices import Upload
 from ccwsim.ui.widgets.errors import catch_callback_errors
 
 MAX_OF_SESSION = 4
-"""Files of the largest size that a session may hold: an image, data, a reference, a project."""
+"""Files of the largest size that a session may have: an image, data, a reference, a project."""
 NO_ROOM = "application/x-no-room"
-"""The type of a file that came when there was no room for it: its content was let go."""
+"""The type of a file that came when there was no room for it; its content is dropped."""
 
 _taken: WeakValueDictionary[int, Upload] = WeakValueDictionary()
 """Files that studies have, of all sessions, by identity."""
@@ -58,7 +58,7 @@ def upload_of(file: UploadedFile) -> Upload:
     Raises
     ------
     CCWSIMError
-        Where the server had no room for it.
+        If the server has no room for it.
     """
     if file.type == NO_ROOM:
         raise CCWSIMError(
@@ -85,7 +85,7 @@ class BoundedUploads:
     """Lets files into a manager of Streamlit while there is room for them.
 
     A session holds at most `MAX_OF_SESSION` of the largest size: the oldest go, which the study has
-    by then or nothing asked for. All sessions together hold what the limits of the server allow and
+    by then or nothing uses. All sessions together hold what the limits of the server allow and
     the memory has room for: one more comes without its content.
     """
 
@@ -93,7 +93,7 @@ class BoundedUploads:
         self._manager, self._add, self._lock = manager, manager.add_file, Lock()
 
     def add_file(self, session_id: str, file: UploadedFileRec) -> None:
-        """Keep a file of a session, in place of its oldest ones where these are too many."""
+        """Keep a file of a session, in place of its oldest ones if these are too large."""
         with self._lock:
             n = len(file.data)
             own = dict(self._manager.file_storage.get(session_id, {}))

@@ -43,7 +43,7 @@ OLD_RESULTS = (
 
 @st.fragment
 def draw_share(state: State) -> None:
-    """Draw the menu; what is in it is computed when it is opened."""
+    """Draw the menu; its content is computed when it is opened."""
     with error_boundary():
         _share(state)
 
@@ -185,7 +185,7 @@ def project_of(state: State) -> Project:
 
 
 def open_project(state: State, upload: Upload) -> None:
-    """Make the study of a project file the session's, and simulate it, or ask where that is long.
+    """Make the study of a project file the session's, and simulate it, or ask before a long run.
 
     One that cannot be read, or is too large for a page, raises an error and changes nothing.
     """
@@ -200,13 +200,13 @@ def open_project(state: State, upload: Upload) -> None:
     show(state, project.shown)
     state.needs_confirmation = True
     if question_of(state):
-        stop_run(state)  # what is going is of the study before
+        stop_run(state)  # it is a run of the study before
     else:
         start_run(state)
 
 
 def choices_of(project: Project) -> Choices:
-    """Return a project as choices: by name what is bundled and the same, else what it brings."""
+    """Return a project as choices: by name if the same is bundled, else from the file."""
     study = project.study
     by_link, _, _ = read_link(project.link)
     image = _image(project, by_link.image)

@@ -64,7 +64,7 @@ from ccwsim.ui.widgets.theme import chart_theme, draw_style
 STYLE = Path(__file__).with_name("sweep.css")
 CHART_HEIGHT = 392
 WIDTHS = (1.1, 0.95, 0.82)
-"""Of the chart, the large setting and its numbers."""
+"""Relative widths of the chart, the large setting and its numbers."""
 ERRORS = {
     "patterns": ("Patterns", "pattern distance to the training image (bits)"),
     "connection": ("Connectivity", "error of connectivity τ(h)"),
@@ -95,11 +95,10 @@ HEADS = {
     "not_honoured": "not honoured",
     "cpu_ms": "CPU ms",
 }
-"""What the numbers are called on the page; the keys are the columns of the CSV, of which those
-with "vertical" are of volumes alone."""
+"""Names of the numbers on the page, by column of the CSV; only volumes have "vertical" ones."""
 TILES = "sweep_tiles"
 TILE_PIXELS = 124
-"""Of a tile's longer side."""
+"""Pixels of a tile's longer side."""
 
 
 def draw_page(state: State) -> None:
@@ -170,12 +169,12 @@ def _draw_range(page_state: SweepState, name: str, values: list[Any], chosen: li
 
 
 def pills(label: str, choices: list[Any], **options: Any) -> Any:
-    """Draw pills of which any number may be on; `field` knows them by this name."""
+    """Draw pills that can all be on; `field` knows them by this name."""
     return st.pills(label, choices, selection_mode="multi", width="stretch", **options)
 
 
 def _sweep_button(state: State, key: str) -> None:
-    """Draw a button that starts the sweep; it is off, and says why, where it cannot start."""
+    """Draw a button that starts the sweep; if it cannot start, it is off and says why."""
     problem, run = problem_of(state), state.page(SweepState).run
     going = run is not None and run.going
     n = 0 if problem else len(plan_of(state))

@@ -36,7 +36,7 @@ from ccwsim.ui.session.state import State
 CELLS_KEPT = 64_000_000
 """Cells of realizations that a sweep keeps, one byte each."""
 SOURCE_BYTES = 4
-"""Of a cell, for where in the training image it came from."""
+"""Bytes a cell for its location in the training image."""
 MAX_KEPT = 4
 REDRAW_SECONDS = 1.5
 """Seconds at least from one look at new settings to the next."""
@@ -88,7 +88,7 @@ class SweepRun(PageRun[Sweep]):
         return len(self.settings)
 
     def demand(self) -> Demand:
-        """Return what it asks of the server: one setting at a time, and what is kept of each."""
+        """Return what it asks of the server: one setting at a time, and realizations kept."""
         largest = 0
         for p in self.settings:
             with suppress(CCWSIMError):  # one that does not fit is told about among the results
@@ -150,7 +150,7 @@ def follow_sweep(state: State, drawn_at: float) -> None:
 
 
 def describe_end(run: SweepRun) -> str:
-    """Say what is missing of a sweep that has come to its end, or nothing."""
+    """Say what is missing of a sweep that has ended, or nothing."""
     found, sentences = run.found, []
     if run.error is not None:
         sentences.append(f"The sweep ended early: {reason(run.error)}.")
@@ -226,7 +226,7 @@ def plan_of(state: State) -> SweepPlan:
 
 
 def seconds_of(state: State, plan: Sequence[Parameters] | SweepPlan) -> float:
-    """Return about how long a plan takes, by the pace of the latest run where there is one."""
+    """Return about how long a plan takes, by the pace of the latest run if there is one."""
     choices = state.choices
     image, n_data = image_of(choices.image), data_of(choices).n
     sizes = image.shape, choices.grid.shape, image.n_facies, n_data
@@ -235,7 +235,7 @@ def seconds_of(state: State, plan: Sequence[Parameters] | SweepPlan) -> float:
 
 
 def pace(ensemble: Ensemble | None) -> float:
-    """Return how many times longer than expected an ensemble took; 1 where there is none."""
+    """Return how many times longer than expected an ensemble took; 1 if there is none."""
     if ensemble is None:
         return 1.0
     image, grid = ensemble.training_image, ensemble.grid
@@ -246,7 +246,7 @@ def pace(ensemble: Ensemble | None) -> float:
 
 
 def describe_study(state: State) -> str:
-    """Say what is simulated."""
+    """Describe the study that is swept."""
     choices = state.choices
     image = image_of(choices.image)
     try:
@@ -261,7 +261,7 @@ def describe_study(state: State) -> str:
 
 
 def describe_plan(state: State, plan: SweepPlan) -> str:
-    """Say how many settings there are, how long they take, and what was left out and why."""
+    """Say how many settings there are, how long they take, and which are left out and why."""
     time = seconds_of(state, plan)
     about = f"about {seconds(max(round(time), 1))}" if time < 90 else f"about {time / 60:.0f} min"
     n = state.page(SweepState).n_realizations
@@ -301,7 +301,7 @@ def problem_of(state: State) -> str:
 
 
 def start(state: State) -> None:
-    """Start the sweep as it is set up; what an earlier one found is dropped."""
+    """Start the sweep as it is set up, in place of an earlier one."""
     page_state = state.page(SweepState)
     if problem_of(state):
         return

@@ -73,7 +73,7 @@ def draw_e_type_maps(
 
 
 def draw_data(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw how the data are honoured, and where that takes local re-simulation."""
+    """Draw how the data are honoured, and where they are re-simulated locally."""
     if not ensemble.hard_data.n:
         step_note("This study has no hard data; place or load some on the page Hard data.")
         return
@@ -128,7 +128,7 @@ def describe_match(ensemble: Ensemble) -> str:
 def resimulation_map(ensemble: Ensemble, ground: str) -> CellMap:
     """Return a map of the share of realizations in which each datum was re-simulated or forced.
 
-    A datum is drawn as a square that can be seen; index 0 is where there is none.
+    A datum is drawn as a square that can be seen; index 0 means none.
     """
     resimulated = (ensemble.data_status != 0) & (ensemble.data_status != WRONG)
     shares = np.rint(100 * resimulated.mean(axis=0)).astype(np.uint8)

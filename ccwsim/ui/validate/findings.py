@@ -45,7 +45,7 @@ from ccwsim.ui.validate.statistics import (
 MOMENT_SECONDS = 0.1
 """How long the line waits for the proportions."""
 MAX_LISTED = 4
-"""Up to so many facies all proportions are said, else those that are off."""
+"""Facies up to which all proportions are listed, else only those that are off."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Finding:
 
 
 def findings(state: State, ensemble: Ensemble) -> list[Finding]:
-    """Return what can be said with what is known so far."""
+    """Return the findings from the statistics known so far."""
     found = [of_data(ensemble)]
     worker = state.page(Validation).worker
     tasks: dict[str, Task[Any]] = {"shares": proportions(ensemble), "variety": variety(ensemble)}

@@ -1,4 +1,4 @@
-"""A large ensemble: thousands of realizations of which only the statistics are kept."""
+"""A large ensemble: only the statistics of thousands of realizations are kept."""
 
 from __future__ import annotations
 
@@ -190,7 +190,7 @@ def _draw_run(run: LargeEnsembleRun, state: State, colours: Sequence[str]) -> No
 
 
 def describe_summary(run: LargeEnsembleRun, summary: RunningSummary) -> str:
-    """Say what a large ensemble has come to."""
+    """Describe the statistics of a large ensemble."""
     k, mean, image, n = run.facies, summary.proportions, run.study.training_image, run.n_wrong
     data = ""
     if run.study.hard_data.n:

@@ -66,7 +66,7 @@ STEADY = ".st-key-maps, .st-key-charts, [class*=st-key-section_]"
 
 
 def draw_page(state: State) -> None:
-    """Draw the validation of the latest realizations; simulate some where there are none."""
+    """Draw the validation of the latest realizations; simulate some if there are none."""
     draw_style(STYLE, f":root {{ --odd: {chart_theme().reference} }}")
     start_run_if_needed(state, live=False)
     draw_news(state, parts=False)
@@ -123,7 +123,7 @@ def _draw_controls(state: State, ensemble: Ensemble) -> None:
 def _draw_first_screen(state: State, colours: Sequence[str], elsewhere: tuple) -> None:
     """Draw maps and MDS plot; a click in the plot redraws only this.
 
-    `elsewhere` is what the rest of the page shows; where that changes, all is drawn again.
+    `elsewhere` is what the rest of the page shows; if that changes, all is drawn again.
     """
     with error_boundary():
         if _shown_elsewhere(state) != elsewhere:

@@ -71,13 +71,13 @@ from ccwsim.ui.widgets.theme import chart_theme
 STATISTICS: tuple[Statistic, ...] = ("variogram", "connectivity")
 CURVE_HEIGHT = 190
 AREA, VOLUME = 10_000, 1_000_000
-"""Counts are given for so many cells, since grid and training image differ in size."""
+"""Cells to which counts are scaled, as grid and training image differ in size."""
 TOUCHING = {26: "sides, edges, corners", 18: "sides, edges", 6: "sides"}
 """Which neighbours connect the cells of volumes."""
 N_SIZES = 60
 """Sizes of geobodies at which their shares are drawn."""
 MAX_TAILS = 3
-"""Up to so many facies all pairs are drawn at once."""
+"""Facies up to which all pairs are drawn at once."""
 MAX_HEADS = 6
 COPYING_HEIGHT = 420
 MAX_USES = 100
@@ -424,7 +424,7 @@ def draw_image(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None
 
 
 def meter_of(found: Copying) -> list[tuple[str, str]]:
-    """Return the copy meter: what is measured, and how much it is."""
+    """Return the rows of the copy meter: names and values."""
     side, n_axes = found.largest_square, len(found.square_at)
     return [
         ("neighbours kept", f"{100 * found.copied:.1f} %"),

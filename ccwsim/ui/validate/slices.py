@@ -80,7 +80,7 @@ def middle_layer(shape: tuple[int, ...]) -> ShownSlice:
 
 
 def slice_of(state: State, ensemble: Ensemble) -> ShownSlice:
-    """Return what is shown of realizations: the slice that was chosen, all of a map."""
+    """Return the slice of realizations that is shown: the chosen one, or all of a map."""
     if ensemble.grid.nz is None:
         return ShownSlice()
     page_state, shape = state.page(Validation), ensemble.grid.shape

@@ -113,7 +113,7 @@ class PatternsCompared:
     """Distances of patterns from the training image's beside those of its crops.
 
     By realization, `unseen` is the share of the patterns of a `shape` that the image never has,
-    `unseen_at_data` that of those with hard data, None where there are none.
+    `unseen_at_data` that of those with hard data, None if there are none.
     """
 
     fit: Fit | None
@@ -335,7 +335,7 @@ class Validation:
     """What the page remembers.
 
     `azimuth` is the direction of the third variogram, in degrees from north, `along` that of the
-    transiograms, `tail` the facies they start in where there are many. Maps of volumes show a
+    transiograms, `tail` the facies they start in if there are many. Maps of volumes show a
     slice along `slice_axis`, by axis at `slice_at`; cells of their geobodies have `neighbours`.
     `seen` are the sections that came into view; others are not computed. `drawn` and `waiting` are
     what each panel drew last and the task it waits for; this run of the page waits until `deadline`
@@ -386,7 +386,7 @@ def panel(state: State, name: str, task: Task[Value], draw: Callable[[Value], No
 
 
 def known(state: State, task: Task[Value]) -> Value | None:
-    """Return a value only where it was worked out already."""
+    """Return a value only if it was computed already."""
     value = state.page(Validation).worker.cache.get(task.key)
     return None if isinstance(value, Failure) else value
 

@@ -99,6 +99,7 @@ def test_every_section_is_drawn_with_wells(app):
     assert "Variogram maps are drawn of maps only" in said
 
 
+@pytest.mark.slow
 def test_every_section_is_drawn_without_wells(unconditional):
     app = launched(ensemble=unconditional, seen=ALL)
     assert not texts(app)
@@ -114,6 +115,7 @@ def simulated_of(name: str):
     return launched(choices, ensemble=e, ensemble_choices=choices, last_attempt=choices, seen=ALL)
 
 
+@pytest.mark.slow
 def test_the_study_of_a_volume_is_judged_and_takes_advice():
     app = simulated_of("sinuous_channels")
     assert not app.error

@@ -143,6 +143,7 @@ def test_a_template_larger_than_the_image_along_z_is_said(ran: State) -> None:
     assert named(app.button, "run").disabled
 
 
+@pytest.mark.slow
 def test_methods_and_a_vertical_trend_are_set_for_a_volume(ran: State) -> None:
     state = State(
         choices=VOLUME, ensemble=ran.ensemble, ensemble_choices=VOLUME, last_attempt=VOLUME
