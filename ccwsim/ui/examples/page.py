@@ -222,23 +222,21 @@ def pictures_of(example: Example, theme: Theme) -> Task[tuple[CardPicture, ...]]
 
 def expected(example: Example) -> list[tuple[str, int, int]]:
     """Return label, columns and rows of each picture, before there are any."""
-    image = image_of(example.choices.image)
-    grid, first = small(example.choices).grid, example.shows[0]
-    several = len(example.settings) > 1
-    kinds = [first] * len(example.settings) if several else example.shows
+    image, settings, kinds = image_of(example.choices.image), example.settings, example.shows
+    grid, first = small(example.choices).grid, kinds[0]
+    labels = [SHOWN[kind] for kind in kinds]
+    if example.others:
+        beside = settings[1], *[settings[0]] * len(example.others)
+        said = map(describe_setting, settings, beside)
+        labels = [f"{letter}: {text}" for letter, text in zip(LETTERS, said, strict=False)]
+        kinds = [first] * len(settings)
     heights = [(grid.nz or 0) if kind == "section" else grid.ny for kind in kinds]
+    cut_of_image = f", a {first}" if first in ("layer", "section") else ""
     own_height = image.shape[0] if first == "section" else image.shape[-2]
-    rows = zip(labels(example), heights, strict=True)
     return [
-        (image_label(example), image.shape[-1], own_height),
-        *((label, grid.nx, height) for label, height in rows),
+        (f"training image{cut_of_image}", image.shape[-1], own_height),
+        *((label, grid.nx, height) for label, height in zip(labels, heights, strict=True)),
     ]
-
-
-def image_label(example: Example) -> str:
-    """Return the text below the picture of the training image."""
-    kind = {"layer": ", a layer", "section": ", a section"}.get(example.shows[0], "")
-    return f"training image{kind}"
 
 
 def cut(cells: NDArray, kind: str) -> NDArray:
@@ -257,16 +255,6 @@ def cut(cells: NDArray, kind: str) -> NDArray:
     return cells[:, cells.shape[1] // 2] if kind == "section" else middle_layer(cells)
 
 
-def labels(example: Example) -> list[str]:
-    """Return the texts below the pictures of realizations."""
-    settings = example.settings
-    if len(settings) == 1:
-        return [SHOWN[name] for name in example.shows]
-    own = describe_setting(settings[0], settings[1])
-    said = [own, *(describe_setting(p, settings[0]) for p in settings[1:])]
-    return [f"{letter}: {text}" for letter, text in zip(LETTERS, said, strict=False)]
-
-
 SHOWN = {
     "realization": "realization 1",
     "second": "realization 2",
@@ -281,16 +269,15 @@ SHOWN = {
 def _drawn(example: Example, choices: Choices, theme: Theme) -> tuple[CardPicture, ...]:
     image, data = image_of(choices.image), data_of(choices)
     colours = facies_colours(image)
-    settings = example.settings
-    many = {"probability", "variogram"} & set(example.shows) and len(settings) == 1
+    many = {"probability", "variogram"} & set(example.shows) and not example.others
     ensembles = [
         simulate(image, choices.grid, p, data, N_TOGETHER if many else 2, choices.seed)
-        for p in settings
+        for p in example.settings
     ]
     first = example.shows[0]
     picture = data_map_png(cut(image.indices, first), colours, longest=MAX_PIXELS)
     own = _img(picture, f"The image {image.name}")
-    if len(settings) > 1:
+    if example.others:
         shown = [_realization(e, 0, colours, first) for e in ensembles]
     else:
         shown = [_shown(name, ensembles[0], colours, theme) for name in example.shows]
@@ -299,13 +286,11 @@ def _drawn(example: Example, choices: Choices, theme: Theme) -> tuple[CardPictur
 
 
 def _shown(name: str, e: Ensemble, colours: list[str], theme: Theme) -> str:
-    facies = 1
+    code, facies_name = int(e.training_image.codes[1]), e.training_image.facies_names[1]
     if name == "probability":
-        probability = e.probability(int(e.training_image.codes[facies]))
-        alt = f"Probability of {e.training_image.facies_names[facies]}"
-        return _img(share_png(cut(probability, name), longest=MAX_PIXELS), alt)
+        picture = share_png(cut(e.probability(code), name), longest=MAX_PIXELS)
+        return _img(picture, f"Probability of {facies_name}")
     if name == "variogram":
-        code = int(e.training_image.codes[facies])
         own = variogram(e, code, lags=N_LAGS).gamma
         reference = variogram(e.training_image, code, lags=N_LAGS).gamma[0]
         return _img(sparkline(own, reference, theme), "Variograms along E–W", "svg+xml")
