@@ -6,6 +6,7 @@ import time
 from base64 import b64encode
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from html import escape
 from pathlib import Path
 from urllib.parse import urlencode
@@ -19,7 +20,6 @@ from ccwsim.jobs.job import PATIENCE
 from ccwsim.jobs.statistics import Failure, StatisticsWorker, Task
 from ccwsim.metrics import variogram
 from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.errors import CCWSIMError
 from ccwsim.run.simulation import simulate
 from ccwsim.sharing.choices import Choices
 from ccwsim.sharing.link import left_out, link_of
@@ -42,6 +42,7 @@ from ccwsim.ui.session.address import CLASS, go_to
 from ccwsim.ui.session.fragments import follow_tasks
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
+from ccwsim.ui.widgets.errors import problem_in
 from ccwsim.ui.widgets.fields import bound_to, button, field
 from ccwsim.ui.widgets.text import step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
@@ -141,7 +142,10 @@ def _draw_card(state: State, number: int, example: Example, deadline: float) -> 
         step_note(f"No pictures: {found.reason}.")
 
     def action(label: str, key: str, act: Callable, note: str) -> bool:
-        return button(label, key=key, on_click=_try, args=(act, state, example), help=note)
+        def clicked() -> None:
+            state.message = problem_in(partial(act, state, example)) or state.message
+
+        return button(label, key=key, on_click=clicked, help=note)
 
     with st.container(horizontal=True, gap="small", key=f"actions_{example.name}"):
         note = "Makes it the study and runs it."
@@ -152,13 +156,6 @@ def _draw_card(state: State, number: int, example: Example, deadline: float) -> 
     if is_opened or is_compared:
         go_to(COMPARE if is_compared else SIMULATE, TAKEN)
     return found is not None
-
-
-def _try(act: Callable, state: State, example: Example) -> None:
-    try:
-        act(state, example)
-    except CCWSIMError as error:
-        state.message = str(error)
 
 
 def _html(text: str) -> str:

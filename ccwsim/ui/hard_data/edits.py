@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
 
 from ccwsim.engine.revision import revise
 from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.sharing.choices import CellsOfWells, Choices, DataChoice, ImageChoice
 from ccwsim.ui.session.resolve import data_of, image_of, wells_of
 from ccwsim.ui.session.state import State
+from ccwsim.ui.widgets.errors import problem_in
 
 Cell = tuple[int, ...]
 Ground = Literal["realization", "e_type", "empty"]
@@ -154,10 +155,7 @@ def take_edits(state: State, edits: Sequence[Mapping[str, Any]]) -> None:
         if edit["seq"] <= page_state.taken:
             continue
         page_state.taken = int(edit["seq"])
-        try:
-            _take_edit(state, edit)
-        except CCWSIMError as error:
-            page_state.message = str(error)
+        page_state.message = problem_in(partial(_take_edit, state, edit)) or page_state.message
 
 
 def _take_edit(state: State, edit: Mapping[str, Any]) -> None:
@@ -209,11 +207,8 @@ def paint(state: State, axis: str, cells: Sequence[Cell], layers: range) -> None
     else:
         code = None if brush == ERASE else codes[min(brush, len(codes) - 1)]
         changes = dict.fromkeys(wanted, code)
-    try:
-        data, wells = with_changes(data_of(state.choices), changes), wells_of(state.choices)
-        take_data(state, data, state.reference, wells)
-    except CCWSIMError as error:
-        page_state.message = str(error)
+    data, wells = with_changes(data_of(state.choices), changes), wells_of(state.choices)
+    take_data(state, data, state.reference, wells)
 
 
 def fits(ensemble: Ensemble, choices: Choices) -> bool:

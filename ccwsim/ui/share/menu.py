@@ -28,6 +28,7 @@ from ccwsim.ui.session.resolve import data_of, image_of, opened, study_of
 from ccwsim.ui.session.state import State, start_afresh
 from ccwsim.ui.session.uploads import upload_of
 from ccwsim.ui.study.run import is_current, question_of, start_run, stop_run
+from ccwsim.ui.widgets.errors import if_possible
 from ccwsim.ui.widgets.facts import facts_of
 from ccwsim.ui.widgets.fields import button, download
 from ccwsim.ui.widgets.text import plain, step_note
@@ -213,11 +214,8 @@ def choices_of(project: Project) -> Choices:
     choices = Choices(
         image, by_link.data, study.grid, study.parameters, project.n_realizations, study.seed
     )
-    try:
-        same = data_of(choices).digest == study.hard_data.digest
-    except CCWSIMError:
-        same = False
-    if same:
+    data = if_possible(lambda: data_of(choices))
+    if data is not None and data.digest == study.hard_data.digest:
         return choices
     return replace(choices, data=DataChoice("placed", placed=study.hard_data))
 

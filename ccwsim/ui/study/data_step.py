@@ -23,6 +23,7 @@ from ccwsim.ui.session.state import State
 from ccwsim.ui.session.uploads import file_uploader
 from ccwsim.ui.study.image_step import IMPORT_PAGE, THUMB
 from ccwsim.ui.study.questions import ROLES_OF_WELLS, ask_data, say_open
+from ccwsim.ui.widgets.errors import problem_in
 from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
 from ccwsim.ui.widgets.text import plain, step_note, step_title
 
@@ -88,11 +89,7 @@ def _draft(state: State, draft: DataChoice) -> None:
 
 def problem_of_data(choices: Choices) -> str:
     """Return why the hard data of a study cannot be used, or an empty text."""
-    try:
-        data_of(choices)
-    except CCWSIMError as error:
-        return str(error)
-    return ""
+    return problem_in(lambda: data_of(choices))
 
 
 def thumbnail(state: State, longest: int) -> bytes:

@@ -19,6 +19,7 @@ from ccwsim.ui.session.resolve import fitted, fitted_grid, image_of, refitted
 from ccwsim.ui.session.state import State
 from ccwsim.ui.session.uploads import file_uploader
 from ccwsim.ui.study.image_questions import asked_of, image_of_file
+from ccwsim.ui.widgets.errors import problem_in
 from ccwsim.ui.widgets.fields import button, field, options_of
 from ccwsim.ui.widgets.text import plain, step_note, step_title
 
@@ -62,11 +63,7 @@ def keep_button(state: State) -> None:
 
 def problem_of_image(choice: ImageChoice) -> str:
     """Return why a training image cannot be read, or an empty text."""
-    try:
-        image_of(choice)
-    except CCWSIMError as error:
-        return str(error)
-    return ""
+    return problem_in(lambda: image_of(choice))
 
 
 def thumbnail(image: TrainingImage, colours: list[str], pixels: int = 2 * THUMB) -> bytes:

@@ -29,6 +29,7 @@ from ccwsim.ui.session.resolve import (
     preview_of,
     previews_of_wells,
 )
+from ccwsim.ui.widgets.errors import if_possible
 from ccwsim.ui.widgets.fields import button, field, options_of
 from ccwsim.ui.widgets.text import plain
 
@@ -121,12 +122,12 @@ def _summary(upload: Upload, part: FilePart | None) -> FileSummary:
 
 def summary_of(upload: Upload | None, part: FilePart | None = None) -> FileSummary | None:
     """Return a first look at an upload, None where it cannot be opened at all."""
-    return _tried(lambda: _summary(upload, part)) if upload is not None else None
+    return if_possible(lambda: _summary(upload, part)) if upload is not None else None
 
 
 def say_open(choices: Choices, problem: str) -> None:
     """Say why data are not taken: calmly where an answer will do, in red where the file is bad."""
-    choice, placed = choices.data, _tried(lambda: placed_data(choices))
+    choice, placed = choices.data, if_possible(lambda: placed_data(choices))
     if choice.source == "file" and any(summary_of(file) is None for file in choice.files):
         st.error(plain(f"{problem}. {KEPT}"))
         return
@@ -192,7 +193,7 @@ def ask_data(choices: Choices, use: Use, *, wide: bool = False) -> None:
         if not wide:
             for table, preview in previews_of_wells(choice).items():
                 ask_columns_of_wells(choice, table, preview, use)
-        points = _tried(lambda: points_of(choice, grid))
+        points = if_possible(lambda: points_of(choice, grid))
     elif choice.source == "file" and choice.upload is not None:
         summary = summary_of(choice.upload)
         if summary is None:
@@ -205,10 +206,10 @@ def ask_data(choices: Choices, use: Use, *, wide: bool = False) -> None:
             _ask_coordinates(choice, preview, write)
         else:
             _ask_grid(summary, choice, grid.nz is not None, write)
-        points = _tried(lambda: points_of(choice, None if grid.nz is None else grid))
+        points = if_possible(lambda: points_of(choice, None if grid.nz is None else grid))
     if points is not None and points.continuous:
         _ask_threshold(points, dict(choice.answers).get("threshold"), write)
-    placed = _tried(lambda: placed_data(choices))
+    placed = if_possible(lambda: placed_data(choices))
     if placed is not None:
         _ask_names(choices, placed, write, wide)
     if not wide:
@@ -233,14 +234,6 @@ def _ask_grid(summary: FileSummary, choice: DataChoice, volume: bool, write: Wri
     for name in ("up", "z_up") if volume else ("up",):
         if summary.asks_up or name in known:
             ask_way(name, known, write)
-
-
-def _tried(read: Callable[[], Any]) -> Any:
-    """What can be read so far; None where a question is open, which the page says."""
-    try:
-        return read()
-    except CCWSIMError:
-        return None
 
 
 def ask_variable(summary: FileSummary, value: str | None, write: Callable[[str], None]) -> None:

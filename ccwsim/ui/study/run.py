@@ -26,6 +26,7 @@ from ccwsim.system.machine import n_cores
 from ccwsim.ui.session.progress import format_duration
 from ccwsim.ui.session.resolve import data_of, image_of, same_realizations, study_of
 from ccwsim.ui.session.state import PastRun, State
+from ccwsim.ui.widgets.errors import problem_in
 from ccwsim.ui.widgets.fields import bound_to, button, field
 from ccwsim.ui.widgets.text import pair, step_note, step_title
 
@@ -77,12 +78,12 @@ def run_button(state: State, key: str, width: str = "stretch") -> None:
 def problem_of(state: State) -> str:
     """Return why the study cannot run, or an empty text."""
     choices = state.choices
-    try:
+
+    def check() -> None:
         n_data = study_of(choices).hard_data.n
         check_limits(Demand(choices.grid.n_cells * choices.n_realizations, n_data))
-    except CCWSIMError as error:
-        return str(error)
-    return ""
+
+    return problem_in(check)
 
 
 def start_run(state: State, after: float = 0.0) -> None:
