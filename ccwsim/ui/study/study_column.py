@@ -123,7 +123,7 @@ def method_step(state: State) -> None:
     with st.popover("Advanced", key="method_menu"):
         for name in PARAMETERS:
             if name not in ON_TOP:
-                parameter_field(p, name, bound_to(p, name, change)["write"])
+                parameter_field(p, name, change)
         if len(shape) == 3:
             _trend_field(p, change)
         button("Back to the defaults", on_click=lambda: _reset(state))
@@ -186,11 +186,13 @@ def set_parameters(state: State, **changes: object) -> None:
     state.change(parameters=fitted(state.choices.parameters, shape, **changes))
 
 
-def parameter_field(p: Parameters, name: str, write, prefix: str = "p_") -> None:
+def parameter_field(
+    p: Parameters, name: str, change: Callable[..., None], prefix: str = "p_"
+) -> None:
     """Draw the control of one parameter, by the kind of its value; its key starts with `prefix`."""
     value = getattr(p, name)
     label = LABELS.get(name, name.replace("_", " ").capitalize())
-    options = {"key": f"{prefix}{name}", "value": value, "write": write, "help": help_of(name)}
+    options = bound_to(p, name, change, key=f"{prefix}{name}", help=help_of(name))
     if isinstance(value, bool):
         field(st.checkbox, label, **options)
     elif isinstance(value, str):
@@ -201,7 +203,8 @@ def parameter_field(p: Parameters, name: str, write, prefix: str = "p_") -> None
         if isinstance(value, tuple):  # a location weight only along z keeps its axis
 
             def write_per_axis(new: float) -> None:
-                write(tuple(new if weight else 0.0 for weight in value) if any(value) else new)
+                per_axis = tuple(new if weight else 0.0 for weight in value)
+                change(**{name: per_axis if any(value) else new})
 
             options |= {"value": max(value), "write": write_per_axis}
         low, high, step = NUMBERS[name]
