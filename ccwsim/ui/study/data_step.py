@@ -82,9 +82,8 @@ def _draft(state: State, draft: DataChoice) -> None:
         n, name = data_of(tried).n, names_of_files(draft) or "placed by hand"
         step_note(f"Your {n} data ({name}) fit the study and are not in it yet.")
         with st.container(horizontal=True, gap="small"):
-            use, leave = {"args": (state, draft)}, {"args": (state, "data_draft", None)}
-            button("Use them", key="data_keep", on_click=use_data, **use)
-            button("Leave them out", key="data_leave", on_click=setattr, **leave)
+            button("Use them", key="data_keep", on_click=use_data, args=(state, draft))
+            keep_data_button(state, "data_leave", "Leave them out")
 
 
 def problem_of_data(choices: Choices) -> str:
@@ -245,11 +244,10 @@ def bundled_data(state: State) -> tuple[str, ...]:
     return tuple(sorted(wells, key=lambda name: datasets.hard_data_training_image(name) != image))
 
 
-def keep_data_button(state: State, key: str) -> None:
+def keep_data_button(state: State, key: str, label: str = "Keep the data as they were") -> None:
     """Draw a button that drops the data that wait, if there are any."""
     if state.data_draft is not None:
-        drop = (state, "data_draft", None)
-        button("Keep the data as they were", key=key, on_click=setattr, args=drop)
+        button(label, key=key, on_click=setattr, args=(state, "data_draft", None))
 
 
 def _report(state: State, current: DataChoice) -> None:

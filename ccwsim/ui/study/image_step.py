@@ -75,6 +75,12 @@ def thumbnail(image: TrainingImage, colours: list[str], pixels: int = 2 * THUMB)
     return map_png(cells, colours, scale=max(1, pixels // max(cells.shape)))
 
 
+def image_uploader(state: State, label: str, key: str) -> None:
+    """Draw an uploader of training images."""
+    take = partial(import_image, state)
+    file_uploader(label, key=key, take=take, type=TYPES, help=FORMATS)
+
+
 def import_image(state: State, upload: Upload) -> None:
     """Take the image of a file at once if no question is open, otherwise go to Import."""
     try:
@@ -130,8 +136,7 @@ def _menu(state: State) -> None:
     field(st.selectbox, "Bundled with the program", key="image_bundled", **chosen, **bundled)
     if not current.upload:
         st.caption(datasets.describe(current.bundled))
-    take = partial(import_image, state)
-    file_uploader("or a file of yours", key="image_file", take=take, type=TYPES, help=FORMATS)
+    image_uploader(state, "or a file of yours", "image_file")
     if current.upload:
         st.caption(plain(f"From your file {current.upload.name}"))
     preview = thumbnail(image_of(state.choices.image), colours_of(state), 320)

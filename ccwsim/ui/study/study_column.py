@@ -39,10 +39,6 @@ from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, field, help_o
 from ccwsim.ui.widgets.text import pair, plain, step_title
 
 WORLD = {
-    "cell_size": ("Cell width (world units)", "Cell height (world units)"),
-    "origin": ("West edge (world units)", "South edge (world units)"),
-}
-WORLD_OF_VOLUME = {
     "cell_size": ("Cell size E–W", "Cell size N–S", "Cell height along z"),
     "origin": ("West edge", "South edge", "Bottom"),
 }
@@ -75,9 +71,9 @@ def grid_step(state: State) -> None:
     step_title(3, "Grid")
     grid = state.choices.grid
     change = partial(_change_grid, state)
-    sides = SIDES if grid.nz is not None else {name: SIDES[name] for name in ("nx", "ny")}
-    places = [*pair(), *(pair()[:1] if grid.nz is not None else [])]
-    for column, (name, label) in zip(places, sides.items(), strict=True):
+    n_axes = grid.n_dimensions
+    places = [place for _ in range(n_axes - 1) for place in pair()]
+    for column, (name, label) in zip(places, SIDES.items(), strict=False):
         with column:
             number = bound_to(grid, name, change, min_value=1, max_value=MAX_GRID_SIDE_OFFERED)
             number |= {"key": f"grid_{name}", "step": 8 if name == "nz" else 32}
@@ -85,8 +81,8 @@ def grid_step(state: State) -> None:
             field(st.number_input, label, **number)
     with st.popover("World coordinates", key="grid_menu"):
         st.caption("Used for data in world units, for the axes of maps and in exported files.")
-        for name, labels in (WORLD if grid.nz is None else WORLD_OF_VOLUME).items():
-            for k, label in enumerate(labels):
+        for name, labels in WORLD.items():
+            for k, label in enumerate(labels[:n_axes]):
                 _world_field(state, name, k, label)
 
 
