@@ -32,6 +32,7 @@ from ccwsim.ui.session.resolve import (
     template_sizes,
 )
 from ccwsim.ui.session.state import State
+from ccwsim.ui.study.changes import VALUES
 from ccwsim.ui.study.data_step import data_step, problem_of_data
 from ccwsim.ui.study.image_step import image_step
 from ccwsim.ui.study.run import run_step
@@ -53,9 +54,7 @@ NUMBERS = {
 """Minimum, maximum and step of the numbers under Advanced."""
 LABELS = {"co_template": "Look-ahead for data", "exact_data": "Honour data exactly"}
 SIZES = {"template_size": "Template", "overlap_size": "Overlap", "wavelet_level": "Level"}
-METHODS = {"ccwsim": "CCWSIM", "ccsim": "CCSIM", "ms-ccsim": "MS-CCSIM"}
-VALUES = {**METHODS, "ssd": "squared difference"}
-"""Names of parameters and their values on the screen; the others have their own."""
+"""Names of parameters on the screen; the others have their own."""
 
 
 def study_column(state: State) -> None:
