@@ -96,17 +96,14 @@ def start_run(state: State, after: float = 0.0) -> None:
         state.message = str(error)
         return
     stop_run(state)
-    state.message, state.last_attempt, state.needs_confirmation = "", state.choices, False
-    try:
+    state.last_attempt, state.needs_confirmation = state.choices, False
+
+    def begin() -> None:
         state.job = _begun(state, simulate_range, after)
-    except CCWSIMError as error:
-        if before is None or not before.wait(ENOUGH_TO_STOP):
-            state.message = str(error)
-            return
-        try:  # the memory of the run before is free now
-            state.job = _begun(state, simulate_range, after)
-        except CCWSIMError as again:
-            state.message = str(again)
+
+    state.message = problem_in(begin)
+    if state.message and before is not None and before.wait(ENOUGH_TO_STOP):
+        state.message = problem_in(begin)  # the memory of the run before is free now
 
 
 def start_run_if_needed(state: State, *, live: bool, after: float = 0.0) -> bool:
