@@ -14,7 +14,7 @@ from ccwsim import Grid, HardData, Parameters, TrainingImage, datasets, save_pro
 from ccwsim.io import training_image_as_bytes
 from ccwsim.metrics import fit_curve
 from ccwsim.model.study import Study
-from ccwsim.report import report_html
+from ccwsim.report.document import report_html
 from ccwsim.report.verdicts import describe_curve, relative_text
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Shown, Upload
 from ccwsim.sharing.link import link_of

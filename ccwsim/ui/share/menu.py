@@ -14,7 +14,7 @@ from ccwsim.io import training_image_as_bytes
 from ccwsim.io.formats.classes import MAX_CODES
 from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED, MAX_REALIZATIONS, MAX_SEED
 from ccwsim.model.errors import CCWSIMError
-from ccwsim.report import report_html, surroundings
+from ccwsim.report.document import report_html, surroundings
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.sharing.link import left_out, link_of, read_link
 from ccwsim.sharing.project import Project, project_as_bytes, read_project

@@ -14,7 +14,7 @@ from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, Parameters, datasets
 from ccwsim.io import read_realizations, training_image_as_bytes
-from ccwsim.report import report_html
+from ccwsim.report.document import report_html
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Shown, Upload
 from ccwsim.sharing.link import link_of, read_link
 from ccwsim.sharing.project import project_as_bytes
