@@ -60,40 +60,21 @@ DOUBT = 2.0
 
 @dataclass(frozen=True, eq=False)
 class SweepRow:
-    """One setting of a sweep, and its result.
-
-    Attributes
-    ----------
-    parameters : Parameters
-    quality : Quality
-    realizations : ndarray of int, shape (n_kept, ny, nx) or (n_kept, nz, ny, nx)
-        The first few, in facies codes.
-    """
+    """One setting of a sweep, and its result."""
 
     parameters: Parameters
     quality: Quality
+    # the first few, in facies codes: shape (n_kept, ny, nx) or (n_kept, nz, ny, nx)
     realizations: NDArray[np.integer]
 
 
 @dataclass(frozen=True, eq=False)
 class Sweep:
-    """The result of a sweep.
+    """The result of a sweep."""
 
-    Attributes
-    ----------
-    rows : tuple of SweepRow
-        The settings that were finished, in the order they were asked for.
-    failed : tuple of (Parameters, str)
-        Settings that could not be simulated, and why.
-    n_asked : int
-        How many settings were asked for.
-    image_shape : tuple of int
-        Of the training image.
-    """
-
-    rows: tuple[SweepRow, ...]
-    failed: tuple[tuple[Parameters, str], ...]
-    n_asked: int
+    rows: tuple[SweepRow, ...]  # the settings that were finished, in the order asked for
+    failed: tuple[tuple[Parameters, str], ...]  # those that could not be simulated, and why
+    n_asked: int  # settings asked for
     image_shape: Shape
 
     @property
@@ -153,8 +134,7 @@ def sweep(
     n_realizations : int
         Of each setting.
     progress : callable, optional
-        Called as progress(fraction, n_done), n_done settings of all; the fraction is of the
-        expected time.
+        Called as progress(fraction of the expected time, settings that are finished).
     cancel : callable, optional
         Returns True to stop; the finished settings are returned.
     found : callable, optional

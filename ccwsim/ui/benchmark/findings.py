@@ -334,10 +334,12 @@ def _ratios(found: dict, method: str, level: int, numbers: Sequence[int], side: 
     return [here, f"{b / a:.2f}" if a and b else NONE]
 
 
-IMAGE_HEAD = ["image", "image_nx", "image_ny", "image_nz"]
-SETTING_HEAD = ["method", "level", "template", "overlap", "candidates", "exact_data"]
-CASE_HEAD = ["nx", "ny", "nz", "n_data", "seed"]
-RESULT_HEAD = ["realization", "cpu_seconds", "data_not_honoured", "machine"]
+TIMINGS_HEAD = (
+    *("image", "image_nx", "image_ny", "image_nz"),
+    *("method", "level", "template", "overlap", "candidates", "exact_data"),
+    *("nx", "ny", "nz", "n_data", "seed"),
+    *("realization", "cpu_seconds", "data_not_honoured", "machine"),
+)
 
 
 def timings_csv(runs: Sequence[TimingRun], machine: str) -> bytes:
@@ -345,14 +347,14 @@ def timings_csv(runs: Sequence[TimingRun], machine: str) -> bytes:
     lines = []
     for run in runs:
         for timing in list(run.timings):
-            p, own = timing.parameters, image_of_case(run.training_image, timing.case)
+            p, own = timing.parameters, image_of_case(run.training_image, timing)
             sizes = map(_sizes, (p.level, p.template_size, p.overlap_size))
-            setting = [p.method, *sizes, p.n_candidates]
-            nx, ny, nz = in_layers(timing.grid_shape)[::-1]
+            setting = [p.method, *sizes, p.n_candidates, p.exact_data]
             image = [own.name, *in_layers(own.shape)[::-1]]
-            case = [*image, *setting, p.exact_data, nx, ny, nz, timing.n_data, run.seed]
+            grid = in_layers(timing.grid_shape)[::-1]
+            case = [*image, *setting, *grid, timing.n_data, run.seed]
             lines += [
                 [*case, r + 1, f"{cpu:.6g}", int(timing.n_mismatched[r]), machine]
                 for r, cpu in enumerate(timing.cpu_seconds)
             ]
-    return as_csv([*IMAGE_HEAD, *SETTING_HEAD, *CASE_HEAD, *RESULT_HEAD], lines)
+    return as_csv(TIMINGS_HEAD, lines)
