@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.jobs.workers import Progress
 from ccwsim.metrics import Anodi, Band, Fit, Scaling, anodi, band, fit_curve
-from ccwsim.metrics.bands import Statistic, curves_of
+from ccwsim.metrics.bands import STATISTICS, curves_of
 from ccwsim.metrics.lags import axes_of, max_lag
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import Cancelled, CCWSIMError
@@ -31,7 +31,6 @@ LOW, HIGH = 0.05, 0.95
 """Quantiles of the bands."""
 MIN_ERRORS = 2.0
 """Standard errors that a difference between settings must exceed to be called one."""
-STATISTICS: tuple[Statistic, ...] = ("variogram", "connectivity")
 
 
 @dataclass(frozen=True, eq=False)

@@ -215,10 +215,7 @@ class Recommendation:
 def pareto_front(times: ArrayLike, errors: ArrayLike) -> NDArray[np.int64]:
     """Return the Pareto front: no other point is as good in both and better in one.
 
-    Raises
-    ------
-    CCWSIMError
-        If there are not as many times as errors.
+    Raises `CCWSIMError` if there are not as many times as errors.
 
     Examples
     --------
@@ -250,10 +247,7 @@ def recommended(sweep: Sweep) -> Recommendation:
     less than a tolerance (0.1 of the proportion, a tenth of the pattern distance, 0.03 of τ) or by
     less than two standard errors, which follow from the spread between realizations.
 
-    Raises
-    ------
-    CCWSIMError
-        If no setting is finished.
+    Raises `CCWSIMError` if no setting is finished.
     """
     if not sweep.rows:
         raise CCWSIMError("no setting is finished yet: let the sweep go on")

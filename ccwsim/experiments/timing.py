@@ -239,10 +239,7 @@ class Growth:
 def growth(timings: Sequence[Timing]) -> Growth:
     """Return how the time of one setting grows with the grid (Fig. 13).
 
-    Raises
-    ------
-    CCWSIMError
-        If all grids have the same number of cells.
+    Raises `CCWSIMError` if all grids have the same number of cells.
     """
     cells = np.array([t.n_cells for t in timings], float)
     seconds = np.array([max(t.seconds, 1e-9) for t in timings])

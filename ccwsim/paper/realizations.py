@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ccwsim import datasets
 from ccwsim.figures import Bundle
 from ccwsim.metrics import Stationarity, etype, stationarity
-from ccwsim.metrics.bands import Statistic
+from ccwsim.metrics.bands import STATISTICS, Statistic
 from ccwsim.metrics.stack import Stack
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.hard_data import HardData
@@ -22,7 +22,6 @@ from ccwsim.paper.verdicts import percent
 from ccwsim.report import Block, Judgement, Row, Table, Text
 from ccwsim.report.pictures import bundle_chart, bundle_of, share_picture
 
-STATISTICS: tuple[Statistic, ...] = ("variogram", "connectivity")
 SHOWN = 3
 LEVEL = 2
 CLOSE_SHARE, CLOSE_TAU = 0.03, 0.85
@@ -77,7 +76,9 @@ def unconditional(run: ExperimentRun) -> Outcome:
     )
     table = Table(header, tuple(rows), caption)
     blocks = (Row(tuple(pictures)), table, Text(remark, quiet=True))
-    return Outcome(blocks, (_reproduced(shown, image), _unconditional_time(run, shown)))
+    what = "a realization (mean); grid and level are not at hand"
+    time = _judged_time(run, shown, what, "Fig. 6")
+    return Outcome(blocks, (_reproduced(shown, image), time))
 
 
 def _measures(
@@ -104,12 +105,10 @@ def _reproduced(ensemble: Ensemble, image: TrainingImage) -> Judgement:
     return verdicts.of_claim(claim, found, holds)
 
 
-def _unconditional_time(run: ExperimentRun, ensemble: Ensemble) -> Judgement:
-    what = "a realization (mean); grid and level are not at hand"
-    stated = stated_seconds("Fig. 6")
-    return verdicts.of_time(
-        what, methods.median_seconds(ensemble), stated, "Fig. 6", run.extent.is_full
-    )
+def _judged_time(run: ExperimentRun, ensemble: Ensemble, what: str, where: str) -> Judgement:
+    """Judge the CPU time of a realization against the paper's for a figure."""
+    ours, full = methods.median_seconds(ensemble), run.extent.is_full
+    return verdicts.of_time(what, ours, stated_seconds(where), where, full)
 
 
 def conditional(run: ExperimentRun) -> Outcome:
@@ -179,12 +178,11 @@ def _varied(many: Ensemble) -> Judgement:
 
 
 def _conditional_times(run: ExperimentRun, free: Ensemble, many: Ensemble) -> list[Judgement]:
-    ours, stated = methods.median_seconds(many), stated_seconds("Fig. 7")
-    full, what = run.extent.is_full, "a realization (mean of 100)"
-    time = verdicts.of_time(what, ours, stated, "Fig. 7", full)
-    if not full:
+    time = _judged_time(run, many, "a realization (mean of 100)", "Fig. 7")
+    if not run.extent.is_full:
         return [time]
-    ratio, theirs = ours / methods.median_seconds(free), stated / stated_seconds("Fig. 6")
+    ratio = methods.median_seconds(many) / methods.median_seconds(free)
+    theirs = stated_seconds("Fig. 7") / stated_seconds("Fig. 6")
     claim = (
         f"Conditional realizations (2.42 s, Fig. 7) take {theirs:.2f} times as long as "
         "unconditional ones (6.52 s, Fig. 6); grids and levels of the two are not at hand."
@@ -334,9 +332,8 @@ def _dense_judgements(
         found += f" With the authors' code {percent(theirs)}."
         word = verdicts.word_of(1 if share > theirs else -1)
         judgements = verdicts.judged(claim, found, word), verdicts.of_data(wrong, data.n, missed)
-    ours, stated = methods.median_seconds(e), stated_seconds("Fig. 14")
     what = "a realization with about 4000 data (mean)"
-    return (*judgements, verdicts.of_time(what, ours, stated, "Fig. 14", run.extent.is_full))
+    return (*judgements, _judged_time(run, e, what, "Fig. 14"))
 
 
 def three_facies(run: ExperimentRun) -> Outcome:
@@ -368,19 +365,19 @@ def _proportions(e: Ensemble) -> Table:
 
 
 def _facies_judgements(run: ExperimentRun, e: Ensemble) -> tuple[Judgement, ...]:
-    image, ours = e.training_image, methods.median_seconds(e)
+    image = e.training_image
     off = float(np.abs(e.proportions.mean(axis=0) - image.proportions).max())
     wrong = float(e.n_mismatched.mean() / e.hard_data.n)
     there = published_time(OCTAVE, "ccwsim", LEVEL, e.grid.nx * e.grid.ny, 400, "three facies")
     theirs = there.wrong_share if there and run.inputs.is_own("three facies") else None
     claim = "Section 5.8: more than two facies can be simulated."
     found = f"All {image.n_facies} facies occur, each within {percent(off)} of its share of the "
-    judgements = (
+    what = "a realization of three facies on 1000 × 1000 cells"
+    return (
         verdicts.of_claim(claim, f"{found}image.", off <= CLOSE_SHARE),
         verdicts.of_data(wrong, e.hard_data.n, theirs),
+        _judged_time(run, e, what, "Fig. 16"),
     )
-    what, stated = "a realization of three facies on 1000 × 1000 cells", stated_seconds("Fig. 16")
-    return (*judgements, verdicts.of_time(what, ours, stated, "Fig. 16", run.extent.is_full))
 
 
 def limits(run: ExperimentRun) -> Outcome:

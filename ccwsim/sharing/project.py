@@ -84,10 +84,7 @@ class Project:
 def save_project(path_or_file: Any, project: Project) -> None:
     """Write a project to a path, whole or not at all, or to an open binary file.
 
-    Raises
-    ------
-    CCWSIMError
-        For a place that cannot be written.
+    Raises `CCWSIMError` for a place that cannot be written.
     """
     write_bytes(path_or_file, project_as_bytes(project))
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ccwsim.figures import LIGHT, map_png, proportions_chart, times_chart
 from ccwsim.metrics import etype, fit_curve, measure
-from ccwsim.metrics.bands import Statistic
+from ccwsim.metrics.bands import STATISTICS
 from ccwsim.metrics.lags import axes_of, max_lag
 from ccwsim.metrics.stack import Stack
 from ccwsim.model.arrays import describe_shape
@@ -46,7 +46,6 @@ from ccwsim.sharing.recipe import Recipe
 MAX_LISTED = 40
 """More data or realizations are summed up instead of listed."""
 MAX_MAPS = 24
-STATISTICS: tuple[Statistic, ...] = ("variogram", "connectivity")
 REVISED = (
     "These realizations were re-simulated locally around edits of the hard data: link, script and "
     "command simulate the study anew, which honours the same data and differs in other cells."
