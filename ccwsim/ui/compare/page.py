@@ -28,7 +28,7 @@ from ccwsim.figures import (
     setting_colours,
 )
 from ccwsim.jobs.job import PATIENCE
-from ccwsim.jobs.limits import Demand, check_limits
+from ccwsim.jobs.limits import Demand, limits_of_environment
 from ccwsim.metrics.lags import axes_of
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_CANDIDATES_OFFERED, MAX_REALIZATIONS_COMPARED
@@ -144,7 +144,7 @@ def problem_of(state: State) -> str:
         for parameters in settings_of(state):
             Study(image, choices.grid, parameters, data, choices.seed)
         cells = choices.grid.n_cells * len(settings_of(state))
-        check_limits(Demand(cells * n_of(state), data.n))
+        limits_of_environment().check(Demand(cells * n_of(state), data.n))
     except CCWSIMError as error:
         return str(error)
     return ""

@@ -12,7 +12,7 @@ from ccwsim.experiments.cost import PER_JUDGED_CELL, typical_seconds
 from ccwsim.experiments.plan import ALONG_Z, SweepPlan, plan_sweep, value_of
 from ccwsim.experiments.sweep import Sweep, SweepRow, sweep
 from ccwsim.jobs.job import Job
-from ccwsim.jobs.limits import Demand, check_limits
+from ccwsim.jobs.limits import Demand, limits_of_environment
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
 from ccwsim.model.ensemble import Ensemble
@@ -288,7 +288,7 @@ def problem_of(state: State) -> str:
         return f"{len(plan)} settings; a sweep tries at most {MAX_SWEPT}: take fewer values."
     n_cells = len(plan) * state.page(SweepState).n_realizations * state.choices.grid.n_cells
     try:
-        check_limits(Demand(n_cells, data.n))
+        limits_of_environment().check(Demand(n_cells, data.n))
     except CCWSIMError as error:
         return str(error)
     return ""
