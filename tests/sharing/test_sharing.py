@@ -21,7 +21,8 @@ from ccwsim.sharing.link import link_of
 from ccwsim.sharing.project import Project
 from ccwsim.sharing.recipe import reproduction_recipe
 from ccwsim.sharing.study_report import study_report
-from ccwsim.ui.share.menu import choices_of, study_of
+from ccwsim.ui.session.resolve import study_of
+from ccwsim.ui.share.menu import choices_of
 from tests.report.test_report import OUTSIDE, own_part
 from tests.some import some
 

@@ -65,6 +65,12 @@ USUAL_VOLUME = 100, 100
 """Rows and columns of the grid of a volume; it has as many layers as its training image."""
 
 
+def study_of(choices: Choices) -> Study:
+    """Return a study as a whole; an error if its parts do not fit together."""
+    image = image_of(choices.image)
+    return Study(image, choices.grid, choices.parameters, data_of(choices), choices.seed)
+
+
 @cached(max_entries=32)
 def image_of(choice: ImageChoice) -> TrainingImage:
     """Return the training image of a choice; an error if a question about it is open."""
