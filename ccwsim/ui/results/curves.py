@@ -111,6 +111,11 @@ def draw_curves(ensemble: Ensemble, facies: int, colours: Sequence[str] | None =
         ways = axes_of(ensemble.grid.shape)
         connected = [partial(_connectivity, ensemble, facies, way) for way in ways]
         rows = [[*variograms, layers, *shares], [*connected, times]]
+    draw_rows(rows)
+
+
+def draw_rows(rows: Sequence[Sequence[Callable[[], None]]]) -> None:
+    """Draw charts in rows of as many columns as the first has, and say how they are judged."""
     with st.container(key="charts"):
         places = [st.columns(len(rows[0]), gap="medium") for _ in rows]
     for row, columns in zip(rows, places, strict=True):
