@@ -97,8 +97,8 @@ class ImportedPoints:
         last = f"{len(different) - 6} more" if len(different) > 6 else numbers.pop()
         return f"{self.counted}s {', '.join(numbers)} and {last}"
 
-    def taken(self, which: NDArray[np.bool_] | list[int]) -> ImportedPoints:
-        """Return some of the data."""
+    def taken(self, which: NDArray | list[int]) -> ImportedPoints:
+        """Return some of the data, by a mask or by their indices."""
         return replace(
             self,
             places=self.places[which],
@@ -208,13 +208,7 @@ def along_wells(points: ImportedPoints, grid: Grid | None) -> ImportedPoints:
     layers = first[which] + np.arange(n) - (np.cumsum(counts) - counts)[which]
     places = points.places[which]
     places[:, 2] = grid.origin[2] + (layers + 0.5) * grid.cell_size[2]
-    empty = int(np.count_nonzero(counts == 0))
-    notes = (f"Intervals of depth that hold no centre of a cell, left out: {empty}.",)
-    return replace(
-        points,
-        places=places,
-        values=points.values[which],
-        lines=points.lines[which],
-        spans=None,
-        notes=points.notes + (notes if empty else ()),
-    )
+    empty, notes = int(np.count_nonzero(counts == 0)), points.notes
+    if empty:
+        notes += (f"Intervals of depth that hold no centre of a cell, left out: {empty}.",)
+    return replace(points.taken(which), places=places, spans=None, notes=notes)
