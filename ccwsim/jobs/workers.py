@@ -24,11 +24,7 @@ _shared_cores: Cores | None = None
 
 
 def share_cores() -> None:
-    """Let all runs of this process share its cores from now on, as a server should.
-
-    However many runs there are, as many tasks compute at once as there are cores; a run gets no
-    more threads than before.
-    """
+    """Let all runs of this process share its cores from now on: one task a core computes."""
     global _shared_cores
     if _shared_cores is None:
         _shared_cores = Cores(n_cores())

@@ -48,7 +48,7 @@ from ccwsim.paper.verdicts import (
     percent,
     word_of,
 )
-from ccwsim.report import Block, Chart, Judgement, Row, Table, Text
+from ccwsim.report.document import Block, Chart, Judgement, Row, Table, Text
 
 METHODS = ("ccwsim", "ms-ccsim")
 N_DATA = 1000

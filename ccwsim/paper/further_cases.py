@@ -28,7 +28,7 @@ from ccwsim.paper.verdicts import (
     percent,
     word_of,
 )
-from ccwsim.report import Block, Judgement, Row, Table, Text
+from ccwsim.report.document import Block, Judgement, Row, Table, Text
 from ccwsim.report.pictures import share_picture
 
 LEVEL = 2

@@ -38,7 +38,7 @@ from ccwsim.paper.verdicts import (
     percent,
     word_of,
 )
-from ccwsim.report import Block, Judgement, Row, Table, Text
+from ccwsim.report.document import Block, Judgement, Row, Table, Text
 from ccwsim.report.pictures import bundle_chart, bundle_of, share_picture
 
 STATISTICS: tuple[Statistic, ...] = ("variogram", "connectivity")

@@ -18,7 +18,7 @@ from ccwsim.paper.methods import SETTINGS
 from ccwsim.paper.realizations import conditional, statistics, unconditional
 from ccwsim.paper.times import grid_size, times_with_data
 from ccwsim.paper.verdicts import ALIKE, NOISE
-from ccwsim.report import Block, Document, Facts, Judgements, Section, Text, surroundings
+from ccwsim.report.document import Block, Document, Facts, Judgements, Section, Text, surroundings
 
 EXPERIMENTS = (
     Experiment(

@@ -22,7 +22,7 @@ from ccwsim.paper.published_times import (
     published_time,
 )
 from ccwsim.paper.verdicts import OPEN, judged, of_levels, of_ratio, of_time
-from ccwsim.report import Chart, Judgement, Row, Table, Text
+from ccwsim.report.document import Chart, Judgement, Row, Table, Text
 
 LEVELS = (1, 2, 3)
 PAPER_SIDE = 5000

@@ -7,9 +7,10 @@ import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from io import BytesIO
+from math import prod
 from pathlib import Path
 from threading import Lock
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,20 +30,10 @@ class Stored(NamedTuple):
     sources: NDArray[np.int32] | None
 
 
-class Store(Protocol):
-    """Stores realizations in any order."""
-
-    def put(self, k: int, indices: NDArray[np.uint8], sources: NDArray[np.int32]) -> None: ...
-
-    def finish(self, finished: list[int]) -> Stored:
-        """Return the finished ones, ascending."""
-        ...
-
-
 @contextmanager
 def store_of(
     study: Study, n: int, keep_sources: bool, out: str | os.PathLike[str] | None
-) -> Iterator[Store]:
+) -> Iterator[Memory | MapFile]:
     """Yield a store for n realizations; a file is complete at the end, or unchanged."""
     if out is None:
         yield Memory(study.grid.shape, n, keep_sources)
@@ -72,7 +63,7 @@ class Memory:
             self._sources[k] = sources
 
     def finish(self, finished: list[int]) -> Stored:
-        """Return the finished ones, without a copy if these are all."""
+        """Return the finished ones, ascending, without a copy if these are all."""
         indices, sources = self._indices, self._sources
         if len(finished) < len(indices):
             indices = indices[finished]
@@ -94,9 +85,14 @@ class MapFile:
             raise CCWSIMError(f"{path}: realizations go straight to disk as .npy only")
         self._codes, self._shape, self._lock = codes, shape, Lock()
         self._header = self._header_of(shape[0])
-        self._size = int(np.prod(shape[1:], dtype=object)) * codes.itemsize
+        self._size = prod(shape[1:]) * codes.itemsize
+        size = shape[0] * self._size
         with unwritable(path):
-            _check_disk(path.parent, shape[0] * self._size)
+            if size > (free := shutil.disk_usage(path.parent).free):
+                raise CCWSIMError(
+                    f"realizations of {format_bytes(size)} do not fit into {path.parent}, which "
+                    f"has {format_bytes(free)} left; ask for fewer, or for another folder"
+                )
             self._whole = WholeFile(path)
             self._file = self._whole.file
             try:
@@ -146,15 +142,6 @@ class MapFile:
         of = {"descr": kind, "fortran_order": False, "shape": shape}
         np.lib.format.write_array_header_1_0(header, of)
         return header.getvalue()
-
-
-def _check_disk(folder: Path, size: int) -> None:
-    free = shutil.disk_usage(folder).free
-    if size > free:
-        raise CCWSIMError(
-            f"realizations of {format_bytes(size)} do not fit into {folder}, which has "
-            f"{format_bytes(free)} left; ask for fewer, or for another folder"
-        )
 
 
 def _allocate(shape: tuple[int, ...], kind: type[np.integer]) -> NDArray:

@@ -110,8 +110,7 @@ def simulate(
     first = check_int("first_realization", first_realization, 0)
     check_callable("progress", progress)
     check_callable("cancel", cancel)
-    runner = runner_of(executor, n_workers)
-    work = Work(study, first, n, keep_sources)
+    runner = runner_of(Work(study, first, n, keep_sources), executor, n_workers)
     try:
         data_status, seconds = np.zeros((n, study.hard_data.n), np.int16), np.zeros(n)
     except (MemoryError, ValueError):
@@ -122,9 +121,9 @@ def simulate(
             store.put(k, r.indices, r.sources)
             data_status[k], seconds[k] = r.data_status, r.cpu_seconds
 
-        goes_on = runner.prepare(work, progress, cancel)
+        goes_on = runner.prepare(progress, cancel)
         start = time.perf_counter()
-        finished = runner.run(work, take, progress, cancel) if goes_on else []
+        finished = runner.run(take, progress, cancel) if goes_on else []
         stored = store.finish(finished)
     ensemble = Ensemble(
         *(study.training_image, study.grid, study.parameters, study.hard_data, study.seed),

@@ -76,7 +76,7 @@ from ccwsim.ui.results.tables import csv_button
 from ccwsim.ui.session.address import go_to
 from ccwsim.ui.session.file_names import grid_part
 from ccwsim.ui.session.fragments import error_boundary
-from ccwsim.ui.session.resolve import data_of, image_of, levels, overlap_sizes, template_sizes
+from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.news import draw_out_of_date
 from ccwsim.ui.study.study_column import parameter_field, size_fields
@@ -165,52 +165,36 @@ def _draw_settings(state: State) -> None:
 
 
 def _draw_parameters(state: State, k: int, p: Parameters) -> None:
-    shape, letter, has_levels = image_of(state.choices.image).shape, LETTERS[k], p.method != "ccsim"
+    shape, letter = image_of(state.choices.image).shape, LETTERS[k]
+    change = partial(change_setting, state, k)
 
-    def change(name: str) -> Callable[[object], None]:
-        return lambda value: change_setting(state, k, **{name: value})
+    def draw(widget: Callable[..., Any], name: str, label: str, **options: Any) -> None:
+        options |= bound_to(p, name, change) | {"help": help_of(name)}
+        field(widget, label, key=f"{letter}_{name}", **options)
 
-    def draw(widget: Callable[..., Any], name: str, label: str, value: Any, **options: Any) -> None:
-        common: dict[str, Any] = {"write": change(name), "help": help_of(name)}
-        field(widget, label, key=f"{letter}_{name}", value=value, **common, **options)
+    def draw_share() -> None:
+        share = {"min_value": 0.01, "max_value": 1.0, "step": 0.01}
+        draw(st.number_input, "search_fraction", "Search fraction", **share)
 
-    methods = PARAMETERS["method"]["allowed"].split(", ")
-    method = {"options": methods, "format_func": str.upper}
-    best = {"min_value": 1, "max_value": MAX_CANDIDATES_OFFERED}
-    share = {"min_value": 0.01, "max_value": 1.0, "step": 0.01}
     left, right = pair()
-    if len(shape) == 3:
-        with left:
-            draw(st.selectbox, "method", "Method", p.method, **method)
-        with right:
-            draw(st.number_input, "n_candidates", "Candidates K", p.n_candidates, **best)
-        size_fields(p, shape, partial(change_setting, state, k), f"{letter}_")
-    else:
-        with left:
-            draw(st.selectbox, "method", "Method", p.method, **method)
-            sizes = template_sizes(p.level, shape)
-            draw(st.selectbox, "template_size", "Template (cells)", p.template_size, options=sizes)
-            draw(st.number_input, "n_candidates", "Candidates K", p.n_candidates, **best)
-        with right:
-            options = {"options": levels(shape) if has_levels else [0], "disabled": not has_levels}
-            draw(st.selectbox, "wavelet_level", "Level", p.level, **options)
-            sizes = overlap_sizes(p.level, p.template_size)
-            draw(st.selectbox, "overlap_size", "Overlap (cells)", p.overlap_size, options=sizes)
-            draw(st.number_input, "search_fraction", "Search fraction", p.search_fraction, **share)
+    with left:
+        methods = PARAMETERS["method"]["allowed"].split(", ")
+        draw(st.selectbox, "method", "Method", options=methods, format_func=str.upper)
+    with right:
+        most = MAX_CANDIDATES_OFFERED
+        draw(st.number_input, "n_candidates", "Candidates K", min_value=1, max_value=most)
+    free = size_fields(p, shape, change, f"{letter}_")
+    if free is not None:
+        with free:
+            draw_share()
     with st.container(horizontal=True, vertical_alignment="center", key=f"last_{letter}"):
-        parameter_field(p, "refine", change("refine"), f"{letter}_")
+        parameter_field(p, "refine", change, f"{letter}_")
         with st.popover("More", key=f"more_{letter}"):
-            if len(shape) == 3:
-                draw(
-                    st.number_input,
-                    "search_fraction",
-                    "Search fraction",
-                    p.search_fraction,
-                    **share,
-                )
+            if free is None:
+                draw_share()
             for name in PARAMETERS:
                 if name not in SHOWN_AT_ONCE:
-                    parameter_field(p, name, change(name), f"{letter}_")
+                    parameter_field(p, name, change, f"{letter}_")
 
 
 def _draw_actions(state: State, k: int, n: int) -> None:

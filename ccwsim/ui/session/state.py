@@ -66,11 +66,7 @@ class PastRuns:
     max_bytes: int | None = None
 
     def remember(self, run: PastRun) -> None:
-        """Keep a run; the same study again takes the place of the newest, the oldest go.
-
-        So does one with other data placed by hand: a run answers every edit. The newest is kept
-        whatever it takes: it is on the page anyway.
-        """
+        """Keep a run in place of the newest if only data placed by hand differ; the oldest go."""
         if self.runs and _but_for_placed(self.runs[0].choices) == _but_for_placed(run.choices):
             self.runs.pop(0)
         self.runs.insert(0, run)

@@ -56,11 +56,10 @@ from ccwsim.ui.study.image_step import use_advice
 from ccwsim.ui.validate import statistics
 from ccwsim.ui.validate.slices import middle_layer, slice_of
 from ccwsim.ui.validate.statistics import (
-    CurvesCompared,
+    Compared,
     GeobodiesCompared,
     LagMaps,
     PatternsCompared,
-    ProportionsCompared,
     Validation,
     panel,
 )
@@ -85,10 +84,7 @@ MAX_USES = 100
 
 
 def draw_curves_row(state: State, ensemble: Ensemble) -> None:
-    """Draw variograms and connectivity of the chosen facies along all axes, with their key.
-
-    Those of volumes take two rows, which end with the layers and with patterns never seen.
-    """
+    """Draw variograms and connectivity along all axes; of volumes layers and unseen patterns."""
     draw_band_key(ensemble)
     curves = [partial(draw_curve, state, ensemble, *which) for which in axis_curves(ensemble)]
     rows = [curves]
@@ -111,10 +107,10 @@ def axis_curves(ensemble: Ensemble) -> list[tuple[Statistic, str]]:
 
 
 def _draw_layers(state: State, ensemble: Ensemble) -> None:
-    k, height = state.facies, CURVE_HEIGHT
+    k = state.facies
 
-    def draw(found: CurvesCompared) -> None:
-        draw_layers(ensemble, k, found.bundle, found.fit, height)
+    def draw(found: Compared[Bundle]) -> None:
+        draw_layers(ensemble, k, found.value, found.fit, CURVE_HEIGHT)
 
     panel(state, "layers", statistics.layers(ensemble, k), draw)
 
@@ -157,8 +153,8 @@ def draw_curve(
     title = curve_title(statistic, way)
     key = f"{statistic}_{way[0] if isinstance(way, str) else 'azimuth'}"
 
-    def draw(found: CurvesCompared) -> None:
-        bundle = found.bundle
+    def draw(found: Compared[Bundle]) -> None:
+        bundle = found.value
         highest = max(np.nan_to_num(curves).max() for curves in (bundle.each, bundle.reference))
         y_range = (0, 1.04) if statistic == "connectivity" else (0, max(top, 1.05 * float(highest)))
         y_title = f"{SIGNS[statistic]} of {name}"
@@ -173,10 +169,10 @@ def draw_curve(
 def draw_directions(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
     """Draw variogram and connectivity along a chosen direction, and the variogram maps."""
     page_state = state.page(Validation)
-    options: dict[str, Any] = {"min_value": 0, "max_value": 175, "step": 5, "width": 420}
+    options = bound_to(page_state, "azimuth", min_value=0, max_value=175, step=5, width=420)
     help_ = "0 is N–S, 45 is NE–SW, 90 is E–W, 135 is NW–SE. The dotted line on the maps."
-    label, value = "Direction, degrees from north to east", bound_to(page_state, "azimuth")
-    field(st.slider, label, key="azimuth", help=help_, **value, **options)
+    label = "Direction, degrees from north to east"
+    field(st.slider, label, key="azimuth", help=help_, **options)
     azimuth = float(page_state.azimuth)
     for column, statistic in zip(st.columns(2, gap="medium"), SIGNS, strict=True):
         with column:
@@ -194,14 +190,14 @@ def _draw_lag_maps(found: LagMaps, name: str, azimuth: float) -> None:
     largest = float(max(found.reference.max(), found.mean.max())) or 0.5
     apart = found.mean - found.reference
     widest = float(np.abs(apart).max()) or largest
-    same, other = {"largest": largest}, {"largest": widest, "difference": True}
-    maps: tuple[tuple[str, str, str, NDArray, dict[str, Any]], ...] = (
-        ("Training image", "variogram map", "lags_image", found.reference, same),
-        ("Realizations", "mean variogram map", "lags_mean", found.mean, same),
-        ("Difference", f"at most {three_digits(widest)}", "lags_apart", apart, other),
+    maps = (
+        ("Training image", "variogram map", "lags_image", found.reference, largest),
+        ("Realizations", "mean variogram map", "lags_mean", found.mean, largest),
+        ("Difference", f"at most {three_digits(widest)}", "lags_apart", apart, widest),
     )
-    for column, (title, note, key, values, options) in zip(columns, maps, strict=True):
-        options = {"name": f"γ of {name}", "azimuth": azimuth, **options}
+    for column, (title, note, key, values, top) in zip(columns, maps, strict=True):
+        options: dict[str, Any] = {"largest": top, "difference": values is apart}
+        options |= {"name": f"γ of {name}", "azimuth": azimuth}
         with column:
             chart = lag_map_chart(found.lags, values, chart_theme(), **options)
             alt = f"{title}: variogram map of {name}, lags east and north"
@@ -210,25 +206,22 @@ def _draw_lag_maps(found: LagMaps, name: str, azimuth: float) -> None:
 
 def draw_transitions(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
     """Draw the transiograms; with many facies, those that start in one of them."""
-    page_state = state.page(Validation)
-    names = ensemble.training_image.facies_names
+    page_state, names = state.page(Validation), ensemble.training_image.facies_names
     n = len(names)
-    tails, heads = list(range(n)), list(range(n))[:MAX_HEADS]
+    tails = list(range(n))
     with st.container(horizontal=True, gap="medium", vertical_alignment="bottom"):
         ways = axes_of(ensemble.grid.shape)
         page_state.along = page_state.along if page_state.along in ways else ways[0]
-        options = {"options": list(ways), "format_func": way_name}
-        along = bound_to(page_state, "along")
-        field(st.segmented_control, "Along", key="transitions_along", **along, **options)
+        along = bound_to(page_state, "along", options=list(ways), format_func=way_name)
+        field(st.segmented_control, "Along", key="transitions_along", **along)
         if n > MAX_TAILS:
             page_state.tail = min(page_state.tail, n - 1)
-            options = {"options": tails, "format_func": names.__getitem__, "width": 220}
-            tail = bound_to(page_state, "tail")
-            field(st.selectbox, "From", key="transitions_tail", **tail, **options)
+            tail = bound_to(page_state, "tail", **options_of(dict(enumerate(names))), width=220)
+            field(st.selectbox, "From", key="transitions_tail", **tail)
             tails = [page_state.tail]
 
     def draw(bundles: dict[tuple[int, int], Bundle]) -> None:
-        chart = transiogram_chart(bundles, tails, heads, names, chart_theme())
+        chart = transiogram_chart(bundles, tails, range(n)[:MAX_HEADS], names, chart_theme())
         note = "probability of the second facies at a lag from the first"
         alt = "Transition probabilities between facies over the lag"
         titled_chart("Transiograms", note, chart, "transiograms", alt)
@@ -243,8 +236,8 @@ def draw_geobodies(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
     image, k = ensemble.training_image, state.facies
     names = image.facies_names
 
-    def draw_shares(found: ProportionsCompared) -> None:
-        chart = proportions_chart(names, image.proportions, found.each, colours, chart_theme())
+    def draw_shares(found: Compared[NDArray[np.float64]]) -> None:
+        chart = proportions_chart(names, image.proportions, found.value, colours, chart_theme())
         note = describe_proportion(ensemble, k)
         alt = "Facies proportions of each realization and of the training image"
         titled_chart("Facies proportions", note, chart, "proportions", alt)
@@ -390,14 +383,14 @@ def draw_copying(state: State, ensemble: Ensemble, colours: Sequence[str]) -> No
             share = three_digits(100 * found.seams.mean())
             panel_title("Seams", f"{share} % of the cells are at one{here.words}")
             seams = found.seams if here.axis is None else found.seams_within(here.axis)
-            cut, own = replace(found, seams=here.of(seams)), here.ensemble(ensemble)
-            shown = seam_map(cut, own, r, colours, chart_theme().reference)
+            cut = replace(found, seams=here.of(seams))
+            shown = seam_map(cut, here.ensemble(ensemble), r, colours, chart_theme().reference)
             draw_cells(shown, "seams", link="grid", name="seams", max_height=COPYING_HEIGHT)
         with middle:
             note = f"uses of each cell of the training image{of_image.words}"
             panel_title("Where it came from", note)
-            uses = replace(found, uses=of_image.of(found.uses))
-            draw_cells(use_map(uses), "uses", name="uses", max_height=COPYING_HEIGHT)
+            uses = use_map(replace(found, uses=of_image.of(found.uses)))
+            draw_cells(uses, "uses", name="uses", max_height=COPYING_HEIGHT)
         with right:
             panel_title("Copy meter", f"realization {ensemble.numbers[r] + 1}")
             st.html(numbers_table(meter_of(found)))
@@ -417,21 +410,19 @@ def draw_image(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None
     image = ensemble.training_image
 
     def draw(found: Diagnosis) -> None:
-        parameters = state.choices.parameters
-        draw_diagnosis(found, image, parameters, colours, lambda new: use_advice(state, new))
+        p = state.choices.parameters
+        draw_diagnosis(found, image, p, colours, lambda new: use_advice(state, new))
 
     panel(state, "diagnosis", statistics.diagnosis(image), draw)
 
 
 def meter_of(found: Copying) -> list[tuple[str, str]]:
     """Return the rows of the copy meter: names and values."""
-    side, n_axes = found.largest_square, len(found.square_at)
+    n_axes = len(found.square_at)
+    shape = describe_shape((found.largest_square,) * n_axes)
     return [
         ("neighbours kept", f"{100 * found.copied:.1f} %"),
-        (
-            f"largest {'square' if n_axes == 2 else 'cube'} copied",
-            f"{describe_shape((side,) * n_axes)} cells",
-        ),
+        (f"largest {'square' if n_axes == 2 else 'cube'} copied", f"{shape} cells"),
         ("largest piece copied", f"{found.largest_block:,} cells"),
         ("training image used", f"{100 * found.used:.0f} %"),
         ("set alone", f"{found.n_unknown:,} cells"),
