@@ -34,24 +34,12 @@ _NUMBERS = ("I", "F", "I;16", "I;16B", "I;16L", "I;16N")
 
 @dataclass(frozen=True, eq=False)
 class PictureFile:
-    """A picture as colours, row 0 at the top as in the file.
-
-    Attributes
-    ----------
-    name : str
-        What to call the file in messages.
-    rgb : ndarray of uint8, shape (ny, nx, 3)
-        Red, green and blue; transparent parts are shown on white.
-    numbers : ndarray of uint8, shape (ny, nx), optional
-        What the file stores where it has a palette or is grey.
-    says_codes : bool
-        Whether the file itself says that these numbers are facies codes.
-    """
+    """A picture as colours, row 0 at the top as in the file."""
 
     name: str
-    rgb: NDArray[np.uint8]
-    numbers: NDArray[np.uint8] | None
-    says_codes: bool = False
+    rgb: NDArray[np.uint8]  # shape (ny, nx, 3); transparent parts are shown on white
+    numbers: NDArray[np.uint8] | None  # shape (ny, nx): those of a palette, or greys
+    says_codes: bool = False  # whether the file says that these numbers are facies codes
 
 
 def read_picture(

@@ -21,49 +21,35 @@ _FAR = 2.0**40
 
 @dataclass(frozen=True, eq=False)
 class ImportedPoints:
-    """Hard data of a file before they are placed in cells.
-
-    Attributes
-    ----------
-    places : ndarray of float64, shape (n, 2) or, in a volume, (n, 3)
-        x, y (and z) in the world if `world`, else (layer,) row (from the south) and column.
-    values : ndarray of float64, shape (n,)
-        A facies code or a continuous variable; never NaN.
-    lines : ndarray of int64, shape (n,)
-        The line of each datum in the file, from 1.
-    world : bool
-        Whether places are world coordinates.
-    counted : str
-        The unit of `lines`: "line" of a text, "row" or "cell" of an array.
-    name, variable : str
-        The file and the variable read.
-    n_missing : int
-        Rows without a value, which are left out.
-    notes : tuple of str
-        Assumptions, one sentence each.
-    words : tuple of str
-        The different names, if facies are given by name; `values` are then indices into it.
-    grid : Grid, optional
-        The placed grid of a file that is a whole grid with gaps.
-    spans : ndarray of float64, shape (n, 2), optional
-        z of bottom and top of intervals in vertical wells; z in `places` is the middle.
-    wells : dict of int to str
-        In a volume: the name of the well of each line, if the file has names of wells.
-    """
+    """Hard data of a file before they are placed in cells."""
 
     places: NDArray[np.float64]
+    """Shape (n, 2) or, in a volume, (n, 3): x, y (and z) in the world if `world`, else (layer,) row
+    (from the south) and column."""
     values: NDArray[np.float64]
+    """Shape (n,): a facies code or a continuous variable; never NaN."""
     lines: NDArray[np.int64]
+    """Shape (n,): the line of each datum in the file, from 1."""
     world: bool
+    """Whether places are world coordinates."""
     counted: str
+    """The unit of `lines`: "line" of a text, "row" or "cell" of an array."""
     name: str
     variable: str
+    """The file and the variable read."""
     n_missing: int = 0
+    """Rows without a value, which are left out."""
     notes: tuple[str, ...] = ()
+    """Assumptions, one sentence each."""
     words: tuple[str, ...] = ()
+    """The different names, if facies are given by name; `values` are then indices into it."""
     grid: Grid | None = None
+    """The placed grid of a file that is a whole grid with gaps."""
     spans: NDArray[np.float64] | None = None
+    """Shape (n, 2): z of bottom and top of intervals in vertical wells, of which `places` has the
+    middle."""
     wells: Mapping[int, str] = field(default_factory=dict)
+    """In a volume: the name of the well of each line, if the file has names of wells."""
 
     @property
     def n(self) -> int:

@@ -80,33 +80,21 @@ def read_points(
 
 @dataclass(frozen=True)
 class PointsPreview:
-    """The columns and first rows of a table of hard data, and the columns that are taken.
-
-    Attributes
-    ----------
-    name : str
-        The file.
-    columns : tuple of str
-        All columns in their order; empty if the file is a grid or a list without names.
-    numeric : tuple of str
-        The columns of numbers.
-    rows : tuple of tuple of str
-        The first rows, as they are read: a number written as 2,5 is 2.5 here.
-    lines : tuple of int
-        The line of each shown row in the file.
-    n_rows : int
-        The number of all rows.
-    assignment : Assignment
-        The columns that are taken, by role.
-    """
+    """The columns and first rows of a table of hard data, and the columns that are taken."""
 
     name: str
     columns: tuple[str, ...] = ()
+    """All columns in their order; empty if the file is a grid or a list without names."""
     numeric: tuple[str, ...] = ()
+    """The columns of numbers."""
     rows: tuple[tuple[str, ...], ...] = ()
+    """The first rows, as they are read: a number written as 2,5 is 2.5 here."""
     lines: tuple[int, ...] = ()
+    """The line of each shown row in the file."""
     n_rows: int = 0
+    """The number of all rows."""
     assignment: Assignment = NOTHING_ASSIGNED
+    """The columns that are taken, by role."""
 
     @property
     def guess(self) -> dict[str, str]:
