@@ -260,10 +260,7 @@ class FileSummary:
 def inspect(path_or_file: PathOrFile, part: FilePart | None = None) -> FileSummary:
     """Return what a file, or a part of it, holds: kind, variables, sizes, whether continuous.
 
-    Raises
-    ------
-    CCWSIMError
-        For a file that cannot be read.
+    Raises `CCWSIMError` for a file that cannot be read.
 
     Examples
     --------

@@ -47,6 +47,9 @@ def write_realizations(
 ) -> None:
     """Write realizations to a file, whole or not at all.
 
+    Raises `CCWSIMError` for another format, a package that is not installed, or a place that cannot
+    be written.
+
     Parameters
     ----------
     path_or_file : str, Path or binary file
@@ -57,11 +60,6 @@ def write_realizations(
         One of `FORMATS`; by the ending of the path by default.
     colours : sequence of str, optional
         For PNG: one `#rrggbb` a facies.
-
-    Raises
-    ------
-    CCWSIMError
-        For another format, a package that is not installed, or a place that cannot be written.
 
     Examples
     --------
@@ -90,10 +88,7 @@ def realizations_as_bytes(
     `png` is one map, or a contact sheet of all, north up. Volumes are not written as `tif` or
     `png`.
 
-    Raises
-    ------
-    CCWSIMError
-        For another format, no realizations, or too many for one picture.
+    Raises `CCWSIMError` for another format, no realizations, or too many for one picture.
 
     Examples
     --------
@@ -144,6 +139,9 @@ def read_realizations(
 ) -> Ensemble:
     """Return the realizations of a file.
 
+    Raises `CCWSIMError` for a file without realizations, broken or too large, or facies not in the
+    training image.
+
     Parameters
     ----------
     path_or_file : str, Path or binary file
@@ -160,11 +158,6 @@ def read_realizations(
     Ensemble
         Unknown times are NaN; for grids and npy there are no hard data, parameters are the
         defaults, the seed is 0 and `revised` is true: the seed does not repeat these realizations.
-
-    Raises
-    ------
-    CCWSIMError
-        For a file without realizations, broken or too large, or facies not in the training image.
 
     Examples
     --------

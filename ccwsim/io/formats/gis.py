@@ -90,10 +90,7 @@ def is_shapefile_zip(content: bytes) -> bool:
 def read_gis(content: bytes, name: str, kind: str) -> DataFile:
     """Return the points of a GeoPackage or a zipped Shapefile as a table.
 
-    Raises
-    ------
-    CCWSIMError
-        If pyogrio is not installed, or the file holds no points.
+    Raises `CCWSIMError` if pyogrio is not installed, or the file holds no points.
     """
     if kind == "shp":
         raise CCWSIMError(

@@ -74,10 +74,8 @@ def _packed(values: NDArray) -> bytes:
 def geotiff_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
     """Return maps as a GeoTIFF, north up: a named band each, all of one type.
 
-    Raises
-    ------
-    CCWSIMError
-        If rasterio is not installed, codes do not fit a GeoTIFF, or maps are volumes.
+    Raises `CCWSIMError` if rasterio is not installed, codes do not fit a GeoTIFF, or maps are
+    volumes.
     """
     if grid.nz is not None:
         raise CCWSIMError("a GeoTIFF holds maps, not volumes; write vti, npz or gslib")
@@ -119,10 +117,7 @@ def _fit(maps: Mapping[str, NDArray], most: int) -> bool:
 def netcdf_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
     """Return maps as NetCDF, a variable each over (z,) y and x, the centres of cells in the world.
 
-    Raises
-    ------
-    CCWSIMError
-        If xarray is not installed, or codes do not fit NetCDF.
+    Raises `CCWSIMError` if xarray is not installed, or codes do not fit NetCDF.
     """
     xarray = _package("nc")
     axes = dict(reversed(list(zip(AXES, grid.axes, strict=False))))

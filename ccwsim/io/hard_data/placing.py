@@ -106,6 +106,9 @@ def place_points(
 ) -> PlacedPoints:
     """Place imported points in the cells of a grid and find the problems with them.
 
+    Raises `CCWSIMError` for rows and columns that are no whole numbers, or values that are no
+    facies codes.
+
     Parameters
     ----------
     points : ImportedPoints
@@ -116,11 +119,6 @@ def place_points(
         Has the known facies and their names, which a file may give in upper or lower case.
     conversion : Conversion
         How values become facies.
-
-    Raises
-    ------
-    CCWSIMError
-        For rows and columns that are no whole numbers, or values that are no facies codes.
 
     Examples
     --------
@@ -157,6 +155,8 @@ def fit_grid(
 ) -> Grid:
     """Return a grid whose cells hold all points of a file.
 
+    Raises `CCWSIMError` as `Grid.fit`.
+
     Parameters
     ----------
     points : ImportedPoints
@@ -164,11 +164,6 @@ def fit_grid(
         says; a whole grid with gaps is the grid.
     shape, cell_size
         As in `Grid.fit`, for points in world coordinates.
-
-    Raises
-    ------
-    CCWSIMError
-        As `Grid.fit`.
 
     Examples
     --------
@@ -344,17 +339,15 @@ class HardDataImport:
 def resolve_points(placed: PlacedPoints, conversion: Conversion = STRICT) -> HardDataImport:
     """Return hard data, with the problems settled as asked for.
 
+    Raises `CCWSIMError` if there are such data and the choice is "error"; the message names their
+    lines.
+
     Parameters
     ----------
     placed : PlacedPoints
         From `place_points`.
     conversion : Conversion
         What happens to data that do not fit.
-
-    Raises
-    ------
-    CCWSIMError
-        If there are such data and the choice is "error"; the message names their lines.
 
     Examples
     --------

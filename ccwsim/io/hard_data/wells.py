@@ -49,6 +49,9 @@ def import_wells(
 ) -> HardDataImport:
     """Return the hard data of wells and a report of the import.
 
+    Raises `CCWSIMError` for tables that cannot be read or contradict each other; the message names
+    their rows.
+
     Parameters
     ----------
     collars : path or binary file
@@ -75,11 +78,6 @@ def import_wells(
     HardDataImport
         A vertical well has a datum in every cell with its centre in an interval; a deviated one in
         every cell on its way, with the facies at the middle of its way through the cell.
-
-    Raises
-    ------
-    CCWSIMError
-        For tables that cannot be read or contradict each other; the message names their rows.
 
     References
     ----------
@@ -170,6 +168,9 @@ def preview_wells(
 ) -> PointsPreview:
     """Return the first rows of a table of wells and the columns that are taken.
 
+    Raises `CCWSIMError` for a file that is no table; columns that cannot be guessed are no error
+    here.
+
     Parameters
     ----------
     path_or_file : path or binary file
@@ -178,11 +179,6 @@ def preview_wells(
         Columns that are named instead of guessed; those of other tables are ignored.
     n_rows : int
         The number of rows to show, at least 1.
-
-    Raises
-    ------
-    CCWSIMError
-        For a file that is no table; columns that cannot be guessed are no error here.
 
     Examples
     --------
