@@ -138,9 +138,9 @@ def _parts(content: bytes, name: str) -> bytes:
         parts = {m: end for m, end in parts.items() if end in (".shp", ".shx", ".dbf", ".cpg")}
         archive.check(list(parts))
         packed = BytesIO()
-        with ZipFile(packed, "w") as own:
+        with ZipFile(packed, "w") as shapefile:
             for member, end in parts.items():
-                own.writestr(f"points{end}", archive.read(member))
+                shapefile.writestr(f"points{end}", archive.read(member))
     return packed.getvalue()
 
 

@@ -121,17 +121,17 @@ def netcdf_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
     """
     xarray = _package("nc")
     axes = dict(reversed(list(zip(AXES, grid.axes, strict=False))))
-    found = {name: (tuple(axes), netcdf_integers(values)) for name, values in maps.items()}
-    return bytes(xarray.Dataset(found, axes).to_netcdf(engine="scipy"))
+    variables = {name: (tuple(axes), netcdf_integers(values)) for name, values in maps.items()}
+    return bytes(xarray.Dataset(variables, axes).to_netcdf(engine="scipy"))
 
 
 def realizations_as_netcdf(array: Any) -> bytes:
     """Return the DataArray of an ensemble as NetCDF, whose whole numbers have up to 32 bits."""
     _package("nc")
     codes = netcdf_integers(np.asarray(array.attrs["flag_values"]))
-    own = array.astype(codes.dtype)
-    own.attrs |= {"flag_values": codes, "seed": str(array.attrs["seed"])}
-    return bytes(own.to_netcdf(engine="scipy"))
+    small = array.astype(codes.dtype)
+    small.attrs |= {"flag_values": codes, "seed": str(array.attrs["seed"])}
+    return bytes(small.to_netcdf(engine="scipy"))
 
 
 def netcdf_integers(values: NDArray) -> NDArray:
