@@ -33,6 +33,7 @@ from ccwsim.ui.study.data_step import (
 from ccwsim.ui.study.image_questions import ask_about_image, image_of_file
 from ccwsim.ui.study.image_step import TYPES, problem_of_image
 from ccwsim.ui.study.questions import ask_data, say_open
+from ccwsim.ui.widgets.errors import problem_in
 from ccwsim.ui.widgets.fields import bound_to, button, download, field, options_of
 from ccwsim.ui.widgets.text import plain
 
@@ -144,15 +145,15 @@ def draw_sampling(state: State) -> None:
 def sample(state: State) -> None:
     """Take data sampled as chosen in the menu, and keep their reference field."""
     page_state = state.page(Editor)
-    page_state.message = ""
-    try:
+
+    def take() -> None:
         reference = reference_of(state)
         data = sampled(reference, page_state.sampling)
         data.check(state.choices.grid, image_of(state.choices.image))
         take_data(state, data, reference)
         state.reference = reference
-    except CCWSIMError as error:
-        page_state.message = str(error)
+
+    page_state.message = problem_in(take)
 
 
 def sampled(reference: TrainingImage, how: Sampling) -> HardData:

@@ -17,7 +17,6 @@ from ccwsim.io.formats.pictures import MAX_COLOURS, PictureFile, few_colours
 from ccwsim.io.guesses import QUESTIONS
 from ccwsim.io.opening import FileSummary, open_file, whole_shape
 from ccwsim.io.part import FilePart, thinning
-from ccwsim.model.errors import CCWSIMError
 from ccwsim.sharing.choices import Answers, ImageChoice, Upload
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.session.resolve import opened
@@ -30,6 +29,7 @@ from ccwsim.ui.study.questions import (
     rounded,
     summary_of,
 )
+from ccwsim.ui.widgets.errors import if_possible
 from ccwsim.ui.widgets.fields import field, options_of
 from ccwsim.ui.widgets.text import step_note
 
@@ -57,20 +57,16 @@ def image_of_file(
         known.setdefault("volume", False)
     guessed, _ = _guessed(upload, answered((), **known))
     choice = ImageChoice(upload=upload, answers=answered((), **guessed))
-    try:
-        return replace(choice, colours=_colours(upload, choice.answers))
-    except CCWSIMError:  # the page says why it cannot be read
-        return choice
+    colours = if_possible(lambda: _colours(upload, choice.answers))
+    return replace(choice, colours=colours or ())
 
 
 def asked_of(choice: ImageChoice) -> tuple[str, ...]:
     """Return the questions that the file of an image raises, answered or not; none where broken."""
     if choice.upload is None:
         return ()
-    try:
-        return _guessed(choice.upload, choice.answers)[1]
-    except CCWSIMError:
-        return ()
+    guessed = if_possible(partial(_guessed, choice.upload, choice.answers))
+    return guessed[1] if guessed else ()
 
 
 @cached(max_entries=32, show_spinner="Reading the file …")

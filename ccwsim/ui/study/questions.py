@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
@@ -15,6 +15,7 @@ import streamlit as st
 from numpy.typing import NDArray
 
 from ccwsim.io import FileSummary, ImportedPoints, PlacedPoints, PointsPreview, inspect
+from ccwsim.io.hard_data.column_names import ALTERNATIVE_ROLES, DEPTHS, WELL_TABLES
 from ccwsim.io.part import FilePart
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.errors import CCWSIMError
@@ -29,6 +30,7 @@ from ccwsim.ui.session.resolve import (
     preview_of,
     previews_of_wells,
 )
+from ccwsim.ui.widgets.errors import if_possible
 from ccwsim.ui.widgets.fields import button, field, options_of
 from ccwsim.ui.widgets.text import plain
 
@@ -52,48 +54,33 @@ WAYS: dict[str, dict[Any, str]] = {
     },
 }
 """Questions with a few answers; None is the usual one."""
+ROLES = ("x", "y", "facies")
+"""Columns of a table of points, by the arguments that name them."""
+ROLES_OF_VOLUME = ("x", "y", "z", "facies", "well", *DEPTHS)
+ROLES_OF_WELLS = {name: (*roles,) for name, roles in WELL_TABLES.items()}
+ROLES_OF_WELLS["intervals"] += ("facies",)
 LABELS = {
     "up": "The first row of the file is",
     "z_up": "The first layer of the file is",
     "coordinates": "x and y are",
-}
-ROLES = {
-    "x": "x, to the east",
-    "y": "y, to the north",
-    "facies": "Facies, or what gives it",
-}
-"""Columns of a table of points, by the arguments that name them."""
-DEPTHS = {"depth_from": "Depth from", "depth_to": "Depth to", "depth": "Depth of points"}
-ROLES_OF_VOLUME = {
     "x": "x, to the east",
     "y": "y, to the north",
     "z": "z, upwards: of points, or of the collar",
     "facies": "Facies, or what gives it",
-    "well": "Name of the well",
-    **DEPTHS,
+    **dict.fromkeys(("well", "collar_well", "survey_well"), "Name of the well"),
+    "depth_from": "Depth from",
+    "depth_to": "Depth to",
+    "depth": "Depth of points",
+    "collar_length": "Length of the well",
+    "survey_depth": "Depth along the well",
+    "survey_azimuth": "Azimuth, from north",
+    "survey_inclination": "Inclination, from straight down",
+    "survey_dip": "Dip, from the horizontal",
 }
-ROLES_OF_WELLS = {
-    "collars": {
-        "collar_well": "Name of the well",
-        "x": "x, to the east",
-        "y": "y, to the north",
-        "z": "z of the collar",
-        "collar_length": "Length of the well",
-    },
-    "intervals": {"well": "Name of the well", **DEPTHS, "facies": "Facies, or what gives it"},
-    "surveys": {
-        "survey_well": "Name of the well",
-        "survey_depth": "Depth along the well",
-        "survey_azimuth": "Azimuth, from north",
-        "survey_inclination": "Inclination, from straight down",
-        "survey_dip": "Dip, from the horizontal",
-    },
-}
-"""Columns of tables of wells."""
 TEXT_ROLES = ("facies", "well", "collar_well", "survey_well")
 """Columns that may hold text."""
 SURVEY_TILTS = ("survey_inclination", "survey_dip")
-ALTERNATIVE_ROLES = ((("depth_from", "depth_to"), ("depth",)), (SURVEY_TILTS[:1], SURVEY_TILTS[1:]))
+EITHER_ROLES = tuple((others, (one,)) for one, others in ALTERNATIVE_ROLES.items())
 """A table has either the first columns or the second."""
 MAY_LACK = (*DEPTHS, "collar_length", *SURVEY_TILTS)
 NO_COLUMN = ""
@@ -121,12 +108,12 @@ def _summary(upload: Upload, part: FilePart | None) -> FileSummary:
 
 def summary_of(upload: Upload | None, part: FilePart | None = None) -> FileSummary | None:
     """Return a first look at an upload, None where it cannot be opened at all."""
-    return _tried(lambda: _summary(upload, part)) if upload is not None else None
+    return if_possible(lambda: _summary(upload, part)) if upload is not None else None
 
 
 def say_open(choices: Choices, problem: str) -> None:
     """Say why data are not taken: calmly where an answer will do, in red where the file is bad."""
-    choice, placed = choices.data, _tried(lambda: placed_data(choices))
+    choice, placed = choices.data, if_possible(lambda: placed_data(choices))
     if choice.source == "file" and any(summary_of(file) is None for file in choice.files):
         st.error(plain(f"{problem}. {KEPT}"))
         return
@@ -192,7 +179,7 @@ def ask_data(choices: Choices, use: Use, *, wide: bool = False) -> None:
         if not wide:
             for table, preview in previews_of_wells(choice).items():
                 ask_columns_of_wells(choice, table, preview, use)
-        points = _tried(lambda: points_of(choice, grid))
+        points = if_possible(lambda: points_of(choice, grid))
     elif choice.source == "file" and choice.upload is not None:
         summary = summary_of(choice.upload)
         if summary is None:
@@ -205,10 +192,10 @@ def ask_data(choices: Choices, use: Use, *, wide: bool = False) -> None:
             _ask_coordinates(choice, preview, write)
         else:
             _ask_grid(summary, choice, grid.nz is not None, write)
-        points = _tried(lambda: points_of(choice, None if grid.nz is None else grid))
+        points = if_possible(lambda: points_of(choice, None if grid.nz is None else grid))
     if points is not None and points.continuous:
         _ask_threshold(points, dict(choice.answers).get("threshold"), write)
-    placed = _tried(lambda: placed_data(choices))
+    placed = if_possible(lambda: placed_data(choices))
     if placed is not None:
         _ask_names(choices, placed, write, wide)
     if not wide:
@@ -233,14 +220,6 @@ def _ask_grid(summary: FileSummary, choice: DataChoice, volume: bool, write: Wri
     for name in ("up", "z_up") if volume else ("up",):
         if summary.asks_up or name in known:
             ask_way(name, known, write)
-
-
-def _tried(read: Callable[[], Any]) -> Any:
-    """What can be read so far; None where a question is open, which the page says."""
-    try:
-        return read()
-    except CCWSIMError:
-        return None
 
 
 def ask_variable(summary: FileSummary, value: str | None, write: Callable[[str], None]) -> None:
@@ -301,7 +280,7 @@ def role_of(role: str) -> str:
 
 
 def _ask_columns(
-    choice: DataChoice, preview: PointsPreview, roles: Mapping[str, str], use: Use, wide: bool
+    choice: DataChoice, preview: PointsPreview, roles: Sequence[str], use: Use, wide: bool
 ) -> None:
     """Ask which columns of a table are what; the guess is shown."""
     write = writer(choice, use)
@@ -311,7 +290,7 @@ def _ask_columns(
     asked = _open_alternatives(preview, roles)
     many = wide and roles is not ROLES
     places = st.container(horizontal=True) if many else nullcontext()
-    for role, label in roles.items():
+    for role in roles:
 
         def choose(name: str, role: str = role) -> None:
             new: dict[str, Any] = with_column(taken, role, name)
@@ -331,6 +310,7 @@ def _ask_columns(
         value = taken[role] or (NO_COLUMN if role in lack else None)
         chosen: dict[str, Any] = {"value": value, "write": choose, **options_of(options)}
         chosen |= {"width": WIDTH} if many else {}
+        label = "z of the collar" if role == "z" and "collar_well" in roles else LABELS[role]
         with places:
             field(st.selectbox, label, key=f"ask_column_{role}", **chosen, **OPEN)
 
@@ -372,7 +352,7 @@ def with_column(taken: Mapping[str, str | None], role: str, column: str) -> dict
         if other != role and column and own == column:
             alike = other not in lack or (role in DEPTHS and other in DEPTHS)
             new[other] = (taken[role] if alike else None) or (NO_COLUMN if other in lack else None)
-    for ones, others in (*ALTERNATIVE_ROLES, *(sides[::-1] for sides in ALTERNATIVE_ROLES)):
+    for ones, others in (*EITHER_ROLES, *(sides[::-1] for sides in EITHER_ROLES)):
         if role in ones and column:
             new |= dict.fromkeys(other for other in others if other in new)
         elif role in ones:  # intervals have both ends or none
