@@ -80,8 +80,8 @@ from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.news import draw_out_of_date
-from ccwsim.ui.study.study_column import parameter_field, size_fields
-from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, field, help_of
+from ccwsim.ui.study.study_column import METHODS, parameter_field, size_fields
+from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, field, help_of, options_of
 from ccwsim.ui.widgets.text import pair, panel_title, plain, scrolled, step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
@@ -174,8 +174,7 @@ def _draw_parameters(state: State, k: int, p: Parameters) -> None:
 
     left, right = pair()
     with left:
-        methods = PARAMETERS["method"]["allowed"].split(", ")
-        draw(st.selectbox, "method", "Method", options=methods, format_func=str.upper)
+        draw(st.selectbox, "method", "Method", **options_of(METHODS))
     with right:
         best = {"min_value": 1, "max_value": MAX_CANDIDATES_OFFERED}
         draw(st.number_input, "n_candidates", "Candidates K", **best)

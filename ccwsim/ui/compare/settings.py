@@ -28,7 +28,7 @@ from ccwsim.ui.session.page_run import PageRun, start_page_run
 from ccwsim.ui.session.resolve import data_of, fitted, image_of, levels
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import failed
-from ccwsim.ui.study.study_column import set_parameters
+from ccwsim.ui.study.study_column import VALUES, set_parameters
 
 N_USUAL, N_USUAL_VOLUME = 12, 4
 """Realizations of each setting at first."""
@@ -44,7 +44,6 @@ SHORT_NAMES = {
     "exact_data": "exact honouring",
 }
 """Short names of parameters; others have their own name."""
-VALUES = {"ssd": "squared difference"}
 
 
 @dataclass(frozen=True)
@@ -227,9 +226,7 @@ def use_setting(state: State, k: int) -> None:
 
 def _describe(name: str, value: object) -> str:
     short = SHORT_NAMES.get(name, name.replace("_", " "))
-    if name == "method":
-        return str(value).upper()
-    if name == "similarity":
+    if name in ("method", "similarity"):
         return VALUES.get(str(value), str(value))
     if isinstance(value, bool):
         return short if value else f"no {short}"
