@@ -104,7 +104,7 @@ GLYPHS = dict(zip(SYMBOLS, "●■▲✚", strict=True))
 
 
 def draw_page(state: State) -> None:
-    """Draw the settings and what the latest comparison gave; run one if there is none."""
+    """Draw the settings and the latest comparison; run one if there is none."""
     draw_style(STYLE)
     page_state = state.page(ComparePageState)
     problem = problem_of(state)
@@ -116,7 +116,7 @@ def draw_page(state: State) -> None:
     run = page_state.run
     _draw_settings(state)
     _draw_run_row(state, problem)
-    with st.container(key="news"):  # always there, so that what is below never moves
+    with st.container(key="news"):  # always there, so that the rest never moves
         if run is not None:
             follow_comparison(state, run)
             if page_state.found is not None and run.partial is None:
@@ -151,7 +151,7 @@ def problem_of(state: State) -> str:
 
 
 def _draw_settings(state: State) -> None:
-    """Draw one column a setting: what is common at once, the rest behind a menu."""
+    """Draw one column a setting: common parameters at once, the rest behind a menu."""
     settings = settings_of(state)
     with st.container(key="settings"):
         columns = st.columns(len(settings), gap="medium", wrap=False)
@@ -215,7 +215,7 @@ def _draw_actions(state: State, k: int, n: int) -> None:
 
 
 def _draw_run_row(state: State, problem: str) -> None:
-    """Draw what else decides the comparison, the button that starts it, and its files."""
+    """Draw the number of realizations, the button that starts it, and its files."""
     page_state = state.page(ComparePageState)
     with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="compare_row"):
         limits = {"min_value": 1, "max_value": MAX_REALIZATIONS_COMPARED, "width": 140}
@@ -275,7 +275,7 @@ def _draw_found(state: State, found: Comparison, request: ComparisonRequest) -> 
     page_state = state.page(ComparePageState)
     page_state.shown = min(page_state.shown, found.ensembles[0].n - 1)
     state.facies = min(state.facies, image.n_facies - 1)
-    with st.container(key="said"):  # always there, so that what is below never moves
+    with st.container(key="said"):  # always there, so that the rest never moves
         if len(found.names) == len(request.settings) or page_state.run is None:
             left, right = st.columns(2, gap="medium")
             with left:
