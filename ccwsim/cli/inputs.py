@@ -31,155 +31,149 @@ PROJECT_HELP = (
     "project file (.ccwsim), as the dashboard saves it; parameters, --realizations and --seed "
     "given here come first"
 )
+PARAMETERS_HELP = (
+    "take parameters from a JSON file, as the dashboard saves them; options given here come first"
+)
+CELL_HEIGHT_HELP = "height of a cell of a volume in world units (default: 1)"
+BOTTOM_HELP = "z of the bottom of the lowest layer of a volume (default: 0)"
 NAME = {"metavar": "NAME"}
-Options = dict[str, tuple[dict[str, Any], str]]
-"""What may stand behind each option, and its help."""
+Options = dict[str, tuple[str, dict[str, Any], str]]
+"""By argument of the function that reads: the option, its values, and its help."""
 IMAGE_OPTIONS: Options = {
-    "--variable": (NAME, "which of several variables"),
-    "--threshold": (
+    "variable": ("--variable", NAME, "which of several variables"),
+    "threshold": (
+        "--threshold",
         {"metavar": "V", "type": float},
         "for grey or continuous values: facies 1 at or above V, 0 below",
     ),
-    "--classes": (
+    "classes": (
+        "--classes",
         {"metavar": "N|E1,E2…|codes", "type": classes},
         "for continuous values: N classes of equally many cells, or the edges of classes; 'codes' "
         "takes many whole numbers as facies codes",
     ),
-    "--shape": (
+    "shape": (
+        "--shape",
         {"metavar": "NXxNY[xNZ]", "type": sizes},
         "columns x rows of the image, if its file does not say them (classic GSLIB)",
     ),
-    "--slice": ({"metavar": "N", "type": int}, "which slice of a 3-D image, from 0"),
-    "--crop": (
+    "slice_index": ("--slice", {"metavar": "N", "type": int}, "which slice of a 3-D image, from 0"),
+    "crop": (
+        "--crop",
         {"metavar": "R C NY NX", "type": int, "nargs": 4},
         "a piece of the image: its first row from the south, first column, rows and columns",
     ),
-    "--every": (
+    "every": (
+        "--every",
         {"metavar": "N", "type": int},
         "only the middle cell of each N x N cells, for images that are too large",
     ),
-    "--up/--no-up": (
+    "up": (
+        "--up/--no-up",
         {"default": None},
         "whether the first row of the file is the south or the north (default: north in pictures "
         "and matrices, south in GSLIB and NumPy files)",
     ),
-    "--z-up/--no-z-up": (
+    "z_up": (
+        "--z-up/--no-z-up",
         {"default": None},
         "whether the first layer of a volume is the bottom or the top (default: by the format, in "
         "arrays the bottom)",
     ),
-    "--transpose": ({"is_flag": True}, "exchange rows and columns"),
+    "transpose": ("--transpose", {"is_flag": True}, "exchange rows and columns"),
 }
-DATA_OPTIONS: Options = {
-    "--hard-data": (
+FILES_OF_DATA: Options = {
+    "hard_data": (
+        "--hard-data",
         {"metavar": "F"},
         "cells of known facies: a file (columns x, y, facies or row, col, facies; Geo-EAS points; "
         "a grid with gaps), or the name of bundled data ('ccwsim datasets' lists them)",
     ),
-    "--collars": (
+    "collars": (
+        "--collars",
         {"metavar": "F"},
         "a table of the collars of wells (name, x, y, z): --hard-data then has their intervals "
         "(name, from, to, facies)",
     ),
-    "--surveys": (
+    "surveys": (
+        "--surveys",
         {"metavar": "F"},
         "a table of stations of deviated wells (name, depth, azimuth, inclination or dip)",
     ),
-    "--hard-x": (NAME, "which column is x; with --collars, of that table"),
-    "--hard-y": (NAME, "which column is y, likewise"),
-    "--hard-z": (NAME, "which column is z, in a volume, likewise"),
-    "--hard-well": (NAME, "which column of --hard-data holds the names of wells, in a volume"),
-    "--hard-from": (
-        NAME,
-        "which column is the upper depth of intervals, in a volume",
+}
+COLUMN_OPTIONS = {
+    "x": ("--hard-x", "is x; with --collars, of that table"),
+    "y": ("--hard-y", "is y, likewise"),
+    "z": ("--hard-z", "is z, in a volume, likewise"),
+    "well": ("--hard-well", "of --hard-data holds the names of wells, in a volume"),
+    "depth_from": ("--hard-from", "is the upper depth of intervals, in a volume"),
+    "depth_to": ("--hard-to", "is the lower depth of intervals, in a volume"),
+    "depth": ("--hard-depth", "is the depth of points; '' for none"),
+    "collar_well": ("--collar-well", "of --collars holds the names of wells"),
+    "collar_length": ("--collar-length", "of --collars holds their lengths; '' for none"),
+    "survey_well": ("--survey-well", "of --surveys holds the names of wells"),
+    "survey_depth": ("--survey-depth", "of --surveys is the depth along the well"),
+    "survey_azimuth": ("--survey-azimuth", "of --surveys is the direction from north, clockwise"),
+    "survey_inclination": ("--survey-inclination", "of --surveys is the tilt from straight down"),
+    "survey_dip": (
+        "--survey-dip",
+        "of --surveys is the tilt from the horizontal, below it negative",
     ),
-    "--hard-to": (NAME, "which column is the lower depth of intervals, in a volume"),
-    "--hard-depth": (NAME, "which column is the depth of points; '' for none"),
-    "--collar-well": (NAME, "which column of --collars holds the names of wells"),
-    "--collar-length": (NAME, "which column of --collars holds their lengths; '' for none"),
-    "--survey-well": (NAME, "which column of --surveys holds the names of wells"),
-    "--survey-depth": (NAME, "which column of --surveys is the depth along the well"),
-    "--survey-azimuth": (NAME, "which column of --surveys is the direction from north, clockwise"),
-    "--survey-inclination": (NAME, "which column of --surveys is the tilt from straight down"),
-    "--survey-dip": (
-        NAME,
-        "which column of --surveys is the tilt from the horizontal, below it negative",
-    ),
-    "--hard-facies": (
+}
+"""Options that name a column of hard data, and their help behind "which column"."""
+DATA_OPTIONS: Options = {
+    **{key: (o, NAME, f"which column {text}") for key, (o, text) in COLUMN_OPTIONS.items()},
+    "facies": (
+        "--hard-facies",
         NAME,
         "which column, or which variable of a grid, holds the facies, as codes, names or values",
     ),
-    "--facies-name": (
+    "facies_names": (
+        "--facies-name",
         {"metavar": "NAME=CODE", "type": name_and_code, "multiple": True},
         "the code of a name in the file that the training image does not have; once a name",
     ),
-    "--hard-coordinates": (
+    "coordinates": (
+        "--hard-coordinates",
         {"type": click.Choice(["world", "cells"])},
         "whether two columns of unclear names are x and y, or row and column (from 0)",
     ),
-    "--hard-threshold": (
+    "threshold": (
+        "--hard-threshold",
         {"metavar": "V", "type": float},
         "for continuous values: facies 1 at or above V, as for the training image",
     ),
-    "--hard-classes": (
+    "classes": (
+        "--hard-classes",
         {"metavar": "E1,E2…|codes", "type": edges_or_codes},
         "for continuous values: the class edges of the training image",
     ),
-    "--on-collision": (
+    "on_collision": (
+        "--on-collision",
         {"type": click.Choice(["error", "drop", "majority", "nearest"])},
         "two facies in one cell: stop, drop all data of the cell, keep the majority facies, or "
         "that of the datum nearest to the centre (default: error)",
     ),
-    "--on-outside": (
+    "on_outside": (
+        "--on-outside",
         {"type": click.Choice(["error", "drop"])},
         "data outside the grid (default: error)",
     ),
-    "--on-unknown": (
+    "on_unknown": (
+        "--on-unknown",
         {"type": click.Choice(["error", "drop"])},
         "data of a facies not in the TI (default: error)",
     ),
 }
-READING_CELLS = ("shape", "slice_index", "crop", "every", "up", "z_up", "transpose")
-READING_IMAGE = ("variable", "threshold", "classes", *READING_CELLS)
-READING_DATA = {
-    "hard_x": "x",
-    "hard_y": "y",
-    "hard_z": "z",
-    "hard_well": "well",
-    "hard_from": "depth_from",
-    "hard_to": "depth_to",
-    "hard_depth": "depth",
-    "collar_well": "collar_well",
-    "collar_length": "collar_length",
-    "survey_well": "survey_well",
-    "survey_depth": "survey_depth",
-    "survey_azimuth": "survey_azimuth",
-    "survey_inclination": "survey_inclination",
-    "survey_dip": "survey_dip",
-    "hard_facies": "facies",
-    "facies_name": "facies_names",
-    "hard_coordinates": "coordinates",
-    "hard_threshold": "threshold",
-    "hard_classes": "classes",
-    "on_collision": "on_collision",
-    "on_outside": "on_outside",
-    "on_unknown": "on_unknown",
-}
-"""Options for reading hard data, and what `import_hard_data` calls them."""
-OF_COLLARS, OF_SURVEYS = "collar_", "survey_"
-"""How arguments begin that name columns of other tables of wells."""
-OF_FILES = (*READING_IMAGE, "hard_data", "collars", "surveys", *READING_DATA)
-OF_PROJECT = ("training_image", "grid", "cell_size", "origin", "cell_height", "bottom", *OF_FILES)
-"""What a project says itself, so that it cannot be given beside it."""
-OF_VOLUMES = (
-    ("--cell-height", "DZ", "height of a cell of a volume in world units (default: 1)"),
-    ("--bottom", "Z", "z of the bottom of the lowest layer of a volume (default: 0)"),
-)
-"""What the grid of a volume has besides that of a map: name, unit and help of each option."""
+READING_DATA = {o[2:].replace("-", "_"): name for name, (o, *_) in DATA_OPTIONS.items()}
+"""Parameters of the command that say how hard data are read, and the arguments they become."""
+_OF_GRID = ("grid", "cell_size", "origin", "cell_height", "bottom")
+OF_PROJECT = ("training_image", *_OF_GRID, *IMAGE_OPTIONS, *FILES_OF_DATA, *READING_DATA)
+"""The inputs of a project, which cannot be given beside it."""
 
 
 class SimulationInputs(NamedTuple):
-    """What is simulated; `study` is training image, grid, parameters and hard data."""
+    """The inputs of a run; `study` is training image, grid, parameters and hard data."""
 
     study: tuple[TrainingImage, Grid, Parameters, HardData]
     n_realizations: int
@@ -189,55 +183,41 @@ class SimulationInputs(NamedTuple):
 
 def image_and_data_options(command: Any) -> Any:
     """Add the options that say what is simulated."""
-    grid = [_option(row, "Simulation grid") for row in fields_of("grid")]
-    for name, metavar, text in OF_VOLUMES:
-        grid.append(in_group("Simulation grid")(name, type=float, metavar=metavar, help=text))
-    file = in_group("Parameters of the simulation")(
-        "--parameters",
-        metavar="FILE.json",
-        help="take parameters from a JSON file, as the dashboard saves them; options given here "
-        "come first",
-    )
-    own = [_option(row, "Parameters of the simulation") for row in fields_of("parameters")]
-    run = [_option(row, "Run") for row in fields_of("study")]
-    for option in reversed([*_files(), *grid, file, *own, *run]):
+    reading, data = in_group("Reading a training image from a file"), in_group("Hard data")
+    grid, parameters = in_group("Simulation grid"), in_group("Parameters of the simulation")
+    options = [
+        click.argument("training_image", metavar="[TI]", required=False),
+        in_group("A whole study")("--project", metavar="FILE", help=PROJECT_HELP),
+        *(reading(o, name, help=text, **how) for name, (o, how, text) in IMAGE_OPTIONS.items()),
+        *(data(o, help=text, **how) for o, how, text in (FILES_OF_DATA | DATA_OPTIONS).values()),
+        *(_option(row, grid) for row in fields_of("grid")),
+        grid("--cell-height", type=float, metavar="DZ", help=CELL_HEIGHT_HELP),
+        grid("--bottom", type=float, metavar="Z", help=BOTTOM_HELP),
+        parameters("--parameters", metavar="FILE.json", help=PARAMETERS_HELP),
+        *(_option(row, parameters) for row in fields_of("parameters")),
+        *(_option(row, in_group("Run")) for row in fields_of("study")),
+    ]
+    for option in reversed(options):
         command = option(command)
     return command
 
 
-def _files() -> list[Any]:
-    """Return the argument and the options that say what is read."""
-    found = [
-        click.argument("training_image", metavar="[TI]", required=False),
-        in_group("A whole study")("--project", metavar="FILE", help=PROJECT_HELP),
-    ]
-    groups = {"Reading a training image from a file": IMAGE_OPTIONS, "Hard data": DATA_OPTIONS}
-    for group, options in groups.items():
-        for name, (value, text) in options.items():
-            names = (name, "slice_index") if name == "--slice" else (name,)
-            found.append(in_group(group)(*names, help=text, **value))
-    return found
-
-
-def _option(row: FieldSpec, group: str) -> Any:
-    option, how = in_group(group), {"help": row.help, "default": None}
+def _option(row: FieldSpec, option: Any) -> Any:
+    name, how = row.fields[0], {"help": row.help, "default": None}
     if row.no_option:
-        return option(f"{row.option}/{row.no_option}", row.fields[0], **how)
+        return option(f"{row.option}/{row.no_option}", name, **how)
     how["metavar"] = row.metavar
     if row.kind == "sizes":
         return option(row.option, type=sizes, **how)
     if row.kind == "lengths":
-        return option(row.option, row.fields[0], type=float, nargs=2, **how)
-    if row.fields[0] in PER_AXIS:
-        return option(row.option, row.fields[0], type=one_or_each, **how)
-    if row.fields[0] == "location_weight":
-        return option(row.option, row.fields[0], type=number_or_each, **how)
+        return option(row.option, name, type=float, nargs=2, **how)
     kinds = {"count": int, "whole": int, "number": float, "word": str}
-    return option(row.option, row.fields[0], type=kinds[row.kind], **how)
+    each = {"location_weight": number_or_each, **dict.fromkeys(PER_AXIS, one_or_each)}
+    return option(row.option, name, type=each.get(name) or kinds[row.kind], **how)
 
 
 def inputs_of(options: Any) -> SimulationInputs:
-    """Return what a command line says, by a project file or by its options."""
+    """Return the inputs of a command line, from a project file or from its options."""
     options.transpose = options.transpose or None
     options.facies_name = options.facies_name or None
     if options.project is not None:
@@ -259,14 +239,11 @@ def _of_project(options: Any) -> SimulationInputs:
         name = both[0].replace("_", " ")
         raise CCWSIMError(f"the project {options.project} has its own {name}; leave it out here")
     project = read_project(options.project)
-    study = project.study
+    study, n, seed = project.study, options.n_realizations, options.seed
     parameters = parameters_of(options, study.parameters)
-    n, seed = options.n_realizations, options.seed
-    return SimulationInputs(
-        (study.training_image, study.grid, parameters, study.hard_data),
-        project.n_realizations if n is None else n,
-        study.seed if seed is None else seed,
-    )
+    inputs = study.training_image, study.grid, parameters, study.hard_data
+    n = project.n_realizations if n is None else n
+    return SimulationInputs(inputs, n, study.seed if seed is None else seed)
 
 
 def parameters_of(options: Any, usual: Parameters) -> Parameters:
@@ -287,7 +264,7 @@ def image_of(options: Any) -> TrainingImage:
     from ccwsim.io import read_training_image
 
     name = options.training_image
-    reading = {key: getattr(options, key) for key in READING_IMAGE}
+    reading = {key: getattr(options, key) for key in IMAGE_OPTIONS}
     reading = {key: value for key, value in reading.items() if value is not None}
     bundled = datasets.all_image_names()
     if name in bundled:
@@ -332,7 +309,7 @@ def hard_data_of(
     from ccwsim.io import import_hard_data, import_wells
 
     name, bundled = options.hard_data, datasets.all_hard_data_names()
-    reading = {own: getattr(options, option) for option, own in READING_DATA.items()}
+    reading = {argument: getattr(options, name) for name, argument in READING_DATA.items()}
     reading = {key: value for key, value in reading.items() if value is not None}
     collars, surveys = options.collars, options.surveys
     if (reading or collars or surveys) and (name is None or name in bundled):
@@ -348,12 +325,10 @@ def hard_data_of(
         raise CCWSIMError(f"{name} is neither a file nor the name of bundled hard data ({there})")
     if collars is None and surveys is not None:
         raise CCWSIMError("--surveys are of wells whose collars are a table; give --collars")
-    for table, given, prefix in (
-        ("collars", collars, OF_COLLARS),
-        ("surveys", surveys, OF_SURVEYS),
-    ):
-        if given is None and (own := [name for name in reading if name.startswith(prefix)]):
-            said = own[0].replace("_", "-")
+    for table, given in (("collars", collars), ("surveys", surveys)):
+        columns = [name for name in reading if name.startswith(table[:-1] + "_")]
+        if given is None and columns:
+            said = columns[0].replace("_", "-")
             raise CCWSIMError(f"--{said} names a column of a table of {table}; give --{table}")
     if collars is None:
         report = import_hard_data(name, grid, image, **reading)

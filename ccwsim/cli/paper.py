@@ -52,7 +52,7 @@ def command(
     check_report(output)
     from ccwsim import paper
     from ccwsim.cli.progress import ProgressLine, stop_on_signals
-    from ccwsim.report import write_report
+    from ccwsim.report.document import write_report
 
     inputs = paper.inputs_in(data)
     extent = paper.with_largest_grid(paper.QUICK if quick else paper.FULL, largest_grid)

@@ -4,8 +4,6 @@ All of them are drawn by seeded generators (tools/datasets in the source reposit
 free to use and can be made again.
 """
 
-from typing import Any
-
 from ccwsim.datasets.catalogue import (
     all_hard_data_names,
     all_image_names,
@@ -39,13 +37,3 @@ __all__ = [
     "volume_names",
     "wells_names",
 ]
-
-MOVED = ("generate", "generate_truth", "generate_hard_data")
-
-
-def __getattr__(name: str) -> Any:
-    where = "the generators are in tools/datasets of the source repository, "
-    where += "load_reference_field returns the field that bundled hard data were read from"
-    raise AttributeError(
-        f"module {__name__!r} has no attribute {name!r}" + (f": {where}" if name in MOVED else "")
-    )

@@ -7,9 +7,11 @@ volumes z (of cell centres, in cells from the outer corner) and facies.
 
 from __future__ import annotations
 
+import tomllib
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,11 +24,12 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 
 ASSETS = Path(__file__).parents[1] / "assets"
+Row = TypeVar("Row")
 
 
 @dataclass(frozen=True)
 class Dataset:
-    """What is known of a bundled training image."""
+    """The description of a bundled training image."""
 
     shape: tuple[int, ...]
     facies_names: tuple[str, ...]
@@ -36,101 +39,31 @@ class Dataset:
 
 @dataclass(frozen=True)
 class Survey:
-    """What is known of bundled hard data."""
+    """The description of bundled hard data."""
 
     training_image: str
     grid_shape: tuple[int, ...]
     picture: str
 
 
-DATASETS = {
-    "channels": Dataset(
-        (256, 256),
-        ("mud", "sand"),
-        "Anastomosing sand channels that wind from west to east, split and join again",
-        "the usual first test: whether the sand stays connected",
-    ),
-    "stone_wall": Dataset(
-        (200, 200),
-        ("stone", "mortar"),
-        "Rounded stones of many sizes in mortar that is connected everywhere",
-        "closed shapes: stones must not break, joints must not stop",
-    ),
-    "barchans": Dataset(
-        (400, 400),
-        ("interdune", "slip face", "sand body"),
-        "Irregular sand bodies, each with a slip face on its north-eastern side",
-        "three facies of which two always go together",
-    ),
-    "dunes": Dataset(
-        (256, 256),
-        ("interdune", "dune sand", "slip face"),
-        "Long dunes whose crests fork and end, with a slip face to the south",
-        "strong anisotropy and thin bands",
-    ),
-    "levees": Dataset(
-        (320, 400),
-        ("flood plain", "levee", "crevasse splay", "channel"),
-        "Meandering rivers between levees, broken by crevasse splays at outer bends",
-        "four facies, long bends, large templates",
-    ),
-    "delta": Dataset(
-        (300, 300),
-        ("mud", "channel", "mouth bar"),
-        "A delta: one trunk in the west that divides into many channels with mouth bars",
-        "a nonstationary image: every part of it differs",
-    ),
-    "bend": Dataset(
-        (300, 300),
-        ("mud", "sand"),
-        "Channels that sweep from north to east, thin and dense inside, wide and sparse outside",
-        "direction, width and spacing that change across the image",
-    ),
-    "fractures": Dataset(
-        (256, 256),
-        ("rock", "fracture"),
-        "Two sets of fractures, where the younger set stops at the older one",
-        "thin lines with ends, which coarse wavelet levels may lose",
-    ),
-    "lenses": Dataset(
-        (200, 320),
-        ("shale", "sand", "gravel"),
-        "A vertical section: sand lenses stacked in shale, with gravel at their bases",
-        "bodies much wider than high, on a grid that is not square",
-    ),
-}
+_TABLES = tomllib.loads((ASSETS / "datasets.toml").read_text("utf-8"))
 
-VOLUMES = {
-    "sinuous_channels": Dataset(
-        (48, 160, 160),
-        ("mud", "sand"),
-        "A volume: sand channels that wind from west to east at all depths and cut into each other",
-        "connected bodies in three dimensions, and wells through them",
-    ),
-    "stacked_lenses": Dataset(
-        (48, 160, 160),
-        ("shale", "sand", "gravel"),
-        "A volume: sand lenses stacked in shale, longer than wide, with gravel at their bases",
-        "three facies, bodies that end on all sides",
-    ),
-    "folded_layers": Dataset(
-        (48, 160, 160),
-        ("clay", "silt", "sand", "gravel"),
-        "A volume: beds of four facies, folded and faulted together",
-        "thin connected layers; a depth that changes from place to place",
-    ),
-}
-"""Bundled volumes, each with ten vertical wells through another one of its kind."""
+
+def _rows(kind: type[Row], table: str) -> dict[str, Row]:
+    """The rows of a table by name, its lists as tuples."""
+    return {
+        name: kind(**{key: tuple(v) if isinstance(v, list) else v for key, v in row.items()})
+        for name, row in _TABLES[table].items()
+    }
+
+
+DATASETS = _rows(Dataset, "images")
+VOLUMES = _rows(Dataset, "volumes")
+"""Bundled volumes, each with ten vertical wells through another volume of its kind."""
 WELLS_SHAPE = (48, 100, 100)
-"""Of the grid of the wells of each volume."""
+"""The shape of the grid of all wells."""
 
-SURVEYS = {
-    "channels_60_wells": Survey("channels", (512, 512), "60 wells, none close to another"),
-    "channels_400_data": Survey("channels", (512, 512), "400 scattered data"),
-    "stone_wall_300_data": Survey("stone_wall", (512, 512), "300 scattered data"),
-    "barchans_200_data": Survey("barchans", (512, 512), "200 scattered data of three facies"),
-}
-
+SURVEYS = _rows(Survey, "surveys")
 WELLS = {f"{name}_10_wells": Survey(name, WELLS_SHAPE, "10 vertical wells") for name in VOLUMES}
 """The wells of the volumes, by the names that hard data have."""
 
@@ -172,7 +105,7 @@ def load(name: str) -> TrainingImage:
     Raises
     ------
     CCWSIMError
-        For an unknown name (the message lists the names), or where the file is missing.
+        For an unknown name, or if the file is missing.
 
     Examples
     --------
@@ -180,19 +113,18 @@ def load(name: str) -> TrainingImage:
     >>> ti.shape, ti.facies_names
     ((256, 256), ('mud', 'sand'))
     """
-    facies_names = _dataset(name).facies_names
-    array = read_volume(name) if name in VOLUMES else read_image(image_path(name))
+    facies_names, path = _dataset(name).facies_names, image_path(name)
+    array = read_volume(path) if name in VOLUMES else read_image(path)
     return TrainingImage(array, name=name, facies_names=facies_names)
 
 
-@cache
 def load_wells(name: str) -> HardData:
     """Read the ten vertical wells of a bundled volume, on a grid of 100 × 100 × 48 cells.
 
     Raises
     ------
     CCWSIMError
-        For an unknown name (the message lists the names), or where the file is missing.
+        For an unknown name, or if the file is missing.
 
     Examples
     --------
@@ -201,7 +133,7 @@ def load_wells(name: str) -> HardData:
     """
     if name not in VOLUMES:
         raise CCWSIMError(f"volume {shown(name)} is unknown; there are {', '.join(VOLUMES)}")
-    return _read_hard_data(wells_path(name), WELLS_SHAPE)
+    return load_hard_data(f"{name}_10_wells")
 
 
 def describe(name: str) -> str:
@@ -274,16 +206,17 @@ def load_hard_data(name: str) -> HardData:
     Raises
     ------
     CCWSIMError
-        For an unknown name (the message lists the names), or where the file is missing.
+        For an unknown name, or if the file is missing.
 
     Examples
     --------
     >>> load_hard_data("channels_60_wells")
     HardData(n=60)
     """
-    survey = _survey(name)
-    path = wells_path(survey.training_image) if name in WELLS else hard_data_path(name)
-    return _read_hard_data(path, survey.grid_shape)
+    grid = Grid.of(_survey(name).grid_shape)
+    path = _present(hard_data_path(name))  # the columns are x, y, of a volume z, and facies
+    *places, facies = np.loadtxt(path, delimiter=",", skiprows=1, unpack=True)
+    return HardData(grid.cells_of(*places), facies)
 
 
 def hard_data_grid_shape(name: str) -> tuple[int, ...]:
@@ -334,7 +267,7 @@ def load_reference_field(name: str) -> TrainingImage:
     Raises
     ------
     CCWSIMError
-        For an unknown name (the message lists the names), or where the file is missing.
+        For an unknown name, or if the file is missing.
 
     Examples
     --------
@@ -366,13 +299,15 @@ def reference_field(image: str, shape: tuple[int, int]) -> TrainingImage:
 
 
 def image_path(name: str) -> Path:
-    """Return where a training image is stored."""
+    """Return where a training image, a map or a volume, is stored."""
+    if name in VOLUMES:
+        return ASSETS / "volumes" / f"{name}.npz"
     return ASSETS / "training_images" / f"{name}.png"
 
 
 def hard_data_path(name: str) -> Path:
     """Return where hard data are stored."""
-    return ASSETS / "hard_data" / f"{name}.csv"
+    return ASSETS / ("volumes" if name in WELLS else "hard_data") / f"{name}.csv"
 
 
 def field_path(image: str, side: int) -> Path:
@@ -386,26 +321,10 @@ def read_image(path: Path) -> NDArray[np.uint8]:
         return np.asarray(image, np.uint8)[::-1]
 
 
-def read_volume(name: str) -> NDArray[np.uint8]:
+def read_volume(path: Path) -> NDArray[np.uint8]:
     """Return the facies codes of a bundled volume, shape (nz, ny, nx), layer 0 at the bottom."""
-    with np.load(_present(volume_path(name))) as file:
+    with np.load(_present(path)) as file:
         return file["ti"]
-
-
-def volume_path(name: str) -> Path:
-    """Return where a volume is stored."""
-    return ASSETS / "volumes" / f"{name}.npz"
-
-
-def wells_path(name: str) -> Path:
-    """Return where the wells of a volume are stored."""
-    return ASSETS / "volumes" / f"{name}_10_wells.csv"
-
-
-def _read_hard_data(path: Path, shape: tuple[int, ...]) -> HardData:
-    """Data of a map have columns x, y and facies, those of a volume z before facies."""
-    *places, facies = np.loadtxt(_present(path), delimiter=",", skiprows=1, unpack=True)
-    return HardData(Grid.of(shape).cells_of(*places), facies)
 
 
 def _present(path: Path) -> Path:
@@ -420,8 +339,7 @@ def _present(path: Path) -> Path:
 def _dataset(name: str) -> Dataset:
     known = DATASETS | VOLUMES
     if name not in known:
-        there = ", ".join(known)
-        raise CCWSIMError(f"training image {shown(name)} is unknown; there are {there}")
+        raise CCWSIMError(f"training image {shown(name)} is unknown; there are {', '.join(known)}")
     return known[name]
 
 

@@ -77,15 +77,9 @@ def curves_chart(
 ) -> go.Figure:
     """Return the curves of one ensemble or of several settings, the training image red on top.
 
-    Parameters
-    ----------
-    bundles : Bundle, or mapping of str to Bundle
-        One ensemble: realizations and band grey, median dark. Up to four settings by name: a band
-        and a median each, in the setting's colour and dash.
-    y_title, x_title : str
-        Quantities of the axes, with the unit.
-    y_range : pair of float, optional
-        Range of the y axis, equal for panels that are compared.
+    One ensemble has grey realizations, a grey band and a dark median. Up to four settings by name
+    have a band and a median each, in the setting's colour and dash. Panels that are compared have
+    one `y_range`.
 
     Examples
     --------
@@ -173,14 +167,7 @@ def transiogram_chart(
 ) -> go.Figure:
     """Return transiograms, P(head at x + h | tail at x): one panel for each pair, tails in rows.
 
-    Parameters
-    ----------
-    bundles : mapping
-        By (tail, head), indices into `names`.
-    tails, heads : sequence of int
-        Facies with a row and with a column.
-    names : sequence of str
-        Names of all facies.
+    `bundles` are by (tail, head), indices into the names of all facies.
 
     Examples
     --------
@@ -235,16 +222,9 @@ def vertical_proportions_chart(
 ) -> go.Figure:
     """Return the share of a facies in each layer, elevation upwards, the training image in red.
 
-    Parameters
-    ----------
-    bundle : Bundle
-        Shares from 0 to 1; its lags are the elevations of the layers of the realizations.
-    x_title, y_title : str
-        Titles of the axes, such as "sand (%)" and the elevation with its unit.
-    reference_at : ndarray, optional
-        Elevations of the training image's shares, if it has other layers.
-    data : LayerData, optional
-        Shares of the hard data, drawn as discs; larger ones stand for more data.
+    Shares of the bundle are from 0 to 1, its lags the elevations of the layers of the realizations;
+    `reference_at` has those of the training image, if it has other layers. Shares of the hard data
+    are discs; larger ones stand for more data.
 
     Examples
     --------
@@ -290,11 +270,7 @@ def geobody_sizes_chart(
 ) -> go.Figure:
     """Return the share of a facies in geobodies of at least a number of cells, on a log axis.
 
-    Parameters
-    ----------
-    bundle : Bundle
-        Its lags are numbers of cells, from 1 on.
-    y_title : str
+    The lags of the bundle are numbers of cells, from 1 on.
 
     Examples
     --------
@@ -322,13 +298,8 @@ def repetition_chart(
 ) -> go.Figure:
     """Return the autocorrelation of the facies of a training image, with marked lengths.
 
-    Parameters
-    ----------
-    lags : ndarray of int, shape (m,)
-    east_west, north_south : ndarray, shape (m,)
-        1 at lag 0, about 0 for independent cells; a peak is the distance from feature to feature.
-    marks : mapping of str to int
-        Lengths in cells to mark, such as {"T 32": 32}.
+    Values are 1 at lag 0, and about 0 for independent cells; a peak is the distance from feature to
+    feature. `marks` are lengths in cells by their names, such as {"T 32": 32}.
 
     Examples
     --------
@@ -357,12 +328,7 @@ def repetition_chart(
 def sparkline(curves: ArrayLike, reference: ArrayLike, theme: Theme) -> bytes:
     """Return a square SVG picture of curves over equal lags, from zero to the largest value.
 
-    Parameters
-    ----------
-    curves : array_like, shape (n, n_lags)
-        Curves of the realizations.
-    reference : array_like, shape (n_lags,)
-        Curve of the training image, drawn in front.
+    `curves` of realizations have shape (n, n_lags); that of the training image is drawn in front.
 
     Examples
     --------

@@ -1,4 +1,8 @@
-"""Maps as small palette PNGs, with or without hard data."""
+"""Maps as small palette PNGs, with or without hard data.
+
+Arrays have row 0 at the south, pictures have north at the top; `shape` is that of the grid, and the
+longer side of a picture has `longest` pixels.
+"""
 
 from __future__ import annotations
 
@@ -32,15 +36,10 @@ class Dots:
 
 
 def index_png(indices: NDArray[np.uint8]) -> bytes:
-    """Return a PNG whose colours are the greys (k, k, k) of the indices k, north at the top.
+    """Return a PNG whose colours are the greys (k, k, k) of the indices k.
 
     Its palette has the indices that occur, with as few bits per cell as possible: this takes a
     quarter of the time of a grey picture of the same size.
-
-    Parameters
-    ----------
-    indices : ndarray of uint8, shape (ny, nx)
-        Row 0 at the south.
 
     Examples
     --------
@@ -60,7 +59,7 @@ def index_png(indices: NDArray[np.uint8]) -> bytes:
 
 
 def map_png(indices: NDArray[np.uint8], colours: Sequence[str], *, scale: int = 1) -> bytes:
-    """Return a map as a palette PNG with square cells of `scale` pixels, north at the top."""
+    """Return a map as a palette PNG with square cells of `scale` pixels."""
     scale = check_int("scale", scale, 1)
     size = indices.shape[1] * scale, indices.shape[0] * scale
     return png_of(_coloured(indices, colours).resize(size, Image.Resampling.NEAREST))
@@ -82,20 +81,9 @@ def tile_size(shape: tuple[int, int], longest: int) -> tuple[int, int]:
 def contact_sheet(
     indices: NDArray[np.uint8], colours: Sequence[str], *, longest: int = 96
 ) -> tuple[bytes, int]:
-    """Return all realizations as tiles of one PNG.
+    """Return all realizations, shape (n, ny, nx), as tiles of one PNG, and its number of columns.
 
-    Parameters
-    ----------
-    indices : ndarray of uint8, shape (n, ny, nx)
-    longest : int
-        Pixels of the longer side of a tile.
-
-    Returns
-    -------
-    bytes
-        The PNG; realization r is in row r // columns and column r % columns.
-    int
-        Number of columns.
+    Realization r is in row r // columns and column r % columns; `longest` is that of a tile.
     """
     width, height = tile_size(indices.shape[1:], longest)
     columns = min(len(indices), MAX_SHEET_SIDE // width)
@@ -116,18 +104,9 @@ def data_png(
     *,
     longest: int,
 ) -> bytes:
-    """Return hard data as dots on a transparent ground, north at the top.
+    """Return hard data as dots on a transparent ground.
 
-    Parameters
-    ----------
-    cells : ndarray, shape (n, 2)
-        Row and column of each datum.
-    indices : ndarray, shape (n,)
-        Index of each datum's facies among the colours.
-    shape : pair of int
-        Rows and columns of the grid.
-    longest : int
-        Pixels of the longer side.
+    `cells` are the row and column of each datum, `indices` those of their facies among the colours.
 
     Examples
     --------
@@ -150,16 +129,9 @@ def data_png(
 def placement_svg(
     cells: NDArray[np.integer], colours: Sequence[str | None], shape: tuple[int, int]
 ) -> str:
-    """Return a sketch of data in and around the frame of a grid, north at the top.
+    """Return a sketch of data in and around the frame of a grid.
 
-    Parameters
-    ----------
-    cells : ndarray, shape (n, 2)
-        Row and column of each datum, also outside the grid.
-    colours : sequence of str or None
-        "#rrggbb" of each datum; None draws an open ring.
-    shape : pair of int
-        Rows and columns of the grid.
+    `cells`, shape (n, 2), may be outside the grid; a datum without a colour is an open ring.
 
     Examples
     --------

@@ -51,13 +51,8 @@ def mds_chart(
 ) -> go.Figure:
     """Return a series for each group, in their order, and the image in red.
 
-    Parameters
-    ----------
-    image : ndarray, shape (2,)
-        Position of the training image.
-    groups : sequence of Group
-    explained : ndarray, shape (2,)
-        Share of the variance along each axis.
+    `image` is the position of the training image, shape (2,); `explained` the share of the variance
+    along each axis.
 
     Examples
     --------

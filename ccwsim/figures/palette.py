@@ -22,15 +22,9 @@ HEX = re.compile(r"#[0-9a-fA-F]{6}")
 def facies_colours(
     training_image: TrainingImage, chosen: Mapping[int, str] | None = None
 ) -> list[str]:
-    """Return the colour of each facies, in the order of the codes.
+    """Return the colour of each facies, in the order of the codes; `chosen` are those of the user.
 
     Raises `CCWSIMError` for a colour that is not written as "#rrggbb".
-
-    Parameters
-    ----------
-    training_image : TrainingImage
-    chosen : mapping of int to str, optional
-        Colours chosen by the user for facies codes, as "#rrggbb".
 
     Examples
     --------

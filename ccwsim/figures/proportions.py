@@ -38,12 +38,8 @@ def proportions_chart(
 ) -> go.Figure:
     """Return a row for each facies: dots for realizations, a red stroke for the training image.
 
-    Parameters
-    ----------
-    reference : ndarray, shape (n_facies,)
-        Shares of cells in the training image, 0 to 1.
-    each : ndarray, shape (n, n_facies)
-        Shares of cells in each realization.
+    Shares of cells, 0 to 1, are those of the training image, shape (n_facies,), and of each
+    realization, shape (n, n_facies).
 
     Examples
     --------
@@ -75,14 +71,8 @@ def compared_proportions_chart(
 ) -> go.Figure:
     """Return a block for each facies with a line of dots for each setting.
 
-    Dots are differences from the training image, the red stroke at 0.
-
-    Parameters
-    ----------
-    names, reference
-        As in `proportions_chart`.
-    settings : mapping of str to ndarray, shape (n, n_facies)
-        Shares of cells in the realizations of each setting.
+    Dots are differences from the training image, the red stroke at 0. Shares are as in
+    `proportions_chart`, those of realizations by setting.
 
     Examples
     --------

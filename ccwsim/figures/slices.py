@@ -33,16 +33,9 @@ def slices_of(
 ) -> list[VolumeSlice]:
     """Return the slices through a cell of a volume: a map, and sections along x and along y.
 
-    Raises `CCWSIMError` for a map, and for a cell outside the volume.
-
-    Parameters
-    ----------
-    indices : ndarray of uint8, shape (nz, ny, nx)
-        Layer 0 at the bottom, row 0 at the south.
-    at : triple of int, optional
-        Layer, row and column; the middle by default.
-    dots : Dots, optional
-        Hard data, their cells as layer, row and column; a slice has those inside it.
+    `at` is the layer, row and column of the cell, by default in the middle. Hard data have their
+    cells as layer, row and column; a slice has those inside it. Raises `CCWSIMError` for a map, and
+    for a cell outside the volume.
 
     Examples
     --------
@@ -76,12 +69,7 @@ def slices_png(
 ) -> bytes:
     """Return labelled slices of a volume side by side as a PNG with a transparent ground.
 
-    Parameters
-    ----------
-    indices, at, dots
-        As in `slices_of`.
-    longest : int
-        Approximate width in pixels; cells are squares of whole pixels of one size.
+    The picture is about `longest` pixels wide; cells are squares of whole pixels of one size.
 
     Examples
     --------

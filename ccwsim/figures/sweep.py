@@ -46,20 +46,9 @@ def sweep_chart(
 ) -> go.Figure:
     """Return a dot for each setting, the Pareto front as steps, and two marked dots.
 
-    Parameters
-    ----------
-    milliseconds, errors : ndarray, shape (n,)
-        CPU time and error of a realization; NaN is not drawn.
-    labels : sequence of str
-        Names of the settings, written beside the dots if there is room.
-    front : iterable of int
-        Settings on the front, by time.
-    selected, recommended : int or None
-        The ringed setting, and the one drawn as a diamond.
-    y_title : str
-        Name of the error.
-    spreads : ndarray, shape (n,), optional
-        Standard deviation of each error between realizations, drawn as a bar; NaN is not drawn.
+    CPU times, errors and their spreads between realizations, drawn as bars, have shape (n,); NaN is
+    not drawn. Labels are written beside the dots if there is room. `front` has the settings on the
+    front, by time; `selected` is ringed, and `recommended` a diamond.
 
     Examples
     --------

@@ -27,13 +27,6 @@ EMPTY_DECADES = 4.0
 def times_chart(milliseconds: Floats, mean: float, theme: Theme, *, height: int = 196) -> go.Figure:
     """Return the CPU time of each realization as a dot, and their mean as a line.
 
-    Parameters
-    ----------
-    milliseconds : ndarray, shape (n,)
-        CPU milliseconds of each realization.
-    mean : float
-        Their mean.
-
     Examples
     --------
     >>> from ccwsim.figures import LIGHT
@@ -58,14 +51,7 @@ def compared_times_chart(
 ) -> go.Figure:
     """Return a bar for the mean of each setting, with a dot for each realization.
 
-    Parameters
-    ----------
-    settings : mapping of str to ndarray
-        CPU milliseconds of the realizations of each setting.
-    means : ndarray, shape (n_settings,)
-        Their means.
-    labels : sequence of str
-        Text at each bar.
+    `settings` have the CPU milliseconds of their realizations; `labels` are written at the bars.
 
     Examples
     --------
@@ -127,17 +113,8 @@ def timings_chart(
 ) -> go.Figure:
     """Return times on log axes, measured ones as lines, published ones as open red markers.
 
-    A line of slope one means that time grows linearly with the cells.
-
-    Parameters
-    ----------
-    measured, published : sequence of TimeSeries
-    ticks : mapping of int to str
-        Numbers of cells on the axis, and their labels.
-    y_title : str
-        Quantity with its unit.
-    unit : str
-        Unit in hover texts.
+    A line of slope one means that time grows linearly with the cells. `ticks` are numbers of cells
+    on the axis with their labels; `unit` is that in hover texts.
 
     Examples
     --------

@@ -37,12 +37,6 @@ class Strip:
 def strip_chart(strip: Strip, theme: Theme, *, colour: str, height: int = 116) -> go.Figure:
     """Return the value of each realization as a dot on a line, and the image's as a red stroke.
 
-    Parameters
-    ----------
-    strip : Strip
-    colour : str
-        Colour of the dots, as of the facies on maps.
-
     Examples
     --------
     >>> from ccwsim.figures import LIGHT
@@ -76,12 +70,7 @@ def calibration_chart(
 ) -> go.Figure:
     """Return observed shares over forecast probabilities; larger dots stand for more cells.
 
-    Parameters
-    ----------
-    forecast, observed : ndarray, shape (n_bins,)
-        Mean probability in a bin, and the share that came true; NaN for an empty bin.
-    count : ndarray of int, shape (n_bins,)
-        Cells in each bin.
+    Arrays have one value for each bin; NaN for an empty one.
 
     Examples
     --------
@@ -112,12 +101,8 @@ def data_status_chart(
 ) -> go.Figure:
     """Return a bar for each data status: mean share of the hard data over the realizations.
 
-    Parameters
-    ----------
-    names : sequence of str
-        Such as "raster" and "re-simulated, 8 cells"; the last one has the colour of a warning.
-    shares : ndarray, shape (n_realizations, n_names)
-        Shares of the data, from 0 to 1.
+    Names are such as "raster" and "re-simulated, 8 cells"; the last one has the colour of a
+    warning. Shares, shape (n_realizations, n_names), are from 0 to 1.
 
     Examples
     --------
@@ -151,12 +136,7 @@ def divergence_chart(
 ) -> go.Figure:
     """Return ANODI's between and within as dots joined by a line, a row for each resolution.
 
-    Parameters
-    ----------
-    factors : sequence of int
-        Resolution is 1 / factor.
-    between, within : ndarray, shape (n_factors,)
-        Mean Jensen–Shannon divergence in bits; NaN if there is none.
+    Resolutions are 1 / factor; divergences are in bits, NaN if there is none.
 
     Examples
     --------
@@ -199,19 +179,9 @@ def lag_map_chart(
 ) -> go.Figure:
     """Return a map of a statistic over all lags, lag 0 in the middle, north at the top.
 
-    Parameters
-    ----------
-    lags : ndarray of int, shape (m,)
-        −m … m, of the rows and the columns.
-    values : ndarray, shape (m, m)
-    name : str
-        Name of the values in hover texts, such as "γ of sand".
-    largest : float
-        End of the colours, which start at 0, or at −largest for a difference.
-    azimuth : float, optional
-        Direction marked by a line, in degrees from north.
-    difference : bool
-        Whether colours diverge from zero.
+    `lags` are −m … m, of the rows and the columns. Hover texts have the name, such as "γ of sand".
+    Colours go from 0 to `largest`; those of a difference diverge from zero. A line marks `azimuth`,
+    in degrees from north.
 
     Examples
     --------
@@ -252,14 +222,7 @@ def convergence_chart(
 ) -> go.Figure:
     """Return the error of an estimate over the number of realizations, both on log axes.
 
-    Parameters
-    ----------
-    numbers : sequence of int
-        Numbers of realizations.
-    errors : sequence of float
-        Standard error for each number, in percentage points.
-    n_asked : int
-        End of the axis.
+    Errors are standard errors in percentage points; the axis ends at `n_asked`.
 
     Examples
     --------

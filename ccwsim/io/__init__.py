@@ -21,12 +21,7 @@ from ccwsim.io.hard_data.placing import (
 )
 from ccwsim.io.hard_data.points import ImportedPoints
 from ccwsim.io.hard_data.reading import PointsPreview, preview_points, read_points
-from ccwsim.io.hard_data.wells import (
-    import_wells,
-    preview_wells,
-    read_well_points,
-    read_wells,
-)
+from ccwsim.io.hard_data.wells import import_wells, preview_wells, read_well_points, read_wells
 from ccwsim.io.limits import limited, upload_limits
 from ccwsim.io.maps import MAP_FORMATS, maps_as_bytes, write_maps
 from ccwsim.io.opening import FileSummary, VariableSummary, inspect

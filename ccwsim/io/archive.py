@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from io import BytesIO
 
+from ccwsim.io.data_file import broken
 from ccwsim.io.limits import MAX_MEMBERS, check_bytes, check_packing, check_time
 from ccwsim.model.errors import CCWSIMError
 
@@ -24,7 +25,7 @@ class Archive:
         self.n_members = len(archive.infolist())
 
     def check(self, members: list[str]) -> None:
-        """Say so where these members are packed in a strange way or unpack to too much."""
+        """Raise an error if members are packed in a strange way or unpack to too much."""
         infos = [self.infos[member] for member in members]
         for info in infos:
             if info.compress_type not in _METHODS or info.flag_bits & 1:
@@ -38,7 +39,7 @@ class Archive:
             return file.read(n_bytes)
 
     def read(self, member: str) -> bytes:
-        """Return a member; no more than it says that it has, whatever is in it."""
+        """Return a member, no more bytes than the directory of the file states."""
         left = self.infos[member].file_size
         parts = []
         with self._archive.open(self.infos[member]) as file:
@@ -53,7 +54,7 @@ class Archive:
 
 @contextmanager
 def opened_archive(content: bytes, name: str) -> Iterator[Archive]:
-    """Yield the members of a zip file; any trouble with it is said in words.
+    """Yield the members of a zip file; an error if it is broken.
 
     Examples
     --------
@@ -70,11 +71,6 @@ def opened_archive(content: bytes, name: str) -> Iterator[Archive]:
             f"{name}: {entries} files in a zip are more than {MAX_MEMBERS}; save only what is "
             "needed"
         )
-    try:
-        with zipfile.ZipFile(BytesIO(content)) as archive:
-            yield Archive(archive, name)
-    except CCWSIMError:
-        raise
-    except Exception as error:  # zipfile and zlib raise a dozen types for broken archives
-        reason = " ".join(str(error).split())[:100]
-        raise CCWSIMError(f"{name}: the zip file is broken ({reason}); get it again") from error
+    said = broken(f"{name}: the zip file is broken", remedy="get it again")
+    with said, zipfile.ZipFile(BytesIO(content)) as archive:
+        yield Archive(archive, name)

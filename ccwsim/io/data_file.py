@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -55,10 +57,8 @@ class DataFile:
         liked = [n for n in names if n.lower() in preferred]
         if len(names) == 1 or len(liked) == 1:
             return (liked or names)[0]
-        listed = _listed(names)
-        raise CCWSIMError(
-            f"{self.name} has {len(names)} variables: {listed}; pick one ({argument}=)"
-        )
+        said = f"{self.name} has {len(names)} variables: {_listed(names)}"
+        raise CCWSIMError(f"{said}; pick one ({argument}=)")
 
     def column(self, name: str) -> str:
         """Return the name of a column, of numbers or of words."""
@@ -66,12 +66,11 @@ class DataFile:
 
     def _named(self, variable: str, names: list[str]) -> str:
         said = variable if isinstance(variable, str) else shown(variable)
-        found = [n for n in names if n == said]
-        found = found or [n for n in names if n.lower() == said.lower()]
-        if len(found) != 1:
+        same = [n for n in names if n == said] or [n for n in names if n.lower() == said.lower()]
+        if len(same) != 1:
             there = _listed(names)
             raise CCWSIMError(f"{self.name} has no variable {shown(variable)}; it has {there}")
-        return found[0]
+        return same[0]
 
     def grid_of(self, variable: str, shape: tuple[int, ...] | None) -> NDArray:
         """Return a variable as (nz, ny, nx); a table needs the shape, x fastest."""
@@ -89,8 +88,7 @@ class DataFile:
                 f"{self.name} does not say how large its grid is; give shape=(rows, columns) for "
                 f"its {len(values)} values"
             )
-        full = _full_shape(self.name, shape, len(values))
-        return values.reshape(full)
+        return values.reshape(_full_shape(self.name, shape, len(values)))
 
     def placed(self, shape: tuple[int, ...]) -> Grid:
         """Return the grid of a map or a volume of this shape, placed where the file says."""
@@ -100,6 +98,35 @@ class DataFile:
             height, bottom = self.along_z or (1.0, 0.0)
             size, origin = (*size, height), (*origin, bottom)
         return replace(grid, cell_size=size, origin=origin)
+
+    def oriented(
+        self,
+        grid: NDArray,
+        *,
+        up: bool | None = None,
+        slice_index: int | None = None,
+        volume: bool = False,
+        z_up: bool | None = None,
+    ) -> NDArray:
+        """Return a layer of a grid, or a whole volume, from the south and the bottom."""
+        if not volume:
+            grid = self._layer(grid, slice_index)
+        elif z_up is False:
+            grid = grid[::-1]
+        south_first = self.south_first if up is None else up
+        return grid if south_first else np.flip(grid, -2)
+
+    def _layer(self, grid: NDArray, slice_index: int | None) -> NDArray:
+        """One layer; a grid that is one cell wide is a vertical section and taken as it is."""
+        n = len(grid)
+        if slice_index is None and (n == 1 or 1 in grid.shape[1:]):
+            return grid[0] if n == 1 else grid.reshape(n, -1)
+        if not is_whole(slice_index) or not 0 <= slice_index < n:
+            given = "" if slice_index is None else f", not {shown(slice_index)}"
+            raise CCWSIMError(
+                f"{self.name} is 3-D with {n} slices; take one: slice_index=0 … {n - 1}{given}"
+            )
+        return grid[slice_index]
 
     def known(self, values: NDArray) -> NDArray[np.bool_]:
         """Return where `values` are known: neither NaN nor a code for "missing"."""
@@ -123,6 +150,22 @@ def _full_shape(name: str, shape: tuple[int, ...], n: int) -> tuple[int, int, in
     return n // cells if len(shape) == 2 else int(shape[0]), int(shape[-2]), int(shape[-1])
 
 
+@contextmanager
+def broken(message: str, *kinds: type[Exception], remedy: str = "") -> Iterator[None]:
+    """Turn errors of a library that reads a broken file, all kinds by default, into a message.
+
+    Before a remedy the message says the reason that the library gave.
+    """
+    kinds = kinds or (Exception,)
+    try:
+        yield
+    except CCWSIMError:
+        raise
+    except kinds as error:
+        reason = printable(" ".join(str(error).split()), 100)
+        raise CCWSIMError(f"{message} ({reason}); {remedy}" if remedy else message) from error
+
+
 def distinct_names(names: list[str]) -> list[str]:
     """Return the names, numbered where one is empty or occurs twice.
 
@@ -131,15 +174,13 @@ def distinct_names(names: list[str]) -> list[str]:
     >>> distinct_names(["a", "a", ""])
     ['a', 'a (2)', 'column 3']
     """
-    out: list[str] = []
-    seen: set[str] = set()
+    distinct: dict[str, None] = {}
     for k, name in enumerate(names, start=1):
-        own = printable(name) or f"column {k}"
-        while own in seen:
-            own = f"{own} ({k})"
-        out.append(own)
-        seen.add(own)
-    return out
+        label = printable(name) or f"column {k}"
+        while label in distinct:
+            label = f"{label} ({k})"
+        distinct[label] = None
+    return list(distinct)
 
 
 def printable(name: str, most: int = 80) -> str:
@@ -151,26 +192,3 @@ def printable(name: str, most: int = 80) -> str:
     'sand'
     """
     return "".join(c for c in name[: 10 * most] if c.isprintable()).strip()[:most]
-
-
-def layer(name: str, grid: NDArray, slice_index: int | None) -> NDArray:
-    """Return one 2-D layer of a grid of shape (nz, ny, nx).
-
-    A grid that is one cell wide along x or y is a vertical section and is taken as it is.
-
-    Examples
-    --------
-    >>> layer("ti", np.zeros((4, 1, 6)), None).shape
-    (4, 6)
-    """
-    n = len(grid)
-    if n > 1 and slice_index is None and 1 in grid.shape[1:]:
-        return grid.reshape(n, -1)
-    if n == 1 and slice_index is None:
-        return grid[0]
-    if not is_whole(slice_index) or not 0 <= slice_index < n:
-        given = "" if slice_index is None else f", not {shown(slice_index)}"
-        raise CCWSIMError(
-            f"{name} is 3-D with {n} slices; take one: slice_index=0 … {n - 1}{given}"
-        )
-    return grid[slice_index]

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.io.data_file import DataFile, layer
+from ccwsim.io.data_file import DataFile
 from ccwsim.io.formats.classes import are_codes
 from ccwsim.io.formats.pictures import (
     MAX_COLOURS,
@@ -35,8 +35,8 @@ QUESTIONS = {
     "gaps": ("crop",),
     "values": ("threshold", "classes"),
 }
-"""Each question with the arguments of `read_training_image` that answer it, in the order in which
-they arise: what is answered decides what is asked and guessed further down."""
+"""The arguments of `read_training_image` that answer each question, in the order of asking: an
+answer decides which later questions arise."""
 
 
 def guess_answers(
@@ -53,10 +53,10 @@ def guess_answers(
     Returns
     -------
     answers : dict
-        With a guess for each question that was not answered: of several variables the first that
-        holds codes, all layers of a volume (with `volume=False` the middle slice), the squarest
-        shape, the largest rectangle without gaps, so thin a picture that it is no larger than it
-        may be, Otsu's threshold of grey values, and as many classes as a picture has main colours.
+        With a guess for each open question: the first variable that holds codes, all layers of a
+        volume (with `volume=False` the middle slice), the squarest shape, the largest rectangle
+        without gaps, the thinning of a picture down to the limit, Otsu's threshold of grey values,
+        and the number of main colours of a picture as classes.
     asked : tuple of str
         The keys of `QUESTIONS` that this file raises, answered or not.
 
@@ -103,9 +103,9 @@ def guess_answers(
 
 
 def _layer(file: DataFile, known: dict[str, Any], asked: list[str]) -> NDArray:
-    """The values of the variable, row 0 in the south; asks for it and for layers where it must.
+    """The values of the variable, row 0 in the south; asks for variable, shape and layers.
 
-    All layers of a volume are taken unless one of them, or none but one, was asked for.
+    All layers of a volume are taken unless a slice was asked for.
     """
     names = list(file.variables)
     liked = [name for name in names if name.lower() in PREFERRED]
@@ -123,10 +123,9 @@ def _layer(file: DataFile, known: dict[str, Any], asked: list[str]) -> NDArray:
         asked.append("slice")
         if known.get("volume", "slice_index" not in known):
             known["volume"] = True
-            return grid if known.get("up", file.south_first) else np.flip(grid, -2)
+            return file.oriented(grid, up=known.get("up"), volume=True)
         known.setdefault("slice_index", len(grid) // 2)
-    values = layer(file.name, grid, known.get("slice_index"))
-    return values if known.get("up", file.south_first) else values[::-1]
+    return file.oriented(grid, up=known.get("up"), slice_index=known.get("slice_index"))
 
 
 def _ask_gaps(file: DataFile, values: NDArray, known: dict[str, Any], asked: list[str]) -> None:
@@ -143,7 +142,7 @@ def _ask_gaps(file: DataFile, values: NDArray, known: dict[str, Any], asked: lis
 
 
 def _likely_facies(file: DataFile) -> str:
-    """The first variable of a few codes, else the first: a place or a property has many values."""
+    """The first variable of a few codes, else the first one."""
     for name, values in file.variables.items():
         there = values[file.known(values)]
         if there.size and are_codes(there) and there.min() != there.max():
@@ -157,14 +156,14 @@ def _squarest(n: int) -> tuple[int, int]:
 
 
 def _of_colours(picture: PictureFile) -> dict[str, Any]:
-    """A threshold for a picture in grey, else how many main colours there are."""
+    """A threshold for a grey picture, else the number of main colours."""
     if is_grey(picture.rgb, percent=99.0):
         return {"threshold": otsu(grey_of(picture.rgb))}
     return {"classes": max(2, len(main_colours(picture.rgb)))}
 
 
 def otsu(values: NDArray) -> float:
-    """Return the threshold between two classes of which each varies as little as can be.
+    """Return the threshold between two classes with the smallest variance within them.
 
     Examples
     --------

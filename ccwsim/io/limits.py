@@ -19,45 +19,32 @@ from ccwsim.model.errors import CCWSIMError, shown
 MIB = 2**20
 
 MAX_VARIABLES = 1000
-"""Maximum in a file: one is chosen from a list."""
+"""Maximum of variables in a file: the user chooses one from a list."""
 
 PACKED_FREELY = 64 * MIB
-"""Bytes that may come from few packed ones: an image of one facies packs to almost none."""
+"""Bytes that are unpacked at any ratio: an image of one facies packs to almost nothing."""
 
 MAX_MEMBERS = 2000
-"""Maximum in a zip: Python makes an object of each before anything else can be checked."""
+"""Maximum of files in a zip: Python makes an object of each before they can be checked."""
 
 
 @dataclass(frozen=True)
 class FileLimits:
-    """Limits of one file."""
+    """Limits of one file, by default of the user's own: more than any real file has."""
 
-    bytes: int  # of the file
-    unpacked: int  # bytes that all parts of a packed file may have together: they are held at once
-    # bytes that may come out of one packed byte, where a part has more than `PACKED_FREELY`
-    ratio: float
-    cells: int  # values over all variables, and pixels of a picture
-    whole: int  # pixels, or values of one array, of a file of which only a part is taken
-    points: int  # hard data: each is looked at while realizations are simulated, and drawn
-    lines: int  # lines of a table in text: each is an object of its own while it is read
-    line_bytes: int  # bytes of one of them, for the same reason
-    fields: int  # fields of a table with words or gaps, which are read one by one
-    seconds: float  # for reading it
+    bytes: int = 16 * 1024 * MIB  # of the file
+    unpacked: int = 64 * 1024 * MIB  # of all parts of a packed file together: all are held at once
+    ratio: float = inf  # unpacked bytes from one packed byte, in parts above `PACKED_FREELY`
+    cells: int = 4_000_000_000  # values of all variables, or pixels of a picture
+    whole: int = 4_000_000_000  # pixels, or values of an array, of a file of which a part is taken
+    points: int = 10_000_000  # hard data: each is checked during simulation, and drawn
+    lines: int = 200_000_000  # lines of a text table: each is an object while it is read
+    line_bytes: int = 1024 * MIB  # bytes of one line, for the same reason
+    fields: int = 100_000_000  # fields of a table with words or gaps, which are read one by one
+    seconds: float = inf  # for reading it
 
 
-SCRIPT_LIMITS = FileLimits(
-    bytes=16 * 1024 * MIB,
-    unpacked=64 * 1024 * MIB,
-    ratio=inf,
-    cells=4_000_000_000,
-    whole=4_000_000_000,
-    points=10_000_000,
-    lines=200_000_000,
-    line_bytes=1024 * MIB,
-    fields=100_000_000,
-    seconds=inf,
-)
-"""For the user's own files: more than any real file has."""
+SCRIPT_LIMITS = FileLimits()
 
 UPLOAD_LIMITS = FileLimits(
     bytes=64 * MIB,
@@ -99,7 +86,7 @@ def limited(to: FileLimits) -> Iterator[None]:
 
 
 def check_time(name: str) -> None:
-    """Raise an error if reading takes too long; to be called again and again."""
+    """Raise an error if reading takes too long; to be called in every loop."""
     to, end = _HELD.get()
     if time.monotonic() > end:
         raise CCWSIMError(
@@ -109,9 +96,9 @@ def check_time(name: str) -> None:
 
 
 def check_cells(name: str, shape: tuple[int, ...], *, whole: bool = False) -> int:
-    """Return the number of values of a shape; an error if they are none or too many.
+    """Return the number of values of a shape; an error for none or too many.
 
-    More are allowed for the `whole` of a file of which only a part is taken.
+    The limit is higher for the `whole` of a file of which only a part is taken.
     """
     said = " × ".join(map(shown, shape[:6])) + (" × …" if len(shape) > 6 else "")
     if min(shape, default=0) < 1:
@@ -143,15 +130,6 @@ def check_packing(name: str, n_packed: int, n_bytes: int) -> None:
     if n_bytes > PACKED_FREELY and n_bytes > limits().ratio * max(n_packed, 1):
         raise CCWSIMError(
             f"{name}: {n_bytes} bytes packed into {n_packed} hold nothing; save it without packing"
-        )
-
-
-def check_lines(name: str, n_lines: int) -> None:
-    """Raise an error if a text has too many lines."""
-    if n_lines > limits().lines:
-        raise CCWSIMError(
-            f"{name}: {n_lines} lines are more than {limits().lines}; bring an SGeMS grid or an "
-            "npy file, or cut a smaller piece"
         )
 
 
@@ -189,12 +167,9 @@ def upload_limits(environment: Mapping[str, str] | None = None) -> FileLimits:
     """
     given = os.environ if environment is None else environment
     kinds = {field.name: type(getattr(UPLOAD_LIMITS, field.name)) for field in fields(FileLimits)}
-    own = {}
-    for name, variable in VARIABLES.items():
-        said = given.get(variable, "").strip()
-        if said:
-            own[name] = _number(variable, said, kinds[name])
-    return replace(UPLOAD_LIMITS, **own)
+    texts = {name: given.get(variable, "").strip() for name, variable in VARIABLES.items()}
+    changed = {k: _number(VARIABLES[k], text, kinds[k]) for k, text in texts.items() if text}
+    return replace(UPLOAD_LIMITS, **changed)
 
 
 def _number(variable: str, said: str, kind: type) -> float:

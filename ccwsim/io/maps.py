@@ -51,8 +51,7 @@ def write_maps(
     Raises
     ------
     CCWSIMError
-        For another format, maps of another shape, a package that is not installed, or a place that
-        cannot be written.
+        For another format or shape, a package that is not installed, or a path not writable.
 
     Examples
     --------
@@ -67,11 +66,6 @@ def write_maps(
 
 def maps_as_bytes(maps: Mapping[str, ArrayLike], grid: Grid, format: str) -> bytes:
     """Return maps of a grid as the content of a file, for a download; see `write_maps`.
-
-    Raises
-    ------
-    CCWSIMError
-        As `write_maps`.
 
     Examples
     --------

@@ -11,7 +11,7 @@ from typing import Any, BinaryIO, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.io.data_file import DataFile, printable
+from ccwsim.io.data_file import DataFile, broken, printable
 from ccwsim.io.formats.classes import are_codes
 from ccwsim.io.formats.gis import GIS_FILES, is_geojson, is_shapefile_zip, read_geojson, read_gis
 from ccwsim.io.formats.matlab import read_matlab
@@ -67,10 +67,8 @@ def read_bytes(path_or_file: PathOrFile) -> tuple[bytes, str]:
     >>> read_bytes(BytesIO(b"0 1"))
     (b'0 1', 'file')
     """
-    if isinstance(path_or_file, (str, os.PathLike)):
-        content, name = _of_path(Path(path_or_file))
-    else:
-        content, name = _of_object(path_or_file)
+    is_path = isinstance(path_or_file, (str, os.PathLike))
+    content, name = _of_path(Path(path_or_file)) if is_path else _of_object(path_or_file)
     check_bytes(name, len(content))
     if not content.strip(b"\x00 \t\r\n"):
         raise CCWSIMError(f"{name}: the file is empty")
@@ -78,7 +76,7 @@ def read_bytes(path_or_file: PathOrFile) -> tuple[bytes, str]:
 
 
 def kind_of(content: bytes) -> str:
-    """Return the kind of file by its first bytes: npy, npz, picture, matlab, vti, text or unknown.
+    """Return the kind of a file by its content: npy, npz, picture, matlab, vti, text or unknown.
 
     Examples
     --------
@@ -97,17 +95,6 @@ def kind_of(content: bytes) -> str:
     return "unknown" if b"\x00" in content[:65536] else "text"
 
 
-def stem(name: str) -> str:
-    """Return a file's name without its ending.
-
-    Examples
-    --------
-    >>> stem("ti.v2.png")
-    'ti.v2'
-    """
-    return Path(name).stem
-
-
 def _of_path(path: Path) -> tuple[bytes, str]:
     try:
         if not S_ISREG(path.stat().st_mode):
@@ -115,9 +102,9 @@ def _of_path(path: Path) -> tuple[bytes, str]:
         check_bytes(path.name, path.stat().st_size)
         with path.open("rb") as file:
             return file.read(limits().bytes + 1), printable(path.name) or "file"
+    except CCWSIMError:
+        raise
     except (OSError, ValueError) as error:
-        if isinstance(error, CCWSIMError):
-            raise
         reason = getattr(error, "strerror", None) or error
         raise CCWSIMError(f"{path} cannot be read: {reason}") from error
 
@@ -125,7 +112,9 @@ def _of_path(path: Path) -> tuple[bytes, str]:
 def _of_object(file: Any) -> tuple[bytes, str]:
     if not hasattr(file, "read"):
         raise CCWSIMError(f"a path or an open binary file is needed, not {type(file).__name__}")
-    name = _shown(getattr(file, "name", None))
+    name = getattr(file, "name", None)
+    base = name.replace("\\", "/").rsplit("/", 1)[-1] if isinstance(name, str) else ""
+    name = printable(base) or "file"  # a client's name, for messages only
     try:
         if hasattr(file, "seek"):
             file.seek(0)
@@ -137,15 +126,8 @@ def _of_object(file: Any) -> tuple[bytes, str]:
     return bytes(content), name
 
 
-def _shown(name: object) -> str:
-    """A client's file name, for messages only: no folders, no control characters, short."""
-    if not isinstance(name, str):
-        return "file"
-    base = name.replace("\\", "/").rsplit("/", 1)[-1]
-    return printable(base) or "file"
-
-
 _READERS = {"npz": read_npz, "matlab": read_matlab, "vti": read_vti}
+_TEXT_READERS = ((is_esri, read_esri), (is_gslib, read_gslib), (is_geojson, read_geojson))
 
 
 def open_file(
@@ -153,8 +135,8 @@ def open_file(
 ) -> DataFile | PictureFile:
     """Return the variables or the colours of a file.
 
-    With a `part`, a picture has only the pixels of the part (`up` says which they are), and a NumPy
-    array may be larger than otherwise.
+    With a `part`, a picture has only the pixels of the part (`up`: its first row is the south), and
+    a NumPy array may be larger than otherwise.
 
     Examples
     --------
@@ -185,7 +167,9 @@ def open_content(
             f"{name} is of no known kind; bring a picture, an SGeMS or GSLIB file, a CSV table, "
             "GeoJSON points, or a NumPy, MATLAB or VTK file"
         )
-    return _read_text(_plain_text(content, name), name)
+    text = _plain_text(content, name)
+    read = next((read for fits, read in _TEXT_READERS if fits(text)), read_delimited)
+    return read(text, name)
 
 
 def whole_shape(path_or_file: PathOrFile) -> tuple[int, int] | None:
@@ -206,35 +190,18 @@ def whole_shape(path_or_file: PathOrFile) -> tuple[int, int] | None:
     return npy_shape(content, name) if kind == "npy" else None
 
 
-def _read_text(text: bytes, name: str) -> DataFile:
-    if is_esri(text):
-        return read_esri(text, name)
-    if is_gslib(text):
-        return read_gslib(text, name)
-    if is_geojson(text):
-        return read_geojson(text, name)
-    return read_delimited(text, name)
-
-
 def _plain_text(content: bytes, name: str) -> bytes:
     """UTF-8 without a mark at its start, lines ended by LF or CRLF."""
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
-        try:
+        with broken(f"{name}: the UTF-16 text is broken; save it as UTF-8", UnicodeError):
             content = content.decode("utf-16").encode()
-        except UnicodeError as error:
-            raise CCWSIMError(f"{name}: the UTF-16 text is broken; save it as UTF-8") from error
     content = content.removeprefix(b"\xef\xbb\xbf")
-    if not content.isascii() and not _is_utf8(content):
+    try:
+        if not content.isascii():
+            content.decode()
+    except UnicodeError:
         content = content.decode("cp1252", "replace").encode()  # as Excel saves CSV in the West
     return content.replace(b"\r", b"\n") if b"\n" not in content else content
-
-
-def _is_utf8(content: bytes) -> bool:
-    try:
-        content.decode()
-    except UnicodeError:
-        return False
-    return True
 
 
 MAX_COUNTED = 1000
@@ -332,48 +299,28 @@ def inspect(path_or_file: PathOrFile, part: FilePart | None = None) -> FileSumma
     if isinstance(file, PictureFile):
         return _of_picture(file)
     variables = tuple(_variable(file, key) for key in file.variables)
-    return FileSummary(
-        file.kind,
-        file.name,
-        variables,
-        file.is_table,
-        False,
-        file.asks_up,
-        file.cell_size,
-        file.origin,
-    )
+    place = file.cell_size, file.origin
+    return FileSummary(file.kind, file.name, variables, file.is_table, False, file.asks_up, *place)
 
 
 def _of_picture(picture: PictureFile) -> FileSummary:
     colours, _ = distinct_colours(picture.rgb)
-    n = len(colours)
-    grey = grey_of(colours)
+    n, grey = len(colours), grey_of(colours)
     ny, nx, _ = picture.rgb.shape
-    variable = VariableSummary(
-        "grey",
-        (1, ny, nx),
-        ny * nx,
-        min(n, MAX_COUNTED),
-        float(grey.min()),
-        float(grey.max()),
-        n > MAX_COLOURS and not picture.says_codes,
-    )
+    counts = ny * nx, min(n, MAX_COUNTED)
+    continuous = n > MAX_COLOURS and not picture.says_codes
+    bounds = float(grey.min()), float(grey.max())
+    variable = VariableSummary("grey", (1, ny, nx), *counts, *bounds, continuous)
     return FileSummary("picture", picture.name, (variable,), False, True, False, None, None)
 
 
 def _variable(file: DataFile, key: str) -> VariableSummary:
     values = file.variables[key]
     known = values[file.known(values)]
-    low, high = (float(known.min()), float(known.max())) if known.size else (np.nan, np.nan)
-    return VariableSummary(
-        key,
-        values.shape,
-        known.size,
-        _n_distinct(known),
-        low,
-        high,
-        known.size > 0 and not are_codes(known),
-    )
+    bounds = (float(known.min()), float(known.max())) if known.size else (np.nan, np.nan)
+    continuous = known.size > 0 and not are_codes(known)
+    counts = known.size, _n_distinct(known)
+    return VariableSummary(key, values.shape, *counts, *bounds, continuous)
 
 
 def _n_distinct(values: NDArray) -> int:

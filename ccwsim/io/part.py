@@ -20,7 +20,7 @@ Crop = tuple[int, int, int, int] | None
 
 @dataclass(frozen=True)
 class FilePart:
-    """Which cells of a grid are taken.
+    """The cells of a grid that are taken.
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ class FilePart:
 
 
 def thinning(shape: tuple[int, int]) -> int:
-    """Return the `every` with which a grid of this shape is no larger than it may be.
+    """Return the `every` that brings a grid of this shape within the limit of cells.
 
     Examples
     --------
@@ -83,8 +83,7 @@ def thinning(shape: tuple[int, int]) -> int:
 def largest_without_gaps(known: NDArray[np.bool_]) -> tuple[int, int, int, int]:
     """Return the largest rectangle of known cells: row, column, rows, columns; all 0 for none.
 
-    A stack of the heights of known columns below each row, as for the largest rectangle under a
-    histogram: time grows with the number of cells.
+    The largest rectangle under the histogram of known cells below each row, in linear time.
 
     Examples
     --------
@@ -93,7 +92,7 @@ def largest_without_gaps(known: NDArray[np.bool_]) -> tuple[int, int, int, int]:
     """
     ny, nx = known.shape
     heights = np.zeros(nx + 1, np.int64)  # a column of height 0 ends the last rectangle
-    best, found = 0, (0, 0, 0, 0)
+    best, rectangle = 0, (0, 0, 0, 0)
     for row in range(ny):
         heights[:nx] = np.where(known[row], heights[:nx] + 1, 0)
         if best >= nx * heights.max():
@@ -106,7 +105,7 @@ def largest_without_gaps(known: NDArray[np.bool_]) -> tuple[int, int, int, int]:
                 first, high = open_columns.pop()
                 if high * (column - first) > best:
                     best = high * (column - first)
-                    found = (row - high + 1, first, high, column - first)
+                    rectangle = (row - high + 1, first, high, column - first)
             if height:
                 open_columns.append((first, height))
-    return found
+    return rectangle

@@ -78,7 +78,7 @@ def write_realizations(
 def realizations_as_bytes(
     ensemble: Ensemble, format: str, *, colours: Sequence[str] | None = None
 ) -> bytes:
-    """Return realizations as the content of a file, for a download.
+    """Return realizations as the content of a file, for a download; see `write_realizations`.
 
     `npz` holds `realizations` (n, ny, nx) or (n, nz, ny, nx) in the training image's codes and the
     study, so that `read_realizations` gives the ensemble again: `training_image`, `image_name`,
@@ -147,27 +147,24 @@ def read_realizations(
     Parameters
     ----------
     path_or_file : str, Path or binary file
-        An npz of `write_realizations`, which is read back with its whole study; a GSLIB or SGeMS
-        grid or VTK ImageData, one realization a column; or an npy array of shape (n, ny, nx) or
-        (n, nz, ny, nx), row 0 at the south, layer 0 at the bottom, as `simulate(out=...)` writes
-        it.
+        An npz of `write_realizations`, with its whole study; a GSLIB or SGeMS grid or VTK
+        ImageData, one realization a column; or an npy array of shape (n, ny, nx) or
+        (n, nz, ny, nx), row 0 at the south, layer 0 at the bottom, as from `simulate(out=...)`.
     training_image : TrainingImage or array_like, optional
-        The image they were simulated from, for files without it: text grids and npy. By default
-        an image of one cell a facies code, whose proportions and patterns mean nothing. With a
-        volume, an npy array of three dimensions is one realization.
+        The image they were simulated from, for text grids and npy. By default an image of one cell
+        a facies code, whose proportions and patterns mean nothing. With a volume, an npy array of
+        three dimensions is one realization.
 
     Returns
     -------
     Ensemble
-        What the file does not have is unknown: times are NaN; for grids and npy there are no hard
-        data, parameters are the defaults, the seed is 0 and `revised` is true, because the seed
-        does not give these realizations again.
+        Unknown times are NaN; for grids and npy there are no hard data, parameters are the
+        defaults, the seed is 0 and `revised` is true: the seed does not repeat these realizations.
 
     Raises
     ------
     CCWSIMError
-        For a file that holds no realizations, is broken or too large, and for facies that the
-        training image does not have.
+        For a file without realizations, broken or too large, or facies not in the training image.
 
     Examples
     --------
@@ -198,9 +195,12 @@ def _of_npz(found: Mapping[str, NDArray], image: TrainingImage | None) -> Ensemb
     n, *shape = stack.shape
     if image is None and "training_image" in found:
         names = found["facies_names"].tolist() if "facies_names" in found else None
+        if names is not None:
+            if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+                raise CCWSIMError("facies_names must be a list; save it again")
+            names = [printable(name) for name in names]
         label = printable(str(_one(found, "image_name", "")))
-        named = names if names is None else [printable(own) for own in _listed(names)]
-        image = TrainingImage(found["training_image"], name=label, facies_names=named)
+        image = TrainingImage(found["training_image"], name=label, facies_names=names)
     if image is None and "codes" in found:
         image = _stand_in(found["codes"], len(shape))
     place = {key: found[key].tolist() for key in ("cell_size", "origin") if key in found}
@@ -241,7 +241,7 @@ def _of_grids(file: DataFile | PictureFile, image: TrainingImage | None) -> Ense
 
 
 def _ensemble(stack: NDArray, grid: Grid, image: TrainingImage | None) -> Ensemble:
-    """An ensemble of which nothing but the realizations is known."""
+    """An ensemble of realizations without their study."""
     there = {int(code) for one in stack for code in codes_of(as_integers(one, "realizations"))}
     image = image or _stand_in(np.array(sorted(there)), grid.n_dimensions)
     if image.n_dimensions != grid.n_dimensions:
@@ -271,7 +271,7 @@ def _ensemble(stack: NDArray, grid: Grid, image: TrainingImage | None) -> Ensemb
 
 
 def _stand_in(codes: NDArray, n_dimensions: int) -> TrainingImage:
-    """An image of the codes alone, for a training image that is not known."""
+    """An image of one cell a code, for an unknown training image."""
     return TrainingImage(codes.reshape(*[1] * (n_dimensions - 1), -1))
 
 
@@ -279,12 +279,6 @@ def _one(found: Mapping[str, NDArray], key: str, default: Any) -> Any:
     if key in found and found[key].size != 1:
         raise CCWSIMError(f"{key} must be one value, not {found[key].size}; save it again")
     return found[key].item() if key in found else default
-
-
-def _listed(names: Any) -> Sequence[str]:
-    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        raise CCWSIMError("facies_names must be a list; save it again")
-    return names
 
 
 def _of_shape(found: Mapping[str, NDArray], key: str, default: NDArray) -> NDArray:

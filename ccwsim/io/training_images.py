@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from io import BytesIO
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.atomic import format_of, write_bytes
-from ccwsim.io.data_file import DataFile, layer
+from ccwsim.io.data_file import DataFile
 from ccwsim.io.formats.classes import Classes, classify
 from ccwsim.io.formats.pictures import (
     PICTURE_OF_NUMBERS,
@@ -24,7 +25,7 @@ from ccwsim.io.formats.pictures import (
 )
 from ccwsim.io.formats.text_grids import grid_as_bytes
 from ccwsim.io.limits import check_cells
-from ccwsim.io.opening import PathOrFile, open_file, stem
+from ccwsim.io.opening import PathOrFile, open_file
 from ccwsim.io.part import Crop, FilePart
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.training_image import TrainingImage
@@ -33,7 +34,7 @@ FORMATS = ("npy", "sgems", "gslib", "dat", "png")
 """Formats of training images, by their endings."""
 
 PREFERRED = ("ti", "training_image")
-"""Variables that are taken unasked from a file with several."""
+"""Variables that are taken without a question from a file with several."""
 
 
 def read_training_image(
@@ -113,8 +114,8 @@ def read_training_image(
         codes = picture_facies(file, threshold=threshold, classes=classes)
         codes = codes if up else codes[::-1]
     else:
-        how = {"variable": variable, "up": up, "shape": shape, "slice_index": slice_index}
-        key, values = _values(file, part, volume=volume, z_up=z_up, **how)
+        how = {"up": up, "slice_index": slice_index, "volume": volume, "z_up": z_up}
+        key, values = _values(file, part, variable=variable, shape=shape, **how)
         unknown = int(np.count_nonzero(~file.known(values)))
         if unknown:
             raise CCWSIMError(
@@ -122,8 +123,8 @@ def read_training_image(
                 "of a training image must be known, so cut out a piece without gaps (crop=)"
             )
         codes = classify(values, threshold=threshold, classes=classes, what=f"{file.name}, {key}")
-    own = np.swapaxes(codes, -1, -2) if transpose else codes
-    return TrainingImage(own, name=name or stem(file.name))
+    codes = np.swapaxes(codes, -1, -2) if transpose else codes
+    return TrainingImage(codes, name=name or Path(file.name).stem)
 
 
 def read_colours(path_or_file: PathOrFile, **answers: Any) -> dict[int, str]:
@@ -132,17 +133,12 @@ def read_colours(path_or_file: PathOrFile, **answers: Any) -> dict[int, str]:
     Parameters
     ----------
     path_or_file, **answers
-        Those of `read_training_image`.
+        Parameters of `read_training_image`, whose errors are raised.
 
     Returns
     -------
     dict of int to str
         `#rrggbb` by facies code, the median of its pixels; empty for other files and greys.
-
-    Raises
-    ------
-    CCWSIMError
-        As `read_training_image`.
 
     Examples
     --------
@@ -154,8 +150,7 @@ def read_colours(path_or_file: PathOrFile, **answers: Any) -> dict[int, str]:
         return {}
     how = {name: answers.get(name) for name in ("threshold", "classes")}
     codes = picture_facies(file, **how)
-    found = facies_colours_of(file, codes)
-    return dict(zip(np.unique(codes).tolist(), found, strict=True))
+    return dict(zip(np.unique(codes).tolist(), facies_colours_of(file, codes), strict=True))
 
 
 def read_grid(path_or_file: PathOrFile, **answers: Any) -> NDArray[np.float64]:
@@ -164,17 +159,12 @@ def read_grid(path_or_file: PathOrFile, **answers: Any) -> NDArray[np.float64]:
     Parameters
     ----------
     path_or_file, **answers
-        Those of `read_training_image` that say which cells are read.
+        Parameters of `read_training_image` that say which cells are read; its errors are raised.
 
     Returns
     -------
     ndarray, shape (ny, nx) or, for a volume, (nz, ny, nx)
         Row 0 at the south, layer 0 at the bottom, NaN in cells that are not known.
-
-    Raises
-    ------
-    CCWSIMError
-        As `read_training_image`.
 
     Examples
     --------
@@ -231,14 +221,7 @@ def write_training_image(
 def training_image_as_bytes(
     training_image: TrainingImage, format: str, *, colours: Sequence[str] | None = None
 ) -> bytes:
-    """Return a training image as the content of a file, for a download.
-
-    Parameters are those of `write_training_image`.
-
-    Raises
-    ------
-    CCWSIMError
-        For another format.
+    """Return a training image as the content of a file, for a download; see `write_training_image`.
 
     Examples
     --------
@@ -265,20 +248,11 @@ def _values(
     part: FilePart | None,
     *,
     variable: str | None = None,
-    up: bool | None = None,
     shape: tuple[int, ...] | None = None,
-    slice_index: int | None = None,
-    volume: bool = False,
-    z_up: bool | None = None,
+    **orientation: Any,
 ) -> tuple[str, NDArray]:
     key = file.chosen(variable, PREFERRED)
-    values = file.grid_of(key, shape)
-    if not volume:
-        values = layer(file.name, values, slice_index)
-    elif z_up is False:
-        values = values[::-1]
-    south_first = file.south_first if up is None else up
-    values = values if south_first else np.flip(values, -2)
+    values = file.oriented(file.grid_of(key, shape), **orientation)
     if part is not None and file.kind != PICTURE_OF_NUMBERS:  # its part came with the pixels
         values = part.of(file.name, values)
         check_cells(file.name, values.shape)
@@ -289,7 +263,7 @@ def _png(training_image: TrainingImage, colours: Sequence[str] | None) -> bytes:
     codes = training_image.codes.astype(np.int64)
     if codes[0] < 0 or codes[-1] > 254:
         return picture_as_bytes(training_image.indices, len(codes), colours, are_codes=True)
-    own = ["#ffffff"] * (int(codes[-1]) + 1)
+    palette = ["#ffffff"] * (int(codes[-1]) + 1)
     for code, rgb in zip(codes, colours_for(len(codes), colours), strict=True):
-        own[code] = "#" + rgb.tobytes().hex()
-    return picture_as_bytes(training_image.array, len(own), own, are_codes=True)
+        palette[code] = "#" + rgb.tobytes().hex()
+    return picture_as_bytes(training_image.array, len(palette), palette, are_codes=True)

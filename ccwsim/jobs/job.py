@@ -15,8 +15,6 @@ from ccwsim.jobs.workers import share_cores, stoppable
 from ccwsim.model.errors import Cancelled
 
 Result = TypeVar("Result")
-Progress = Callable[[float, int], None]
-Cancel = Callable[[], bool]
 LEAST_SHARE = 0.02
 """Share of the work from which the time left can be estimated."""
 PATIENCE = 0.3
@@ -125,12 +123,7 @@ class Job(Generic[Result]):
         self._first.set()
 
     def sleep(self, seconds: float) -> None:
-        """Wait, unless it is asked to stop meanwhile; the work calls this.
-
-        Raises
-        ------
-        Cancelled
-        """
+        """Wait; raise `Cancelled` if it is asked to stop meanwhile. The work calls this."""
         if self._cancelled.wait(seconds):
             raise Cancelled("stopped before it began")
 
@@ -174,10 +167,7 @@ class Job(Generic[Result]):
 
     @property
     def seconds_left(self) -> float | None:
-        """Estimate of the time left, None while too little is done to tell.
-
-        It counts from the first report, when the kernels are compiled.
-        """
+        """Estimate of the time left since the kernels are compiled, None if too little is done."""
         start, share = self._first_report or (0.0, 1.0)
         if self.fraction - share < LEAST_SHARE:
             return None
@@ -185,8 +175,7 @@ class Job(Generic[Result]):
 
 
 class Queue:
-    """Lets jobs begin: first the session with the fewest active jobs, then the one whose latest
-    turn is longest ago, then the first to come.
+    """Lets jobs begin: of the session with the fewest active jobs, the longest since its turn.
 
     At most `n_slots` short jobs are active at once. A job that has been active for
     `MAX_COUNTED_SECONDS` continues, and its slot is free for others; all share the cores.
@@ -317,10 +306,7 @@ def server_queue() -> Queue:
 
 
 def result_in_turn(work: Callable[..., Result], demand: Demand) -> Result:
-    """Return work(progress=…, cancel=…) that a page cannot be drawn without.
-
-    A small amount of work is done at once; a large one waits for its turn as a job.
-    """
+    """Return work(progress=…, cancel=…) that a page needs: at once, or as a job if it is large."""
     admit(demand, server_queue().still_to_take)
     if demand.n_cells <= MAX_CELLS_AT_ONCE:
         return work(progress=None, cancel=None)

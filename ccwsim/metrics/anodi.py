@@ -29,36 +29,19 @@ Part = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 @dataclass(frozen=True, eq=False)
 class Scaling:
-    """Positions that approximate given distances.
-
-    Attributes
-    ----------
-    positions : ndarray, shape (n, n_dimensions)
-        Centred on 0; the axis with the largest variance first.
-    explained : ndarray, shape (n_dimensions,)
-        Share of the variance along each axis, in the sum of all positive eigenvalues.
-    """
+    """Positions that approximate given distances."""
 
     positions: NDArray[np.float64]
+    """Shape (n, n_dimensions), centred on 0; the axis with the largest variance first."""
     explained: NDArray[np.float64]
+    """Share of the variance along each axis, in the sum of all positive eigenvalues."""
 
 
 def classical_scaling(distances: NDArray[np.float64], n_dimensions: int = 2) -> Scaling:
-    """Return positions from distances (Torgerson 1952).
+    """Return positions from a symmetric matrix of distances (Torgerson 1952).
 
     Eigenvectors of −½ J D² J, with J = I − 1/n, times the roots of their eigenvalues. The sign of
     each axis is chosen so that its largest coordinate is positive.
-
-    Parameters
-    ----------
-    distances : ndarray, shape (n, n)
-        Symmetric, 0 on the diagonal.
-    n_dimensions : int
-
-    Raises
-    ------
-    CCWSIMError
-        For distances that are not square or not symmetric.
 
     Examples
     --------
@@ -86,36 +69,24 @@ def classical_scaling(distances: NDArray[np.float64], n_dimensions: int = 2) -> 
 
 @dataclass(frozen=True, eq=False)
 class Anodi:
-    """Analysis of distances of ensembles with one training image.
-
-    Attributes
-    ----------
-    names : tuple of str
-        Names of the ensembles.
-    factors : tuple of int
-        Resolution g is 1 / factors[g] of the full one.
-    weights : ndarray, shape (n_factors,)
-        Weights of the resolutions, with sum 1.
-    pattern_size : int
-        Side of the patterns in cells.
-    divergence : ndarray, shape (n_factors, 1 + n_all, 1 + n_all)
-        Jensen–Shannon divergence (log₂) of the training image (first) and all realizations.
-    owner : ndarray of int, shape (1 + n_all,)
-        Index of the ensemble of each row; −1 for the training image.
-    between : ndarray, shape (n_ensembles, n_factors)
-        Mean divergence of pairs of realizations; NaN for a single one.
-    within : ndarray, shape (n_ensembles, n_factors)
-        Mean divergence of realizations from the training image.
-    """
+    """Analysis of distances of ensembles with one training image."""
 
     names: tuple[str, ...]
     factors: tuple[int, ...]
+    """Resolution g is 1 / factors[g] of the full one."""
     weights: NDArray[np.float64]
+    """Weights of the resolutions, with sum 1."""
     pattern_size: int
+    """Side of the patterns in cells."""
     divergence: NDArray[np.float64]
+    """Jensen–Shannon divergence (log₂) of the training image (first) and all realizations, shape
+    (n_factors, 1 + n_all, 1 + n_all)."""
     owner: NDArray[np.int64]
+    """Index of the ensemble of each row, shape (1 + n_all,); −1 for the training image."""
     between: NDArray[np.float64]
+    """Mean divergence of pairs of realizations, shape (n_ensembles, n_factors); NaN for one."""
     within: NDArray[np.float64]
+    """Mean divergence of realizations from the training image, of the same shape."""
 
     @property
     def ratio(self) -> NDArray[np.float64]:
@@ -205,23 +176,14 @@ def anodi(
     """Compare ensembles with their training image and among themselves (Tan et al. 2014).
 
     Histograms of all patterns are exact at each resolution of a pyramid (see `coarsened`). Section
-    5.5 of the paper takes 8 × 8 windows, nearly all of which occur once when counted exactly; so
-    4 × 4 is the default, as in the public code of ANODI.
+    5.5 of the paper takes 8 × 8 windows, nearly all of which occur once when counted exactly; so 4
+    × 4 is the default, as in the public code of ANODI.
 
     Parameters
     ----------
-    ensembles : Ensemble or array_like, or mapping of str to these
-        An array has facies codes, shape (n, ny, nx) or, for volumes, (n, nz, ny, nx).
-    training_image, codes, size, factors, progress
-        As in `pattern_distance`.
+    ensembles : images, or mapping of str to images
     weights : sequence of float, optional
         Weights of the resolutions, scaled to sum to 1; 2^−g for the g-th by default.
-
-    Raises
-    ------
-    CCWSIMError
-        For weights that do not fit the resolutions, images smaller than the patterns, or unknown
-        codes.
 
     Examples
     --------

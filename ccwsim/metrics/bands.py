@@ -37,10 +37,7 @@ def curves_of(
 class Band:
     """Mean and quantiles of curves over realizations, each of the shape of one curve.
 
-    Attributes
-    ----------
-    mean, low, median, high, smallest, largest : ndarray
-        NaN if no realization has a value.
+    NaN if no realization has a value.
     """
 
     mean: NDArray[np.float64]
@@ -54,22 +51,8 @@ class Band:
 def band(curves: ArrayLike, low: float = 0.1, high: float = 0.9) -> Band:
     """Return the band of curves of realizations, such as `Variogram.gamma`.
 
-    Parameters
-    ----------
-    curves : array_like, shape (n, ...)
-        NaN counts as missing.
-    low, high : float
-        Probabilities of the lower and the upper quantile.
-
-    Returns
-    -------
-    Band
-        Arrays of the shape of one curve.
-
-    Raises
-    ------
-    CCWSIMError
-        For no curves, or probabilities that are not 0 ≤ low ≤ high ≤ 1.
+    `curves` have shape (n, …) and NaN for missing values. `low` and `high` are the probabilities of
+    the lower and the upper quantile; `CCWSIMError` is raised unless 0 ≤ low ≤ high ≤ 1.
 
     Examples
     --------
@@ -79,11 +62,7 @@ def band(curves: ArrayLike, low: float = 0.1, high: float = 0.9) -> Band:
     values = as_floats(curves, "curves")
     if values.ndim < 2 or not len(values):
         raise CCWSIMError(f"curves of shape (n, n_lags) are needed, not {values.shape}")
-    limits = as_floats([low, high], "quantiles")
-    if limits.shape != (2,) or not 0 <= limits[0] <= limits[1] <= 1:
-        raise CCWSIMError(
-            f"quantiles {shown(low)} and {shown(high)} must be probabilities in ascending order"
-        )
+    _check_quantiles(low, high)
     known = ~np.isnan(values).all(axis=0)
     shape = values.shape[1:]
     rows = np.full((6, *shape), np.nan)
@@ -94,18 +73,19 @@ def band(curves: ArrayLike, low: float = 0.1, high: float = 0.9) -> Band:
     return Band(*rows)
 
 
+def _check_quantiles(low: float, high: float) -> None:
+    limits = as_floats([low, high], "quantiles")
+    if limits.shape != (2,) or not 0 <= limits[0] <= limits[1] <= 1:
+        raise CCWSIMError(
+            f"quantiles {shown(low)} and {shown(high)} must be probabilities in ascending order"
+        )
+
+
 class RunningCurves:
     """Counts the values of each point of a curve in bins, as curves are added.
 
-    Mean, smallest and largest value are exact; quantiles to one bin, (high − low) / n_bins.
-
-    Parameters
-    ----------
-    n_points : int
-        Points of each curve.
-    low, high : float
-        Limits of all values.
-    n_bins : int
+    Values are from `low` to `high`. Mean, smallest and largest value are exact; quantiles to one
+    bin, (high − low) / n_bins.
 
     Examples
     --------
@@ -135,10 +115,7 @@ class RunningCurves:
         return sum(array.nbytes for array in arrays)
 
     def add(self, curve: ArrayLike) -> None:
-        """Add one curve, shape (n_points,); NaN counts as missing.
-
-        Raises `CCWSIMError` for another number of points, or a value outside low … high.
-        """
+        """Add one curve, shape (n_points,); NaN counts as missing."""
         values = np.asarray(curve, dtype=float)
         if values.shape != self._sums.shape:
             raise CCWSIMError(f"a curve of {len(self._sums)} points is needed, not {values.shape}")
@@ -157,15 +134,8 @@ class RunningCurves:
         self._largest[points] = np.maximum(self._largest[points], present)
 
     def band(self, low: float = 0.1, high: float = 0.9) -> Band:
-        """Return the band of the curves added so far; NaN if there were none.
-
-        Raises
-        ------
-        CCWSIMError
-            For probabilities that are not 0 ≤ low ≤ high ≤ 1.
-        """
-        if not 0 <= low <= high <= 1:
-            raise CCWSIMError(f"quantiles {low} and {high} must be probabilities in order")
+        """Return the band of the curves added so far; NaN if there were none."""
+        _check_quantiles(low, high)
         n = self._counts.sum(axis=1)
         known = n > 0
         mean = ratio(self._sums, n)

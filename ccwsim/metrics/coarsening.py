@@ -22,28 +22,14 @@ def coarsened(
     """Return an image at 1 / factor of its resolution: the facies with the largest weight.
 
     The indicator of each facies is smoothed by a Gaussian of standard deviation (factor − 1) / 2
-    cells, mirrored at the edges, and interpolated linearly at the centres of ⌊ny / factor⌋ ×
-    ⌊nx / factor⌋ new cells (the usual anti-aliased resizing). The largest share wins, of equal ones
-    the smaller code.
+    cells, mirrored at the edges, and interpolated linearly at the centres of ⌊ny / factor⌋ × ⌊nx /
+    factor⌋ new cells (the usual anti-aliased resizing). The largest share wins, of equal ones the
+    smaller code.
 
     Parameters
     ----------
-    image : TrainingImage or array_like, shape (ny, nx) or (nz, ny, nx)
-        An array has facies codes.
     factor : int, or three along layers, rows and columns of a volume
-        1 returns a copy.
-    codes
-        As in `proportions`.
-
-    Returns
-    -------
-    ndarray of int, shape (ny // factor, nx // factor), in a volume (nz // factor, …)
-        Facies codes.
-
-    Raises
-    ------
-    CCWSIMError
-        For a factor below 1 or larger than the image.
+        From 1, which returns a copy, to the side of the image.
 
     Examples
     --------
@@ -73,8 +59,6 @@ def coarsened_volume(
     volume: NDArray[np.uint8], factors: Sequence[int], n_facies: int
 ) -> NDArray[np.uint8]:
     """Return facies indices (nz, ny, nx) at a lower resolution along layers, rows and columns.
-
-    Raises `CCWSIMError` for a factor below 1 or larger than the rows or columns.
 
     Examples
     --------

@@ -23,23 +23,14 @@ from ccwsim.model.arrays import as_floats, ratio
 
 @dataclass(frozen=True, eq=False)
 class Connectivity:
-    """Connectivity function of one facies.
-
-    Attributes
-    ----------
-    lags : ndarray of int, shape (n_lags,)
-        In steps of the direction.
-    tau : ndarray, shape (n, n_lags)
-        P(x and x + h in one geobody | both in the facies); NaN if no such pair exists.
-    unconditional : ndarray, shape (n, n_lags)
-        P(x and x + h in one geobody), over all pairs of cells.
-    neighbours : int
-        Number of neighbours of a cell: 4 or 8, in volumes 6, 18 or 26.
-    """
+    """Connectivity function of one facies."""
 
     lags: NDArray[np.int64]
+    """Shape (n_lags,), in steps of the direction."""
     tau: NDArray[np.float64]
+    """P(x and x + h in one geobody | both in the facies), shape (n, n_lags); NaN without pairs."""
     unconditional: NDArray[np.float64]
+    """P(x and x + h in one geobody), over all pairs of cells, shape (n, n_lags)."""
     neighbours: int
 
 
@@ -48,23 +39,11 @@ def connected_geobodies(
 ) -> tuple[NDArray[np.int32], int]:
     """Number the geobodies of a facies.
 
-    Parameters
-    ----------
-    image : TrainingImage or array_like, shape (ny, nx) or (nz, ny, nx)
-        An array has facies codes.
-    facies, neighbours
-        As in `connectivity`.
-
     Returns
     -------
     labels : ndarray of int32, shape of the image
         0 outside the facies, otherwise the number of the geobody from 1 on.
     n_geobodies : int
-
-    Raises
-    ------
-    CCWSIMError
-        For other neighbours, or a facies code that the image does not have.
 
     Examples
     --------
@@ -89,19 +68,6 @@ def connectivity(
 
     Two cells are connected if a chain of touching cells of the facies joins them anywhere in the
     image. Pairs are counted exactly.
-
-    Parameters
-    ----------
-    images, facies, direction, lags, progress
-        As in `variogram`.
-    neighbours : int, optional
-        In maps 4 (sides) or 8 (and corners), in volumes 6 (sides), 18 (and edges) or 26 (and
-        corners); 8 or 26 by default.
-
-    Raises
-    ------
-    CCWSIMError
-        As in `variogram`, and for other neighbours.
 
     Examples
     --------
@@ -146,47 +112,28 @@ def _count_pairs(labels, offsets):
 
 @dataclass(frozen=True, eq=False)
 class Geobodies:
-    """Geobodies of one facies, one value for each image.
-
-    Attributes
-    ----------
-    n_geobodies : ndarray of int, shape (n,)
-    sizes : tuple of ndarray
-        Cells of each geobody of each image, largest first.
-    gamma : ndarray, shape (n,)
-        Γ = Σ nᵢ² / m², the probability that two random cells of the facies are connected; NaN if
-        the facies does not occur.
-    percolates_ew, percolates_ns : ndarray of bool, shape (n,)
-        Whether one geobody touches the west and the east edge, or the south and the north edge.
-    euler_number : ndarray of int, shape (n,)
-        Geobodies minus holes; in volumes geobodies − tunnels + cavities.
-    neighbours : int
-        Number of neighbours of a cell: 4 or 8, in volumes 6, 18 or 26.
-    percolates_vertical : ndarray of bool, shape (n,), or None
-        Whether one geobody touches the lowest and the highest layer; None for maps.
-    """
+    """Geobodies of one facies, one value for each of n images."""
 
     n_geobodies: NDArray[np.int64]
     sizes: tuple[NDArray[np.int64], ...]
+    """Cells of each geobody of each image, largest first."""
     gamma: NDArray[np.float64]
+    """Γ = Σ nᵢ² / m², the probability that two random cells of the facies are connected; NaN if the
+    facies does not occur."""
     percolates_ew: NDArray[np.bool_]
+    """Whether one geobody touches the west and the east edge."""
     percolates_ns: NDArray[np.bool_]
+    """Whether one geobody touches the south and the north edge."""
     euler_number: NDArray[np.int64]
+    """Geobodies minus holes; in volumes geobodies − tunnels + cavities."""
     neighbours: int
     percolates_vertical: NDArray[np.bool_] | None = None
+    """Whether one geobody touches the lowest and the highest layer; None for maps."""
 
     def share_in(self, at_least: ArrayLike) -> NDArray[np.float64]:
-        """Return the share of the facies in geobodies of at least a number of cells.
+        """Return the share of the facies in geobodies of at least `at_least` cells, shape (n, m).
 
-        Parameters
-        ----------
-        at_least : array_like, shape (m,)
-            Numbers of cells.
-
-        Returns
-        -------
-        ndarray, shape (n, m)
-            From 1 for one cell down to 0; NaN if the facies does not occur.
+        It falls from 1 for one cell to 0, and is NaN if the facies does not occur.
 
         Examples
         --------
@@ -206,16 +153,6 @@ def geobody_statistics(
     images: Images, facies: int, neighbours: int | None = None, progress: Fraction | None = None
 ) -> Geobodies:
     """Return the geobodies of a facies in each image (Renard & Allard 2013).
-
-    Parameters
-    ----------
-    images, facies, neighbours, progress
-        As in `connectivity`.
-
-    Raises
-    ------
-    CCWSIMError
-        For other neighbours, or an unknown facies code.
 
     Examples
     --------

@@ -17,41 +17,28 @@ from ccwsim.model.grid import Grid
 
 @dataclass(frozen=True, eq=False)
 class Copying:
-    """Origin of the cells of a realization in the training image.
-
-    Attributes
-    ----------
-    copied : float
-        Share of the pairs of touching cells that touch in the same way in the training image.
-    largest_square : int
-        Side in cells of the largest square, in volumes cube, copied verbatim.
-    square_at : tuple of int
-        Row and column of its south-west cell; in a volume layer, row and column of its lowest one.
-    largest_block : int
-        Cells of the largest piece, joined by sides, copied verbatim.
-    uses : ndarray of int, shape of the training image
-        Number of uses of each of its cells.
-    used : float
-        Share of its cells that were used.
-    seams : ndarray of bool, shape of the realization
-        Cells whose eastern, northern or upper neighbour was not their neighbour in the training
-        image.
-    n_unknown : int
-        Cells without a source (a position below 0).
-    seam_sides : ndarray of uint8, shape of the realization
-        Seams by side: the sum of 1 for the eastern, 2 for the northern and 4 for the upper
-        neighbour.
-    """
+    """Origin of the cells of a realization in the training image."""
 
     copied: float
+    """Share of the pairs of touching cells that touch in the same way in the training image."""
     largest_square: int
+    """Side in cells of the largest square, in volumes cube, copied verbatim."""
     square_at: tuple[int, ...]
+    """Its (layer,) row and column: those of its lowest south-west cell."""
     largest_block: int
+    """Cells of the largest piece, joined by sides, copied verbatim."""
     uses: NDArray[np.int64]
+    """Number of uses of each cell of the training image."""
     used: float
+    """Share of its cells that were used."""
     seams: NDArray[np.bool_]
+    """Cells whose eastern, northern or upper neighbour was not their neighbour in the training
+    image; shape of the realization."""
     n_unknown: int
+    """Cells without a source (a position below 0)."""
     seam_sides: NDArray[np.uint8]
+    """Seams by side: the sum of 1 for the eastern, 2 for the northern and 4 for the upper
+    neighbour."""
 
     def seams_within(self, axis: int) -> NDArray[np.bool_]:
         """Return the seams of a volume without those between its slices along an axis.
@@ -75,12 +62,7 @@ def copying(positions: ArrayLike, ti_shape: tuple[int, ...]) -> Copying:
         Row · nx + column in the training image of each cell, in a volume (layer · ny + row) · nx +
         column; below 0 without a source.
     ti_shape : tuple of int
-        Rows and columns of the training image; of a volume layers, rows and columns.
-
-    Raises
-    ------
-    CCWSIMError
-        For another number of dimensions or a location outside the training image.
+        (Layers,) rows and columns of the training image.
 
     Examples
     --------

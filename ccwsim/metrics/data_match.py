@@ -14,40 +14,23 @@ from ccwsim.model.hard_data import HardData
 
 @dataclass(frozen=True, eq=False)
 class DataMatch:
-    """Hard data that realizations do not honour.
-
-    Attributes
-    ----------
-    wrong : ndarray of bool, shape (n, n_data)
-        Which data each realization misses, in the order of the hard data.
-    n_wrong : ndarray of int, shape (n,)
-        Number of data that each realization misses.
-    times_wrong : ndarray of int, shape (n_data,)
-        Number of realizations that miss each datum.
-    map : ndarray of int, shape of a realization
-        `times_wrong` in the cells with data, −1 elsewhere.
-    """
+    """Hard data that realizations do not honour."""
 
     wrong: NDArray[np.bool_]
+    """Which data each realization misses, shape (n, n_data), in the order of the hard data."""
     n_wrong: NDArray[np.int64]
+    """Number of data that each realization misses, shape (n,)."""
     times_wrong: NDArray[np.int64]
+    """Number of realizations that miss each datum, shape (n_data,)."""
     map: NDArray[np.int64]
+    """`times_wrong` in the cells with data, −1 elsewhere; shape of a realization."""
 
 
 def data_match(realizations: Images, hard_data: HardData) -> DataMatch:
     """Compare realizations with the hard data, cell by cell at full resolution.
 
-    Parameters
-    ----------
-    realizations : Ensemble or array_like
-        An array has facies codes, shape (ny, nx), (n, ny, nx) or (n, nz, ny, nx); (nz, ny, nx) is
-        one volume if data have layers.
-    hard_data : HardData
-
-    Raises
-    ------
-    CCWSIMError
-        If a datum is outside the realizations, or has a layer in maps or none in volumes.
+    An array of shape (nz, ny, nx) is one volume if data have layers. Raises `CCWSIMError` if a
+    datum is outside the realizations, or has a layer in maps or none in volumes.
 
     Examples
     --------

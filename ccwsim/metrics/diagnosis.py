@@ -35,22 +35,14 @@ MIN_LAYERS = 8
 """Least layers of a template, if the image has as many."""
 TREND_WEIGHT = 0.5
 """Location weight along z of volumes with a vertical trend; more changes little."""
+TREND_REASON = "The upper layers differ from the lower ones: patches come from about their height."
 PERIODIC = 0.5
 """Strength of the spacing from which the image counts as periodic."""
 
 
 @dataclass(frozen=True)
 class Advice:
-    """A value for a parameter, and why.
-
-    Attributes
-    ----------
-    parameter : str
-        Its name in `Parameters`.
-    value : int, or tuple of three numbers for a volume
-        Three numbers are along layers, rows and columns.
-    reason : str
-    """
+    """A value for a parameter, along layers, rows and columns of a volume, and why."""
 
     parameter: str
     value: Any
@@ -60,12 +52,8 @@ class Advice:
 def templates_that_fit(shape: tuple[int, ...], template_size: int | tuple[int, int, int]) -> int:
     """Return how many templates fit into an image without overlap.
 
-    Parameters
-    ----------
-    shape : tuple of int
-        Rows and columns of the image; of a volume layers, rows and columns.
-    template_size : int, or tuple of three for a volume
-        Side of the template in cells, or its layers, rows and columns.
+    `shape` is (layers,) rows and columns of the image; `template_size` the side of the template in
+    cells, or its layers, rows and columns.
 
     Examples
     --------
@@ -177,19 +165,9 @@ def advise_overlap(template: int, thinnest: int, level: int) -> Advice:
 
 
 def warn_of_level(parameters: Parameters, grid_shape: tuple[int, ...], n_data: int) -> str:
-    """Return why a level is too coarse for a number of hard data, or an empty text.
+    """Return why a level is too coarse for `n_data` hard data, in one sentence, or an empty text.
 
-    Parameters
-    ----------
-    parameters : Parameters
-    grid_shape : tuple of int
-        Rows and columns; of a volume layers, rows and columns.
-    n_data : int
-
-    Returns
-    -------
-    str
-        One sentence if a template has more data, on average, than a tile that is not split.
+    It is too coarse if a template has more data, on average, than a tile that is not split.
 
     Examples
     --------
@@ -242,48 +220,27 @@ def advise_along_z(
     return (z_level, template, overlap), why
 
 
-def advise_location_weight() -> Advice:
-    """Advise a location weight along z, for volumes with a vertical trend."""
-    reason = "The upper layers differ from the lower ones: patches come from about their height."
-    return Advice("location_weight", (TREND_WEIGHT, 0.0, 0.0), reason)
-
-
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """Properties of a training image, and advice.
-
-    Attributes
-    ----------
-    stationarity : Stationarity
-    thickness : tuple of int
-        By facies, in the order of the codes: side of the largest square, in cells, that fits into
-        95 % of the facies; geobodies are continued beyond the border.
-    spacing_ew, spacing_ns : Spacing
-        Range and repetition of the features.
-    feature_size : int
-        Cells that a template needs to hold a feature.
-    n_templates : int
-        Templates of the advised size that fit without overlap.
-    advice : tuple of Advice
-        For wavelet_level, template_size and overlap_size, which fit each other, and for
-        location_weight if a volume has a vertical trend.
-    warnings : tuple of str
-        Possible problems, one sentence each.
-    vertical_thickness : tuple of int
-        Thickness of each facies of a volume in layers; empty for a map.
-    vertical_spacing : Spacing, or None
-        Range and repetition of the features of a volume from layer to layer.
-    """
+    """Properties of a training image, and advice."""
 
     stationarity: Stationarity
     thickness: tuple[int, ...]
+    """By facies: side of the largest square, in cells, that fits into 95 % of the facies; geobodies
+    are continued beyond the border."""
     spacing_ew: Spacing
     spacing_ns: Spacing
     feature_size: int
+    """Cells that a template needs to hold a feature."""
     n_templates: int
+    """Templates of the advised size that fit without overlap."""
     advice: tuple[Advice, ...]
+    """For wavelet_level, template_size and overlap_size, which fit each other, and for
+    location_weight if a volume has a vertical trend."""
     warnings: tuple[str, ...]
+    """Possible problems, one sentence each."""
     vertical_thickness: tuple[int, ...] = ()
+    """Thickness of each facies of a volume in layers; empty for a map."""
     vertical_spacing: Spacing | None = None
 
     def advised(self, parameter: str) -> Any:
@@ -294,15 +251,7 @@ class Diagnosis:
 def diagnose(training_image: TrainingImage | ArrayLike) -> Diagnosis:
     """Analyse a training image and advise template size, overlap and wavelet level.
 
-    Parameters
-    ----------
-    training_image : TrainingImage or array_like, shape (ny, nx) or (nz, ny, nx)
-        An array has facies codes.
-
-    Raises
-    ------
-    CCWSIMError
-        For an image of fewer than 8 rows or columns.
+    Raises `CCWSIMError` for an image of fewer than 8 rows or columns.
 
     Examples
     --------
@@ -336,7 +285,11 @@ def diagnose(training_image: TrainingImage | ArrayLike) -> Diagnosis:
             for own, z in zip(advice, along_z, strict=True)
         )
         if quarters.vertical_trend.any() and along_z[1] < image.shape[0]:
-            advice = *advice, advise_location_weight()
+            weight = TREND_WEIGHT, 0.0, 0.0
+            why = (
+                "The upper layers differ from the lower ones: patches come from about their height."
+            )
+            advice = *advice, Advice("location_weight", weight, why)
     n_fit = templates_that_fit(image.shape, advice[1].value)
     boxes = wanted if vertical is None else (advice[1].value[0], wanted, wanted)
     names = training_image.facies_names if isinstance(training_image, TrainingImage) else None

@@ -32,17 +32,7 @@ CELLS_OF_ENTROPY = 1_000_000
 def proportions(images: Images, codes: Codes | None = None) -> NDArray[np.float64]:
     """Return the share of the cells of each facies, shape (n, n_facies).
 
-    Parameters
-    ----------
-    images : Ensemble, TrainingImage or array_like
-        An array has facies codes, shape (ny, nx), (n, ny, nx) or, for volumes, (n, nz, ny, nx).
-    codes : array_like of int, optional
-        The facies codes, where an array may lack some; those that occur by default.
-
-    Returns
-    -------
-    ndarray, shape (n, n_facies)
-        Shares of the cells, facies in the order of the sorted codes; each row sums to 1.
+    Each row sums to 1.
 
     Examples
     --------
@@ -58,21 +48,8 @@ def proportions(images: Images, codes: Codes | None = None) -> NDArray[np.float6
 def vertical_proportions(images: Images, codes: Codes | None = None) -> NDArray[np.float64]:
     """Return vertical proportion curves: the share of each facies in each layer of volumes.
 
-    Parameters
-    ----------
-    images, codes
-        As in `proportions`; an array of volumes may be (nz, ny, nx) or (n, nz, ny, nx).
-
-    Returns
-    -------
-    ndarray, shape (n, n_facies, nz)
-        Facies in the order of the sorted codes, layer 0 at the bottom; for each image and layer
-        the shares sum to 1.
-
-    Raises
-    ------
-    CCWSIMError
-        For maps, which have no layers.
+    The result has shape (n, n_facies, nz), layer 0 at the bottom; for each image and layer the
+    shares sum to 1. An array may be one volume, (nz, ny, nx). Raises `CCWSIMError` for maps.
 
     Examples
     --------
@@ -105,21 +82,7 @@ def proportion_quantiles(
 ) -> NDArray[np.float64]:
     """Return quantiles over realizations of each facies' proportion, shape (n_quantiles, n_facies).
 
-    Parameters
-    ----------
-    images, codes
-        As in `proportions`.
-    probabilities : sequence of float
-        From 0 to 1.
-
-    Returns
-    -------
-    ndarray, shape (n_quantiles, n_facies)
-
-    Raises
-    ------
-    CCWSIMError
-        For a probability outside 0 … 1.
+    `probabilities` are from 0 to 1.
 
     Examples
     --------
@@ -135,19 +98,10 @@ def proportion_quantiles(
 
 @dataclass(frozen=True, eq=False)
 class EType:
-    """Probability of each facies in each cell.
-
-    Attributes
-    ----------
-    probability : ndarray, shape (n_facies, ny, nx) or (n_facies, nz, ny, nx)
-        Share of the realizations that have each facies.
-    n : int
-        Number of realizations.
-    codes : ndarray of int, shape (n_facies,)
-        The facies codes, sorted.
-    """
+    """Probability of each facies in each cell."""
 
     probability: NDArray[np.float64]
+    """Share of n realizations, shape (n_facies, ny, nx) or (n_facies, nz, ny, nx)."""
     n: int
     codes: NDArray[np.integer]
 
@@ -186,11 +140,6 @@ class EType:
 def etype(images: Images, codes: Codes | None = None) -> EType:
     """Return probability, most likely facies and entropy of each cell.
 
-    Parameters
-    ----------
-    images, codes
-        As in `proportions`.
-
     Examples
     --------
     >>> e_type = etype([[[0, 1]], [[1, 1]]])
@@ -204,14 +153,7 @@ def etype(images: Images, codes: Codes | None = None) -> EType:
 def facies_counts(images: Images, codes: Codes | None = None) -> NDArray[np.int32]:
     """Return the number of realizations with each facies in each cell.
 
-    Parameters
-    ----------
-    images, codes
-        As in `proportions`.
-
-    Returns
-    -------
-    ndarray of int32, shape (n_facies, ny, nx) or (n_facies, nz, ny, nx)
+    The shape is (n_facies, ny, nx) or (n_facies, nz, ny, nx).
 
     Examples
     --------
@@ -227,19 +169,9 @@ def facies_counts(images: Images, codes: Codes | None = None) -> NDArray[np.int3
 
 
 def etype_of_counts(counts: NDArray[np.integer], codes: Codes | None = None) -> EType:
-    """Return the E-type of counts.
+    """Return the E-type of counts, as `facies_counts` returns them.
 
-    Parameters
-    ----------
-    counts : ndarray of int, shape (n_facies, ny, nx) or (n_facies, nz, ny, nx)
-        Realizations by facies and cell, as `facies_counts` returns them.
-    codes : array_like of int, shape (n_facies,), optional
-        The facies codes, 0 … n_facies − 1 by default.
-
-    Raises
-    ------
-    CCWSIMError
-        If nothing was counted yet, and for another number of codes.
+    The codes are 0 … n_facies − 1 by default. Raises `CCWSIMError` if nothing was counted yet.
 
     Examples
     --------
@@ -260,21 +192,9 @@ def etype_of_counts(counts: NDArray[np.integer], codes: Codes | None = None) -> 
 
 
 def entropy(probability: ArrayLike) -> NDArray[np.float64]:
-    """Return −Σ p log p / log(n_facies) over the first axis; 0 for a single facies.
+    """Return −Σ p log p / log(n_facies) over the first axis of probabilities, shape (n_facies, …).
 
-    Parameters
-    ----------
-    probability : array_like, shape (n_facies, ...)
-
-    Returns
-    -------
-    ndarray, shape (...)
-        From 0 (certain) to 1 (all facies equally likely).
-
-    Raises
-    ------
-    CCWSIMError
-        For an array without facies.
+    It goes from 0 (certain) to 1 (all facies equally likely), and is 0 for a single facies.
 
     Examples
     --------

@@ -21,27 +21,18 @@ THICK_SHARE = 0.95
 
 @dataclass(frozen=True, eq=False)
 class Spacing:
-    """Range and spacing of features along a direction.
-
-    Attributes
-    ----------
-    lags : ndarray of int, shape (n_lags,)
-    correlation : ndarray, shape (n_lags,)
-        1 − Σ γ / Σ sill, pooled over facies.
-    range : int or None
-        First lag at which γ reaches 95 % of the sill; None if it does not.
-    spacing : int or None
-        Lag of the first peak of the correlation: the distance from feature to feature; None
-        without a peak.
-    strength : float
-        Prominence of that peak, from 0 (no repetition) to about 2 (strict period).
-    """
+    """Range and spacing of features along a direction."""
 
     lags: NDArray[np.int64]
     correlation: NDArray[np.float64]
+    """1 − Σ γ / Σ sill, pooled over facies, shape (n_lags,)."""
     range: int | None
+    """First lag at which γ reaches 95 % of the sill; None if it does not."""
     spacing: int | None
+    """Lag of the first peak of the correlation: the distance from feature to feature; None without
+    a peak."""
     strength: float
+    """Prominence of that peak, from 0 (no repetition) to about 2 (strict period)."""
 
 
 def feature_spacing(
@@ -50,13 +41,6 @@ def feature_spacing(
     """Return range and spacing of the features, from lags up to half the smaller side.
 
     In a volume that side is the smaller one of rows and columns, or the layers for "vertical".
-
-    Parameters
-    ----------
-    image, codes
-        As in `pattern_histogram`.
-    direction : str, float or pair of int
-        As in `variogram`.
 
     Examples
     --------
@@ -84,18 +68,12 @@ def feature_spacing(
 
 @dataclass(frozen=True, eq=False)
 class Granulometry:
-    """Share of a facies that remains when parts thinner than a size are removed.
-
-    Attributes
-    ----------
-    sizes : ndarray of int, shape (n_sizes,)
-        1, 2, … cells.
-    kept : ndarray, shape (n_sizes,)
-        Share of the facies' cells in squares of that size inside the facies.
-    """
+    """Share of a facies that remains when parts thinner than a size are removed."""
 
     sizes: NDArray[np.int64]
+    """1, 2, … cells."""
     kept: NDArray[np.float64]
+    """Share of the facies' cells in squares of each size inside the facies."""
 
     def thickness(self, share: float = THICK_SHARE) -> int:
         """Return the largest size that keeps at least `share` of the facies; 0 if it is absent."""
@@ -117,10 +95,6 @@ def granulometry(
 
     Parameters
     ----------
-    image : TrainingImage or array_like, shape (ny, nx) or (nz, ny, nx)
-        An array has facies codes.
-    facies : int
-        Its code.
     max_size : int
         Largest square.
     down_to : float
@@ -129,11 +103,6 @@ def granulometry(
         Repeat the cells at the edge beyond it.
     vertical : bool
         Open a volume with columns of 1, 2, … layers.
-
-    Raises
-    ------
-    CCWSIMError
-        For a largest square below one cell, or an unknown facies code.
 
     Examples
     --------

@@ -30,27 +30,14 @@ PATTERN_SIZES = (2, 3)
 def fit_patterns(ensemble: Ensemble, sizes: Sequence[int] = PATTERN_SIZES) -> Fit | None:
     """Compare the pattern distances of realizations and of crops from the training image.
 
-    Parameters
-    ----------
-    ensemble : Ensemble
-    sizes : sequence of int
-        Sides of the patterns in cells.
-
-    Returns
-    -------
-    Fit, or None
-        Jensen–Shannon divergences in bits at full resolution, `at` the sizes; those of crops are
-        due to their size only. None if the training image or the grid is too small for crops.
-
-    Raises
-    ------
-    CCWSIMError
-        For patterns that do not fit.
+    The result has Jensen–Shannon divergences in bits at full resolution, `at` the sizes; those of
+    crops are due to their size only. It is None if the training image or the grid is too small for
+    crops.
 
     Examples
     --------
-    >>> from ccwsim import Parameters, TrainingImage, simulate
-    >>> stripes = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
+    >>> from ccwsim import Parameters, simulate
+    >>> stripes = np.tile([[0], [0], [1], [1]], (16, 64))
     >>> p = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
     >>> fit_patterns(simulate(stripes, (40, 50), p)).at
     array([2., 3.])
@@ -68,28 +55,14 @@ def fit_patterns(ensemble: Ensemble, sizes: Sequence[int] = PATTERN_SIZES) -> Fi
 def fit_vertical_proportions(ensemble: Ensemble, facies: int) -> Fit | None:
     """Compare the share of a facies in each layer of volumes with that of the training image.
 
-    Parameters
-    ----------
-    ensemble : Ensemble
-        Volumes.
-    facies : int
-        Its code.
-
-    Returns
-    -------
-    Fit, or None
-        `at` is the layer, 0 at the bottom; `reference` the share in the whole training image. None
-        if that has another number of layers, or is too small for crops.
-
-    Raises
-    ------
-    CCWSIMError
-        For maps and for an unknown facies.
+    `at` is the layer, 0 at the bottom; `reference` the share in the whole training image. The
+    result is None if that has another number of layers, or is too small for crops. Raises
+    `CCWSIMError` for maps.
 
     Examples
     --------
-    >>> from ccwsim import Parameters, TrainingImage, simulate
-    >>> beds = TrainingImage(np.tile([[[0]], [[0]], [[1]], [[1]]], (2, 32, 32)))
+    >>> from ccwsim import Parameters, simulate
+    >>> beds = np.tile([[[0]], [[0]], [[1]], [[1]]], (2, 32, 32))
     >>> p = Parameters(template_size=8, overlap_size=2, wavelet_level=1)
     >>> fit_vertical_proportions(simulate(beds, (8, 16, 16), p), 1).reference
     array([0., 0., 1., 1., 0., 0., 1., 1.])

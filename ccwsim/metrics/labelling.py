@@ -20,8 +20,6 @@ _SHARED_AXES = {4: 1, 6: 1, 18: 2, 8: 3, 26: 3}
 def neighbours_of(shape: tuple[int, ...], neighbours: int | None) -> int:
     """Return how many cells count as touching in images of a shape; 8 or 26 by default.
 
-    Raises `CCWSIMError` for another number than 4 or 8 in maps, or 6, 18 or 26 in volumes.
-
     Examples
     --------
     >>> neighbours_of((30, 40), None), neighbours_of((5, 30, 40), 6)
@@ -39,17 +37,7 @@ def neighbours_of(shape: tuple[int, ...], neighbours: int | None) -> int:
 def label(inside: NDArray[np.bool_], neighbours: int) -> tuple[NDArray[np.int32], int]:
     """Number the connected sets of cells of a volume from 1 on, in the order of their first cells.
 
-    Parameters
-    ----------
-    inside : ndarray of bool, shape (nz, ny, nx)
-    neighbours : int
-        As `neighbours_of` returns it.
-
-    Returns
-    -------
-    labels : ndarray of int32, shape (nz, ny, nx)
-        0 outside.
-    n : int
+    Cells outside have 0.
 
     Examples
     --------
@@ -71,12 +59,6 @@ def euler_number(inside: NDArray[np.bool_], neighbours: int) -> int:
     6, cells are the corners of the union instead, and touching ones span its edges, faces and
     cubes. With 18, each corner at which only two cells meet counts once more, as it does not join
     them.
-
-    Parameters
-    ----------
-    inside : ndarray of bool, shape (nz, ny, nx)
-    neighbours : int
-        As `neighbours_of` returns it.
 
     Examples
     --------

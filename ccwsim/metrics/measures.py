@@ -56,36 +56,23 @@ class OfFacies:
 
 @dataclass(frozen=True)
 class Measure:
-    """One entry of the table.
-
-    Attributes
-    ----------
-    title : str
-        Name, with the unit.
-    definition : str
-        One sentence.
-    values : callable
-        Takes an `OfFacies`, returns one value for each image, shape (n,), which may be NaN.
-    least : float
-        Smallest difference that is reported, in units of the value.
-    words : pair of str
-        Verdicts on a value below that of crops, and above it.
-    factor : float
-        Factor by which shown values are multiplied.
-    digits : int
-        Decimals shown.
-    volumes : bool, or None
-        True for volumes only, False for maps only, None for both.
-    """
+    """One entry of the table."""
 
     title: str
+    """Name, with the unit."""
     definition: str
     values: Callable[[OfFacies], Values]
+    """Takes an `OfFacies`, returns one value for each image, shape (n,), which may be NaN."""
     least: float
+    """Smallest difference that is reported, in units of the value."""
     words: tuple[str, str] = ("too low", "too high")
+    """Verdicts on a value below that of crops, and above it."""
     factor: float = 1.0
+    """Factor by which shown values are multiplied."""
     digits: int = 2
+    """Decimals shown."""
     volumes: bool | None = None
+    """True for volumes only, False for maps only, None for both."""
 
     def text(self, value: float) -> str:
         """Return a value as shown.
@@ -214,50 +201,28 @@ MEASURES = (
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """Measures of a facies.
-
-    Attributes
-    ----------
-    measures : tuple of Measure
-        The measures of maps, or of volumes.
-    each : ndarray, shape (n, m)
-        Values by realization and measure.
-    reference : ndarray, shape (m,)
-        Values of the whole training image.
-    fit : Fit, or None
-        Means over pieces of the realizations beside crops of the training image, by measure.
-    """
+    """Measures of a facies, in maps or in volumes."""
 
     measures: tuple[Measure, ...]
     each: Values
+    """Values by realization and measure, shape (n, m)."""
     reference: Values
+    """Values of the whole training image, shape (m,)."""
     fit: Fit | None
+    """Means over pieces of the realizations beside crops of the training image, by measure."""
 
 
 def measure(ensemble: Ensemble, facies: int, progress: Fraction | None = None) -> Measured:
-    """Return all measures of a facies of realizations, beside crops of their image.
-
-    Parameters
-    ----------
-    ensemble : Ensemble
-        At most 200 realizations are measured.
-    facies, progress
-        As in `variogram`.
-
-    Raises
-    ------
-    CCWSIMError
-        For an unknown facies.
+    """Return all measures of a facies of at most 200 realizations, beside crops of their image.
 
     Examples
     --------
-    >>> from ccwsim import Parameters, TrainingImage, simulate
-    >>> stripes = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
+    >>> from ccwsim import Parameters, simulate
+    >>> stripes = np.tile([[0], [0], [1], [1]], (16, 64))
     >>> p = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
     >>> measured = measure(simulate(stripes, (40, 50), p), 1)
-    >>> values = dict(zip([m.title for m in measured.measures], measured.each[0].tolist()))
-    >>> values["Largest geobody, %"]
-    0.1
+    >>> measured.measures[0].title, measured.reference[0]
+    ('Proportion, %', np.float64(0.5))
     """
     image = ensemble.training_image
     index = image.index_of(facies)

@@ -32,29 +32,20 @@ FACTORS = (1, 2, 3)
 
 @dataclass(frozen=True, eq=False)
 class PatternHistogram:
-    """How often each pattern of size × size cells, in volumes size × size × size, occurs.
-
-    Attributes
-    ----------
-    codes : ndarray of uint64, shape (n_different,)
-        The patterns that occur, sorted. A code has the pattern's cells as digits in base n_facies
-        if these fit 64 bits; otherwise it is a 64-bit hash.
-    frequencies : ndarray, shape (n_different,)
-        Their shares, with sum 1.
-    size : int
-        Side of the patterns in cells.
-    facies : tuple of int
-        Facies codes of the digits, sorted.
-    layers : int
-        Height of the patterns in cells: 1 in maps; `size` in volumes, or all layers if there are
-        fewer.
-    """
+    """How often each pattern of size × size cells, in volumes size × size × size, occurs."""
 
     codes: NDArray[np.uint64]
+    """The patterns that occur, sorted. A code has the pattern's cells as digits in base n_facies if
+    these fit 64 bits; otherwise it is a 64-bit hash."""
     frequencies: NDArray[np.float64]
+    """Their shares, with sum 1."""
     size: int
+    """Side of the patterns in cells."""
     facies: tuple[int, ...] = ()
+    """Facies codes of the digits, sorted."""
     layers: int = 1
+    """Height of the patterns in cells: 1 in maps; `size` in volumes, or all layers if there are
+    fewer."""
 
 
 def pattern_histogram(
@@ -63,20 +54,6 @@ def pattern_histogram(
     """Count the patterns of size × size (× size) cells at every location of an image, exactly.
 
     In a volume with fewer layers, patterns are as high as the volume.
-
-    Parameters
-    ----------
-    image : TrainingImage or array_like, shape (ny, nx) or (nz, ny, nx)
-        An array has facies codes.
-    codes : array_like of int, optional
-        The facies codes, where an array may lack some; those that occur by default.
-    size : int, optional
-        Side of the patterns in cells; 4 in maps and 3 in volumes by default.
-
-    Raises
-    ------
-    CCWSIMError
-        If the pattern does not fit the image.
 
     Examples
     --------
@@ -97,10 +74,7 @@ def size_of(stack: Stack, size: int | None) -> int:
 
 
 def layers_of(stack: Stack, *others: Stack) -> int:
-    """Return the layers of the thinnest of volumes, 1 for maps.
-
-    Raises `CCWSIMError` if some are maps and others volumes.
-    """
+    """Return the layers of the thinnest of volumes, 1 for maps."""
     for other in others:
         if other.is_volumes != stack.is_volumes:
             raise CCWSIMError(
@@ -126,25 +100,10 @@ def pyramid_histograms(
     progress: Fraction | None = None,
     layers: int | None = None,
 ) -> list[list[PatternHistogram]]:
-    """Return the pattern histogram of each image at 1 / factor of its resolution.
+    """Return the pattern histograms of each image, one for each resolution.
 
-    Volumes are coarsened along z only as far as patterns fit their layers.
-
-    Parameters
-    ----------
-    images, codes, progress
-        As in `transiograms`.
-    size
-        As in `pattern_histogram`.
-    factors : sequence of int
-        Resolutions are 1 / factor; see `coarsened`.
-    layers : int, optional
-        Layers of the thinnest volume with which these are compared.
-
-    Returns
-    -------
-    list of list of PatternHistogram
-        By image, then factor.
+    Volumes are coarsened along z only as far as patterns fit their layers, or `layers`, those of
+    the thinnest volume with which these are compared.
 
     Examples
     --------
@@ -171,23 +130,9 @@ def pyramid_histograms(
 def js_divergence(a: PatternHistogram, b: PatternHistogram) -> float:
     """Return the Jensen–Shannon divergence of two histograms in bits, from 0 to 1.
 
-    JS = ½ Σ a log₂(a / m) + ½ Σ b log₂(b / m), m = (a + b) / 2 (Lin 1991). Its square root is a
-    distance.
-
-    Parameters
-    ----------
-    a, b : PatternHistogram
-        With the same size of patterns.
-
-    Returns
-    -------
-    float
-        In bits; 0 for equal histograms, 1 without a common pattern.
-
-    Raises
-    ------
-    CCWSIMError
-        For histograms of different pattern sizes, or of different facies codes.
+    JS = ½ Σ a log₂(a / m) + ½ Σ b log₂(b / m), m = (a + b) / 2 (Lin 1991): 0 for equal histograms,
+    1 without a common pattern. Its square root is a distance. Raises `CCWSIMError` for histograms
+    of different pattern sizes or facies codes.
 
     Examples
     --------
@@ -224,22 +169,7 @@ def pattern_distance(
 ) -> NDArray[np.float64]:
     """Return the Jensen–Shannon divergence of each image's patterns from the training image's.
 
-    Parameters
-    ----------
-    images, size, factors, progress
-        As in `pyramid_histograms`.
-    training_image : TrainingImage or array_like, shape (ny, nx) or (nz, ny, nx)
-    codes : array_like of int, optional
-        The facies codes; those of the training image by default.
-
-    Returns
-    -------
-    ndarray, shape (n, n_factors)
-
-    Raises
-    ------
-    CCWSIMError
-        For an unknown code, or patterns that do not fit.
+    The shape is (n, n_factors).
 
     Examples
     --------
@@ -267,28 +197,13 @@ def unseen_patterns(
 ) -> NDArray[np.float64]:
     """Return the share of the patterns of each image that do not occur in the training image.
 
-    Patterns have size × size cells, in volumes size × size × size, or as many layers as the thinner
-    image.
+    Patterns of volumes have as many layers as the thinner image, at most `size`. The result has
+    shape (n,); it is NaN for a mask without cells.
 
     Parameters
     ----------
-    images, training_image, codes, progress
-        As in `pattern_distance`.
-    size : int
-        Side of the patterns in cells.
     mask : ndarray of bool, shape of one image, optional
         Only patterns with one of these cells count, for example cells with hard data.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        From 0 to 1; NaN for a mask without cells.
-
-    Raises
-    ------
-    CCWSIMError
-        For unknown codes, patterns that do not fit, maps with a volume or the reverse, and a mask
-        of another shape.
 
     Examples
     --------
@@ -334,19 +249,9 @@ def _containing(
 def divergences(
     histograms: list[list[PatternHistogram]], progress: Fraction | None = None
 ) -> NDArray[np.float64]:
-    """Return the Jensen–Shannon divergence of all pairs, shape (n_factors, n, n).
+    """Return the Jensen–Shannon divergence of all pairs in bits, shape (n_factors, n, n).
 
-    Parameters
-    ----------
-    histograms : list of list of PatternHistogram
-        By image, then factor, as `pyramid_histograms` returns them.
-    progress
-        As in `variogram`.
-
-    Returns
-    -------
-    ndarray, shape (n_factors, n, n)
-        In bits, from 0 to 1; symmetric.
+    `histograms` are by image, then factor, as `pyramid_histograms` returns them.
 
     Examples
     --------

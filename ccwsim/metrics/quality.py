@@ -26,59 +26,39 @@ CELLS_COMPARED = 1_000_000
 class Quality:
     """How close an ensemble comes to its training image and its data, and at what cost.
 
-    Attributes
-    ----------
-    n : int
-        Number of realizations.
-    pattern_distances : tuple of 3 float
-        Jensen–Shannon divergence in bits between the 4 × 4 patterns, in volumes 3 × 3 × 3, of
-        realizations and training image at full, half and third resolution, mean over realizations.
-    pattern_spread : float
-        Standard deviation between realizations of their mean over the three; NaN for one.
-    tau_errors : tuple of float
-        |mean over realizations of τ(h) − τ(h) of the training image|, mean over the lags at which
-        both are known, E–W, N–S and, in volumes, vertically; NaN if there is no such lag.
-    facies : int
-        Code of the facies of τ.
-    differing : float
-        Share of the cells in which two realizations differ, mean over all pairs; NaN for one.
-    n_resimulated, n_forced, n_mismatched : float
-        Hard data honoured by local re-simulation, forced, and not honoured; means over
-        realizations.
-    cpu_seconds : float
-        CPU time of a realization, median.
-    proportion_error : float
-        (Mean proportion of the realizations − proportion of the training image) / the latter, of
-        the facies with the largest error: −0.4 for 40 % too little.
-    proportion_facies : int
-        Code of that facies.
-    proportion_spread : float
-        Standard deviation of the error between realizations; NaN for one.
-    tau_spreads : tuple of float
-        Standard deviation of τ(h) between realizations, mean over the lags, along the same axes;
-        NaN for one.
-    largest_copied : float
-        Cells of the largest piece copied verbatim from the training image, mean over
-        realizations; NaN if the ensemble does not keep its sources.
-    copied_spread : float
-        Standard deviation of the cells copied between realizations.
+    Hard data are counted as in `Ensemble`, mean over realizations. Spreads are standard deviations
+    between realizations, NaN for one.
     """
 
     n: int
     pattern_distances: tuple[float, float, float]
+    """Jensen–Shannon divergence in bits between the 4 × 4 patterns, in volumes 3 × 3 × 3, of
+    realizations and training image at full, half and third resolution, mean over realizations."""
     pattern_spread: float
+    """Spread of the mean over the three."""
     tau_errors: tuple[float, ...]
+    """|mean over realizations of τ(h) − τ(h) of the training image|, mean over the lags at which
+    both are known, E–W, N–S and, in volumes, vertically; NaN if there is no such lag."""
     facies: int
+    """Code of the facies of τ."""
     differing: float
+    """Share of the cells in which two realizations differ, mean over all pairs; NaN for one."""
     n_resimulated: float
     n_forced: float
     n_mismatched: float
     cpu_seconds: float
+    """CPU time of a realization, median."""
     proportion_error: float = nan
+    """(Mean proportion of the realizations − proportion of the training image) / the latter, of the
+    facies with the largest error: −0.4 for 40 % too little."""
     proportion_facies: int = 0
+    """Code of that facies."""
     proportion_spread: float = nan
     tau_spreads: tuple[float, ...] = (nan, nan)
+    """Spread of τ(h), mean over the lags, along the same axes."""
     largest_copied: float = nan
+    """Cells of the largest piece copied verbatim from the training image, mean over realizations;
+    NaN if the ensemble does not keep its sources."""
     copied_spread: float = nan
 
     @property
@@ -104,22 +84,13 @@ class Quality:
 def judge(ensemble: Ensemble, facies: int | None = None) -> Quality:
     """Judge an ensemble by patterns, connectivity, proportions, copying, data and CPU time.
 
-    Parameters
-    ----------
-    ensemble : Ensemble
-        With `keep_sources` to measure copied pieces.
-    facies : int, optional
-        Code of the facies whose connectivity counts; the last one by default.
-
-    Raises
-    ------
-    CCWSIMError
-        For an unknown facies, and for a grid too small for patterns.
+    Copied pieces are measured if the ensemble was made with `keep_sources`. τ is that of `facies`,
+    by default of the last one. Raises `CCWSIMError` for a grid too small for patterns.
 
     Examples
     --------
-    >>> from ccwsim import Parameters, TrainingImage, simulate
-    >>> stripes = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
+    >>> from ccwsim import Parameters, simulate
+    >>> stripes = np.tile([[0], [0], [1], [1]], (16, 64))
     >>> p = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
     >>> quality = judge(simulate(stripes, (40, 50), p, n_realizations=2))
     >>> quality.tau_errors, quality.n_mismatched
@@ -167,22 +138,8 @@ def _copied(ensemble: Ensemble) -> NDArray[np.float64]:
 def differing_share(images: Images, codes: Codes | None = None) -> float:
     """Return the share of cells in which two realizations differ, mean over all pairs.
 
-    Counted by cell: Σ c (c − 1) / 2 pairs agree if c realizations have each facies.
-
-    Parameters
-    ----------
-    images, codes
-        As in `proportions`.
-
-    Returns
-    -------
-    float
-        NaN for one realization.
-
-    Raises
-    ------
-    CCWSIMError
-        For another shape or type, and for unknown codes in the images.
+    Counted by cell: Σ c (c − 1) / 2 pairs agree if c realizations have each facies. NaN for one
+    realization.
 
     Examples
     --------

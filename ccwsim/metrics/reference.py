@@ -16,53 +16,35 @@ from ccwsim.model.training_image import TrainingImage
 
 @dataclass(frozen=True, eq=False)
 class ReferenceScores:
-    """Scores of probabilities against the reference field.
-
-    Attributes
-    ----------
-    accuracy : float
-        Share of the cells whose most likely facies is that of the reference field.
-    brier : float
-        Mean of Σ (p − o)² over facies, o = 1 for the true one; 0 is perfect, 2 the worst.
-    log_score : float
-        Mean of −ln p of the true facies; 0 is perfect. A share of n realizations counts as
-        (n p + ½) / (n + n_facies / 2), so that p is never 0.
-    n_cells : int
-        Number of scored cells.
-    right : ndarray of bool, shape of the reference field
-        Cells whose most likely facies is the true one, also those that are not scored.
-    """
+    """Scores of probabilities against the reference field."""
 
     accuracy: float
+    """Share of the cells whose most likely facies is that of the reference field."""
     brier: float
+    """Mean of Σ (p − o)² over facies, o = 1 for the true one; 0 is perfect, 2 the worst."""
     log_score: float
+    """Mean of −ln p of the true facies; 0 is perfect. A share of n realizations counts as (n p + ½)
+    / (n + n_facies / 2), so that p is never 0."""
     n_cells: int
+    """Number of scored cells."""
     right: NDArray[np.bool_]
+    """Cells whose most likely facies is the true one, also those that are not scored."""
 
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """Predicted probabilities and the shares of cells in which they came true.
-
-    Attributes
-    ----------
-    edges : ndarray, shape (n_bins + 1,)
-        Bins of probability.
-    forecast : ndarray, shape (n_bins,)
-        Mean probability in each bin; NaN for an empty one.
-    observed : ndarray, shape (n_bins,)
-        Share that came true; NaN for an empty one.
-    count : ndarray of int, shape (n_bins,)
-        Cells (times facies) in each bin.
-    error : float
-        Expected calibration error: mean of |forecast − observed| over all cells.
-    """
+    """Predicted probabilities and the shares of cells in which they came true."""
 
     edges: NDArray[np.float64]
+    """Bins of probability, shape (n_bins + 1,)."""
     forecast: NDArray[np.float64]
+    """Mean probability in each bin, shape (n_bins,); NaN for an empty one."""
     observed: NDArray[np.float64]
+    """Share that came true, shape (n_bins,); NaN for an empty one."""
     count: NDArray[np.int64]
+    """Cells (times facies) in each bin, shape (n_bins,)."""
     error: float
+    """Expected calibration error: mean of |forecast − observed| over all cells."""
 
 
 def score_reference(
@@ -74,24 +56,20 @@ def score_reference(
 ) -> ReferenceScores:
     """Score probabilities, as `etype` gives them, against a reference field.
 
+    Raises `CCWSIMError` for shapes that do not fit, no realization, or no scored cell.
+
     Parameters
     ----------
     probability : EType or array_like, shape (n_facies, ny, nx) or (n_facies, nz, ny, nx)
         The sum in each cell is 1.
-    truth : TrainingImage or array_like, shape (ny, nx) or (nz, ny, nx)
-        The reference field; an array has facies codes.
+    truth : image
+        The reference field.
     n_realizations : int, optional
         Number of realizations; known for an `EType`.
     scored : ndarray of bool, shape of `truth`, optional
         Cells that count; exclude those with hard data, which every realization honours.
     codes : array_like of int, shape (n_facies,), optional
         The facies codes of an array of probabilities, 0 … n_facies − 1 by default.
-
-    Raises
-    ------
-    CCWSIMError
-        For shapes that do not fit, no realization, no scored cell, or an unknown facies code in
-        the reference field.
 
     Examples
     --------
@@ -126,18 +104,7 @@ def calibration(
 ) -> Calibration:
     """Return the reliability of probabilities in bins of equal width.
 
-    Parameters
-    ----------
-    probability, truth, scored, codes
-        As in `score_reference`.
-    facies : int, optional
-        Its code; all facies are pooled by default.
-    n_bins : int
-
-    Raises
-    ------
-    CCWSIMError
-        For shapes that do not fit, an unknown facies, or no bins.
+    The other arguments are those of `score_reference`. All facies are pooled by default.
 
     Examples
     --------

@@ -66,27 +66,18 @@ ValuesOf = Callable[[Stack], Floats]
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """Values of realizations beside those of crops of their training image.
-
-    Attributes
-    ----------
-    at : ndarray, shape (m,)
-        Lags in cells for a curve, facies codes for proportions, otherwise 0, 1, ….
-    found : ndarray, shape (m,)
-        Mean over pieces of the realizations; NaN if unknown.
-    reference : ndarray, shape (m,)
-        Mean over crops of the training image.
-    tolerance : ndarray, shape (m,)
-        Allowed difference of `found` from `reference`; NaN if it cannot be judged.
-    crop_shape : tuple of int
-        Rows and columns of crops and pieces; of volumes layers, rows and columns.
-    """
+    """Values of realizations beside those of crops of their training image, each of shape (m,)."""
 
     at: Floats
+    """Lags in cells for a curve, facies codes for proportions, otherwise 0, 1, …."""
     found: Floats
+    """Mean over pieces of the realizations; NaN if unknown."""
     reference: Floats
+    """Mean over crops of the training image."""
     tolerance: Floats
+    """Allowed difference of `found` from `reference`; NaN if it cannot be judged."""
     crop_shape: Shape
+    """(Layers,) rows and columns of crops and pieces."""
 
     @property
     def judged(self) -> bool:
@@ -119,20 +110,6 @@ class Fit:
 class ReferenceBand:
     """Values of crops of a training image, with which realizations are compared.
 
-    Attributes
-    ----------
-    at : ndarray, shape (m,)
-        As in `Fit`.
-    values : ndarray, shape (n_crops, m)
-        Values of each crop; NaN counts as missing.
-    n_independent : float
-        Number of crops without overlap that the training image holds.
-    n_errors : float
-        Allowed difference in standard errors.
-    min_gap : ndarray, shape (m,)
-        Smaller differences are inside the band.
-    crop_shape : tuple of int
-
     Examples
     --------
     >>> crops = np.array([[0.4], [0.5], [0.6], [0.5]])
@@ -142,10 +119,15 @@ class ReferenceBand:
     """
 
     at: Floats
+    """As in `Fit`."""
     values: Floats
+    """Values of each crop, shape (n_crops, m); NaN counts as missing."""
     n_independent: float
+    """Number of crops without overlap that the training image holds."""
     n_errors: float
+    """Allowed difference in standard errors."""
     min_gap: Floats
+    """Smaller differences are inside the band, shape (m,)."""
     crop_shape: Shape
 
     def compare(self, found: ArrayLike, n_pieces: float) -> Fit:
@@ -168,22 +150,8 @@ def crop_shape(image_shape: Shape, grid_shape: Shape) -> Shape | None:
 
     A crop is as long as the grid, but at most half as long as the training image, so that several
     crops differ, and at most 512 cells. In volumes, which are thin, it has all common layers and at
-    most two million cells.
-
-    Parameters
-    ----------
-    image_shape, grid_shape : tuple of int
-        Rows and columns, or layers, rows and columns.
-
-    Returns
-    -------
-    tuple of int, or None
-        None if crops would have fewer than 8 rows or columns.
-
-    Raises
-    ------
-    CCWSIMError
-        For a map and a volume.
+    most two million cells. None if crops would have fewer than 8 rows or columns. Raises
+    `CCWSIMError` for a map and a volume.
 
     Examples
     --------
@@ -265,31 +233,14 @@ def fit_curve(
 ) -> Fit | None:
     """Compare a curve of realizations with that of crops of their training image.
 
-    Parameters
-    ----------
-    ensemble : Ensemble
-    statistic : str
-        "variogram" or "connectivity".
-    facies : int
-        Its code.
-    direction : str, float or pair of int
-        As in `variogram`.
-
-    Returns
-    -------
-    Fit, or None
-        Over lags up to half of a crop, or half of the largest common window if the curve is
-        farther outside there. None if the training image or the grid is too small.
-
-    Raises
-    ------
-    CCWSIMError
-        For an unknown statistic, facies or direction.
+    `statistic` is "variogram" or "connectivity". Lags go up to half of a crop, or half of the
+    largest common window if the curve is farther outside there. None if the training image or the
+    grid is too small.
 
     Examples
     --------
-    >>> from ccwsim import Parameters, TrainingImage, simulate
-    >>> stripes = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
+    >>> from ccwsim import Parameters, simulate
+    >>> stripes = np.tile([[0], [0], [1], [1]], (16, 64))
     >>> p = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
     >>> fit_curve(simulate(stripes, (40, 50), p), "connectivity", 1).fits
     True
@@ -333,18 +284,7 @@ def fit_curve(
 def fit_geobodies(ensemble: Ensemble, facies: int, neighbours: int | None = None) -> Fit | None:
     """Compare Γ of a facies, and how often it percolates, with crops of the training image.
 
-    Parameters
-    ----------
-    ensemble : Ensemble
-    facies : int
-        Its code.
-    neighbours : int, optional
-        As in `geobody_statistics`.
-
-    Returns
-    -------
-    Fit, or None
-        Γ and the shares of pieces that percolate E–W, N–S and, in volumes, vertically.
+    The values are Γ and the shares of pieces that percolate E–W, N–S and, in volumes, vertically.
     """
     image = ensemble.training_image
     index = image.index_of(facies)
@@ -365,20 +305,9 @@ def fit_values(
 ) -> Fit | None:
     """Compare values of pieces of realizations with those of crops of the training image.
 
-    Parameters
-    ----------
-    ensemble : Ensemble
-    name : tuple
-        Unique key of these values.
-    at, least : ndarray, shape (m,)
-        As `at` and `min_gap` of `ReferenceBand`.
-    values : callable
-        Takes a stack of n images and returns an array of shape (n, m).
-
-    Returns
-    -------
-    Fit, or None
-        None if the training image or the grid is too small for crops.
+    `name` is a unique key of these values; `values` takes a stack of n images and returns an array
+    of shape (n, m); `at` and `least` are those of `ReferenceBand`. None if the training image or
+    the grid is too small for crops.
     """
     image = ensemble.training_image
     shape = crop_shape(image.array.shape, ensemble.indices.shape[1:])
@@ -392,15 +321,12 @@ def fit_values(
 def fit_proportions(ensemble: Ensemble) -> Fit | None:
     """Compare the mean facies proportions with the training image's, by the scatter of its crops.
 
-    Returns
-    -------
-    Fit, or None
-        One value for each facies; `reference` is the proportion in the whole training image.
+    `reference` is the proportion in the whole training image.
 
     Examples
     --------
-    >>> from ccwsim import Parameters, TrainingImage, simulate
-    >>> stripes = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
+    >>> from ccwsim import Parameters, simulate
+    >>> stripes = np.tile([[0], [0], [1], [1]], (16, 64))
     >>> p = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
     >>> fit_proportions(simulate(stripes, (40, 50), p)).reference
     array([0.5, 0.5])
@@ -448,10 +374,7 @@ def band_of_crops(
 
 
 def _without_the_image(reference: ReferenceBand, each: Floats) -> Fit | None:
-    """Return a fit that is outside if nearly no piece (m, n_lags) has the image's value.
-
-    None for too few pieces.
-    """
+    """Return a fit that is outside if nearly no piece has the image's value; None for few."""
     if len(each) < MIN_LARGE_PIECES:
         return None
     crops, pieces = band(reference.values, 0.0, 1.0), band(each, TAIL, 1 - TAIL)

@@ -43,41 +43,29 @@ SLOPES = 0.5
 
 @dataclass(frozen=True, eq=False)
 class Stationarity:
-    """Proportions and variograms of the quarters of an image, and their standard errors.
-
-    Attributes
-    ----------
-    proportions : ndarray, shape (4, n_facies)
-        Proportions of the quarters in the order of `QUARTERS`.
-    proportion_shift : ndarray, shape (4, n_facies)
-        |p of the quarter − p| / √(p (1 − p)).
-    lags : ndarray of int, shape (n_lags,)
-    variograms : ndarray, shape (4, n_facies, 2, n_lags)
-        [quarter, facies, E-W or N-S, lag].
-    variogram_shift : ndarray, shape (4, n_facies, 2)
-        Root mean square over lags of γ of the quarter − γ, in sills.
-    differences : ndarray, shape (8, n_facies)
-        Proportion of each of the `PARTS` − mean of the quarters.
-    errors : ndarray, shape (8, n_facies)
-        Standard errors of the differences in a stationary image of the same covariance.
-    variogram_scores : ndarray, shape (8, n_facies, 2)
-        |Difference of the variogram's mean over lags| of each part, in standard errors.
-    vertical_differences : ndarray, shape (n_facies,), or None
-        Proportion of the upper half of the layers − mean of both halves; None for maps.
-    vertical_errors : ndarray, shape (n_facies,), or None
-        Standard errors of these differences, from their variation between columns.
-    """
+    """Proportions and variograms of the quarters of an image, and their standard errors."""
 
     proportions: NDArray[np.float64]
+    """Proportions of the quarters in the order of `QUARTERS`, shape (4, n_facies)."""
     proportion_shift: NDArray[np.float64]
+    """|p of the quarter − p| / √(p (1 − p)), shape (4, n_facies)."""
     lags: NDArray[np.int64]
     variograms: NDArray[np.float64]
+    """[quarter, facies, E-W or N-S, lag], shape (4, n_facies, 2, n_lags)."""
     variogram_shift: NDArray[np.float64]
+    """Root mean square over lags of γ of the quarter − γ, in sills, shape (4, n_facies, 2)."""
     differences: NDArray[np.float64]
+    """Proportion of each of the `PARTS` − mean of the quarters, shape (8, n_facies)."""
     errors: NDArray[np.float64]
+    """Standard errors of the differences in a stationary image of the same covariance."""
     variogram_scores: NDArray[np.float64]
+    """|Difference of the variogram's mean over lags| of each part, in standard errors, shape (8,
+    n_facies, 2)."""
     vertical_differences: NDArray[np.float64] | None = None
+    """Proportion of the upper half of the layers − mean of both halves, shape (n_facies,); None for
+    maps."""
     vertical_errors: NDArray[np.float64] | None = None
+    """Standard errors of these differences, from their variation between columns."""
 
     @property
     def vertical_trend(self) -> NDArray[np.bool_]:
@@ -118,17 +106,8 @@ def stationarity(image: Images, codes: Codes | None = None) -> Stationarity:
     at least 0.1. For variograms it is the mean of ½ (I(x) − I(x + h))², averaged over lags.
 
     Quarters of a volume have all layers; means over columns of cells are compared. The upper half
-    of the layers is compared with the lower one in the same way.
-
-    Parameters
-    ----------
-    image, codes
-        As in `pattern_histogram`.
-
-    Raises
-    ------
-    CCWSIMError
-        For an image of fewer than 8 rows or columns, or with unknown codes.
+    of the layers is compared with the lower one in the same way. Raises `CCWSIMError` for an image
+    of fewer than 8 rows or columns.
 
     Examples
     --------

@@ -20,26 +20,17 @@ from ccwsim.model.errors import CCWSIMError
 
 @dataclass(frozen=True, eq=False)
 class RunningSummary:
-    """Statistics of the first n realizations.
-
-    Attributes
-    ----------
-    n : int
-    etype : EType
-        Probability, most likely facies and entropy of each cell.
-    proportions : Band
-        Band of the share of each facies, shape (n_facies,), in the order of the sorted codes.
-    lags : ndarray of int, shape (n_lags,)
-    variograms, connectivity : dict
-        Bands of γ(h) and τ(h) by (facies code, direction), over the lags that fit the images.
-    """
+    """Statistics of the first n realizations."""
 
     n: int
     etype: EType
     proportions: Band
+    """Band of the share of each facies, shape (n_facies,)."""
     lags: NDArray[np.int64]
     variograms: dict[tuple[int, str], Band]
+    """Bands of γ(h) by (facies code, direction), over the lags that fit the images."""
     connectivity: dict[tuple[int, str], Band]
+    """Bands of τ(h) in the same way."""
 
 
 class RunningStatistics:
@@ -51,7 +42,7 @@ class RunningStatistics:
     Parameters
     ----------
     shape : tuple of int
-        Rows and columns of the realizations; of volumes layers, rows and columns.
+        (Layers,) rows and columns of the realizations.
     codes : array_like of int
         The codes of all facies.
     facies : sequence of int, optional
@@ -60,8 +51,6 @@ class RunningStatistics:
         Directions of the curves; by default "E-W", "N-S" and, in volumes, "vertical".
     max_lag : int
         Largest lag of the curves, reduced to fit the images.
-    neighbours : int, optional
-        For the connectivity function, as in `connectivity`.
 
     Examples
     --------
@@ -109,10 +98,7 @@ class RunningStatistics:
         return self._counts.nbytes + sum(c.nbytes for c in curves)
 
     def add(self, realization: Images) -> None:
-        """Add one realization of facies codes.
-
-        Raises `CCWSIMError` for another shape or an unknown facies.
-        """
+        """Add one realization of facies codes."""
         image = as_image(realization, self.codes, len(self.shape))
         if image.shape != self.shape:
             raise CCWSIMError(f"a realization of shape {self.shape} is needed, not {image.shape}")

@@ -24,37 +24,24 @@ from ccwsim.model.arrays import ratio
 
 @dataclass(frozen=True, eq=False)
 class Variogram:
-    """Indicator variograms of one facies.
-
-    Attributes
-    ----------
-    lags : ndarray of int, shape (n_lags,)
-        In steps of the direction.
-    gamma : ndarray, shape (n, n_lags)
-        γ(h) of each image.
-    sill : ndarray, shape (n,)
-        p (1 − p), the value of γ for independent cells.
-    """
+    """Indicator variograms of one facies."""
 
     lags: NDArray[np.int64]
+    """Shape (n_lags,), in steps of the direction."""
     gamma: NDArray[np.float64]
+    """γ(h) of each image, shape (n, n_lags)."""
     sill: NDArray[np.float64]
+    """p (1 − p), the value of γ for independent cells, shape (n,)."""
 
 
 @dataclass(frozen=True, eq=False)
 class VariogramMap:
-    """Indicator variograms of one facies for all lags.
-
-    Attributes
-    ----------
-    lags : ndarray of int, shape (2 max_lag + 1,)
-        −max_lag … max_lag: rows (to the north) and columns (to the east) of the map.
-    gamma : ndarray, shape (n, 2 max_lag + 1, 2 max_lag + 1)
-        γ(h) of each image.
-    """
+    """Indicator variograms of one facies for all lags."""
 
     lags: NDArray[np.int64]
+    """−max_lag … max_lag: rows (to the north) and columns (to the east) of the map."""
     gamma: NDArray[np.float64]
+    """γ(h) of each image, shape (n, 2 max_lag + 1, 2 max_lag + 1)."""
 
 
 def variogram(
@@ -65,26 +52,6 @@ def variogram(
     progress: Fraction | None = None,
 ) -> Variogram:
     """Return γ(h) = ½ E[(I(x) − I(x + h))²] of a facies, over all pairs of cells.
-
-    Parameters
-    ----------
-    images : Ensemble, TrainingImage or array_like
-        An array has facies codes, shape (ny, nx), (n, ny, nx) or, for volumes, (n, nz, ny, nx).
-    facies : int
-        Its code.
-    direction : str, float or pair of int
-        "E-W", "N-S", "NE-SW", "NW-SE", an azimuth in degrees from north, or one lag as
-        (rows, columns); in volumes also "vertical" or one lag as (layers, rows, columns).
-    lags : int or sequence of int
-        The largest lag, or the lags.
-    progress : callable, optional
-        Called with the share that is done.
-
-    Raises
-    ------
-    CCWSIMError
-        For lags larger than the image, an unknown direction, or a facies code that neither the
-        images nor the training image of an ensemble have.
 
     Examples
     --------
@@ -108,21 +75,10 @@ def variogram(
 def variogram_map(
     images: Images, facies: int, max_lag: int = 50, progress: Fraction | None = None
 ) -> VariogramMap:
-    """Return γ(h) of a facies for all lags up to max_lag rows and columns, exact, by FFT.
+    """Return γ(h) of a facies in maps for all lags up to max_lag rows and columns, exact, by FFT.
 
     Σ (I(x) − I(x + h))² = Σ I(x) + Σ I(x + h) − 2 Σ I(x) I(x + h) over the pairs that lie inside;
     the last sum is an autocorrelation (Marcotte 1996).
-
-    Parameters
-    ----------
-    images, facies, progress
-        As in `variogram`; maps only.
-    max_lag : int
-
-    Raises
-    ------
-    CCWSIMError
-        For a lag larger than the image, and a facies code as in `variogram`.
 
     Examples
     --------
@@ -163,19 +119,13 @@ def _count_unequal(inside, offsets):
 
 @dataclass(frozen=True, eq=False)
 class Transiograms:
-    """Transition probabilities between all facies.
-
-    Attributes
-    ----------
-    lags : ndarray of int, shape (n_lags,)
-        In steps of the direction.
-    probability : ndarray, shape (n, n_facies, n_facies, n_lags)
-        [image, tail, head, lag]: P(x + h in head | x in tail), facies in the order of the sorted
-        codes; NaN if no x is in the tail.
-    """
+    """Transition probabilities between all facies."""
 
     lags: NDArray[np.int64]
+    """Shape (n_lags,), in steps of the direction."""
     probability: NDArray[np.float64]
+    """[image, tail, head, lag]: P(x + h in head | x in tail), shape (n, n_facies, n_facies,
+    n_lags); NaN if no x is in the tail."""
 
 
 def transiograms(
@@ -188,18 +138,6 @@ def transiograms(
     """Return P(x + h in head | x in tail) for all pairs of facies (Li 2007).
 
     x + h is east or north of x, or above it, so the matrix of a lag need not be symmetric.
-
-    Parameters
-    ----------
-    images, codes
-        As in `proportions`.
-    direction, lags, progress
-        As in `variogram`.
-
-    Raises
-    ------
-    CCWSIMError
-        For lags larger than the image or an unknown direction.
 
     Examples
     --------
@@ -222,25 +160,10 @@ def transiograms(
 def transition_map(
     images: Images, tail: int, head: int, max_lag: int = 50, progress: Fraction | None = None
 ) -> NDArray[np.float64]:
-    """Return P(x + h in head | x in tail) for all lags up to max_lag, exact, by FFT.
+    """Return P(x + h in head | x in tail) in maps for all lags up to max_lag, exact, by FFT.
 
-    Parameters
-    ----------
-    images, progress
-        As in `variogram`; maps only.
-    tail, head : int
-        Facies codes.
-    max_lag : int
-
-    Returns
-    -------
-    ndarray, shape (n, 2 max_lag + 1, 2 max_lag + 1)
-        Rows to the north, columns to the east, lag 0 in the middle.
-
-    Raises
-    ------
-    CCWSIMError
-        For a lag larger than the image, and facies codes as in `variogram`.
+    `tail` and `head` are facies codes. The shape is (n, 2 max_lag + 1, 2 max_lag + 1): rows to the
+    north, columns to the east, lag 0 in the middle.
 
     Examples
     --------

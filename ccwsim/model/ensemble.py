@@ -27,30 +27,7 @@ WRONG = -2
 
 @dataclass(frozen=True, eq=False)
 class Ensemble:
-    """Equally likely realizations of one study.
-
-    Attributes
-    ----------
-    training_image, grid, parameters, hard_data, seed
-        The study.
-    indices : ndarray of uint8, shape (n, ny, nx) or (n, nz, ny, nx)
-        Indices of the facies in `training_image.codes`; read-only. Realizations that `simulate`
-        wrote to disk are read from there.
-    cpu_seconds : ndarray, shape (n,)
-        CPU time of each realization in seconds.
-    wall_seconds : float
-        Time from call to return in seconds.
-    data_status : ndarray of int16, shape (n, n_data)
-        How each realization honours each datum: 0 in the raster pass, the window's side in cells
-        by local re-simulation, FORCED (−1) by setting the cell; WRONG (−2) if not honoured.
-    numbers : ndarray of int64, shape (n,)
-        Number of each realization in the study.
-    sources : ndarray of int32, shape of `indices`, optional
-        Flat index of the TI cell of each cell, −1 for single cells set by force or seam repair;
-        None unless `simulate` was asked to keep it.
-    revised : bool
-        Whether `revise` changed it for edited data, so that the seed does not reproduce it.
-    """
+    """Equally likely realizations of one study."""
 
     training_image: TrainingImage
     grid: Grid
@@ -58,12 +35,23 @@ class Ensemble:
     hard_data: HardData
     seed: int
     indices: NDArray[np.uint8]
+    """Indices of the facies in `training_image.codes`, shape (n, ny, nx) or (n, nz, ny, nx);
+    read-only. Realizations that `simulate` wrote to disk are read from there."""
     cpu_seconds: NDArray[np.float64]
+    """CPU time of each realization in seconds, shape (n,)."""
     wall_seconds: float
+    """Time from call to return in seconds."""
     data_status: NDArray[np.int16]
+    """How each realization honours each datum, shape (n, n_data): 0 in the raster pass, the
+    window's side in cells by local re-simulation, FORCED (−1) by setting the cell; WRONG (−2) if
+    not honoured."""
     numbers: NDArray[np.int64]
+    """Number of each realization in the study, shape (n,)."""
     sources: NDArray[np.int32] | None = None
+    """Flat index of the TI cell of each cell, shape of `indices`, −1 for single cells set by force
+    or seam repair; None unless `simulate` was asked to keep it."""
     revised: bool = False
+    """Whether `revise` changed it for edited data, so that the seed does not reproduce it."""
 
     @property
     def n(self) -> int:
@@ -146,10 +134,6 @@ class Ensemble:
         """Return the E-type of a facies: the share of realizations that have it, by cell.
 
         Raises `CCWSIMError` for an unknown facies.
-
-        Returns
-        -------
-        ndarray, shape (ny, nx) or (nz, ny, nx)
         """
         index = self.training_image.index_of(code)
         counts = np.zeros(self.grid.shape, np.int64)

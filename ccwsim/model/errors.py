@@ -11,13 +11,7 @@ class CCWSIMError(ValueError):
 
 
 class Cancelled(CCWSIMError):
-    """The user stopped a simulation.
-
-    Attributes
-    ----------
-    ensemble : Ensemble or None
-        The realizations that were finished before, None if there was none.
-    """
+    """The user stopped a simulation; `ensemble` has the realizations finished before, if any."""
 
     def __init__(self, message: str, ensemble: Any = None) -> None:
         super().__init__(message)

@@ -13,8 +13,8 @@ from ccwsim.model.arrays import (
     Shape,
     as_array,
     as_floats,
+    check_int,
     describe_shape,
-    is_whole,
     listing,
 )
 from ccwsim.model.bounds import MAX_GRID_SIDE
@@ -25,6 +25,8 @@ from ccwsim.model.errors import CCWSIMError, shown
 class Grid:
     """A regular grid of cells in world coordinates.
 
+    Raises `CCWSIMError` for sizes that are not positive; the message names the axis.
+
     Parameters
     ----------
     ny, nx : int
@@ -32,15 +34,9 @@ class Grid:
     cell_size : pair or triple of float
         Width of a cell along x, y and, for a volume, z, in world units; 1 along z by default.
     origin : pair or triple of float
-        x, y and, for a volume, z of the outer corner of the first cell, in world units; z is 0 by
-        default.
+        x, y and, for a volume, z (0 by default) of the outer corner of the first cell.
     nz : int, optional
         Layers (z, from the bottom) of a volume; None for a map.
-
-    Raises
-    ------
-    CCWSIMError
-        For sizes that are not positive; the message names the axis.
 
     Examples
     --------
@@ -60,16 +56,8 @@ class Grid:
 
     def __post_init__(self) -> None:
         for name in ("ny", "nx") if self.nz is None else ("ny", "nx", "nz"):
-            value = getattr(self, name)
-            if not is_whole(value) or value < 1:
-                raise CCWSIMError(
-                    f"grid {name} = {shown(value)} must be a whole number of cells, at least 1"
-                )
-            if value > MAX_GRID_SIDE:
-                raise CCWSIMError(
-                    f"grid {name} = {shown(value)} must be at most {MAX_GRID_SIDE} cells"
-                )
-            object.__setattr__(self, name, int(value))
+            n_cells = check_int(f"grid {name}", getattr(self, name), 1, MAX_GRID_SIDE)
+            object.__setattr__(self, name, n_cells)
         for name, along_z in (("cell_size", 1.0), ("origin", 0.0)):
             numbers = _numbers(name, getattr(self, name), self.n_dimensions, along_z)
             object.__setattr__(self, name, numbers)
@@ -111,8 +99,9 @@ class Grid:
     ) -> Grid:
         """Return a grid whose cells hold all points, with a margin around them.
 
-        Raises `CCWSIMError` for no points, unknown or too distant ones, and if `shape` and
-        `cell_size` together do not hold the points.
+        Its origin is rounded to whole cells, or tens of them if the margin allows. Raises
+        `CCWSIMError` for no points, unknown or too distant ones, and if `shape` and `cell_size`
+        together do not hold the points.
 
         Parameters
         ----------
@@ -124,11 +113,6 @@ class Grid:
         cell_size : float, pair or triple of float, optional
             World units, along x, y and z. By default cells are squares of 1, 2 or 5 times a power
             of ten, and their height is another of these numbers.
-
-        Returns
-        -------
-        Grid
-            Its origin is rounded to whole cells, or tens of them if the margin allows.
 
         Examples
         --------
@@ -190,20 +174,9 @@ class Grid:
     def cells_of(self, x: ArrayLike, y: ArrayLike, z: ArrayLike | None = None) -> NDArray[np.int64]:
         """Return the (row, column) or (layer, row, column) of world points, also outside the grid.
 
-        Raises `CCWSIMError` for coordinates that are not numbers, and for z of a map or none of a
-        volume.
-
-        Parameters
-        ----------
-        x, y : array_like, shape (n,)
-            World coordinates.
-        z : array_like, shape (n,), optional
-            For a volume only.
-
-        Returns
-        -------
-        ndarray, shape (n, 2) or (n, 3)
-            (Layer,) row and column; a point on the far edge of the grid belongs to the last cell.
+        The result has shape (n, 2) or (n, 3); a point on the far edge of the grid belongs to the
+        last cell. Raises `CCWSIMError` for coordinates that are not numbers, and for z of a map or
+        none of a volume.
         """
         given = (x, y) if z is None else (x, y, z)
         names = AXES[: len(given)]

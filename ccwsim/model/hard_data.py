@@ -18,6 +18,11 @@ from ccwsim.model.training_image import TrainingImage
 class HardData:
     """Cells with a known facies, one for each cell.
 
+    Its arrays are read-only int64, sorted by layer, row, then column, without duplicates. Empty
+    data, of shape (0, 2) or (0, 3), suit maps and volumes. Raises `CCWSIMError` for shapes that do
+    not fit, values that are not whole numbers, or two different facies in one cell (the message
+    names the data).
+
     Parameters
     ----------
     cells : array_like, shape (n, 2) or (n, 3)
@@ -25,20 +30,6 @@ class HardData:
         column.
     facies : array_like, shape (n,)
         Facies code of each datum.
-
-    Attributes
-    ----------
-    cells : ndarray of int64, shape (n, 2) or (n, 3)
-        Sorted by layer, row, then column, without duplicates. Empty data, of shape (0, 2) or
-        (0, 3), suit maps and volumes.
-    facies : ndarray of int64, shape (n,)
-        The codes, read-only.
-
-    Raises
-    ------
-    CCWSIMError
-        For shapes that do not fit, values that are not whole numbers, or two different facies in
-        one cell (the message names the data).
 
     Examples
     --------
@@ -131,23 +122,11 @@ class HardData:
 
     @cached_property
     def triples(self) -> tuple[tuple[int, ...], ...]:
-        """Each datum as ((layer,) row, column, facies), for comparisons.
-
-        Examples
-        --------
-        >>> HardData([[3, 4]], [1]).triples
-        ((3, 4, 1),)
-        """
+        """Each datum as ((layer,) row, column, facies), for comparisons."""
         return tuple(map(tuple, np.column_stack([self.cells, self.facies]).tolist()))
 
     def check(self, grid: Grid, training_image: TrainingImage) -> None:
-        """Check that data are inside the grid, of its dimension, and of facies of the TI.
-
-        Raises
-        ------
-        CCWSIMError
-            The message names the first wrong data.
-        """
+        """Raise `CCWSIMError` for data outside the grid, of other dimensions or unknown facies."""
         if self.n and self.n_dimensions != grid.n_dimensions:
             raise CCWSIMError(
                 "hard data have rows and columns only, but the grid is a volume of "

@@ -156,17 +156,9 @@ class Parameters:
         return tuple(t - overlap for t, overlap in sizes)
 
     def along(self, shape: Sequence[int]) -> Lengths:
-        """Return template, overlap and level along z, y and x of an image or grid.
+        """Return template, overlap and level along z, y and x of a map or volume of a shape.
 
-        Parameters
-        ----------
-        shape : pair or triple of int
-            (ny, nx) of a map or (nz, ny, nx) of a volume.
-
-        Raises
-        ------
-        CCWSIMError
-            For a map, if one of them is a triple.
+        Raises `CCWSIMError` for a map if one of them is a triple.
 
         Examples
         --------

@@ -20,11 +20,8 @@ from ccwsim.model.training_image import TrainingImage
 class Study:
     """Training image, grid, parameters, hard data and seed of realizations.
 
-    Raises
-    ------
-    CCWSIMError
-        For data outside the grid or of an unknown facies, for a template larger than the training
-        image, and for a mixture of maps and volumes; the message suggests a remedy.
+    Raises `CCWSIMError` for data outside the grid or of an unknown facies, for a template larger
+    than the training image, and for a mixture of maps and volumes; the message suggests a remedy.
 
     Examples
     --------

@@ -27,12 +27,15 @@ from ccwsim.model.errors import CCWSIMError, shown
 class TrainingImage:
     """A map or volume of facies codes, in which patches are searched (the TI).
 
-    Facies are categories: at most 254 integer codes, whose order has no meaning.
+    Facies are categories: at most 254 integer codes, whose order has no meaning. Raises
+    `CCWSIMError` for more of them, another number of dimensions, no cells, or a value that is no
+    whole number.
 
     Parameters
     ----------
     array : array_like, shape (ny, nx) or (nz, ny, nx)
         Facies codes, row 0 at the south, layer 0 at the bottom. A volume of one layer stays one.
+        Kept read-only, in the smallest integer type that holds them.
     name : str
         Name on screen and in files.
     facies_names : sequence of str, optional
@@ -40,20 +43,10 @@ class TrainingImage:
 
     Attributes
     ----------
-    array : ndarray, shape (ny, nx) or (nz, ny, nx)
-        The codes, read-only, in the smallest integer type that holds them.
     codes : ndarray, shape (n_facies,)
         The codes that occur, sorted.
     indices : ndarray of uint8, shape of `array`
         Index in `codes` of each cell's code.
-    digest : str
-        A short name of the content.
-
-    Raises
-    ------
-    CCWSIMError
-        For another number of dimensions, no cells, a value that is no whole number, or more than
-        254 facies.
 
     Examples
     --------
@@ -91,8 +84,6 @@ class TrainingImage:
     @classmethod
     def of(cls, image: TrainingImage | ArrayLike) -> TrainingImage:
         """Return a training image unchanged, or the one of an array of facies codes.
-
-        Raises `CCWSIMError` as for `TrainingImage`.
 
         Examples
         --------

@@ -22,7 +22,7 @@ from ccwsim.paper.experiment import ExperimentRun, Outcome
 from ccwsim.paper.methods import DEFAULT, TITLES
 from ccwsim.paper.published_times import TABLE_1
 from ccwsim.paper.verdicts import percent
-from ccwsim.report import Block, Chart, Judgement, Row, Table, Text
+from ccwsim.report.document import Block, Chart, Judgement, Row, Table, Text
 
 METHODS = ("ccwsim", "ms-ccsim")
 N_DATA = 1000

@@ -11,7 +11,7 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.paper.inputs import PaperInputs
-from ccwsim.report import Block, Judgement
+from ccwsim.report.document import Block, Judgement
 from ccwsim.run.simulation import simulate
 
 

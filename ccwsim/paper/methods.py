@@ -16,7 +16,7 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.paper.experiment import ExperimentRun
-from ccwsim.report import Chart, Picture
+from ccwsim.report.document import Chart, Picture
 from ccwsim.report.pictures import map_picture
 
 TITLES = {"ccwsim": "CCWSIM", "ms-ccsim": "MS-CCSIM", "ccsim": "CCSIM"}

@@ -19,7 +19,7 @@ from ccwsim.paper.experiment import ExperimentRun, Outcome
 from ccwsim.paper.methods import SETTINGS
 from ccwsim.paper.published_times import OCTAVE, published_time, stated_seconds
 from ccwsim.paper.verdicts import percent
-from ccwsim.report import Block, Judgement, Row, Table, Text
+from ccwsim.report.document import Block, Judgement, Row, Table, Text
 from ccwsim.report.pictures import bundle_chart, bundle_of, share_picture
 
 SHOWN = 3

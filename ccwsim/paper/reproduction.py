@@ -24,7 +24,7 @@ from ccwsim.paper.realizations import (
 )
 from ccwsim.paper.times import grid_size, times_with_data
 from ccwsim.paper.verdicts import ALIKE, NOISE
-from ccwsim.report import Block, Document, Facts, Judgements, Section, Text, surroundings
+from ccwsim.report.document import Block, Document, Facts, Judgements, Section, Text, surroundings
 
 EXPERIMENTS = (
     Experiment(

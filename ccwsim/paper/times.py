@@ -22,7 +22,7 @@ from ccwsim.paper.published_times import (
     TABLE_2_DATA,
     published_time,
 )
-from ccwsim.report import Chart, Judgement, Row, Table, Text
+from ccwsim.report.document import Chart, Judgement, Row, Table, Text
 
 LEVELS = (1, 2, 3)
 PAPER_SIDE = 5000

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from itertools import pairwise
 
 from ccwsim.model.numbers import seconds
-from ccwsim.report import Judgement, Tone
+from ccwsim.report.document import Judgement, Tone
 
 AGREES, BETTER, BEHIND, DIFFERS, OPEN = "agrees", "better", "behind", "differs", "not comparable"
 SAME_ORDER, PART = "same order", "in part"

@@ -8,7 +8,7 @@ from base64 import b64encode
 from dataclasses import dataclass
 from datetime import datetime
 from functools import cache
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -163,16 +163,9 @@ def surroundings() -> tuple[tuple[str, str], ...]:
     return (
         ("Program", f"ccwsim {ccwsim.__version__}"),
         ("Machine", str(this_machine())),
-        ("Libraries", ", ".join(f"{name} {_version(name)}" for name in PACKAGES)),
+        ("Libraries", ", ".join(f"{name} {version(name)}" for name in PACKAGES)),
         ("Made on", datetime.now().astimezone().strftime("%Y-%m-%d %H:%M %Z")),
     )
-
-
-def _version(name: str) -> str:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return "(version unknown)"
 
 
 def write_report(path_or_file: Any, document: Document) -> None:
@@ -188,7 +181,6 @@ def report_html(document: Document) -> str:
 
     Examples
     --------
-    >>> from ccwsim.report import Section, Text
     >>> page = report_html(Document("A & B", (Section("One", (Text("1 < 2"),)),)))
     >>> "A &amp; B" in page, "1 &lt; 2" in page, 'id="section-1"' in page
     (True, True, True)

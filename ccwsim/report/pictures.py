@@ -24,7 +24,7 @@ from ccwsim.figures import (
 from ccwsim.metrics import band, vertical_proportions
 from ccwsim.metrics.bands import Statistic, curves_of
 from ccwsim.metrics.lags import Direction
-from ccwsim.metrics.stack import N_AXES, Images, Stack
+from ccwsim.metrics.stack import N_AXES, Fraction, Images, Stack
 from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.grid import Grid
@@ -86,10 +86,11 @@ def bundle_of(
     facies: int,
     way: Direction,
     lags: NDArray,
+    progress: Fraction | None = None,
 ) -> Bundle:
     """Return a statistic of a facies (a code) in realizations and in the training image."""
     reference = curves_of(statistic, image, facies, way, lags)[0]
-    each = curves_of(statistic, images, facies, way, lags)
+    each = curves_of(statistic, images, facies, way, lags, progress)
     return bundle_of_curves(lags.astype(float), reference, each)
 
 

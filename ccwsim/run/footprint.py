@@ -57,8 +57,7 @@ def demand_of(
 ) -> Demand:
     """Return what a run of `n` realizations and the page that shows them ask of a server.
 
-    At most `n_kept` of them are in memory at a time, on `n_workers` threads; for a moment in
-    several `copies`.
+    At most `n_kept` of them are in memory at a time, for a moment in several `copies`.
     """
     cells, image = study.grid.n_cells, study.training_image
     kept = n if n_kept is None else min(n, n_kept)

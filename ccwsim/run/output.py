@@ -7,9 +7,9 @@ import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from io import BytesIO
+from math import prod
 from pathlib import Path
 from threading import Lock
-from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,28 +21,14 @@ from ccwsim.model.study import Study
 from ccwsim.system.memory import format_bytes
 from ccwsim.system.whole_files import WholeFile, unwritable
 
-
-class Stored(NamedTuple):
-    """The finished realizations of an ensemble; `indices` may be a `LazyStack`."""
-
-    indices: NDArray[np.uint8]
-    sources: NDArray[np.int32] | None
-
-
-class Store(Protocol):
-    """Stores realizations in any order."""
-
-    def put(self, k: int, indices: NDArray[np.uint8], sources: NDArray[np.int32]) -> None: ...
-
-    def finish(self, finished: list[int]) -> Stored:
-        """Return the finished ones, ascending."""
-        ...
+Stored = tuple[NDArray[np.uint8], NDArray[np.int32] | None]
+"""Indices of the finished realizations, which may be a `LazyStack`, and their sources."""
 
 
 @contextmanager
 def store_of(
     study: Study, n: int, keep_sources: bool, out: str | os.PathLike[str] | None
-) -> Iterator[Store]:
+) -> Iterator[Memory | MapFile]:
     """Yield a store for n realizations; a file is complete at the end, or unchanged."""
     if out is None:
         yield Memory(study.grid.shape, n, keep_sources)
@@ -72,12 +58,12 @@ class Memory:
             self._sources[k] = sources
 
     def finish(self, finished: list[int]) -> Stored:
-        """Return the finished ones, without a copy if these are all."""
+        """Return the finished ones, ascending, without a copy if these are all."""
         indices, sources = self._indices, self._sources
         if len(finished) < len(indices):
             indices = indices[finished]
             sources = None if sources is None else sources[finished]
-        return Stored(readonly(indices), None if sources is None else readonly(sources))
+        return readonly(indices), None if sources is None else readonly(sources)
 
 
 class MapFile:
@@ -94,9 +80,14 @@ class MapFile:
             raise CCWSIMError(f"{path}: realizations go straight to disk as .npy only")
         self._codes, self._shape, self._lock = codes, shape, Lock()
         self._header = self._header_of(shape[0])
-        self._size = int(np.prod(shape[1:], dtype=object)) * codes.itemsize
+        self._size = prod(shape[1:]) * codes.itemsize
+        size = shape[0] * self._size
         with unwritable(path):
-            _check_disk(path.parent, shape[0] * self._size)
+            if size > (free := shutil.disk_usage(path.parent).free):
+                raise CCWSIMError(
+                    f"realizations of {format_bytes(size)} do not fit into {path.parent}, which "
+                    f"has {format_bytes(free)} left; ask for fewer, or for another folder"
+                )
             self._whole = WholeFile(path)
             self._file = self._whole.file
             try:
@@ -116,7 +107,7 @@ class MapFile:
         """Close the gaps of missing realizations, rename the file, and map it."""
         n = len(finished)
         if not n:
-            return Stored(np.empty((0, *self._shape[1:]), np.uint8), None)
+            return np.empty((0, *self._shape[1:]), np.uint8), None
         with unwritable(self._path):
             self._close_gaps(finished)
             self._file.seek(0)
@@ -124,7 +115,7 @@ class MapFile:
             self._file.truncate(len(self._header) + n * self._size)
             mapped = np.load(self._whole.commit(), mmap_mode="r")
         plain = np.array_equal(self._codes, np.arange(len(self._codes)))
-        return Stored(mapped if plain else LazyStack(mapped, self._codes), None)  # type: ignore[arg-type]
+        return mapped if plain else LazyStack(mapped, self._codes), None  # type: ignore[return-value]
 
     def drop(self) -> None:
         """Delete the temporary file, if it still exists."""
@@ -146,15 +137,6 @@ class MapFile:
         of = {"descr": kind, "fortran_order": False, "shape": shape}
         np.lib.format.write_array_header_1_0(header, of)
         return header.getvalue()
-
-
-def _check_disk(folder: Path, size: int) -> None:
-    free = shutil.disk_usage(folder).free
-    if size > free:
-        raise CCWSIMError(
-            f"realizations of {format_bytes(size)} do not fit into {folder}, which has "
-            f"{format_bytes(free)} left; ask for fewer, or for another folder"
-        )
 
 
 def _allocate(shape: tuple[int, ...], kind: type[np.integer]) -> NDArray:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable
 from concurrent.futures import Executor
 from secrets import randbelow
 from typing import TYPE_CHECKING, Any
@@ -13,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ccwsim.engine.realization import Realization
-from ccwsim.jobs.workers import Progress
+from ccwsim.jobs.workers import Cancel, Progress
 from ccwsim.model.arrays import check_callable, check_int, readonly
 from ccwsim.model.bounds import MAX_SEED
 from ccwsim.model.ensemble import Ensemble
@@ -39,7 +38,7 @@ def simulate(
     seed: int | None = 0,
     n_workers: int | None = None,
     progress: Progress | None = None,
-    cancel: Callable[[], bool] | None = None,
+    cancel: Cancel | None = None,
     first_realization: int = 0,
     keep_sources: bool = False,
     executor: Executor | Client | None = None,
@@ -110,8 +109,7 @@ def simulate(
     first = check_int("first_realization", first_realization, 0)
     check_callable("progress", progress)
     check_callable("cancel", cancel)
-    runner = runner_of(executor, n_workers)
-    work = Work(study, first, n, keep_sources)
+    runner = runner_of(Work(study, first, n, keep_sources), executor, n_workers)
     try:
         data_status, seconds = np.zeros((n, study.hard_data.n), np.int16), np.zeros(n)
     except (MemoryError, ValueError):
@@ -122,18 +120,18 @@ def simulate(
             store.put(k, r.indices, r.sources)
             data_status[k], seconds[k] = r.data_status, r.cpu_seconds
 
-        goes_on = runner.prepare(work, progress, cancel)
+        goes_on = runner.prepare(progress, cancel)
         start = time.perf_counter()
-        finished = runner.run(work, take, progress, cancel) if goes_on else []
-        stored = store.finish(finished)
+        finished = runner.run(take, progress, cancel) if goes_on else []
+        indices, sources = store.finish(finished)
     ensemble = Ensemble(
         *(study.training_image, study.grid, study.parameters, study.hard_data, study.seed),
-        indices=stored.indices,
+        indices=indices,
         cpu_seconds=readonly(seconds[finished]),
         wall_seconds=time.perf_counter() - start,
         data_status=readonly(data_status[finished]),
         numbers=readonly(first + np.array(finished, int)),
-        sources=stored.sources,
+        sources=sources,
     )
     if len(finished) < n:
         raise Cancelled(

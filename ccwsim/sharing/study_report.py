@@ -16,7 +16,7 @@ from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.numbers import seconds, three_digits
 from ccwsim.model.parameters import parameter_table
-from ccwsim.report import (
+from ccwsim.report.document import (
     Block,
     Chart,
     Code,

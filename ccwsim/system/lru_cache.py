@@ -47,7 +47,9 @@ class LruCache(Generic[Value]):
         with self._lock:
             self._values[key] = value
             self._values.move_to_end(key)
-            while len(self._values) > self._max_values or self._is_too_large():
+            while len(self._values) > self._max_values or (
+                len(self._values) > self._min_values and n_bytes(self._values) > self._max_bytes
+            ):
                 self._values.popitem(last=False)
 
     def get_or_make(self, key: Hashable, make: Callable[[], Value]) -> Value:
@@ -57,9 +59,6 @@ class LruCache(Generic[Value]):
             value = make()
             self.put(key, value)
         return value
-
-    def _is_too_large(self) -> bool:
-        return len(self._values) > self._min_values and n_bytes(self._values) > self._max_bytes
 
 
 def n_bytes(value: Any) -> int:

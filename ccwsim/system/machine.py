@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 
-from ccwsim.system.memory import free_memory
+from ccwsim.system.memory import free_memory, lines_of
 
 
 @dataclass(frozen=True)
@@ -52,14 +52,6 @@ def this_machine() -> Machine:
 
 
 def _processor() -> str:
-    named = _line("/proc/cpuinfo", "model name")
-    return named or platform.processor() or platform.machine() or "unknown processor"
-
-
-def _line(path: str, name: str) -> str:
-    try:
-        lines = Path(path).read_text("utf-8", errors="replace").splitlines()
-    except OSError:
-        return ""
-    found = (line.partition(":")[2].strip() for line in lines if line.startswith(name))
-    return next(found, "")
+    lines = lines_of(Path("/proc/cpuinfo"))
+    named = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
+    return next(named, "") or platform.processor() or platform.machine() or "unknown processor"

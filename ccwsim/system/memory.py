@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import os
-from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
@@ -15,13 +14,15 @@ OWN_PIECE = 1 << 20
 """Bytes from which a piece of memory goes back to the system at once when it is free."""
 UNLIMITED = 1 << 60
 """Version 1 of control groups reports about this many bytes where there is no limit."""
+VERSION_1 = "memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"
+VERSION_2 = "memory.max", "memory.current", "inactive_file"
+"""Files of control groups with limit and usage, and the field of memory that can be dropped."""
 
 
 def free_memory(root: Path = ROOT) -> int | None:
     """Return the bytes available without swapping, None if the system does not tell.
 
-    That is the least of what the machine and the control groups of this process leave. `root` has
-    the folders /proc and /sys.
+    That is the least of what the machine and the control groups of this process leave.
     """
     found = [_field(root / "proc/meminfo", "MemAvailable"), *_of_groups(root)]
     known = [free for free in found if free is not None]
@@ -44,10 +45,8 @@ def give_back_memory() -> None:
 def settle_memory(n_arenas: int) -> None:
     """Let memory that threads free go back to the system, if the C library can.
 
-    By default glibc takes pieces from eight arenas for each core: what sessions free is then spread
-    over all of them, a little in each page. And it takes larger and larger pieces from there, maps
-    of 32 MB at last, whose place it keeps. So there are `n_arenas`, and none has pieces of more
-    than `OWN_PIECE`. To be called before many threads have begun.
+    By default glibc spreads pieces over eight arenas a core and keeps larger and larger ones. So
+    there are `n_arenas`, without pieces of more than `OWN_PIECE`. Call it before threads begin.
     """
     with suppress(OSError, AttributeError):
         library = ctypes.CDLL(None)
@@ -59,31 +58,22 @@ def settle_memory(n_arenas: int) -> None:
 def _of_groups(root: Path) -> list[int | None]:
     """Return what the control groups of this process leave it, in both versions of them."""
     found: list[int | None] = []
-    for line in _lines(root / "proc/self/cgroup"):
+    for line in lines_of(root / "proc/self/cgroup"):
         _, kinds, path = [*line.split(":", 2), "", ""][:3]
         if kinds == "":
-            found += _along(root / "sys/fs/cgroup", path, _of_version_2)
+            found += _along(root / "sys/fs/cgroup", path, VERSION_2)
         elif "memory" in kinds.split(","):
-            found += _along(root / "sys/fs/cgroup/memory", path, _of_version_1)
+            found += _along(root / "sys/fs/cgroup/memory", path, VERSION_1)
     return found
 
 
-def _along(top: Path, path: str, free: Callable[[Path], int | None]) -> list[int | None]:
+def _along(top: Path, path: str, names: tuple[str, str, str]) -> list[int | None]:
     """Return what each group from the process's own up to the top leaves.
 
     Inside of a container the path may be that of the host, and the top is the container's own.
     """
     parts = [part for part in path.split("/") if part not in ("", "..")]
-    return [free(top.joinpath(*parts[:n])) for n in range(len(parts), -1, -1)]
-
-
-def _of_version_2(group: Path) -> int | None:
-    return _left(group, "memory.max", "memory.current", "inactive_file")
-
-
-def _of_version_1(group: Path) -> int | None:
-    limit, usage = "memory.limit_in_bytes", "memory.usage_in_bytes"
-    return _left(group, limit, usage, "total_inactive_file")
+    return [_left(top.joinpath(*parts[:n]), *names) for n in range(len(parts), -1, -1)]
 
 
 def _left(group: Path, limit: str, usage: str, reclaimable: str) -> int | None:
@@ -103,7 +93,7 @@ def _of_pages() -> int | None:
 
 def _field(path: Path, name: str, unit: int = 1024) -> int | None:
     """Return the number behind a name, as "MemAvailable: 123 kB" has it."""
-    for line in _lines(path):
+    for line in lines_of(path):
         words = line.replace(":", " ").split()
         if len(words) > 1 and words[0] == name and words[1].isdigit():
             return int(words[1]) * unit
@@ -111,11 +101,12 @@ def _field(path: Path, name: str, unit: int = 1024) -> int | None:
 
 
 def _number(path: Path) -> int | None:
-    text = "".join(_lines(path)).strip()
+    text = "".join(lines_of(path)).strip()
     return int(text) if text.isdigit() else None
 
 
-def _lines(path: Path) -> list[str]:
+def lines_of(path: Path) -> list[str]:
+    """Return the lines of a file of the system, none if it cannot be read."""
     try:
         return path.read_text("utf-8", errors="replace").splitlines()
     except OSError:

@@ -40,22 +40,13 @@ PAGES = (
     ("Benchmark", "pages/benchmark.py"),
     ("Paper", "pages/paper.py"),
 )
-"""The menu: name and file of each page.
-
-`st.navigation(position="top")` of Streamlit 1.67 was tried instead. The first visit of a new server
-by a page's own address drew the page without any menu; at 1024 pixels three of the nine names stood
-behind "3 more"; on a phone all of them stood behind the button that opens the study.
-"""
-
+"""The menu: name and file of each page. `st.navigation` hides names in narrow windows."""
 OFF_MENU = (("Import", IMPORT_PAGE),)
 """Pages that a step of the study leads to."""
 
 
 def show_page(title: str, body: Callable[[State], None]) -> None:
-    """Draw a page: configuration, menu and `body`, which gets the state of the session.
-
-    An error is shown as a message; the state stays and the page can be used.
-    """
+    """Draw a page: configuration, menu and `body`, which gets the state of the session."""
     st.set_page_config(
         page_title=f"{title} · CCWSIM",
         page_icon=str(ASSETS / "logo-mark.svg"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from playwright.sync_api import expect
 
-from ccwsim.report import write_report
+from ccwsim.report.document import write_report
 from tests.report.test_report import document
 
 SLOW = 180_000

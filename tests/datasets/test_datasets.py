@@ -83,12 +83,6 @@ def test_help_writes_nothing(capsys, monkeypatch):
     assert str(ASSETS) in capsys.readouterr().out.replace("\n", "").replace(" ", "")
 
 
-@pytest.mark.parametrize("name", ["generate", "generate_truth", "generate_hard_data"])
-def test_a_generator_that_left_the_package_says_where_it_is(name):
-    with pytest.raises(AttributeError, match="tools/datasets"):
-        getattr(datasets, name)
-
-
 @pytest.mark.parametrize("name", datasets.names())
 def test_facies_sizes_and_shares(name):
     ti = datasets.load(name)

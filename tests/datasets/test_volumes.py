@@ -5,7 +5,7 @@ import pytest
 from scipy import ndimage
 
 from ccwsim import CCWSIMError, datasets
-from ccwsim.datasets.catalogue import WELLS_SHAPE, volume_path
+from ccwsim.datasets.catalogue import WELLS_SHAPE, image_path
 from tools import datasets as tools
 
 SHARES = {
@@ -27,7 +27,7 @@ def test_the_generator_makes_the_bundled_volume_and_its_wells(name):
     assert np.mean(made.array == bundled.array) >= 0.999
     wells = datasets.load_wells(name)
     assert np.mean(tools.generate_wells(name).facies == wells.facies) >= 0.99
-    assert volume_path(name).stat().st_size < 1_000_000
+    assert image_path(name).stat().st_size < 1_000_000
 
 
 @pytest.mark.parametrize("name", datasets.volume_names())

@@ -32,8 +32,7 @@ from ccwsim.paper.published_times import TABLE_1
 from ccwsim.paper.realizations import limits, unconditional
 from ccwsim.paper.times import grid_size, level_change
 from ccwsim.paper.verdicts import compared, of_both, of_data, of_levels, of_ratio, of_time
-from ccwsim.report import Judgement, Table, Text, report_html
-from ccwsim.report.document import packed_plotly
+from ccwsim.report.document import Judgement, Table, Text, packed_plotly, report_html
 
 UNCONDITIONAL, GRID_SIZE, LIMITS = (
     next(e for e in EXPERIMENTS if e.run is run) for run in (unconditional, grid_size, limits)

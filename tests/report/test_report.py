@@ -11,7 +11,7 @@ import pytest
 
 from ccwsim.figures import LIGHT, Line, lines_chart
 from ccwsim.model.errors import CCWSIMError
-from ccwsim.report import (
+from ccwsim.report.document import (
     Chart,
     Code,
     Document,
@@ -23,11 +23,11 @@ from ccwsim.report import (
     Section,
     Table,
     Text,
+    packed_plotly,
     report_html,
     surroundings,
     write_report,
 )
-from ccwsim.report.document import packed_plotly
 
 ODD = "</script><script>alert('\"&1')</script>"
 OUTSIDE = re.compile(r"""(?:src|href)\s*=\s*["'](?!data:|#)|@import|url\((?!data:)""", re.I)

@@ -14,14 +14,15 @@ from ccwsim import Grid, HardData, Parameters, TrainingImage, datasets, save_pro
 from ccwsim.io import training_image_as_bytes
 from ccwsim.metrics import fit_curve
 from ccwsim.model.study import Study
-from ccwsim.report import report_html
+from ccwsim.report.document import report_html
 from ccwsim.report.verdicts import describe_curve, relative_text
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Shown, Upload
 from ccwsim.sharing.link import link_of
 from ccwsim.sharing.project import Project
 from ccwsim.sharing.recipe import reproduction_recipe
 from ccwsim.sharing.study_report import study_report
-from ccwsim.ui.share.menu import choices_of, study_of
+from ccwsim.ui.session.resolve import study_of
+from ccwsim.ui.share.menu import choices_of
 from tests.report.test_report import OUTSIDE, own_part
 from tests.some import some
 

@@ -24,7 +24,7 @@ from ccwsim.io import (
 from ccwsim.io.atomic import write_bytes
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.study import Study
-from ccwsim.report import Document, Section, Text, write_report
+from ccwsim.report.document import Document, Section, Text, write_report
 from ccwsim.system.whole_files import WholeFile
 from tests.some import some
 

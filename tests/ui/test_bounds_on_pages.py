@@ -14,8 +14,9 @@ from ccwsim.sharing.choices import Choices, DataChoice, Shown, Upload
 from ccwsim.sharing.codec import FIELDS, FieldSpec, parts_of
 from ccwsim.sharing.link import link_of
 from ccwsim.sharing.project import Project, project_as_bytes
+from ccwsim.ui.session.resolve import study_of
 from ccwsim.ui.session.state import KEY, State
-from ccwsim.ui.share.menu import open_project, study_of
+from ccwsim.ui.share.menu import open_project
 from tests.some import some
 from tests.ui.widgets import html, named, opened, texts
 

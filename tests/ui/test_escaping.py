@@ -11,7 +11,7 @@ import pytest
 
 import ccwsim
 from ccwsim.figures import proportions_chart, theme_named
-from ccwsim.report import (
+from ccwsim.report.document import (
     Chart,
     Code,
     Document,

@@ -11,9 +11,9 @@ from ccwsim.sharing.choices import Choices, DataChoice, Shown, Upload
 from ccwsim.sharing.link import link_of
 from ccwsim.sharing.project import Project, project_as_bytes
 from ccwsim.ui.session.progress import format_duration
-from ccwsim.ui.session.resolve import image_of
+from ccwsim.ui.session.resolve import image_of, study_of
 from ccwsim.ui.session.state import KEY, State
-from ccwsim.ui.share.menu import open_project, study_of
+from ccwsim.ui.share.menu import open_project
 from ccwsim.ui.study import run
 from ccwsim.ui.study.run import estimated_seconds, question_of
 from tests.ui.test_pages import SMALL, html, settled

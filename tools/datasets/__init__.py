@@ -194,8 +194,8 @@ def write_assets() -> None:
         write_hard_data(catalogue.hard_data_path(name), generate_hard_data(name), grid)
     grid = Grid.of(catalogue.WELLS_SHAPE)
     for name in datasets.volume_names():
-        write_hard_data(catalogue.wells_path(name), generate_wells(name), grid)
-        np.savez_compressed(catalogue.volume_path(name), ti=generate_volume(name).array)
+        write_hard_data(catalogue.hard_data_path(f"{name}_10_wells"), generate_wells(name), grid)
+        np.savez_compressed(catalogue.image_path(name), ti=generate_volume(name).array)
 
 
 def _checked_seed(seed: int) -> int:

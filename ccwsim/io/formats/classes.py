@@ -31,16 +31,16 @@ def classify(
     threshold : float, optional
         1 at or above it, 0 below.
     classes : int, sequence of float or "codes", optional
-        How many classes of (as nearly as ties allow) equally many values; or the ascending inner
-        edges, where a value on an edge belongs to the class above; or "codes" for whole numbers
-        that are codes although there are many of them. Classes are numbered from 0, low to high.
+        The number of classes of equally many values (as nearly as ties allow); the ascending inner
+        edges, a value on an edge belonging to the class above; or "codes" for many whole numbers
+        that are codes. Classes are numbered from 0, low to high.
     what : str
-        What to call the values in messages.
+        The name of the values in messages.
 
     Raises
     ------
     CCWSIMError
-        For values that look continuous where neither is given, or edges that make no classes.
+        For continuous values without threshold and classes, or edges that make no classes.
 
     Examples
     --------
@@ -61,13 +61,13 @@ def classify(
     if threshold is not None:
         classes = [threshold]
     if classes is None and not are_codes(array):
-        raise CCWSIMError(_continuous(array, label))
+        raise CCWSIMError(
+            f"{label}: values from {array.min():g} to {array.max():g} look continuous; give a "
+            "threshold (1 at or above it), or classes: how many of equal size, or a list of edges"
+        )
     if asks_for_codes(classes):
         return as_integers(array, label)
-    if is_whole(classes):
-        edges = class_edges(array, int(classes))
-    else:
-        edges = _edges(classes)
+    edges = class_edges(array, int(classes)) if is_whole(classes) else _edges(classes)
     return np.searchsorted(edges, array, side="right").astype(np.int64)
 
 
@@ -88,7 +88,7 @@ def class_edges(values: ArrayLike, n: int) -> NDArray[np.float64]:
     Raises
     ------
     CCWSIMError
-        Where n is not from 2 to 254, or so many values are equal that n classes cannot be.
+        For n outside 2 to 254, or too many equal values for n classes.
 
     Examples
     --------
@@ -116,12 +116,11 @@ def are_codes(values: NDArray) -> bool:
     >>> are_codes(np.array([0, 0.9999, 2])), are_codes(np.array([0.1, 0.2]))
     (True, False)
     """
-    few = distinct_values(values, MAX_CODES)
-    return few is not None
+    return distinct_values(values, MAX_CODES) is not None
 
 
 def distinct_values(values: NDArray, most: int) -> NDArray[np.int64] | None:
-    """Return the different codes, sorted, or None where they are more than `most` or not whole.
+    """Return the different codes, sorted; None for more than `most`, or values that are not whole.
 
     Examples
     --------
@@ -133,9 +132,7 @@ def distinct_values(values: NDArray, most: int) -> NDArray[np.int64] | None:
     for start in range(0, flat.size, 2**20):
         part = np.unique(flat[start : start + 2**20])
         whole = np.rint(part.astype(np.float64))
-        if not np.isfinite(whole).all():
-            return None
-        if np.abs(part - whole).max() > 1e-3 or np.abs(whole).max() >= 2.0**62:
+        if not (np.abs(whole) < 2.0**62).all() or np.abs(part - whole).max() > 1e-3:
             return None
         seen = np.union1d(seen, whole.astype(np.int64))
         if len(seen) > most:
@@ -157,10 +154,3 @@ def _edges(classes: object) -> NDArray[np.float64]:
             f"classes = {shown(classes)} must be ascending edges, fewer than {MAX_FACIES}"
         )
     return edges
-
-
-def _continuous(array: NDArray, label: str) -> str:
-    return (
-        f"{label}: values from {array.min():g} to {array.max():g} look continuous; give a "
-        "threshold (1 at or above it), or classes: how many of equal size, or a list of edges"
-    )

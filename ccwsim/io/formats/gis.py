@@ -4,21 +4,29 @@ from __future__ import annotations
 
 import json
 import struct
+from dataclasses import replace
 from io import BytesIO
-from typing import Any
+from typing import Any, NamedTuple
 from zipfile import ZipFile
 
 import numpy as np
 
 from ccwsim.io.archive import opened_archive
-from ccwsim.io.data_file import DataFile, distinct_names, printable
+from ccwsim.io.data_file import DataFile, broken, distinct_names, printable
 from ccwsim.io.limits import MAX_VARIABLES, check_cells, check_time, limits
 from ccwsim.model.errors import CCWSIMError
 
 GIS_FILES = {"geopackage": "GeoPackage", "shapefile": "Shapefile", "shp": "Shapefile"}
 """Kinds of files that pyogrio reads, in words."""
 
-Feature = tuple[float, float, dict[str, Any]]
+
+class Point(NamedTuple):
+    """A point of the feature of some number, from 1, with its properties."""
+
+    number: int
+    x: float
+    y: float
+    values: dict[str, Any]
 
 
 def is_geojson(text: bytes) -> bool:
@@ -45,17 +53,14 @@ def read_geojson(text: bytes, name: str) -> DataFile:
     n = text.count(b",") + text.count(b"[") + text.count(b"{")  # each becomes an object
     if n > 2 * limits().fields:
         raise CCWSIMError(f"{name}: {n} values in JSON are too many; save it as CSV")
-    try:
-        features = json.loads(text)["features"]
-        found = [_feature(feature, name, k) for k, feature in enumerate(features, start=1)]
-    except CCWSIMError:
-        raise
-    except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
-        raise CCWSIMError(f"{name} is no GeoJSON of points; save points as GeoJSON") from error
-    return _table("GeoJSON points", name, [point for points in found for point in points])
+    kinds = ValueError, TypeError, KeyError, AttributeError, RecursionError
+    with broken(f"{name} is no GeoJSON of points; save points as GeoJSON", *kinds):
+        features = enumerate(json.loads(text)["features"], start=1)
+        points = [point for k, feature in features for point in _points(feature, name, k)]
+    return _table("GeoJSON points", name, points)
 
 
-def _feature(feature: Any, name: str, number: int) -> list[tuple[int, Feature]]:
+def _points(feature: Any, name: str, number: int) -> list[Point]:
     geometry, values = feature["geometry"], feature.get("properties") or {}
     kind = geometry["type"]
     if kind not in ("Point", "MultiPoint"):
@@ -64,7 +69,7 @@ def _feature(feature: Any, name: str, number: int) -> list[tuple[int, Feature]]:
             "save points"
         )
     places = [geometry["coordinates"]] if kind == "Point" else geometry["coordinates"]
-    return [(number, (_finite(x), _finite(y), dict(values))) for x, y, *_ in places]
+    return [Point(number, _finite(x), _finite(y), dict(values)) for x, y, *_ in places]
 
 
 def _finite(value: Any) -> float:
@@ -88,7 +93,7 @@ def read_gis(content: bytes, name: str, kind: str) -> DataFile:
     Raises
     ------
     CCWSIMError
-        Where pyogrio is not installed, or the file holds no points.
+        If pyogrio is not installed, or the file holds no points.
     """
     if kind == "shp":
         raise CCWSIMError(
@@ -104,7 +109,7 @@ def read_gis(content: bytes, name: str, kind: str) -> DataFile:
         ) from error
     if kind == "shapefile":
         content = _parts(content, name)
-    try:
+    with broken(f"{name}: the file cannot be read", remedy="save it again"):
         info = read_info(content)
         n, fields = int(info["features"]), list(info["fields"])
         if n > limits().points or len(fields) > MAX_VARIABLES:
@@ -115,25 +120,20 @@ def read_gis(content: bytes, name: str, kind: str) -> DataFile:
         check_cells(name, (max(n, 1), len(fields) + 2))
         meta, _, shapes, columns = raw.read(content, max_features=limits().points + 1)
         places = [_point(shape, name, k) for k, shape in enumerate(shapes, start=1)]
-    except CCWSIMError:
-        raise
-    except Exception as error:  # GDAL raises many types for broken files
-        reason = printable(" ".join(str(error).split()), 100)
-        raise CCWSIMError(f"{name}: the file cannot be read ({reason}); save it again") from error
     check_time(name)
     keys = [str(key) for key in meta["fields"]]
     rows = zip(*(column.tolist() for column in columns), strict=True) if keys else [()] * n
     points = [
-        (k, (x, y, dict(zip(keys, row, strict=True))))
+        Point(k, x, y, dict(zip(keys, row, strict=True)))
         for k, ((x, y), row) in enumerate(zip(places, rows, strict=True), start=1)
     ]
     return _table(f"{GIS_FILES[kind]} points", name, points)
 
 
 def _parts(content: bytes, name: str) -> bytes:
-    """A zip of what is needed of one Shapefile, under names of our own, unpacked within limits.
+    """A zip of the parts that are read of one Shapefile, unpacked within limits.
 
-    Without the coordinate system: nothing asks for it, and a broken one takes seconds to look up.
+    The coordinate system is left out: a broken one takes seconds to look up.
     """
     with opened_archive(content, name) as archive:
         stem = next(m[:-4] for m in archive.infos if m.lower().endswith(".shp"))
@@ -160,31 +160,22 @@ def _point(shape: bytes | None, name: str, number: int) -> tuple[float, float]:
     raise CCWSIMError(f"{name}, feature {number}: a single point is needed; save points")
 
 
-def _table(kind: str, name: str, points: list[tuple[int, Feature]]) -> DataFile:
+def _table(kind: str, name: str, points: list[Point]) -> DataFile:
     if not points:
         raise CCWSIMError(f"{name}: the file holds no points")
-    properties = dict.fromkeys(str(key) for _, (_, _, values) in points for key in values)
+    properties = dict.fromkeys(str(key) for point in points for key in point.values)
     keys = distinct_names(["x", "y", *properties])
     if len(keys) > MAX_VARIABLES:
         raise CCWSIMError(f"{name}: {len(keys)} columns are more than {MAX_VARIABLES}")
     check_cells(name, (len(points), len(keys)))
-    places = np.array([(x, y) for _, (x, y, _) in points])
-    variables = {"x": places[:, 0].copy(), "y": places[:, 1].copy()}
+    variables = {"x": np.array([p.x for p in points]), "y": np.array([p.y for p in points])}
     words: dict[str, tuple[str, ...]] = {}
-    for key, own in zip(keys[2:], properties, strict=True):
-        fields = [values.get(own) for _, (_, _, values) in points]
+    for key, label in zip(keys[2:], properties, strict=True):
+        fields = [point.values.get(label) for point in points]
         if all(value is None or isinstance(value, (bool, int, float)) for value in fields):
             variables[key] = np.array([np.nan if v is None else _finite(+v) for v in fields])
         else:
             words[key] = tuple("" if value is None else str(value)[:200] for value in fields)
-    lines = np.array([number for number, _ in points], dtype=np.int64)
-    return DataFile(
-        kind,
-        name,
-        variables,
-        is_table=True,
-        lines=lines,
-        words=words,
-        columns=tuple(keys),
-        counted="feature",
-    )
+    lines = np.array([point.number for point in points], dtype=np.int64)
+    table = DataFile(kind, name, variables, is_table=True, lines=lines, words=words)
+    return replace(table, columns=tuple(keys), counted="feature")

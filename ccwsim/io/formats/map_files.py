@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import zlib
 from collections.abc import Mapping
+from importlib import import_module
 from importlib.util import find_spec
 from typing import Any
 from xml.sax.saxutils import quoteattr
@@ -12,17 +13,15 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim.io.data_file import broken
+from ccwsim.io.formats.vti import TYPES
 from ccwsim.model.arrays import AXES
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 
 NEEDS = {"tif": "rasterio", "nc": "xarray"}
 """The package that writes a format, an extra."""
-_VTK_TYPES = {"f4": "Float32", "f8": "Float64"} | {
-    f"{kind}{size}": f"{name}{8 * size}"
-    for kind, name in (("i", "Int"), ("u", "UInt"))
-    for size in (1, 2, 4, 8)
-}
+_VTK_TYPES = {kind: name for name, kind in TYPES.items()}
 _BLOCK = 2**20
 """Bytes that VTK unpacks at a time."""
 
@@ -78,7 +77,7 @@ def geotiff_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
     Raises
     ------
     CCWSIMError
-        Where rasterio is not installed, codes do not fit a GeoTIFF, or maps are volumes.
+        If rasterio is not installed, codes do not fit a GeoTIFF, or maps are volumes.
     """
     if grid.nz is not None:
         raise CCWSIMError("a GeoTIFF holds maps, not volumes; write vti, npz or gslib")
@@ -123,7 +122,7 @@ def netcdf_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
     Raises
     ------
     CCWSIMError
-        Where xarray is not installed, or codes do not fit NetCDF.
+        If xarray is not installed, or codes do not fit NetCDF.
     """
     xarray = _package("nc")
     axes = dict(reversed(list(zip(AXES, grid.axes, strict=False))))
@@ -158,12 +157,6 @@ def netcdf_integers(values: NDArray) -> NDArray:
 
 
 def _package(kind: str) -> Any:
-    from importlib import import_module
-
-    try:
-        return import_module(NEEDS[kind])
-    except ImportError:
-        name = NEEDS[kind]
-        raise CCWSIMError(
-            f"{name} is not installed, .{kind} needs it: pip install {name}"
-        ) from None
+    name = NEEDS[kind]
+    with broken(f"{name} is not installed, .{kind} needs it: pip install {name}", ImportError):
+        return import_module(name)

@@ -1,8 +1,7 @@
 """MATLAB files of version 5 to 7: their arrays of numbers.
 
-Written here rather than left to `scipy.io.loadmat`, which believes the sizes and types that a file
-states: a few changed bytes end the whole process. The layout is that of "MAT-File Format", chapter
-1, of MathWorks.
+`scipy.io.loadmat` believes the sizes and types that a file states: a few changed bytes end the
+whole process. The layout is that of "MAT-File Format", chapter 1, of MathWorks.
 """
 
 from __future__ import annotations
@@ -37,6 +36,7 @@ _TYPES = {
     12: "i8",
     13: "u8",
 }
+"""The NumPy types of values by the numbers of the format."""
 _MATRIX, _COMPRESSED = 14, 15
 _NUMERIC_CLASSES = range(6, 16)
 _COMPLEX = 0x08

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from io import BytesIO
 from math import prod
+from typing import NamedTuple
 
 import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from ccwsim.io.archive import Archive, opened_archive
-from ccwsim.io.data_file import DataFile, distinct_names
+from ccwsim.io.data_file import DataFile, broken, distinct_names
 from ccwsim.io.limits import MAX_VARIABLES, check_cells
 from ccwsim.model.errors import CCWSIMError, shown
 
@@ -32,7 +34,7 @@ def read_npy(content: bytes, name: str, *, whole: bool = False, stacked: bool = 
     >>> read_npy(content.getvalue(), "a.npy").variables["array"].shape
     (1, 2, 2)
     """
-    grid = _as_grid(_array(content, name, whole, (2, 3, 4) if stacked else (2, 3)))
+    grid = _grid(content, name, whole, (2, 3, 4) if stacked else (2, 3))
     return DataFile("NumPy array", name, {"array": grid}, asks_up=True)
 
 
@@ -46,7 +48,7 @@ def npy_shape(content: bytes, name: str) -> tuple[int, int] | None:
     >>> npy_shape(content.getvalue(), "a.npy")
     (3, 4)
     """
-    shape, _, _ = _header(BytesIO(content), name, whole=True)
+    shape = _Array.of_numbers(content, name, whole=True).shape
     return (shape[-2], shape[-1]) if len(shape) in (2, 3) else None
 
 
@@ -72,7 +74,7 @@ def read_npz(content: bytes, name: str) -> DataFile:
     grids: dict[str, NDArray] = {}
     for key in names:
         member = members.pop(next(iter(members)))  # let go of what has been turned into an array
-        grids[key] = _as_grid(_array(member, f"{name}, {key}"))
+        grids[key] = _grid(member, f"{name}, {key}")
     return DataFile("NumPy arrays", name, grids, asks_up=True)
 
 
@@ -91,22 +93,29 @@ def npz_arrays(content: bytes, name: str, kinds: Mapping[str, str]) -> dict[str,
         archive.check(list(members.values()))
         found = {}
         for key, member in members.items():
-            own = f"{name}, {key}"
-            file = BytesIO(archive.read(member))
-            shape, by_columns, dtype = _promise(file, own)
-            if dtype.kind not in kinds[key]:
-                raise CCWSIMError(f"{own}: values of type {dtype} are not expected; save it again")
-            if prod(shape):
-                check_cells(own, shape or (1,))
-            array = _values(file, own, shape, by_columns, dtype)
-            if dtype.kind == "U":
-                array.tolist()  # fails here where a letter is none
-            found[key] = array
+            array = _Array.opened(archive.read(member), f"{name}, {key}")
+            if array.dtype.kind not in kinds[key]:
+                raise CCWSIMError(
+                    f"{array.name}: values of type {array.dtype} are not expected; save it again"
+                )
+            if prod(array.shape):
+                check_cells(array.name, array.shape or (1,))
+            found[key] = array.values()
+            if array.dtype.kind == "U":
+                found[key].tolist()  # fails here if a letter is none
         return found
 
 
-def _as_grid(array: NDArray) -> NDArray:
-    return array.reshape((1, *array.shape)) if array.ndim == 2 else array
+def _grid(
+    content: bytes, name: str, whole: bool = False, dimensions: tuple[int, ...] = (2, 3)
+) -> NDArray:
+    array = _Array.of_numbers(content, name, whole)
+    if len(array.shape) not in dimensions:
+        raise CCWSIMError(
+            f"{name}: an array of shape {shown(array.shape)} is no grid of rows and columns"
+        )
+    values = array.values()
+    return values[None] if values.ndim == 2 else values
 
 
 def _cells_and_facies(archive: Archive, name: str) -> DataFile | None:
@@ -115,30 +124,24 @@ def _cells_and_facies(archive: Archive, name: str) -> DataFile | None:
     if not {f"{key}.npy" for key in keys} <= archive.infos.keys():
         return None
     archive.check([f"{key}.npy" for key in keys])
-    files = {f"{name}, {key}": BytesIO(archive.read(f"{key}.npy")) for key in keys}
-    promises = {own: _promise(file, own) for own, file in files.items()}
-    (shape, _, kind), (of_facies, _, kind_of_facies) = promises.values()
+    arrays = [_Array.opened(archive.read(f"{key}.npy"), f"{name}, {key}") for key in keys]
+    shape, of_facies = (array.shape for array in arrays)
     if len(shape) != 2 or shape[1] not in (2, 3) or of_facies != shape[:1] or not shape[0]:
         return None
-    if kind.kind not in "uif" or kind_of_facies.kind not in "buifU":
+    if arrays[0].dtype.kind not in "uif" or arrays[1].dtype.kind not in "buifU":
         return None
     check_cells(name, (shape[0], shape[1] + 1))
-    cells, facies = (_values(file, own, *promises[own]) for own, file in files.items())
+    cells, facies = (array.values() for array in arrays)
     places = ("layer", "row", "col")[-shape[1] :]
-    columns = {**dict(zip(places, cells.T, strict=True)), "facies": facies}
+    columns: dict[str, NDArray] = dict(zip(places, cells.T, strict=True))
     words = {}
     if facies.dtype.kind == "U":
-        words["facies"] = tuple(text[:200] for text in columns.pop("facies").tolist())
-    return DataFile(
-        "NumPy arrays",
-        name,
-        columns,
-        is_table=True,
-        lines=np.arange(1, shape[0] + 1),
-        words=words,
-        columns=(*places, "facies"),
-        counted="row",
-    )
+        words["facies"] = tuple(text[:200] for text in facies.tolist())
+    else:
+        columns["facies"] = facies
+    lines = np.arange(1, shape[0] + 1)
+    table = DataFile("NumPy arrays", name, columns, is_table=True, lines=lines, words=words)
+    return replace(table, columns=(*places, "facies"), counted="row")
 
 
 def _grids(archive: Archive, name: str) -> tuple[dict[str, bytes], list[str]]:
@@ -152,8 +155,8 @@ def _grids(archive: Archive, name: str) -> tuple[dict[str, bytes], list[str]]:
     shapes, reasons = {}, []
     for key, label in zip(arrays, distinct_names(arrays), strict=True):
         try:
-            file = BytesIO(archive.start(key, MAX_NPY_HEADER + 20))
-            shape, _, _ = _header(file, f"{name}, {label.removesuffix('.npy')}")
+            start = archive.start(key, MAX_NPY_HEADER + 20)
+            shape = _Array.of_numbers(start, f"{name}, {label.removesuffix('.npy')}").shape
             if len(shape) in (2, 3):
                 shapes[key] = shape
         except CCWSIMError as error:
@@ -163,50 +166,44 @@ def _grids(archive: Archive, name: str) -> tuple[dict[str, bytes], list[str]]:
     return {key: archive.read(key) for key in shapes}, reasons
 
 
-def _header(
-    file: BytesIO, name: str, whole: bool = False
-) -> tuple[tuple[int, ...], bool, np.dtype]:
-    """Shape, whether by columns, and type; the file is then where the values begin."""
-    shape, by_columns, dtype = _promise(file, name)
-    if dtype.kind not in "buif" or dtype.itemsize > 16:
-        raise CCWSIMError(f"{name}: values of type {dtype} are no numbers; save real numbers")
-    check_cells(name, shape or (1,), whole=whole)
-    return shape, by_columns, dtype
+class _Array(NamedTuple):
+    """The header of an array, and its file, which is read up to the values."""
 
+    file: BytesIO
+    name: str
+    shape: tuple[int, ...]
+    by_columns: bool
+    dtype: np.dtype
 
-def _promise(file: BytesIO, name: str) -> tuple[tuple[int, ...], bool, np.dtype]:
-    try:
-        version = npy.read_magic(file)
-        read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
-        shape, by_columns, dtype = read(file, max_header_size=MAX_NPY_HEADER)
-    except Exception as error:  # the header is a Python literal: any parser error may come
-        raise CCWSIMError(f"{name}: the NumPy header is broken; save it again") from error
-    return tuple(map(int, shape)), by_columns, dtype
+    @classmethod
+    def opened(cls, content: bytes, name: str) -> _Array:
+        """Read the header; an error if it is broken."""
+        file = BytesIO(content)
+        with broken(f"{name}: the NumPy header is broken; save it again"):
+            version = npy.read_magic(file)
+            read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+            shape, by_columns, dtype = read(file, max_header_size=MAX_NPY_HEADER)
+        return cls(file, name, tuple(map(int, shape)), by_columns, dtype)
 
+    @classmethod
+    def of_numbers(cls, content: bytes, name: str, whole: bool = False) -> _Array:
+        """Read the header; an error also for values that are no numbers, or too many."""
+        array = cls.opened(content, name)
+        if array.dtype.kind not in "buif" or array.dtype.itemsize > 16:
+            raise CCWSIMError(
+                f"{name}: values of type {array.dtype} are no numbers; save real numbers"
+            )
+        check_cells(name, array.shape or (1,), whole=whole)
+        return array
 
-def _array(
-    content: bytes, name: str, whole: bool = False, dimensions: tuple[int, ...] = (2, 3)
-) -> NDArray:
-    file = BytesIO(content)
-    shape, by_columns, dtype = _header(file, name, whole)
-    if len(shape) not in dimensions:
-        raise CCWSIMError(
-            f"{name}: an array of shape {shown(shape)} is no grid of rows and columns"
-        )
-    return _values(file, name, shape, by_columns, dtype)
-
-
-def _values(
-    file: BytesIO, name: str, shape: tuple[int, ...], by_columns: bool, dtype: np.dtype
-) -> NDArray:
-    """The array of a file that stands behind its header."""
-    content = file.getvalue()  # shared with the file, no copy
-    n_bytes = prod(shape) * dtype.itemsize
-    if len(content) - file.tell() < n_bytes:
-        raise CCWSIMError(f"{name} ends before the {prod(shape)} values that it promises")
-    values = np.frombuffer(content, dtype, count=prod(shape), offset=file.tell())
-    native = values.astype(_native(dtype), copy=False)
-    return native.reshape(shape, order="F" if by_columns else "C")
+    def values(self) -> NDArray:
+        """Return the values behind the header."""
+        content, n = self.file.getvalue(), prod(self.shape)  # shared with the file, no copy
+        if len(content) - self.file.tell() < n * self.dtype.itemsize:
+            raise CCWSIMError(f"{self.name} ends before the {n} values that it promises")
+        values = np.frombuffer(content, self.dtype, count=n, offset=self.file.tell())
+        native = values.astype(_native(self.dtype), copy=False)
+        return native.reshape(self.shape, order="F" if self.by_columns else "C")
 
 
 def _native(dtype: np.dtype) -> np.dtype:

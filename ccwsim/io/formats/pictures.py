@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
-from ccwsim.io.data_file import DataFile
+from ccwsim.io.data_file import DataFile, broken
 from ccwsim.io.formats.classes import Classes, asks_for_codes, classify
 from ccwsim.io.limits import check_cells, check_time, limits
 from ccwsim.io.part import FilePart
@@ -70,7 +70,7 @@ def read_picture(
     """
     image = _opened(content, name)
     check_cells(name, (image.height, image.width), whole=part is not None)
-    try:
+    with broken(f"{name}: the picture is broken; save it again as PNG"):
         if part is not None:
             image = _part_of(image, part, name, up)
         if image.mode in _NUMBERS:
@@ -79,8 +79,6 @@ def read_picture(
         numbers = np.array(image).astype(np.uint8) if image.mode in ("P", "L", "1") else None
         says_codes = image.mode == "P" and image.info.get(_TAG) == _CODES
         return PictureFile(name, _on_white(image), numbers, says_codes)
-    except Exception as error:
-        raise CCWSIMError(f"{name}: the picture is broken; save it again as PNG") from error
 
 
 def picture_shape(content: bytes, name: str) -> tuple[int, int]:
@@ -162,14 +160,12 @@ def picture_as_bytes(
 
 def _opened(content: bytes, name: str) -> Image.Image:
     content = bare_picture(content, name, f"{_TAG}\0{_CODES}".encode())
-    try:
+    too_large = f"{name}: more than {2 * (Image.MAX_IMAGE_PIXELS or 0)} pixels; cut a smaller piece"
+    with (
+        broken(f"{name}: the picture cannot be read; save it again as PNG"),
+        broken(too_large, Image.DecompressionBombError),
+    ):
         return Image.open(BytesIO(content), formats=_FORMATS)
-    except Image.DecompressionBombError as error:
-        raise CCWSIMError(
-            f"{name}: more than {2 * (Image.MAX_IMAGE_PIXELS or 0)} pixels; cut a smaller piece"
-        ) from error
-    except Exception as error:  # Pillow's readers raise a dozen types for broken files
-        raise CCWSIMError(f"{name}: the picture cannot be read; save it again as PNG") from error
 
 
 def _part_of(image: Image.Image, part: FilePart, name: str, up: bool | None) -> Image.Image:
@@ -380,7 +376,8 @@ _TIFF_SIZES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 6: 1, 7: 1, 8: 2, 9: 4, 10: 8, 11: 
 
 def bare_picture(content: bytes, name: str, keep_text: bytes = b"") -> bytes:
     """Return a picture in the same format, with its first frame only."""
-    try:
+    kinds = struct.error, IndexError, ValueError, OverflowError
+    with broken(f"{name}: the picture is broken; save it again as PNG", *kinds):
         if content.startswith(b"\x89PNG"):
             return _png(content, name, keep_text)
         if content.startswith(b"\xff\xd8"):
@@ -390,10 +387,6 @@ def bare_picture(content: bytes, name: str, keep_text: bytes = b"") -> bytes:
         if content.startswith(b"BM"):
             return _bmp(content, name)
         return _tiff(content, name)
-    except (struct.error, IndexError, ValueError, OverflowError) as error:
-        if isinstance(error, CCWSIMError):
-            raise
-        raise CCWSIMError(f"{name}: the picture is broken; save it again as PNG") from error
 
 
 def _png(content: bytes, name: str, keep_text: bytes) -> bytes:

@@ -42,8 +42,7 @@ def read_gslib(content: bytes, name: str) -> DataFile:
     """Return the grid or table of a GSLIB-like text.
 
     Three to nine numbers in line 1 (`nx ny nz [sx sy sz [ox oy oz]]`), or sizes after the count in
-    line 2, make a grid; a title or one number make a table: points, or a grid whose sizes the file
-    does not say.
+    line 2, make a grid; a title or one number make a table: points, or a grid of unknown sizes.
 
     Examples
     --------
@@ -80,8 +79,8 @@ def grid_as_bytes(
 ) -> bytes:
     """Return grids, (ny, nx) or (nz, ny, nx), from the south and the bottom, as an SGeMS text.
 
-    Where the cells have another size than 1, or the grid another origin than 0, line 1 has them
-    behind the numbers of cells: `nx ny nz sx sy sz ox oy oz`, as geone and DeeSse write them.
+    Cell sizes other than 1, or an origin other than 0, stand behind the numbers of cells in line 1:
+    `nx ny nz sx sy sz ox oy oz`, as in files of geone and DeeSse.
 
     Examples
     --------
@@ -99,9 +98,8 @@ def grid_as_bytes(
     table = np.stack([column.ravel() for column in columns], axis=1)
     codes, indices = np.unique(table, return_inverse=True)
     width = max(len(str(code)) for code in codes)
-    words = np.frombuffer(
-        b"".join(f"{code:>{width}} ".encode() for code in codes.tolist()), np.uint8
-    ).reshape(len(codes), width + 1)
+    padded = "".join(f"{code:>{width}} " for code in codes.tolist()).encode()
+    words = np.frombuffer(padded, np.uint8).reshape(len(codes), width + 1)
     text = words[indices.reshape(table.shape)]
     text[:, -1, -1] = ord("\n")
     header = "\n".join([f"{nx} {ny} {nz}{place}", str(len(names)), *names, ""])
@@ -126,12 +124,11 @@ def _grid_sizes(line: str) -> tuple[int, int, int] | None:
     words = line.split()
     if not 3 <= len(words) <= 9 or not all(map(is_number, words)):
         return None
-    sizes = [float(word) for word in words[:3]]
-    if not np.isfinite([float(word) for word in words]).all():
+    numbers = [float(word) for word in words]
+    nx, ny, nz = numbers[:3]
+    if not np.isfinite(numbers).all() or any(n != int(n) or n > 1e15 for n in (nx, ny, nz)):
         return None
-    if any(size != int(size) or size > 1e15 for size in sizes):
-        return None
-    return int(sizes[0]), int(sizes[1]), int(sizes[2])
+    return int(nx), int(ny), int(nz)
 
 
 def _grid_values(
@@ -159,13 +156,12 @@ def _table(content: bytes, name: str, names: list[str], start: int, title: str) 
     few = len(rows) <= limits().points and content.count(b"\n") <= 3 * limits().points
     lines = _line_numbers(content, name, start, n) if few else None
     columns = dict(zip(names, np.ascontiguousarray(rows.T), strict=True))
-    return DataFile(
-        "GSLIB/Geo-EAS table", name, columns, is_table=True, lines=lines, missing=MISSING_CODES
-    )
+    table = DataFile("GSLIB/Geo-EAS table", name, columns, is_table=True, lines=lines)
+    return replace(table, missing=MISSING_CODES)
 
 
 def _line_numbers(content: bytes, name: str, start: int, n: int) -> NDArray[np.int64]:
-    """The line of each row of n numbers; a row may not run over a line's end."""
+    """The line of each row of n numbers; a row must not run over the end of a line."""
     counts = np.array([len(line.split()) for line in content[start:].split(b"\n")])
     numbers = np.flatnonzero(counts) + n + 3
     filled = counts[counts > 0]
@@ -175,9 +171,7 @@ def _line_numbers(content: bytes, name: str, start: int, n: int) -> NDArray[np.i
     return np.repeat(numbers, filled // n)
 
 
-MAX_ESRI_HEADER = 4096
-"""Bytes of a line of the header."""
-
+MAX_ESRI_HEADER = 4096  # bytes of a line
 MAX_HEADER_LINES = 100
 _ORIGINS = ("xllcorner", "yllcorner", "xllcenter", "yllcenter")
 _KEYS = ("ncols", "nrows", *_ORIGINS, "cellsize", "dx", "dy", "nodata_value")
@@ -213,10 +207,11 @@ def read_esri(content: bytes, name: str) -> DataFile:
         raise CCWSIMError(
             f"{name} promises {shape[0]} rows of {shape[1]}, but {len(values)} values follow"
         )
-    cell = _pair(header, ("dx", "dy"), header.get("cellsize", 1.0))
+    side = header.get("cellsize", 1.0)
+    cell = header.get("dx", side), header.get("dy", side)
     if min(cell) <= 0:
         raise CCWSIMError(f"{name}: the cell size {min(cell):g} must be positive")
-    origin = _pair(header, ("xllcorner", "yllcorner"), 0.0)
+    origin = header.get("xllcorner", 0.0), header.get("yllcorner", 0.0)
     if "xllcenter" in header and "yllcenter" in header:
         origin = (header["xllcenter"] - cell[0] / 2, header["yllcenter"] - cell[1] / 2)
     missing = (header["nodata_value"],) if "nodata_value" in header else (-9999.0,)
@@ -250,7 +245,3 @@ def _value(name: str, line: int, words: list[str]) -> float:
     if key in ("ncols", "nrows") and value != int(value):
         raise CCWSIMError(f"{name}, line {line}: {words[0]} must be a whole number, not {value:g}")
     return value
-
-
-def _pair(header: dict[str, float], keys: tuple[str, str], default: float) -> tuple[float, float]:
-    return header.get(keys[0], default), header.get(keys[1], default)

@@ -6,13 +6,14 @@ import csv
 import re
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile, distinct_names
-from ccwsim.io.limits import MAX_VARIABLES, check_cells, check_lines, check_time, limits
+from ccwsim.io.limits import MAX_VARIABLES, check_cells, check_time, limits
 from ccwsim.model.errors import CCWSIMError
 
 CHUNK = 2**20
@@ -70,11 +71,8 @@ def _parsed(chunk: bytes, name: str, line: int) -> NDArray[np.float64]:
     if not words:
         return np.empty(0)
     if b"_" not in chunk and len(max(words, key=len)) <= MAX_WORD:
-        try:
+        with suppress(ValueError):
             values = np.array(words, dtype=np.float64)
-        except ValueError:
-            pass
-        else:
             if not np.isinf(values).any():
                 return values
     raise CCWSIMError(_first_bad(chunk, name, line))
@@ -85,7 +83,7 @@ def _first_bad(chunk: bytes, name: str, line: int) -> str:
         for word in text.split():
             said = word[:MAX_WORD].decode("latin-1")
             if len(word) > MAX_WORD or not is_number(said) or np.isinf(float(said)):
-                return f"{name}, line {line + k}: {said[:30]!r} is not a number; correct it"
+                return not_a_number(name, line + k, said)
     return f"{name}: a value after line {line} is not a number; correct it"
 
 
@@ -125,7 +123,7 @@ _GROUPS = {
 
 
 def field_number(field: str, decimal: str) -> float | None:
-    """Return the number in a field, NaN where it is not known, None where it is a text.
+    """Return the number in a field, NaN for an unknown one, None for a text.
 
     Examples
     --------
@@ -187,8 +185,8 @@ _COMMENT = (b"#", b"%", b"//")
 def read_delimited(content: bytes, name: str) -> DataFile:
     """Return the columns of a table with a header, or the matrix of a text without one.
 
-    A row below the header without any number, such as one of units, is left out. Texts as Petrel
-    and well logs (LAS) have them say their columns in a header of their own.
+    A row below the header without any number, such as units, is left out. Petrel points and well
+    logs (LAS) name their columns in a header of their own.
 
     Examples
     --------
@@ -198,19 +196,23 @@ def read_delimited(content: bytes, name: str) -> DataFile:
     >>> read_delimited(b"x,y,facies\\n1,2,sand\\n", "data.csv").words
     {'facies': ('sand',)}
     """
-    check_lines(name, content.count(b"\n"))
+    if (n_lines := content.count(b"\n")) > limits().lines:
+        raise CCWSIMError(
+            f"{name}: {n_lines} lines are more than {limits().lines}; bring an SGeMS grid or an "
+            "npy file, or cut a smaller piece"
+        )
     lines, numbers, remark = _filled_lines(content, name)
     if not lines:
         raise CCWSIMError(f"{name}: the file holds no values")
-    said = _own_header(lines)
-    lines, numbers = lines[said.n_lines :], numbers[said.n_lines :]
+    header = _own_header(lines)
+    lines, numbers = lines[header.n_lines :], numbers[header.n_lines :]
     if not lines:
         raise CCWSIMError(f"{name}: no values follow the header")
     sample = [line[:2000].decode("utf-8", "replace") for line in lines[1:21] or lines]
-    separator = None if said.names else separator_of(sample)
+    separator = None if header.names else separator_of(sample)
     decimal = decimal_of(sample, separator)
     first = split_fields(lines[0].decode("utf-8", "replace"), separator)
-    headed = not said.names and any(field_number(field, decimal) is None for field in first)
+    headed = not header.names and any(field_number(field, decimal) is None for field in first)
     names = first if headed else split_fields(remark, separator)
     body, numbers = (lines[1:], numbers[1:]) if headed else (lines, numbers)
     if headed and len(body) > 1 and _units(body, separator, decimal):
@@ -219,7 +221,7 @@ def read_delimited(content: bytes, name: str) -> DataFile:
         body, numbers = body[1:], numbers[1:]
     if not body:
         raise CCWSIMError(f"{name}: {lines[0][:40].decode('latin-1')!r} holds no numbers")
-    names, headed = (list(said.names), True) if said.names else (names, headed)
+    names, headed = (list(header.names), True) if header.names else (names, headed)
     n = len(names) if headed else len(split_fields(body[0].decode("latin-1"), separator))
     if headed and n > MAX_VARIABLES:
         raise CCWSIMError(f"{name}: {n} columns are more than {MAX_VARIABLES}")
@@ -229,10 +231,8 @@ def read_delimited(content: bytes, name: str) -> DataFile:
     if values is None:
         values, words = _by_field(body, numbers, name, n, separator, decimal, headed)
     if not headed and len(names) != n:
-        matrix = values.reshape(1, len(body), n)
-        return DataFile(
-            "text matrix", name, {"matrix": matrix}, lines=at, south_first=False, asks_up=True
-        )
+        grid = {"matrix": values.reshape(1, len(body), n)}
+        return DataFile("text matrix", name, grid, lines=at, south_first=False, asks_up=True)
     keys = distinct_names(names)
     columns = dict(zip(keys, np.ascontiguousarray(values.T), strict=True))
     empty = [k for k, key in enumerate(keys) if headed and np.isnan(columns[key]).all()]
@@ -241,16 +241,8 @@ def read_delimited(content: bytes, name: str) -> DataFile:
         raise CCWSIMError(f"{name}: no column holds numbers")
     texts = {keys[k]: fields for k, fields in words.items()}
     names = tuple(key for key in keys if key in kept or key in texts)
-    return DataFile(
-        "table in text",
-        name,
-        kept,
-        is_table=True,
-        lines=at,
-        words=texts,
-        columns=names,
-        missing=said.missing,
-    )
+    table = DataFile("table in text", name, kept, is_table=True, lines=at, words=texts)
+    return replace(table, columns=names, missing=header.missing)
 
 
 def _units(body: list[bytes], separator: str | None, decimal: str) -> bool:
@@ -261,15 +253,15 @@ def _units(body: list[bytes], separator: str | None, decimal: str) -> bool:
 
 
 class _Header(NamedTuple):
-    """What a text says of its columns in lines of their own, and how many lines that takes."""
+    """The columns that a text names in lines of their own, and the number of these lines."""
 
     names: tuple[str, ...] = ()
     n_lines: int = 0
     missing: tuple[float, ...] = ()
 
 
-MAX_OWN_HEADER = 4 * MAX_VARIABLES
-"""Lines of it that are looked at."""
+MAX_OWN_HEADER = 4 * MAX_VARIABLES  # lines
+_PETREL_MISSING = (-999.0, -99999.0, 1e30)
 
 
 def _own_header(lines: list[bytes]) -> _Header:
@@ -295,9 +287,6 @@ def _own_header(lines: list[bytes]) -> _Header:
     return _Header(tuple(curves or start[data].split()[1:]), data + 1, missing)
 
 
-_PETREL_MISSING = (-999.0, -99999.0, 1e30)
-
-
 def _filled_lines(content: bytes, name: str) -> tuple[list[bytes], list[int], str]:
     """Lines that hold something, their numbers, and the last comment before them."""
     lines: list[bytes] = []
@@ -321,7 +310,7 @@ def _filled_lines(content: bytes, name: str) -> tuple[list[bytes], list[int], st
 def _fast(
     body: list[bytes], name: str, n: int, separator: str | None, decimal: str
 ) -> NDArray[np.float64] | None:
-    """All numbers at once; None where a field is empty, a text, missing or has thousands marked."""
+    """All numbers at once; None if a field is empty, a text, missing or has thousands marked."""
     sep = separator.encode() if separator else None
     if any(len(line.split(sep)) != n for line in body):
         return None
@@ -347,7 +336,7 @@ def _by_field(
     decimal: str,
     headed: bool,
 ) -> tuple[NDArray[np.float64], dict[int, tuple[str, ...]]]:
-    """Field by field: empty ones become NaN; columns with words are returned as they stand too."""
+    """All fields: empty ones become NaN; columns with words are NaN and returned as words too."""
     table: list[list[str]] = []
     for line, number in zip(body, numbers, strict=True):
         fields = split_fields(line.decode("utf-8", "replace"), separator)
@@ -362,19 +351,19 @@ def _by_field(
             check_time(name)
     columns, words = [], {}
     for k, fields in enumerate(zip(*table, strict=True)):
-        found = [field_number(field, decimal) for field in fields]
-        bad = [j for j, value in enumerate(found) if value is None or np.isinf(value)]
+        values = [field_number(field, decimal) for field in fields]
+        bad = [j for j, value in enumerate(values) if value is None or np.isinf(value)]
         if bad and not headed:
             raise CCWSIMError(not_a_number(name, numbers[bad[0]], fields[bad[0]]))
         if bad:
             words[k] = fields
-            found = [np.nan] * len(found)
-        columns.append(np.array(found, dtype=np.float64))
+            values = [np.nan] * len(values)
+        columns.append(np.array(values, dtype=np.float64))
     return np.stack(columns, axis=1), words
 
 
 def not_a_number(name: str, line: int, field: str) -> str:
-    """Return what is said of a word where a number is needed.
+    """Return the message on a word in place of a number.
 
     Examples
     --------

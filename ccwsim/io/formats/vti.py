@@ -6,6 +6,7 @@ import base64
 import binascii
 import re
 import zlib
+from dataclasses import replace
 from math import prod
 from typing import NamedTuple, NoReturn
 from xml.etree import ElementTree
@@ -13,17 +14,11 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.io.data_file import DataFile, distinct_names
-from ccwsim.io.limits import (
-    MAX_VARIABLES,
-    check_bytes,
-    check_cells,
-    check_packing,
-    check_time,
-)
+from ccwsim.io.data_file import DataFile, broken, distinct_names
+from ccwsim.io.limits import MAX_VARIABLES, check_bytes, check_cells, check_packing, check_time
 from ccwsim.model.errors import CCWSIMError, shown
 
-_TYPES = {
+TYPES = {
     f"{name}{8 * size}": f"{kind}{size}"
     for name, kind in (("Int", "i"), ("UInt", "u"))
     for size in (1, 2, 4, 8)
@@ -37,9 +32,9 @@ _START = 1000
 
 
 class _Appended(NamedTuple):
-    """What stands behind the elements of a file: raw bytes, or base64."""
+    """The data behind the elements of a file: raw bytes, or base64."""
 
-    data: memoryview
+    data: memoryview | bytes
     raw: bool
 
 
@@ -87,7 +82,7 @@ def read_vti(content: bytes, name: str) -> DataFile:
         arrays, shape = pieces[0].findall("PointData/DataArray"), n_points
         corner = corner - spacing / 2
     arrays = [a for a in arrays if a.get("NumberOfComponents", "1") == "1"]
-    arrays = [a for a in arrays if a.get("type") in _TYPES and a.get("Name") not in _MARKS]
+    arrays = [a for a in arrays if a.get("type") in TYPES and a.get("Name") not in _MARKS]
     if not arrays or len(arrays) > MAX_VARIABLES:
         raise CCWSIMError(f"{name}: it has {len(arrays)} arrays of one number a cell; save some")
     full = tuple(int(n) if abs(n) < 2**31 else 0 for n in shape[::-1])
@@ -96,33 +91,26 @@ def read_vti(content: bytes, name: str) -> DataFile:
     grids = [reader.read(array, prod(full)).reshape(full) for array in arrays]
     names = distinct_names([array.get("Name", "") for array in arrays])
     (sx, sy, sz), (ox, oy, oz) = spacing.tolist(), corner.tolist()
-    return DataFile(
-        "VTK ImageData",
-        name,
-        dict(zip(names, grids, strict=True)),
-        cell_size=(sx, sy),
-        origin=(ox, oy),
-        along_z=(sz, oz),
-    )
+    variables = dict(zip(names, grids, strict=True))
+    file = DataFile("VTK ImageData", name, variables, cell_size=(sx, sy), origin=(ox, oy))
+    return replace(file, along_z=(sz, oz))
 
 
 def _tree(content: bytes, name: str) -> tuple[ElementTree.Element, _Appended]:
-    """The elements of a file, and what is appended to them, which may be no XML."""
-    appended = _Appended(memoryview(b""), True)
+    """The elements of a file, and the data appended to them, which may be no XML."""
+    appended = _Appended(b"", True)
     at = content.find(b"<AppendedData")
     if at >= 0:
         end = content.find(b">", at)
         mark = content.find(b"_", max(end, at))
         raw = b"base64" not in content[at:end]
-        data = memoryview(content)[mark + 1 :] if mark >= 0 else memoryview(b"")
-        appended = _Appended(data, raw)
+        appended = _Appended(memoryview(content)[mark + 1 :] if mark >= 0 else b"", raw)
         content = content[:at] + b"</VTKFile>"
     if b"<!DOCTYPE" in content or b"<!ENTITY" in content:  # entities can grow without bounds
         raise CCWSIMError(f"{name}: a VTK file with declarations is not read; save it again")
-    try:
+    kinds = ElementTree.ParseError, ValueError, LookupError
+    with broken(f"{name}: the XML is broken", *kinds, remedy="get the whole file"):
         return ElementTree.fromstring(content), appended
-    except (ElementTree.ParseError, ValueError, LookupError) as error:
-        raise CCWSIMError(f"{name}: the XML is broken ({error}); get the whole file") from error
 
 
 def _numbers(
@@ -154,7 +142,7 @@ class _Values:
     def read(self, array: ElementTree.Element, n: int) -> NDArray:
         """Return n values; an error says how many there are instead."""
         check_time(self._name)
-        kind = np.dtype(self._order + _TYPES[array.get("type", "")])
+        kind = np.dtype(self._order + TYPES[array.get("type", "")])
         form, raw = array.get("format", "ascii"), False
         text = (array.text or "").encode()
         if form == "ascii":
@@ -164,7 +152,7 @@ class _Values:
             first = int(at) if re.fullmatch(r"[0-9]{1,15}", at) else len(self._appended.data)
             text, raw = self._appended.data[first:], self._appended.raw
         else:
-            text = memoryview(b"".join(text.split()))
+            text = b"".join(text.split())
         check_bytes(self._name, n * kind.itemsize, unpacked=True)
         data = (self._unpacked if self._packed else self._plain)(text, raw, n * kind.itemsize)
         if len(data) != n * kind.itemsize:
@@ -175,12 +163,10 @@ class _Values:
         words = text.split()
         if len(words) != n:
             self._raise_count(n, len(words))
-        try:
+        with broken(f"{self._name}: an array has a word that is no number", ValueError):
             return np.array(words, "S40").astype(np.float64)
-        except ValueError:
-            raise CCWSIMError(f"{self._name}: an array has a word that is no number") from None
 
-    def _plain(self, text: memoryview, raw: bool, n: int) -> bytes:
+    def _plain(self, text: memoryview | bytes, raw: bool, n: int) -> bytes:
         """The bytes behind their number, which may be a text of its own."""
         size = self._header.itemsize
         promised = int(self._words(text, raw, 1)[0])
@@ -191,7 +177,7 @@ class _Values:
             return self._decoded(text[own:], False, min(promised, n + 1))
         return self._decoded(text, False, size + min(promised, n + 1))[size:]
 
-    def _unpacked(self, text: memoryview, raw: bool, n: int) -> bytes:
+    def _unpacked(self, text: memoryview | bytes, raw: bool, n: int) -> bytes:
         """The bytes of packed blocks, whose sizes stand before them, a text of its own."""
         size = self._header.itemsize
         n_blocks = int(self._words(text, raw, 1)[0])
@@ -203,30 +189,26 @@ class _Values:
         check_packing(self._name, len(data), n)
         blocks, at, left = [], 0, n
         for length in sizes:
-            try:
+            with broken(f"{self._name}: a packed array is broken", zlib.error):
                 stream = zlib.decompressobj()
                 blocks.append(stream.decompress(data[at : at + length], left + 1))
-            except zlib.error as error:
-                raise CCWSIMError(f"{self._name}: a packed array is broken") from error
             at, left = at + length, max(left - len(blocks[-1]), 0)
         return b"".join(blocks)
 
-    def _words(self, text: memoryview, raw: bool, n: int) -> NDArray[np.integer]:
+    def _words(self, text: memoryview | bytes, raw: bool, n: int) -> NDArray[np.integer]:
         """The first n numbers of a header."""
         data = self._decoded(text, raw, n * self._header.itemsize)
         if len(data) < n * self._header.itemsize:
             self._raise_end()
         return np.frombuffer(data, self._header, count=n)
 
-    def _decoded(self, text: memoryview, raw: bool, n: int) -> bytes:
+    def _decoded(self, text: memoryview | bytes, raw: bool, n: int) -> bytes:
         """The first n bytes that a text stands for."""
         if raw:
             return bytes(text[:n])
         letters = bytes(text[: -(-n // 3) * 4])
-        try:
+        with broken(f"{self._name}: an array is no base64; save it again", binascii.Error):
             return base64.b64decode(letters[: len(letters) // 4 * 4])[:n]
-        except binascii.Error as error:
-            raise CCWSIMError(f"{self._name}: an array is no base64; save it again") from error
 
     def _raise_count(self, promised: int, found: int) -> NoReturn:
         more = "more than " if found > promised else ""

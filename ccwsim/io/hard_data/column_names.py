@@ -3,67 +3,25 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from ccwsim.io.data_file import DataFile
 from ccwsim.model.errors import CCWSIMError, shown
 
-
-def _words(text: str) -> tuple[str, ...]:
-    return tuple(text.split())
-
-
-_X = _words(
-    "x xcoord xcoordinate coordx xkoordinate xkoord xm xutm utmx utme easting utmeasting eastings "
-    "east eastm utmeast ostwert rechtswert ost rechts rw este est lon long longitude laengengrad "
-    "lngengrad xworld surfacex xwgs84 e"
-)
-_Y = _words(
-    "y ycoord ycoordinate coordy ykoordinate ykoord ym yutm utmy utmn northing utmnorthing "
-    "northings north northm utmnorth nordwert hochwert nord hoch hw norte lat latitude breitengrad "
-    "yworld surfacey ywgs84 n"
-)
-_Z = _words(
-    "z zcoord zcoordinate zm elevation elev altitude alt height depth dept md tvd tvdss "
-    "measureddepth tiefe teufe hoehe hhe top base bottom from to kb k iz slice"
-)
-_ROW = ("row", "rows", "i", "iy", "rowindex")
-_COLUMN = ("col", "cols", "column", "columns", "j", "ix", "colindex", "columnindex")
-_CODE = _words(
-    "facies faciescode faciesname fazies lithofacies lithology lithologie litho lith rock rocktype "
-    "gestein code codes class klasse category soil boden geology unit"
-)
-_VALUE = (*_CODE, "value", "wert", "var", "variable", "v")
-_NAMES = _words(
-    "well wellname wellid wells hole holeid bore borehole bohrung bohrungsname sonde uwi id fid "
-    "objectid pointid name no nr number index station point punkt sample date datum remark remarks "
-    "comment comments bemerkung surface"
-)
-"""Names of wells, numbers of rows, remarks: never taken for facies unasked."""
-_LAYER = ("layer", "layers", "k", "iz", "kz", "slice", "layerindex")
-_COLLAR = _words(
-    "z zcoord zcoordinate coordz zkoordinate zm elevation elev altitude alt height hoehe "
-    "collar zcollar collarz collarelevation kb"
-)
-_DEPTH = _words("depth dept md tvd measureddepth tiefe teufe")
-_WELL = _words(
-    "bhid holeid hole boreholeid borehole bore well wellname wellid uwi bohrung bohrungsname sonde "
-    "dhid name id"
-)
-_HOLE = tuple(word for word in _WELL if word not in ("name", "id"))  # points have such, too
-_LENGTH = _words("length totaldepth td eoh maxdepth enddepth endofhole laenge endteufe depth")
-_AZIMUTH = _words("azimuth azi azim bearing brg az richtung azimut")
-_INCLINATION = _words("inclination incl inc deviation dev zenith neigung")
-_DIP = _words("dip plunge fallen")
-_FROM = _words("from depthfrom fromdepth mdfrom frommd top depthtop topdepth von tiefevon")
-_TO = _words("to depthto todepth mdto tomd bottom base depthbase basedepth bis tiefebis")
+_FILE = Path(__file__).parents[2] / "assets" / "column_names.toml"
+WORDS = {
+    kind: tuple(text.split()) for kind, text in tomllib.loads(_FILE.read_text("utf-8")).items()
+}
+"""The words that columns are known by, by kind of column."""
 
 
 class Role(NamedTuple):
-    """A kind of column: the names it is known by, and how messages call it."""
+    """A kind of column of `WORDS`, and how messages call it."""
 
-    words: tuple[str, ...]
+    kind: str
     what: str
     call: str
     prefix: int = 0  # letters from which on the beginning of a name is enough
@@ -73,28 +31,28 @@ class Role(NamedTuple):
 Asked = Mapping[str, Any]
 """Columns that were named, by role; an empty text says that there is none."""
 DEPTHS = {
-    "depth_from": Role(_FROM, "where intervals begin", "from", optional=True),
-    "depth_to": Role(_TO, "where intervals end", "to", optional=True),
-    "depth": Role(_DEPTH, "depths", "from and to, or depth", optional=True),
+    "depth_from": Role("from", "where intervals begin", "from", optional=True),
+    "depth_to": Role("to", "where intervals end", "to", optional=True),
+    "depth": Role("depth", "depths", "from and to, or depth", optional=True),
 }
-_NAMES_OF_WELLS = Role(_WELL, "the names of the wells", "well")
-WELL_OF_POINTS = {"well": Role(_HOLE, "the names of the wells", "well")}
-HEIGHTS = {"z": Role(_COLLAR, "heights", "z"), **DEPTHS}
-LAYERS = {"z": Role(_LAYER, "layers", "layer")}
+_NAMES_OF_WELLS = Role("well", "the names of the wells", "well")
+WELL_OF_POINTS = {"well": Role("hole", "the names of the wells", "well")}
+HEIGHTS = {"z": Role("collar", "heights", "z"), **DEPTHS}
+LAYERS = {"z": Role("layer", "layers", "layer")}
 COLLARS = {
     "collar_well": _NAMES_OF_WELLS,
-    "x": Role(_X, "x of the collars", "x", 4),
-    "y": Role(_Y, "y of the collars", "y", 4),
-    "z": Role(_COLLAR, "the elevations of the collars", "z"),
-    "collar_length": Role(_LENGTH, "the lengths of the wells", "length", optional=True),
+    "x": Role("x", "x of the collars", "x", 4),
+    "y": Role("y", "y of the collars", "y", 4),
+    "z": Role("collar", "the elevations of the collars", "z"),
+    "collar_length": Role("length", "the lengths of the wells", "length", optional=True),
 }
 INTERVALS = {"well": _NAMES_OF_WELLS, **DEPTHS}
 SURVEYS = {
     "survey_well": _NAMES_OF_WELLS,
-    "survey_depth": Role((*_DEPTH, "at"), "depths", "depth"),
-    "survey_azimuth": Role(_AZIMUTH, "directions", "azimuth"),
-    "survey_inclination": Role(_INCLINATION, "the tilt of wells", "inclination", optional=True),
-    "survey_dip": Role(_DIP, "the tilt of wells", "inclination or dip", optional=True),
+    "survey_depth": Role("survey_depth", "depths", "depth"),
+    "survey_azimuth": Role("azimuth", "directions", "azimuth"),
+    "survey_inclination": Role("inclination", "the tilt of wells", "inclination", optional=True),
+    "survey_dip": Role("dip", "the tilt of wells", "inclination or dip", optional=True),
 }
 WELL_TABLES = {"collars": COLLARS, "intervals": INTERVALS, "surveys": SURVEYS}
 """The columns of each table of wells, by role."""
@@ -103,14 +61,14 @@ ALTERNATIVE_ROLES = {"depth": ("depth_from", "depth_to"), "survey_dip": ("survey
 
 
 def is_points(names: list[str]) -> bool:
-    """Return whether columns of these names say where something is.
+    """Return whether columns of these names hold places.
 
     Examples
     --------
     >>> is_points(["X [m]", "Y [m]", "facies"]), is_points(["facies", "porosity"])
     (True, False)
     """
-    pairs = (_X, _Y), (_ROW, _COLUMN)
+    pairs = ("x", "y"), ("row", "column")
     return any(_first(names, first) and _first(names, second) for first, second in pairs)
 
 
@@ -123,7 +81,7 @@ def place_columns(
 ) -> tuple[str, str, bool, list[str]]:
     """Return the columns of x and y, or of col and row; whether they are of the world; notes.
 
-    Columns that are `taken` for something else are never guessed to be these.
+    Columns that are `taken` for something else are not guessed.
 
     Examples
     --------
@@ -136,11 +94,11 @@ def place_columns(
     if asked[0] is not None and asked[0] == asked[1]:
         raise CCWSIMError(f"{file.name}: x and y are both {shown(asked[0])}; name two columns")
     free = [name for name in names if name not in (*asked, *taken)]
-    column, row = asked[0] or _first(free, _COLUMN), asked[1] or _first(free, _ROW)
-    first, second = asked[0] or _first(free, _X, 4), asked[1] or _first(free, _Y, 4)
+    column, row = asked[0] or _first(free, "column"), asked[1] or _first(free, "row")
+    first, second = asked[0] or _first(free, "x", 4), asked[1] or _first(free, "y", 4)
     if coordinates is None and column and row:
-        cells = _plain(column) in _COLUMN and _plain(row) in _ROW and not (first and second)
-        cells |= column == first and row == second and _plain(column) in _COLUMN
+        cells = _is(column, "column") and _is(row, "row") and not (first and second)
+        cells |= column == first and row == second and _is(column, "column")
     if first and second and not cells:
         return first, second, True, []
     if row and column and coordinates != "world":
@@ -153,7 +111,7 @@ def place_columns(
         raise CCWSIMError(
             f"{file.name} needs columns x, y, facies or row, col, facies; it has {there}"
         )
-    places = [name for name in numeric if _plain(name) not in (*_Z, *_NAMES, *_CODE)]
+    places = [name for name in numeric if not _is(name, "z", "label", "code")]
     guess = iter(places if len(places) >= asked.count(None) else numeric)
     if cells:  # as they are read aloud: row, then column
         row, column = (name or next(guess) for name in (asked[1], asked[0]))
@@ -169,10 +127,10 @@ def _untold(one: str, two: str, said: str) -> str:
 def columns_of(
     file: DataFile, roles: Mapping[str, Role], asked: Asked, taken: Sequence[str] = ()
 ) -> dict[str, str]:
-    """Return the columns of roles: as asked for, or by their names; those that are not there lack.
+    """Return the columns of roles that a table has: as asked for, or by their names.
 
-    Of one depth and two that which is asked for is returned, else two, or the one of them that is
-    there; and of inclination and dip the inclination.
+    If a table has both one depth and two, or inclination and dip, the role asked for is returned,
+    else two depths, or the inclination.
 
     Examples
     --------
@@ -186,10 +144,10 @@ def columns_of(
     named = asked_columns(file, {role: asked.get(role) for role in roles})
     free = [name for name in file.names if name not in (*named.values(), *taken)]
     found = {}
-    for role, own in roles.items():
+    for role, kind in roles.items():
         column = named.get(role)
         if column is None and asked.get(role) is None:
-            column = _first(free, own.words, own.prefix)
+            column = _first(free, kind.kind, kind.prefix)
         if column is not None:
             found[role] = column
             free = [name for name in free if name != column]
@@ -208,7 +166,7 @@ def columns_of(
 
 
 def asked_columns(file: DataFile, asked: Asked) -> dict[str, str]:
-    """Return the columns that were named; an error where one is not there or is two things.
+    """Return the columns that were named; an error for one that is missing or named twice.
 
     Examples
     --------
@@ -216,18 +174,17 @@ def asked_columns(file: DataFile, asked: Asked) -> dict[str, str]:
     >>> asked_columns(file, {"x": "east", "y": None, "z": ""})
     {'x': 'East'}
     """
-    found: dict[str, str] = {}
+    roles: dict[str, str] = {}  # by column
     for role, name in asked.items():
         if name is None or (isinstance(name, str) and not name):
             continue
         column = file.column(name)
-        twice = next((other for other, own in found.items() if own == column), None)
-        if twice is not None:
+        first = roles.setdefault(column, role)
+        if first != role:
             raise CCWSIMError(
-                f"{file.name}: {twice} and {role} are both {shown(column)}; name two columns"
+                f"{file.name}: {first} and {role} are both {shown(column)}; name two columns"
             )
-        found[role] = column
-    return found
+    return {role: column for column, role in roles.items()}
 
 
 def value_column(file: DataFile, rest: list[str], variable: str | None) -> str:
@@ -241,10 +198,10 @@ def value_column(file: DataFile, rest: list[str], variable: str | None) -> str:
     """
     if variable is not None:
         return file.column(variable)
-    named = _first(rest, _CODE, 5) or _first(rest, _VALUE)
+    named = _first(rest, "code", 5) or _first(rest, "value")
     if named:
         return named
-    likely = [name for name in rest if _plain(name) not in (*_Z, *_NAMES)]
+    likely = [name for name in rest if not _is(name, "z", "label")]
     if len(likely) == 2 and len(file.names) == 4 and _unnamed(file):
         return likely[1]  # x, y, z, value without telling names
     if len(likely) == 1:
@@ -270,14 +227,19 @@ def height_column(rest: list[str], key: str) -> str | None:
     >>> height_column(["Z", "facies"], "facies")
     'Z'
     """
-    return next((name for name in rest if _plain(name) in _Z and name != key), None)
+    return next((name for name in rest if _is(name, "z") and name != key), None)
 
 
-def _first(names: list[str], known: tuple[str, ...], prefix: int = 0) -> str | None:
-    """The first name that is a known word; else one that begins with a word of so many letters."""
-    found = next((name for word in known for name in names if _plain(name) == word), None)
-    long = [word for word in known if prefix and len(word) >= prefix]
-    return found or next((n for word in long for n in names if _plain(n).startswith(word)), None)
+def _first(names: list[str], kind: str, prefix: int = 0) -> str | None:
+    """The first name that is a word; else one that begins with a word of `prefix` letters."""
+    words = WORDS[kind]
+    exact = next((name for word in words for name in names if _plain(name) == word), None)
+    long = [word for word in words if prefix and len(word) >= prefix]
+    return exact or next((n for word in long for n in names if _plain(n).startswith(word)), None)
+
+
+def _is(name: str, *kinds: str) -> bool:
+    return any(_plain(name) in WORDS[kind] for kind in kinds)
 
 
 def _plain(name: str) -> str:

@@ -12,7 +12,6 @@ from ccwsim.io.hard_data.column_names import (
     LAYERS,
     WELL_OF_POINTS,
     WELL_TABLES,
-    Role,
     asked_columns,
     columns_of,
     place_columns,
@@ -23,28 +22,26 @@ from ccwsim.model.errors import CCWSIMError, shown
 
 @dataclass(frozen=True)
 class PointColumns:
-    """Where a file holds hard data; columns that are not named are guessed by their names.
+    """The columns of hard data in a file; those that are not named are guessed by their names.
 
     Attributes
     ----------
     x, y : str, optional
         Columns of the places. With `coordinates="cells"`, x is the column and y the row of a cell.
     facies : str, optional
-        Column, variable or array of the facies, as numbers or names. A column of heights or of the
-        names of wells is never guessed.
+        Column, variable or array of the facies, as numbers or names. Columns of heights or names of
+        wells are never guessed.
     well : str, optional
-        For a volume: the column of the names of wells; "" for none.
+        For a volume: the names of wells; "" for none.
     z : str, optional
-        For a volume: the column of the elevation of points, or of the collars of vertical wells
-        if depths stand beside it; or, with `coordinates="cells"`, of the layer.
+        For a volume: the elevation of points, or, beside depths, of the collars of vertical wells;
+        with `coordinates="cells"` the layer.
     depth_from, depth_to, depth : str, optional
-        For a volume: the columns of depths below z, two of intervals or one of points; "" for none.
+        For a volume: depths below z, two of intervals or one of points; "" for none.
     coordinates : "world" or "cells", optional
-        What two columns of unclear names mean: x and y, or row and col.
-    up : bool, optional
-        For whole grids: whether the first row is the south, as in `read_training_image`.
-    slice_index : int, optional
-        Which slice of a 3-D grid.
+        Whether two columns of unclear names are x and y, or row and col.
+    up, slice_index : optional
+        For whole grids, as in `read_training_image`.
     z_up : bool, optional
         For whole grids of a volume: whether the first layer is the bottom, as it is by default.
     """
@@ -78,18 +75,16 @@ GUESSED = PointColumns()
 
 @dataclass(frozen=True)
 class WellColumns:
-    """Columns of tables of wells; those that are not named are guessed by their names.
-
-    An empty text says that there is none.
+    """Columns of tables of wells; those that are not named are guessed, "" says that there is none.
 
     Attributes
     ----------
     collar_well, x, y, z, collar_length : str, optional
-        Of the collars: names of the wells, places, elevations, and lengths if there are any.
+        In collars: names of the wells, places, elevations, and lengths if there are any.
     well, depth_from, depth_to, depth, facies : str, optional
-        Of the intervals: names of the wells, ends of the intervals or depths, and facies.
+        In intervals: names of the wells, ends of the intervals or depths, and facies.
     survey_well, survey_depth, survey_azimuth, survey_inclination, survey_dip : str, optional
-        Of the surveys: names of the wells, depths along them, directions, and one kind of tilt.
+        In surveys: names of the wells, depths along them, directions, and one kind of tilt.
     """
 
     collar_well: str | None = None
@@ -114,28 +109,16 @@ GUESSED_WELLS = WellColumns()
 
 @dataclass(frozen=True)
 class Assignment:
-    """The columns of a table by role, named or guessed, and what is unclear about them.
+    """The columns of a table by role, named or guessed, and the questions they raise."""
 
-    Attributes
-    ----------
-    columns : dict of str
-        By role; roles without a column are missing.
-    notes, problems : tuple of str
-        What was taken for granted, and what has to be asked, one sentence each.
-    world : bool
-        Whether the places are world coordinates, and not rows and columns.
-    unclear : bool
-        Whether the names of the columns do not say which of them hold the places.
-    """
-
-    columns: dict[str, str]
-    notes: tuple[str, ...] = ()
-    problems: tuple[str, ...] = ()
-    world: bool = True
-    unclear: bool = False
+    columns: dict[str, str]  # by role; roles without a column are missing
+    notes: tuple[str, ...] = ()  # assumptions, one sentence each
+    problems: tuple[str, ...] = ()  # questions, one sentence each
+    world: bool = True  # whether the places are world coordinates, and not rows and columns
+    unclear: bool = False  # whether the names of the columns do not say which hold the places
 
     def complete(self) -> Assignment:
-        """Return the assignment; an error if something has to be asked."""
+        """Return the assignment; an error if it raises a question."""
         if self.problems:
             raise CCWSIMError(self.problems[0])
         return self
@@ -159,14 +142,16 @@ def assign_columns(file: DataFile, asked: PointColumns, *, volume: bool) -> Assi
     >>> assign_columns(file, PointColumns(well="Rock"), volume=False).problems
     ("well = 'Rock' is of a volume; give a grid with nz, or leave it out",)
     """
-    columns: dict[str, str] = {}
-    named: dict[str, str] = {}
-    notes: list[str] = []
-    problems: list[str] = []
+    columns, named = dict[str, str](), dict[str, str]()
+    notes, problems = list[str](), list[str]()
     world = asked.coordinates != "cells"
     try:
-        if not volume:
-            _refuse_heights(asked)
+        role = next((role for role in ("z", *DEPTHS, "well") if getattr(asked, role)), None)
+        if role and not volume:
+            column = shown(getattr(asked, role))
+            raise CCWSIMError(
+                f"{role} = {column} is of a volume; give a grid with nz, or leave it out"
+            )
         named = asked_columns(file, asked.named(volume=volume))
         taken = [column for role, column in named.items() if role not in ("x", "y")]
         places = place_columns(file, asked.x, asked.y, asked.coordinates, taken)
@@ -177,7 +162,7 @@ def assign_columns(file: DataFile, asked: PointColumns, *, volume: bool) -> Assi
     if volume:
         try:
             roles = {**(HEIGHTS if world else LAYERS), **WELL_OF_POINTS}
-            taken = [*columns.values(), *(named[role] for role in ("facies",) if role in named)]
+            taken = [*columns.values(), *([named["facies"]] if "facies" in named else [])]
             columns |= columns_of(file, roles, vars(asked), taken)
             _check_heights(file, columns, asked, world)
         except CCWSIMError as error:
@@ -187,7 +172,7 @@ def assign_columns(file: DataFile, asked: PointColumns, *, volume: bool) -> Assi
 
 
 def assign_well_columns(file: DataFile, table: str, asked: WellColumns) -> Assignment:
-    """Return which columns of a table of wells are what.
+    """Return the columns of a table of wells by role.
 
     Examples
     --------
@@ -213,7 +198,7 @@ def assign_well_columns(file: DataFile, table: str, asked: WellColumns) -> Assig
 def _assign_facies(
     file: DataFile, columns: dict[str, str], asked: str | None, problems: list[str]
 ) -> None:
-    """Add the column of facies, one of those that are left; or say why there is none."""
+    """Add the column of facies, or say why there is none."""
     try:
         rest = [name for name in file.names if name not in columns.values()]
         columns["facies"] = value_column(file, rest, asked)
@@ -222,19 +207,10 @@ def _assign_facies(
             problems.append(str(error))
 
 
-def _refuse_heights(asked: PointColumns) -> None:
-    """Say that a map has no heights, depths or wells."""
-    for role in ("z", *DEPTHS, "well"):
-        if column := getattr(asked, role):
-            raise CCWSIMError(
-                f"{role} = {shown(column)} is of a volume; give a grid with nz, or leave it out"
-            )
-
-
 def _check_heights(
     file: DataFile, columns: Mapping[str, str], asked: PointColumns, world: bool
 ) -> None:
-    """Say which column is missing of the heights of data of a volume."""
+    """Raise an error if the heights of data of a volume lack a column."""
     if not world and (role := next((role for role in DEPTHS if getattr(asked, role)), None)):
         raise CCWSIMError(
             f"{file.name}: {role} = {shown(getattr(asked, role))} is a depth below z, and cells "
@@ -258,7 +234,7 @@ def _check_heights(
 
 
 def _check_depths(file: DataFile, columns: Mapping[str, str]) -> None:
-    """Say which end of intervals is missing."""
+    """Raise an error if intervals lack an end."""
     ends = [role for role in ("depth_from", "depth_to") if role in columns]
     if len(ends) == 1:
         other = "depth_to" if ends == ["depth_from"] else "depth_from"
@@ -269,26 +245,18 @@ def _check_depths(file: DataFile, columns: Mapping[str, str]) -> None:
 
 
 def _check_well_columns(file: DataFile, table: str, columns: Mapping[str, str]) -> None:
-    """Say which column is missing of a table of wells."""
+    """Raise an error if a table of wells lacks a column."""
     roles = WELL_TABLES[table]
-    for role, kind in roles.items():
-        if not kind.optional:
-            _needed(file, roles, columns, role)
+    needed = [role for role, kind in roles.items() if not kind.optional]
+    if table == "surveys" and "survey_inclination" not in columns:
+        needed.append("survey_dip")
+    if table == "intervals" and not {"depth_from", "depth_to"} & columns.keys():
+        needed.append("depth")
+    for role in needed:
+        if role not in columns:
+            raise CCWSIMError(
+                f"{file.name} has no column of {roles[role].what}; it has {', '.join(file.names)}: "
+                f"call it {roles[role].call}, or name it ({role}=)"
+            )
     if table == "intervals":
         _check_depths(file, columns)
-        if "depth_from" not in columns:
-            _needed(file, roles, columns, "depth")
-    if table == "surveys" and "survey_inclination" not in columns:
-        _needed(file, roles, columns, "survey_dip")
-
-
-def _needed(
-    file: DataFile, roles: Mapping[str, Role], columns: Mapping[str, str], role: str
-) -> None:
-    """Say which column is missing."""
-    if role not in columns:
-        kind = roles[role]
-        raise CCWSIMError(
-            f"{file.name} has no column of {kind.what}; it has {', '.join(file.names)}: call it "
-            f"{kind.call}, or name it ({role}=)"
-        )

@@ -7,12 +7,7 @@ from typing import Any
 
 from ccwsim.io.atomic import format_of, write_bytes
 from ccwsim.io.hard_data.columns import PointColumns
-from ccwsim.io.hard_data.placing import (
-    Conversion,
-    HardDataImport,
-    place_points,
-    resolve_points,
-)
+from ccwsim.io.hard_data.placing import Conversion, HardDataImport, place_points, resolve_points
 from ccwsim.io.hard_data.reading import read_points
 from ccwsim.io.opening import PathOrFile
 from ccwsim.model.arrays import AXES
@@ -99,14 +94,14 @@ def write_hard_data(
         A path is replaced whole or not at all.
     hard_data : HardData
     grid : Grid, optional
-        Places the cells in the world; without it a cell has size 1 and the first starts at (0, 0).
+        Places the cells in the world; by default cells have size 1 from the origin (0, 0).
     format : "csv", "gslib" or "dat", optional
-        The ending of the path where not given.
+        By default the ending of the path.
 
     Raises
     ------
     CCWSIMError
-        As `hard_data_as_bytes`, and for a place that cannot be written.
+        As `hard_data_as_bytes`, and for a path that cannot be written.
 
     Examples
     --------
@@ -121,7 +116,7 @@ def write_hard_data(
 
 
 def hard_data_as_bytes(hard_data: HardData, format: str, grid: Grid | None = None) -> bytes:
-    """Return hard data as the content of a file, for a download.
+    """Return hard data as the content of a file, for a download; see `write_hard_data`.
 
     `csv` has the columns x, y, facies, of volumes x, y, z, facies; `gslib` and `dat` are a Geo-EAS
     table of x, y, z (0 of maps) and facies, as SGeMS and GSLIB programs take point sets.

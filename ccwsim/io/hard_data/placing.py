@@ -80,7 +80,7 @@ class PlacedPoints:
     Attributes
     ----------
     points : ImportedPoints
-        The points; intervals in wells are a point a cell.
+        The points; intervals in wells are one point a cell.
     cells : ndarray of int64, shape (n, 2) or (n, 3)
         (Layer,) row and column of each point, also outside the grid.
     facies : ndarray of int64, shape (n,)
@@ -105,11 +105,10 @@ class PlacedPoints:
     @property
     def unknown_facies(self) -> tuple[str, ...]:
         """The facies that the training image does not have, as the file calls them."""
-        which = self.unknown
         if self.points.words:
-            places = np.unique(self.points.values[which]).astype(int)
-            return tuple(self.points.words[k] for k in places)
-        return tuple(map(str, np.unique(self.facies[which]).tolist()))
+            indices = np.unique(self.points.values[self.unknown]).astype(int)
+            return tuple(self.points.words[k] for k in indices)
+        return tuple(map(str, np.unique(self.facies[self.unknown]).tolist()))
 
     @property
     def n_off_centre(self) -> int:
@@ -243,9 +242,8 @@ def _facies(points: ImportedPoints, threshold: float | None, classes: Classes) -
     if not points.n:
         return np.empty(0, np.int64)
     if threshold is None and asks_for_codes(classes):
-        off = np.abs(points.values - np.rint(points.values)) > 1e-3
-        if off.any():
-            bad = np.flatnonzero(off)
+        bad = np.flatnonzero(np.abs(points.values - np.rint(points.values)) > 1e-3)
+        if len(bad):
             raise CCWSIMError(
                 f"{points.name}, {points.named(bad)}: {points.values[bad[0]]:g} is no facies code; "
                 "for a continuous variable give the threshold or class edges of the training image"
@@ -266,19 +264,15 @@ def _checked_names(facies_names: FaciesNames | None) -> dict[str, int]:
                 f"facies_names = {shown(facies_names)} must give whole numbers to names, as "
                 "{'sand': 1}"
             )
-    return {
-        name: int(code)  # type: ignore[arg-type]
-        for name, code in pairs
-        if len(name) < 400 and not (is_number(name) and not np.isfinite(float(name)))
-    }
+    pairs = [(name, int(code)) for name, code in pairs if len(name) < 400]  # type: ignore[arg-type]
+    return {n: code for n, code in pairs if not is_number(n) or np.isfinite(float(n))}
 
 
 def _bare(name: object) -> str:
     return str(name).strip().casefold()
 
 
-_NO_CODE = np.iinfo(np.int64).min
-"""What stands for the code of an unknown name."""
+_NO_CODE = np.iinfo(np.int64).min  # the code of an unknown name
 
 
 def _by_name(
@@ -286,19 +280,19 @@ def _by_name(
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
     """The codes of data whose facies are names, and which of the names are known.
 
-    What `given` says comes first, then the names of the training image, then a number in a word.
+    Names of `given` come first, then those of the training image, then numbers written as words.
     """
     codes = dict(given)
     if training_image is not None:
         names = [_bare(name) for name in training_image.facies_names]
-        own = dict(zip(names, training_image.codes.tolist(), strict=True))
-        codes = {n: code for n, code in own.items() if names.count(n) == 1} | given
-    found = []
-    for word in map(_bare, points.words):
-        whole = is_number(word) and abs(float(word)) < 2**53 and float(word).is_integer()
-        found.append(codes.get(word, int(float(word)) if whole else None))
-    known = np.array([code is not None for code in found], bool)
-    numbers = np.array([_NO_CODE if code is None else code for code in found], np.int64)
+        pairs = zip(names, training_image.codes.tolist(), strict=True)
+        codes = {name: code for name, code in pairs if names.count(name) == 1} | given
+    words = [_bare(word) for word in points.words]
+    for word in words:
+        if is_number(word) and abs(float(word)) < 2**53 and float(word).is_integer():
+            codes.setdefault(word, int(float(word)))
+    known = np.array([word in codes for word in words], bool)
+    numbers = np.array([codes.get(word, _NO_CODE) for word in words], np.int64)
     which = points.values.astype(np.int64)
     return numbers[which], known[which]
 
@@ -427,17 +421,13 @@ def resolve_points(placed: PlacedPoints, conversion: Conversion = STRICT) -> Har
 
 
 def _said_unknown(placed: PlacedPoints) -> str:
-    points = placed.points
-    said = list(placed.unknown_facies)
-    listed = ", ".join(map(repr, said) if points.words else said[:10])
-    where = f"{points.name}, {points.named(placed.unknown)}: "
+    points, unknown = placed.points, placed.unknown_facies
+    start = f"{points.name}, {points.named(placed.unknown)}: the training image has no facies "
     if not points.words:
-        return f"{where}the training image has no facies {listed}; recode or drop these data"
-    first = said[0]
-    return (
-        f"{where}the training image has no facies {listed[:300]}; say which they are, as "
-        f"facies_names={{{shown(first)}: 1}}, or drop these data"
-    )
+        return f"{start}{', '.join(unknown[:10])}; recode or drop these data"
+    listed = ", ".join(map(repr, unknown))[:300]
+    remedy = f"say which they are, as facies_names={{{shown(unknown[0])}: 1}}, or drop these data"
+    return f"{start}{listed}; {remedy}"
 
 
 def _said_collision(placed: PlacedPoints) -> str:
@@ -445,11 +435,9 @@ def _said_collision(placed: PlacedPoints) -> str:
     names = ("layer", "row", "column")[-placed.cells.shape[1] :]
     numbers = zip(names, placed.cells[members[0]], strict=True)
     where = ", ".join(f"{name} {number}" for name, number in numbers)
-    said = ", ".join(
-        f"{points.counted} {points.lines[k]} says "
-        f"{points.said(k) if points.words else placed.facies[k]}"
-        for k in members[:6]
-    )
+    values = [points.said(k) if points.words else placed.facies[k] for k in members[:6]]
+    lines = zip(points.lines[members[:6]], values, strict=True)
+    said = ", ".join(f"{points.counted} {line} says {value}" for line, value in lines)
     more = len(placed.collisions) - 1
     tail = f", and {more} more such cells" if more else ""
     return (
@@ -461,25 +449,26 @@ def _said_collision(placed: PlacedPoints) -> str:
 def _report(placed: PlacedPoints, keep: NDArray[np.bool_], ties: int) -> HardDataImport:
     points = placed.points
     hard_data = HardData(placed.cells[keep], placed.facies[keep])
+    n_outside, n_unknown = len(placed.outside), len(placed.unknown)
     n_clashing = sum(len(members) for members in placed.collisions)
-    n_lost = int(np.count_nonzero(~keep)) - len(placed.outside) - len(placed.unknown)
-    n_repeated = int(np.count_nonzero(keep)) - hard_data.n
+    n_dropped = int(np.count_nonzero(~keep))
+    n_repeated = points.n - n_dropped - hard_data.n
     sentences = (
         (points.n_missing, f"Rows without a value, left out: {points.n_missing}."),
         (
-            len(placed.outside),
-            f"{len(placed.outside)} of {points.n} data lie outside the grid and were left out "
+            n_outside,
+            f"{n_outside} of {points.n} data lie outside the grid and were left out "
             f"({points.named(placed.outside)}).",
         ),
         (
-            len(placed.unknown),
-            f"{len(placed.unknown)} of {points.n} data have a facies that the training image does "
-            f"not have and were left out ({points.named(placed.unknown)}).",
+            n_unknown,
+            f"{n_unknown} of {points.n} data have a facies that the training image does not have "
+            f"and were left out ({points.named(placed.unknown)}).",
         ),
         (
             n_clashing,
-            f"Cells with data of more than one facies: {len(placed.collisions)}; {n_lost} of the "
-            f"{n_clashing} data there were left out.",
+            f"Cells with data of more than one facies: {len(placed.collisions)}; "
+            f"{n_dropped - n_outside - n_unknown} of the {n_clashing} data there were left out.",
         ),
         (ties, f"Cells of these where only the order in the file decided: {ties}."),
         (n_repeated, f"Data that repeat the facies of their cell: {n_repeated}."),
@@ -490,31 +479,19 @@ def _report(placed: PlacedPoints, keep: NDArray[np.bool_], ties: int) -> HardDat
         ),
     )
     notes = points.notes + tuple(text for count, text in sentences if count)
-    return HardDataImport(
-        hard_data,
-        points.n,
-        points.n_missing,
-        placed.n_off_centre,
-        len(placed.outside),
-        len(placed.unknown),
-        len(placed.collisions),
-        n_repeated,
-        int(np.count_nonzero(~keep)),
-        notes,
-        _cells_of_wells(placed, keep),
-    )
+    counts = points.n, points.n_missing, placed.n_off_centre, n_outside, n_unknown
+    counts = *counts, len(placed.collisions), n_repeated, n_dropped
+    return HardDataImport(hard_data, *counts, notes, _cells_of_wells(placed, keep))
 
 
 def _cells_of_wells(placed: PlacedPoints, keep: NDArray[np.bool_]) -> dict[str, NDArray[np.int64]]:
-    """Return the cells of the data of each well, those of no data left out."""
+    """Return the cells of the data of each well that has some."""
     names = placed.points.wells
-    if not names:
-        return {}
     known = list(dict.fromkeys(name for name in names.values() if name))
     numbers = {name: k for k, name in enumerate(known)}
     lines = placed.points.lines[keep].tolist()
     which = np.array([numbers.get(names.get(line, ""), -1) for line in lines], np.int64)
     rows = np.unique(np.column_stack([which, placed.cells[keep]])[which >= 0], axis=0)
-    own, starts = np.unique(rows[:, 0], return_index=True)
-    parts = np.split(rows[:, 1:], starts[1:])
-    return {known[k]: part for k, part in zip(own.tolist(), parts, strict=True)} if len(own) else {}
+    present, starts = np.unique(rows[:, 0], return_index=True)
+    parts = np.split(rows[:, 1:], starts[1:]) if len(present) else []
+    return {known[k]: part for k, part in zip(present.tolist(), parts, strict=True)}

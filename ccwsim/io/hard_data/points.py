@@ -34,17 +34,17 @@ class ImportedPoints:
     world : bool
         Whether places are world coordinates.
     counted : str
-        What `lines` counts: "line" of a text, "row" or "cell" of an array.
+        The unit of `lines`: "line" of a text, "row" or "cell" of an array.
     name, variable : str
         The file and the variable read.
     n_missing : int
         Rows without a value, which are left out.
     notes : tuple of str
-        What was taken for granted, one sentence each.
+        Assumptions, one sentence each.
     words : tuple of str
         The different names, if facies are given by name; `values` are then indices into it.
     grid : Grid, optional
-        The grid of a file that is a whole grid with gaps, placed as the file says.
+        The placed grid of a file that is a whole grid with gaps.
     spans : ndarray of float64, shape (n, 2), optional
         z of bottom and top of intervals in vertical wells; z in `places` is the middle.
     wells : dict of int to str
@@ -92,11 +92,10 @@ class ImportedPoints:
         """
         different = np.unique(self.lines[which])  # a well has many cells from one line
         numbers = [str(line) for line in different[:6]]
-        if len(different) > 6:
-            return f"{self.counted}s {', '.join(numbers)} and {len(different) - 6} more"
         if len(numbers) < 2:
             return f"{self.counted} {''.join(numbers)}"
-        return f"{self.counted}s {', '.join(numbers[:-1])} and {numbers[-1]}"
+        last = f"{len(different) - 6} more" if len(different) > 6 else numbers.pop()
+        return f"{self.counted}s {', '.join(numbers)} and {last}"
 
     def taken(self, which: NDArray[np.bool_] | list[int]) -> ImportedPoints:
         """Return some of the data."""
@@ -156,14 +155,11 @@ def check_few(name: str, n: int, what: str) -> None:
 
 
 def heights_below(
-    name: str,
-    lines: NDArray[np.int64],
-    z: NDArray[np.float64],
-    depths: list[NDArray[np.float64]],
+    name: str, lines: NDArray[np.int64], z: NDArray[np.float64], depths: list[NDArray[np.float64]]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
-    """Return heights that are no, one or two depths below z, and the spans of intervals.
+    """Return heights at no, one or two depths below z, and the spans of intervals, if any.
 
-    Of an interval (two depths) the height is the middle; its span, shape (n, 2), is bottom and top.
+    The height of an interval (two depths) is its middle; its span, shape (n, 2), is bottom and top.
 
     Examples
     --------

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.io.data_file import MISSING_CODES, DataFile, layer, printable
+from ccwsim.io.data_file import MISSING_CODES, DataFile, printable
 from ccwsim.io.formats.pictures import PictureFile
 from ccwsim.io.formats.text_tables import UNKNOWN, is_number, not_a_number
 from ccwsim.io.hard_data.column_names import height_column
@@ -29,10 +29,7 @@ PREFERRED = ("hd", "hard_data")
 
 
 def read_points(
-    path_or_file: PathOrFile,
-    columns: PointColumns = GUESSED,
-    *,
-    grid_shape: Shape | None = None,
+    path_or_file: PathOrFile, columns: PointColumns = GUESSED, *, grid_shape: Shape | None = None
 ) -> ImportedPoints:
     """Return the hard data of a file as it has them.
 
@@ -77,17 +74,13 @@ def read_points(
     values = file.variables[key]
     if _is_list(values, file.lines is not None, grid_shape):
         return _of_list(file, key, columns.coordinates, volume)
-    if not volume:
-        cells = layer(file.name, values, columns.slice_index)
-    else:
-        cells = values[::-1] if columns.z_up is False else values
-    south_first = file.south_first if columns.up is None else columns.up
-    return _of_grid(file, key, cells if south_first else np.flip(cells, -2), grid_shape)
+    how = {"up": columns.up, "slice_index": columns.slice_index, "z_up": columns.z_up}
+    return _of_grid(file, key, file.oriented(values, volume=volume, **how), grid_shape)
 
 
 @dataclass(frozen=True)
 class PointsPreview:
-    """The columns and first rows of a table of hard data, and the columns that are guessed.
+    """The columns and first rows of a table of hard data, and the columns that are taken.
 
     Attributes
     ----------
@@ -100,7 +93,7 @@ class PointsPreview:
     rows : tuple of tuple of str
         The first rows, as they are read: a number written as 2,5 is 2.5 here.
     lines : tuple of int
-        The line of each of them in the file.
+        The line of each shown row in the file.
     n_rows : int
         The number of all rows.
     assignment : Assignment
@@ -122,7 +115,7 @@ class PointsPreview:
 
     @property
     def reasons(self) -> tuple[str, ...]:
-        """What was taken for granted, and what has to be asked, one sentence each."""
+        """Assumptions and questions, one sentence each."""
         return (*self.assignment.notes, *self.assignment.problems)
 
 
@@ -133,7 +126,7 @@ def preview_points(
     grid_shape: Shape | None = None,
     n_rows: int = 6,
 ) -> PointsPreview:
-    """Return the first rows of a table of hard data and which columns are taken for what.
+    """Return the first rows of a table of hard data and the columns that are taken.
 
     Parameters
     ----------
@@ -169,15 +162,9 @@ def preview_of(file: DataFile, assignment: Assignment, n_rows: int) -> PointsPre
     texts = [_texts(file, name, n_rows) for name in file.names]
     n = len(next(iter(file.variables.values())))
     lines = file.lines if file.lines is not None else np.arange(1, n + 1)
-    return PointsPreview(
-        file.name,
-        file.names,
-        tuple(file.variables),
-        tuple(zip(*texts, strict=True)),
-        tuple(lines[:n_rows].tolist()),
-        n,
-        assignment,
-    )
+    rows, numbers = tuple(zip(*texts, strict=True)), tuple(lines[:n_rows].tolist())
+    numeric = tuple(file.variables)
+    return PointsPreview(file.name, file.names, numeric, rows, numbers, n, assignment)
 
 
 def _texts(file: DataFile, column: str, n: int) -> Sequence[str]:
@@ -298,14 +285,12 @@ def _of_list(file: DataFile, key: str, coordinates: str | None, volume: bool) ->
 
 def _of_grid(file: DataFile, key: str, cells: NDArray, grid_shape: Shape | None) -> ImportedPoints:
     if grid_shape is not None and cells.shape != tuple(grid_shape):
-        if _is_volume(grid_shape):
-            raise CCWSIMError(
-                f"{file.name} is a grid of {describe_shape(cells.shape)} cells, the simulation "
-                f"grid has {describe_shape(grid_shape)}; make them the same"
-            )
+        size, other = f"{describe_shape(cells.shape)} cells", describe_shape(grid_shape)
+        if not _is_volume(grid_shape):
+            size = "{} rows and {} columns".format(*cells.shape)
+            other = "{} and {}".format(*grid_shape)
         raise CCWSIMError(
-            f"{file.name} is a grid of {cells.shape[0]} rows and {cells.shape[1]} columns, the "
-            f"simulation grid has {grid_shape[0]} and {grid_shape[1]}; make them the same"
+            f"{file.name} is a grid of {size}, the simulation grid has {other}; make them the same"
         )
     known = file.known(cells) & ~np.isin(cells, MISSING_CODES)
     check_few(file.name, int(np.count_nonzero(known)), "known cells")

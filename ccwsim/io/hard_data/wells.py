@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -13,18 +13,9 @@ from numpy.typing import NDArray
 from ccwsim.io.data_file import DataFile
 from ccwsim.io.formats.pictures import PictureFile
 from ccwsim.io.hard_data.column_names import SURVEYS, WELL_TABLES
-from ccwsim.io.hard_data.columns import (
-    GUESSED_WELLS,
-    WellColumns,
-    assign_well_columns,
-)
+from ccwsim.io.hard_data.columns import GUESSED_WELLS, WellColumns, assign_well_columns
 from ccwsim.io.hard_data.paths import Stations, bend_between, positions
-from ccwsim.io.hard_data.placing import (
-    Conversion,
-    HardDataImport,
-    place_points,
-    resolve_points,
-)
+from ccwsim.io.hard_data.placing import Conversion, HardDataImport, place_points, resolve_points
 from ccwsim.io.hard_data.points import ImportedPoints, along_wells, heights_below
 from ccwsim.io.hard_data.reading import (
     PointsPreview,
@@ -181,13 +172,9 @@ def read_well_points(
 
 
 def preview_wells(
-    path_or_file: PathOrFile,
-    table: str,
-    columns: WellColumns = GUESSED_WELLS,
-    *,
-    n_rows: int = 6,
+    path_or_file: PathOrFile, table: str, columns: WellColumns = GUESSED_WELLS, *, n_rows: int = 6
 ) -> PointsPreview:
-    """Return the first rows of a table of wells and which columns are taken for what.
+    """Return the first rows of a table of wells and the columns that are taken.
 
     Parameters
     ----------
@@ -238,10 +225,9 @@ def _table(path_or_file: PathOrFile) -> DataFile:
 def _known_numbers(file: DataFile, column: str) -> NDArray[np.float64]:
     """A column of numbers, none missing."""
     values = numbers_of(file, column).astype(np.float64)
-    bad = np.flatnonzero(~np.isfinite(values))
+    bad = lines_of(file)[~np.isfinite(values)]
     if len(bad):
-        line = lines_of(file)[bad[0]]
-        raise CCWSIMError(f"{file.name}, line {line}: {column} is missing; add it")
+        raise CCWSIMError(f"{file.name}, line {bad[0]}: {column} is missing; add it")
     return values
 
 
@@ -249,15 +235,13 @@ def _collars(file: DataFile, asked: WellColumns) -> dict[str, Well]:
     """Return the wells of a table of collars by their names."""
     columns = assign_well_columns(file, "collars", asked).complete().columns
     places = np.column_stack([_known_numbers(file, columns[name]) for name in ("x", "y", "z")])
-    lengths = np.full(len(places), np.inf)
+    lengths = np.full(len(places), np.nan)
     if "collar_length" in columns:
         lengths = numbers_of(file, columns["collar_length"])
-        lengths = np.where(np.isnan(lengths), np.inf, lengths)
+    lengths = np.where(np.isnan(lengths), np.inf, lengths)
     wells: dict[str, Well] = {}
-    names = names_of_wells(file, columns["collar_well"])
-    for line, name, place, length in zip(
-        lines_of(file).tolist(), names, places, lengths, strict=True
-    ):
+    names, lines = names_of_wells(file, columns["collar_well"]), lines_of(file).tolist()
+    for line, name, place, length in zip(lines, names, places, lengths, strict=True):
         if not name:
             raise CCWSIMError(f"{file.name}, line {line}: the name of the well is missing; add it")
         if name in wells:
@@ -296,32 +280,34 @@ def _add_stations(file: DataFile, wells: dict[str, Well], asked: WellColumns) ->
     ways = np.column_stack([flat * np.sin(bearing), flat * np.cos(bearing), -np.cos(radians)])
     names = np.array(names_of_wells(file, well))
     for name in dict.fromkeys(names.tolist()):
-        own = np.flatnonzero(names == name)
-        if name not in wells:
-            raise CCWSIMError(
-                f"{file.name}, line {lines[own[0]]}: there is no collar of the well {shown(name)}; "
-                "add it to the collars"
-            )
-        own = own[np.argsort(depths[own], kind="stable")]
-        twice = np.flatnonzero(np.diff(depths[own]) == 0)
-        if depths[own[0]] < 0 or len(twice):
-            k, said = (own[twice[0] + 1], "twice") if len(twice) else (own[0], "above the collar")
+        rows = np.flatnonzero(names == name)
+        _check_collar(file, int(lines[rows[0]]), name, wells)
+        rows = rows[np.argsort(depths[rows], kind="stable")]
+        twice = np.flatnonzero(np.diff(depths[rows]) == 0)
+        if depths[rows[0]] < 0 or len(twice):
+            k, said = (rows[twice[0] + 1], "twice") if len(twice) else (rows[0], "above the collar")
             raise CCWSIMError(
                 f"{file.name}, line {lines[k]}: a station of {shown(name)} at depth {depths[k]:g} "
                 f"is {said}; correct it"
             )
-        for k, after in pairwise(own):
+        for k, after in pairwise(rows):
             if bend_between(ways[k], ways[after]) > MAX_BEND:
                 raise CCWSIMError(
                     f"{file.name}, lines {lines[k]} and {lines[after]}: {shown(name)} turns back "
                     f"on itself between these stations; correct {azimuth} or {tilt} of one"
                 )
-        start = depths[own][:1] > 0
-        stations = Stations(
-            np.concatenate([np.zeros(int(start.sum())), depths[own]]),
-            np.concatenate([ways[own][:1][start], ways[own]]),
-        )
+        stations = Stations(depths[rows], ways[rows])
+        if depths[rows[0]] > 0:  # before its first station a well has the direction there
+            stations = Stations(np.r_[0.0, depths[rows]], ways[np.r_[rows[0], rows]])
         wells[name].stations.append(stations)
+
+
+def _check_collar(file: DataFile, line: int, name: str, wells: Mapping[str, Well]) -> None:
+    if name not in wells:
+        raise CCWSIMError(
+            f"{file.name}, line {line}: there is no collar of the well {shown(name)}; "
+            "add it to the collars"
+        )
 
 
 def _points(
@@ -367,7 +353,7 @@ def _notes_on_paths(
     end: NDArray[np.float64],
     wells: dict[str, Well],
 ) -> tuple[str, ...]:
-    """Say which wells have no data, and where paths were taken for granted."""
+    """Say which wells have no data, and which paths are assumptions."""
     logged = set(names.tolist())
     surveyed = any(well.stations for well in wells.values())
     empty = [name for name in wells if name not in logged]
@@ -395,14 +381,11 @@ def _check(
     end: NDArray[np.float64],
     wells: dict[str, Well],
 ) -> None:
-    """Say which intervals cannot be: one sentence with their rows."""
+    """Raise an error, with the rows, for intervals that are impossible."""
     lines = lines_of(file).tolist()
     for k, name in enumerate(names):
         where = f"{file.name}, line {lines[k]}"
-        if name not in wells:
-            raise CCWSIMError(
-                f"{where}: there is no collar of the well {shown(name)}; add it to the collars"
-            )
+        _check_collar(file, lines[k], name, wells)
         if start[k] < 0:
             raise CCWSIMError(f"{where}: the depth {start[k]:g} is above the collar; correct it")
         if end[k] > wells[name].length:
@@ -423,9 +406,9 @@ def _check(
 def _along_path(
     point: ImportedPoints, well: Well, start: float, end: float, grid: Grid
 ) -> ImportedPoints:
-    """Return an interval of a deviated well as a point in each cell that it has there.
+    """Return an interval of a deviated well as a point in each cell of it.
 
-    The middle of the way through the cell decides: it is in one interval alone.
+    A cell is in the interval that has the middle of the well's way through the cell.
     """
     (stations,) = well.stations
     if point.spans is None:

@@ -1,8 +1,4 @@
-"""Where realizations are simulated: threads of this process, any executor, a Dask cluster.
-
-A runner prepares a study and runs its realizations. Threads share the study. Other workers get it
-once each, and return realizations in batches.
-"""
+"""Where realizations are simulated: threads of this process, any executor, a Dask cluster."""
 
 from __future__ import annotations
 
@@ -20,24 +16,20 @@ from ccwsim.system.machine import n_cores
 __all__ = ["Take", "Work", "connect", "executor_of_environment", "runner_of"]
 
 
-def runner_of(executor: Any, n_workers: int | None) -> ThreadRunner | BatchRunner:
-    """Return the runner for an executor, a Dask client, or threads for None.
-
-    Examples
-    --------
-    >>> type(runner_of(None, 2)).__name__
-    'ThreadRunner'
-    """
+def runner_of(
+    work: Work, executor: Any = None, n_workers: int | None = None
+) -> ThreadRunner | BatchRunner:
+    """Return the runner of some work for an executor, a Dask client, or threads for None."""
     workers = n_cores() if n_workers is None else check_int("n_workers", n_workers, 1)
     if executor is None:
-        return ThreadRunner(workers)
+        return ThreadRunner(work, workers)
     if isinstance(executor, ThreadPoolExecutor):
-        return ThreadRunner(workers, executor)
+        return ThreadRunner(work, workers, executor)
     if isinstance(executor, Executor):
-        return BatchRunner(BatchBackend(executor, workers))
+        return BatchRunner(BatchBackend(executor, workers), work)
     dask = sys.modules.get("distributed")  # a client exists only after its import
     if dask is not None and isinstance(executor, dask.Client):
-        return BatchRunner(ClusterBackend(executor))
+        return BatchRunner(ClusterBackend(executor), work)
     raise CCWSIMError(
         f"executor: an Executor of concurrent.futures or a distributed.Client is needed, not "
         f"{shown(executor)}"

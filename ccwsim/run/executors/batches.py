@@ -7,9 +7,9 @@ from collections.abc import Iterable
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
 from typing import Any
 
-from ccwsim.jobs.workers import POLL_SECONDS, Progress
+from ccwsim.jobs.workers import POLL_SECONDS, Cancel, Progress
 from ccwsim.model.errors import CCWSIMError
-from ccwsim.run.executors.threads import Cancel, Take, Work
+from ccwsim.run.executors.threads import Take, Work
 from ccwsim.run.executors.worker import (
     BatchRequest,
     FileFlag,
@@ -87,61 +87,52 @@ class BatchBackend:
 
 
 class BatchRunner:
-    """Runs realizations in batches that a backend sends to its workers."""
+    """Runs the realizations of `work` in batches that a backend sends to its workers."""
 
-    def __init__(self, backend: BatchBackend) -> None:
-        self._backend = backend
-
-    def prepare(self, work: Work, progress: Progress | None, cancel: Cancel | None) -> bool:
-        """Open the backend; return True."""
-        if progress:
-            progress(0.0, 0)
-        self._backend.open(work)
-        return True
-
-    def run(
-        self, work: Work, take: Take, progress: Progress | None, cancel: Cancel | None
-    ) -> list[int]:
-        """Do as `ThreadRunner.run`, with batches in any order."""
-        dispatch = _Dispatch(self._backend, work, take)
-        try:
-            while len(dispatch.finished) < work.n:
-                dispatch.send()
-                dispatch.receive()
-                n_done = len(dispatch.finished)
-                if progress:
-                    progress((n_done + dispatch.under_way()) / work.n, n_done)
-                if n_done < work.n and cancel and cancel():
-                    break
-        finally:
-            dispatch.stop()
-        return sorted(dispatch.finished)
-
-
-class _Dispatch:
-    """The batches of one run: those still to be sent, and those that were submitted."""
-
-    def __init__(self, backend: BatchBackend, work: Work, take: Take) -> None:
-        self.finished: list[int] = []
-        self._backend, self._work, self._take = backend, work, take
-        self._left = deque(range(work.n))
+    def __init__(self, backend: BatchBackend, work: Work) -> None:
+        self._backend, self._work = backend, work
+        self._finished: list[int] = []
+        self._left = deque(range(work.first, work.first + work.n))
         self._with_study: deque[tuple[int, ...]] = deque()
         self._out: dict[Future[Reply], tuple[int, ...]] = {}
         self._seconds = 0.0
 
-    def send(self) -> None:
+    def prepare(self, progress: Progress | None, cancel: Cancel | None) -> bool:
+        """Open the backend; return True."""
+        if progress:
+            progress(0.0, 0)
+        self._backend.open(self._work)
+        return True
+
+    def run(self, take: Take, progress: Progress | None, cancel: Cancel | None) -> list[int]:
+        """Do as `ThreadRunner.run`, with batches in any order."""
+        n = self._work.n
+        try:
+            while len(self._finished) < n:
+                self._send()
+                self._receive(take)
+                n_done = len(self._finished)
+                if progress:
+                    progress((n_done + self._under_way()) / n, n_done)
+                if n_done < n and cancel and cancel():
+                    break
+        finally:
+            self._stop(take)
+        return sorted(self._finished)
+
+    def _send(self) -> None:
         """Send batches until every worker has enough."""
         at_once = BATCHES_PER_WORKER * self._backend.n_workers()
         while len(self._out) < at_once and (self._with_study or self._left):
             with_study = bool(self._with_study)
             batch = self._with_study.popleft() if with_study else self._next_batch(at_once)
             try:
-                self._out[self._backend.submit(self._numbers(batch), with_study)] = batch
+                self._out[self._backend.submit(batch, with_study)] = batch
             except Exception as error:
                 self._recover(batch, error)
                 return
 
-    def receive(self) -> None:
+    def _receive(self, take: Take) -> None:
         """Wait a moment for replies, and collect all that arrived."""
         done, _ = wait(self._out, POLL_SECONDS, FIRST_COMPLETED)
         for future in done:
@@ -152,28 +143,25 @@ class _Dispatch:
             elif not future.result().known:
                 self._with_study.append(batch)
             else:
-                self._keep(batch, future.result())
+                self._keep(take, batch, future.result())
 
-    def under_way(self) -> float:
+    def _under_way(self) -> float:
         """Return the sum of the finished shares of unfinished realizations."""
-        sent = [number for batch in self._out.values() for number in self._numbers(batch)]
+        sent = [number for batch in self._out.values() for number in batch]
         return sum(self._backend.shares(sent).values())
 
-    def stop(self) -> None:
+    def _stop(self, take: Take) -> None:
         """Cancel waiting batches, stop running ones, and collect what they return in time."""
         self._backend.stop()
         done, _ = wait([future for future in self._out if not future.cancel()], STOP_SECONDS)
         for future in done:
             if future.exception() is None:
-                self._keep(self._out[future], future.result())
+                self._keep(take, self._out[future], future.result())
 
     def _recover(self, batch: tuple[int, ...], error: BaseException) -> None:
         if not self._backend.recovers(error):
             raise error
         self._left.extendleft(reversed(batch))
-
-    def _numbers(self, batch: tuple[int, ...]) -> tuple[int, ...]:
-        return tuple(self._work.first + k for k in batch)
 
     def _next_batch(self, at_once: int) -> tuple[int, ...]:
         cells = self._work.study.grid.n_cells
@@ -182,10 +170,10 @@ class _Dispatch:
         size = max(min(int(fit), share), 1)
         return tuple(self._left.popleft() for _ in range(min(size, len(self._left))))
 
-    def _keep(self, batch: tuple[int, ...], reply: Reply) -> None:
-        for k, realization in zip(batch, reply.realizations, strict=False):
-            self._take(k, realization)
-            self.finished.append(k)
+    def _keep(self, take: Take, batch: tuple[int, ...], reply: Reply) -> None:
+        for number, realization in zip(batch, reply.realizations, strict=False):
+            self._finished.append(number - self._work.first)
+            take(self._finished[-1], realization)
         self._left.extendleft(reversed(batch[len(reply.realizations) :]))
         if reply.realizations:
             self._seconds = reply.seconds

@@ -62,10 +62,7 @@ def connect(address: str, seconds: float = CONNECT_SECONDS) -> Any:
 
 
 def executor_of_environment() -> Any:
-    """Return the client of the scheduler that `CCWSIM_SCHEDULER` names, None if it is not set.
-
-    All threads share it; connecting may take seconds.
-    """
+    """Return the client of the scheduler that `CCWSIM_SCHEDULER` names, None if it is not set."""
     address = os.environ.get(SCHEDULER, "").strip()
     if not address:
         return None
@@ -149,8 +146,7 @@ class ClusterBackend(BatchBackend):
     def _fetch(self, task: Any, future: Future[Reply]) -> None:
         """Move the reply of a task to its future, on a thread of the client.
 
-        Dask waits long for a lost worker although another one repeats the batch; so the reply is
-        requested anew, with longer waits as replies may be large.
+        It is requested anew, with longer and longer waits: Dask waits long for a lost worker.
         """
         seconds = RESULT_SECONDS
         while not self._stopped and not future.done():

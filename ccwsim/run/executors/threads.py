@@ -13,12 +13,11 @@ from ccwsim.engine.realization import (
     is_compiled,
     simulate_realization,
 )
-from ccwsim.jobs.workers import Progress, Watch, run_all
+from ccwsim.jobs.workers import Cancel, Progress, Watch, run_all
 from ccwsim.model.study import Study
 
 Take = Callable[[int, Realization], None]
 """Called as take(k, realization), in any order; k counts from 0 within the run."""
-Cancel = Callable[[], bool]
 
 
 class Work(NamedTuple):
@@ -31,37 +30,31 @@ class Work(NamedTuple):
 
 
 class ThreadRunner:
-    """Runs realizations on threads: kernels release the interpreter lock.
+    """Runs the realizations of `work` on threads: kernels release the interpreter lock.
 
     A given `pool` stays open, and its number of threads applies.
     """
 
-    def __init__(self, n_workers: int, pool: ThreadPoolExecutor | None = None) -> None:
-        self._n_workers = n_workers
-        self._pool = pool
+    def __init__(self, work: Work, n_workers: int, pool: ThreadPoolExecutor | None = None) -> None:
+        self._work, self._n_workers, self._pool = work, n_workers, pool
 
-    def prepare(self, work: Work, progress: Progress | None, cancel: Cancel | None) -> bool:
+    def prepare(self, progress: Progress | None, cancel: Cancel | None) -> bool:
         """Prepare the image and compile; return False if `cancel` returned True meanwhile."""
-        self._image = image = PreparedImage(work.study)
-        if is_compiled(work.study, image):
+        study = self._work.study
+        self._image = image = PreparedImage(study)
+        if is_compiled(study, image):
             return True
         waiting = (lambda *_: progress(0.0, 0)) if progress else None
-        return bool(
-            run_all(
-                lambda _, watch: compile_kernels(work.study, image, watch), 1, 1, waiting, cancel
-            )
+        compiled = run_all(
+            lambda _, watch: compile_kernels(study, image, watch), 1, 1, waiting, cancel
         )
+        return bool(compiled)
 
-    def run(
-        self, work: Work, take: Take, progress: Progress | None, cancel: Cancel | None
-    ) -> list[int]:
-        """Pass each realization to `take`; return the finished ones, ascending, from 0.
-
-        All are finished unless `cancel` returned True.
-        """
+    def run(self, take: Take, progress: Progress | None, cancel: Cancel | None) -> list[int]:
+        """Pass each to `take`; return the finished ones, from 0: all unless cancelled."""
+        study, first, n, keep_sources = self._work
 
         def task(k: int, watch: Watch) -> None:
-            number, image = work.first + k, self._image
-            take(k, simulate_realization(work.study, number, image, work.keep_sources, watch))
+            take(k, simulate_realization(study, first + k, self._image, keep_sources, watch))
 
-        return run_all(task, work.n, self._n_workers, progress, cancel, self._pool)
+        return run_all(task, n, self._n_workers, progress, cancel, self._pool)

@@ -28,7 +28,7 @@ from ccwsim.figures import (
     setting_colours,
 )
 from ccwsim.jobs.job import PATIENCE
-from ccwsim.jobs.limits import Demand, check_limits
+from ccwsim.jobs.limits import Demand, limits_of_environment
 from ccwsim.metrics.lags import axes_of
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_CANDIDATES_OFFERED, MAX_REALIZATIONS_COMPARED
@@ -144,7 +144,7 @@ def problem_of(state: State) -> str:
         for parameters in settings_of(state):
             Study(image, choices.grid, parameters, data, choices.seed)
         cells = choices.grid.n_cells * len(settings_of(state))
-        check_limits(Demand(cells * n_of(state), data.n))
+        limits_of_environment().check(Demand(cells * n_of(state), data.n))
     except CCWSIMError as error:
         return str(error)
     return ""
@@ -180,14 +180,14 @@ def _draw_parameters(state: State, k: int, p: Parameters) -> None:
         draw(st.number_input, "n_candidates", "Candidates K", **best)
     free = size_fields(p, shape, change, prefix)
     with st.container(horizontal=True, vertical_alignment="center", key=f"last_{LETTERS[k]}"):
-        parameter_field(p, "refine", bound_to(p, "refine", change)["write"], prefix)
+        parameter_field(p, "refine", change, prefix)
         with st.popover("More", key=f"more_{LETTERS[k]}"):
             with free or nullcontext():
                 share = {"min_value": 0.01, "max_value": 1.0, "step": 0.01}
                 draw(st.number_input, "search_fraction", "Search fraction", **share)
             for name in PARAMETERS:
                 if name not in SHOWN_AT_ONCE:
-                    parameter_field(p, name, bound_to(p, name, change)["write"], prefix)
+                    parameter_field(p, name, change, prefix)
 
 
 def _draw_actions(state: State, k: int, n: int) -> None:

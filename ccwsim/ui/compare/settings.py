@@ -14,11 +14,11 @@ from ccwsim.experiments.comparison import (
 )
 from ccwsim.jobs.job import NOTHING, Job
 from ccwsim.jobs.limits import Demand
-from ccwsim.model.arrays import Shape, describe_shape
+from ccwsim.model.arrays import Shape
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
-from ccwsim.model.parameters import METHODS, PER_AXIS, Parameters, describe_weight
+from ccwsim.model.parameters import METHODS, Parameters
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.footprint import demand_of
@@ -27,23 +27,14 @@ from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.page_run import PageRun, start_page_run
 from ccwsim.ui.session.resolve import data_of, fitted, image_of, levels
 from ccwsim.ui.session.state import State
+from ccwsim.ui.study.changes import describe_value, short_name
 from ccwsim.ui.study.run import failed
-from ccwsim.ui.study.study_column import VALUES, set_parameters
+from ccwsim.ui.study.study_column import set_parameters
 
 N_USUAL, N_USUAL_VOLUME = 12, 4
 """Realizations of each setting at first."""
 LETTERS: tuple[str, ...] = ("A", "B", "C", "D")
 """Names of the settings; A is the study's own."""
-SHORT_NAMES = {
-    "template_size": "template",
-    "overlap_size": "overlap",
-    "wavelet_level": "level",
-    "n_candidates": "K",
-    "search_fraction": "search",
-    "co_template": "look-ahead",
-    "exact_data": "exact honouring",
-}
-"""Short names of parameters; others have their own name."""
 
 
 @dataclass(frozen=True)
@@ -225,16 +216,10 @@ def use_setting(state: State, k: int) -> None:
 
 
 def _describe(name: str, value: object) -> str:
-    short = SHORT_NAMES.get(name, name.replace("_", " "))
-    if name in ("method", "similarity"):
-        return VALUES.get(str(value), str(value))
+    short, text = short_name(name), describe_value(name, value)
     if isinstance(value, bool):
         return short if value else f"no {short}"
-    if isinstance(value, tuple) and name in PER_AXIS:
-        return f"{short} {describe_shape(value)}"
-    if name == "location_weight":
-        return f"{short} {describe_weight(value)}"
-    return f"{short} {value:g}" if isinstance(value, float) else f"{short} {value}"
+    return text if name in ("method", "similarity") else f"{short} {text}"
 
 
 def request_of(state: State) -> ComparisonRequest:

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from html import escape
 from typing import Literal
 
 import streamlit as st
 
-from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.parameters import Parameters
-from ccwsim.model.training_image import TrainingImage
-from ccwsim.sharing.choices import Choices
 from ccwsim.ui.compare.settings import ComparePageState, start_comparison
 from ccwsim.ui.examples.catalogue import EXAMPLES, Example, example_named, next_example
 from ccwsim.ui.session.address import go_to
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.run import start_run
+from ccwsim.ui.study.run import start_run, stop_run
 from ccwsim.ui.widgets.fields import button
 
 SIMULATE, COMPARE = "pages/simulate.py", "pages/compare.py"
@@ -26,29 +22,17 @@ BACK_HELP = "Brings back what you had before the first example, with its results
 View = Literal["studies", "quiz"]
 
 
-@dataclass(frozen=True, eq=False)
-class Kept:
-    """The reader's own study, put aside while examples are looked at."""
-
-    choices: Choices
-    ensemble: Ensemble | None
-    ran: Choices | None
-    reference: TrainingImage | None
-    others: tuple[Parameters | None, ...]
-    n_compared: int | None
-
-
 @dataclass
 class Examples:
     """What the page remembers.
 
     `opened` is the name of the example that was opened last, empty if none is; `kept` is the
-    study before the first one.
+    study, and the comparison, before the first one.
     """
 
     view: View = "studies"
     opened: str = ""
-    kept: Kept | None = None
+    kept: tuple[State, ComparePageState] | None = None
 
 
 def open_example(state: State, example: Example) -> None:
@@ -69,8 +53,8 @@ def compare_example(state: State, example: Example) -> None:
 def _take(state: State, example: Example) -> None:
     page_state, comparing = state.page(Examples), state.page(ComparePageState)
     if page_state.kept is None:
-        results = state.ensemble, state.ensemble_choices, state.reference
-        page_state.kept = Kept(state.choices, *results, tuple(comparing.others), comparing.n)
+        own_comparison = replace(comparing, others=list(comparing.others))
+        page_state.kept = replace(state, job=None), own_comparison
     page_state.opened = example.name
     state.choices = example.choices
     if state.own_seed is not None:
@@ -86,13 +70,12 @@ def back_to_own(state: State) -> None:
     keep_example(state)
     if kept is None:
         return
-    if state.job is not None:
-        state.job.cancel()
-        state.job = None
-    state.choices, state.ensemble, state.ensemble_choices = kept.choices, kept.ensemble, kept.ran
-    state.reference, state.message = kept.reference, ""
+    stop_run(state)
+    own, own_comparison = kept
+    state.choices, state.ensemble_choices = own.choices, own.ensemble_choices
+    state.ensemble, state.reference, state.message = own.ensemble, own.reference, ""
     state.image_draft = state.data_draft = None
-    comparing.others, comparing.n = list(kept.others), kept.n_compared
+    comparing.others, comparing.n = own_comparison.others, own_comparison.n
 
 
 def keep_example(state: State) -> None:

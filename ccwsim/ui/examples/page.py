@@ -6,6 +6,7 @@ import time
 from base64 import b64encode
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from html import escape
 from pathlib import Path
 from urllib.parse import urlencode
@@ -19,7 +20,6 @@ from ccwsim.jobs.job import PATIENCE
 from ccwsim.jobs.statistics import Failure, StatisticsWorker, Task
 from ccwsim.metrics import variogram
 from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.errors import CCWSIMError
 from ccwsim.run.simulation import simulate
 from ccwsim.sharing.choices import Choices
 from ccwsim.sharing.link import left_out, link_of
@@ -42,6 +42,7 @@ from ccwsim.ui.session.address import CLASS, go_to
 from ccwsim.ui.session.fragments import follow_tasks
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
+from ccwsim.ui.widgets.errors import problem_in
 from ccwsim.ui.widgets.fields import bound_to, button, field
 from ccwsim.ui.widgets.text import step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
@@ -141,7 +142,10 @@ def _draw_card(state: State, number: int, example: Example, deadline: float) -> 
         step_note(f"No pictures: {found.reason}.")
 
     def action(label: str, key: str, act: Callable, note: str) -> bool:
-        return button(label, key=key, on_click=_try, args=(act, state, example), help=note)
+        def clicked() -> None:
+            state.message = problem_in(partial(act, state, example)) or state.message
+
+        return button(label, key=key, on_click=clicked, help=note)
 
     with st.container(horizontal=True, gap="small", key=f"actions_{example.name}"):
         note = "Makes it the study and runs it."
@@ -152,13 +156,6 @@ def _draw_card(state: State, number: int, example: Example, deadline: float) -> 
     if is_opened or is_compared:
         go_to(COMPARE if is_compared else SIMULATE, TAKEN)
     return found is not None
-
-
-def _try(act: Callable, state: State, example: Example) -> None:
-    try:
-        act(state, example)
-    except CCWSIMError as error:
-        state.message = str(error)
 
 
 def _html(text: str) -> str:
@@ -222,23 +219,21 @@ def pictures_of(example: Example, theme: Theme) -> Task[tuple[CardPicture, ...]]
 
 def expected(example: Example) -> list[tuple[str, int, int]]:
     """Return label, columns and rows of each picture, before there are any."""
-    image = image_of(example.choices.image)
-    grid, first = small(example.choices).grid, example.shows[0]
-    several = len(example.settings) > 1
-    kinds = [first] * len(example.settings) if several else example.shows
+    image, settings, kinds = image_of(example.choices.image), example.settings, example.shows
+    grid, first = small(example.choices).grid, kinds[0]
+    labels = [SHOWN[kind] for kind in kinds]
+    if example.others:
+        beside = settings[1], *[settings[0]] * len(example.others)
+        said = map(describe_setting, settings, beside)
+        labels = [f"{letter}: {text}" for letter, text in zip(LETTERS, said, strict=False)]
+        kinds = [first] * len(settings)
     heights = [(grid.nz or 0) if kind == "section" else grid.ny for kind in kinds]
+    cut_of_image = f", a {first}" if first in ("layer", "section") else ""
     own_height = image.shape[0] if first == "section" else image.shape[-2]
-    rows = zip(labels(example), heights, strict=True)
     return [
-        (image_label(example), image.shape[-1], own_height),
-        *((label, grid.nx, height) for label, height in rows),
+        (f"training image{cut_of_image}", image.shape[-1], own_height),
+        *((label, grid.nx, height) for label, height in zip(labels, heights, strict=True)),
     ]
-
-
-def image_label(example: Example) -> str:
-    """Return the text below the picture of the training image."""
-    kind = {"layer": ", a layer", "section": ", a section"}.get(example.shows[0], "")
-    return f"training image{kind}"
 
 
 def cut(cells: NDArray, kind: str) -> NDArray:
@@ -257,16 +252,6 @@ def cut(cells: NDArray, kind: str) -> NDArray:
     return cells[:, cells.shape[1] // 2] if kind == "section" else middle_layer(cells)
 
 
-def labels(example: Example) -> list[str]:
-    """Return the texts below the pictures of realizations."""
-    settings = example.settings
-    if len(settings) == 1:
-        return [SHOWN[name] for name in example.shows]
-    own = describe_setting(settings[0], settings[1])
-    said = [own, *(describe_setting(p, settings[0]) for p in settings[1:])]
-    return [f"{letter}: {text}" for letter, text in zip(LETTERS, said, strict=False)]
-
-
 SHOWN = {
     "realization": "realization 1",
     "second": "realization 2",
@@ -281,16 +266,15 @@ SHOWN = {
 def _drawn(example: Example, choices: Choices, theme: Theme) -> tuple[CardPicture, ...]:
     image, data = image_of(choices.image), data_of(choices)
     colours = facies_colours(image)
-    settings = example.settings
-    many = {"probability", "variogram"} & set(example.shows) and len(settings) == 1
+    many = {"probability", "variogram"} & set(example.shows) and not example.others
     ensembles = [
         simulate(image, choices.grid, p, data, N_TOGETHER if many else 2, choices.seed)
-        for p in settings
+        for p in example.settings
     ]
     first = example.shows[0]
     picture = data_map_png(cut(image.indices, first), colours, longest=MAX_PIXELS)
     own = _img(picture, f"The image {image.name}")
-    if len(settings) > 1:
+    if example.others:
         shown = [_realization(e, 0, colours, first) for e in ensembles]
     else:
         shown = [_shown(name, ensembles[0], colours, theme) for name in example.shows]
@@ -299,13 +283,11 @@ def _drawn(example: Example, choices: Choices, theme: Theme) -> tuple[CardPictur
 
 
 def _shown(name: str, e: Ensemble, colours: list[str], theme: Theme) -> str:
-    facies = 1
+    code, facies_name = int(e.training_image.codes[1]), e.training_image.facies_names[1]
     if name == "probability":
-        probability = e.probability(int(e.training_image.codes[facies]))
-        alt = f"Probability of {e.training_image.facies_names[facies]}"
-        return _img(share_png(cut(probability, name), longest=MAX_PIXELS), alt)
+        picture = share_png(cut(e.probability(code), name), longest=MAX_PIXELS)
+        return _img(picture, f"Probability of {facies_name}")
     if name == "variogram":
-        code = int(e.training_image.codes[facies])
         own = variogram(e, code, lags=N_LAGS).gamma
         reference = variogram(e.training_image, code, lags=N_LAGS).gamma[0]
         return _img(sparkline(own, reference, theme), "Variograms along E–W", "svg+xml")

@@ -23,7 +23,6 @@ from ccwsim import datasets
 from ccwsim.figures import facies_colours, map_png
 from ccwsim.jobs.job import PATIENCE, Job
 from ccwsim.metrics import Copying, copying
-from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
@@ -37,6 +36,7 @@ from ccwsim.ui.session.page_run import PageRun
 from ccwsim.ui.session.resolve import fitted, image_of, levels
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import failed
+from ccwsim.ui.widgets.errors import if_possible
 from ccwsim.ui.widgets.fields import bound_to, button, field, help_of
 from ccwsim.ui.widgets.text import panel_title, plain, step_note
 from ccwsim.ui.widgets.theme import chart_theme
@@ -308,10 +308,7 @@ def _asked(state: State) -> tuple:
 def _image(state: State):
     quiz = state.page(Quiz)
     choice = ImageChoice(quiz.image) if quiz.image else state.choices.image
-    try:
-        return image_of(choice)
-    except CCWSIMError:
-        return datasets.load("channels")
+    return if_possible(lambda: image_of(choice)) or datasets.load("channels")
 
 
 def _parameters(quiz: Quiz) -> Parameters:

@@ -27,36 +27,18 @@ def draw_cells(
     body: bool = True,
     cursor: Sequence[int] | None = None,
 ) -> None:
-    """Put a map or a volume on the page.
+    """Put a map or a volume on the page, under a `key` of its own.
 
-    Parameters
-    ----------
-    cells : CellMap
-    key : str
-        Unique on the page; after "map_" or "volume_" the key of the component.
-    name : str
-        File name, without ending, of the saved picture.
-    grid : Grid, optional
-        Its coordinates are drawn along the edges.
-    link : str
-        Maps of the same link zoom, move and hover together; volumes share the cursor, the slices
-        and the vertical exaggeration.
-    max_height : int, optional
-        In pixels: of a map, or of the map and the body of a volume.
-    scale : str
-        Maps of the same scale have cells of the same size on the page, as large as all those that
-        lead have room for.
-    leads : bool
-        Whether a map's room counts for the others of its scale.
-    tools : bool
-        Whether a map can be zoomed and saved: a small one has no room for the buttons.
-    on_cell : callable, optional
-        Gets row and column of a cell of a map that the user clicks.
-    body : bool
-        Whether a volume is shown beside its three slices; a small panel has no room for it.
-    cursor : triple of int, optional
-        The cell (layer, row, column) that the slices of a volume go through when it is another than
-        before; else only the user moves them.
+    `name` is the file name, without ending, of the saved picture. The coordinates of `grid` are
+    drawn along the edges. Maps of one `link` zoom, move and hover together; volumes share the
+    cursor, the slices and the vertical exaggeration. `max_height` is in pixels: of a map, or of the
+    map and the body of a volume.
+
+    Only maps: those of one `scale` have cells of the same size on the page, as large as all that
+    lead (`leads`) have room for; without `tools` (zoom, save) a small one keeps its room; `on_cell`
+    gets row and column of a cell that the user clicks. Only volumes: `body` shows the volume beside
+    its three slices; these go through the cell `cursor` (layer, row, column) when it is another
+    than before, otherwise only the user moves them.
     """
     options: dict[str, Any] = {"grid": grid, "link": link, "name": name}
     if max_height:
@@ -83,21 +65,15 @@ def draw_editable(
 ) -> None:
     """Put a map or a volume on the page whose points can be edited.
 
-    Parameters
-    ----------
-    cells : CellMap
-    take_edits : callable
-        Gets edits that the page may have had already, each with `seq`, a growing number, and either
-        `do`, "undo" or "redo", or what was drawn: on a map `set`, a list of [row, column, index of
-        the facies or −1 to erase], in a volume `cells`, a list of [layer, row, column] that the
-        user clicks or draws over in a slice, or where the cross hairs are when Enter is pressed,
-        and `axis`, that across the slice.
-    editing : dict
-        `ack`, the number of the last edit taken, `can_undo` and `can_redo`; of a map also
-        `brushes`, label and colour of each facies, `reads`, whether the map shows facies to place,
-        and `empty`, whether it shows nothing.
-    options
-        Those of `map_content` or `volume_content`.
+    `take_edits` gets edits that the page may have had already, each with `seq`, a growing number,
+    and either `do`, "undo" or "redo", or what was drawn: on a map `set`, a list of [row, column,
+    index of the facies or −1 to erase]; in a volume `cells`, a list of [layer, row, column] that
+    the user clicks or draws over in a slice, or at the cross hairs when Enter is pressed, and
+    `axis`, that across the slice.
+
+    `editing` has `ack`, the number of the last edit taken, `can_undo` and `can_redo`; of a map also
+    `brushes`, label and colour of each facies, `reads`, whether the map shows facies to place, and
+    `empty`, whether it shows nothing. `options` are those of the content of the component.
     """
     if cells.indices.ndim == 3:
         key = "volume_editor"

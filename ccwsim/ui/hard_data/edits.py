@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
 
 from ccwsim.engine.revision import revise
 from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.sharing.choices import CellsOfWells, Choices, DataChoice, ImageChoice
 from ccwsim.ui.session.resolve import data_of, image_of, wells_of
 from ccwsim.ui.session.state import State
+from ccwsim.ui.widgets.errors import problem_in
 
 Cell = tuple[int, ...]
 Ground = Literal["realization", "e_type", "empty"]
@@ -35,16 +36,7 @@ class Moment:
 
 @dataclass
 class History:
-    """Moments before the present one, and those that were undone, the nearest last.
-
-    Examples
-    --------
-    >>> history = History()
-    >>> none, some = Moment(DataChoice("none")), Moment(DataChoice("placed"))
-    >>> history.remember(none)
-    >>> history.undo(some) is none, history.redo(none) is some, history.redo(some)
-    (True, True, None)
-    """
+    """Moments before the present one, and those that were undone, the nearest last."""
 
     past: list[Moment] = field(default_factory=list)
     future: list[Moment] = field(default_factory=list)
@@ -54,20 +46,6 @@ class History:
         self.past.append(now)
         self.future.clear()
         del self.past[:-MAX_MOMENTS]
-
-    def undo(self, now: Moment) -> Moment | None:
-        """Return the moment before, None if there is none."""
-        return self._step(self.past, self.future, now)
-
-    def redo(self, now: Moment) -> Moment | None:
-        """Return the moment that was undone last, None if there is none."""
-        return self._step(self.future, self.past, now)
-
-    def _step(self, back: list[Moment], forth: list[Moment], now: Moment) -> Moment | None:
-        if not back:
-            return None
-        forth.append(now)
-        return back.pop()
 
 
 @dataclass(frozen=True)
@@ -150,17 +128,21 @@ def moment_of(state: State) -> Moment:
 
 
 def undo(state: State) -> None:
-    """Go back to the data before the last edit."""
-    _restore(state, state.page(Editor).history.undo(moment_of(state)))
+    """Go back to the data before the last edit, if there was one."""
+    history = state.page(Editor).history
+    _step(state, history.past, history.future)
 
 
 def redo(state: State) -> None:
-    """Take an edit again that was undone."""
-    _restore(state, state.page(Editor).history.redo(moment_of(state)))
+    """Take an edit again that was undone, if there is one."""
+    history = state.page(Editor).history
+    _step(state, history.future, history.past)
 
 
-def _restore(state: State, moment: Moment | None) -> None:
-    if moment is not None:
+def _step(state: State, back: list[Moment], forth: list[Moment]) -> None:
+    if back:
+        forth.append(moment_of(state))
+        moment = back.pop()
         state.change(data=moment.data)
         state.data_draft, state.reference = None, moment.reference
 
@@ -173,10 +155,7 @@ def take_edits(state: State, edits: Sequence[Mapping[str, Any]]) -> None:
         if edit["seq"] <= page_state.taken:
             continue
         page_state.taken = int(edit["seq"])
-        try:
-            _take_edit(state, edit)
-        except CCWSIMError as error:
-            page_state.message = str(error)
+        page_state.message = problem_in(partial(_take_edit, state, edit)) or page_state.message
 
 
 def _take_edit(state: State, edit: Mapping[str, Any]) -> None:
@@ -228,11 +207,8 @@ def paint(state: State, axis: str, cells: Sequence[Cell], layers: range) -> None
     else:
         code = None if brush == ERASE else codes[min(brush, len(codes) - 1)]
         changes = dict.fromkeys(wanted, code)
-    try:
-        data, wells = with_changes(data_of(state.choices), changes), wells_of(state.choices)
-        take_data(state, data, state.reference, wells)
-    except CCWSIMError as error:
-        page_state.message = str(error)
+    data, wells = with_changes(data_of(state.choices), changes), wells_of(state.choices)
+    take_data(state, data, state.reference, wells)
 
 
 def fits(ensemble: Ensemble, choices: Choices) -> bool:

@@ -16,7 +16,7 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.sharing.choices import Answers, DataChoice, ImageChoice, Upload
+from ccwsim.sharing.choices import DataChoice, ImageChoice, Upload
 from ccwsim.ui.hard_data.edits import Editor, Sampling, fits, moment_of, take_data
 from ccwsim.ui.session.file_names import grid_part
 from ccwsim.ui.session.resolve import image_of, imported_data
@@ -33,6 +33,7 @@ from ccwsim.ui.study.data_step import (
 from ccwsim.ui.study.image_questions import ask_about_image, image_of_file
 from ccwsim.ui.study.image_step import TYPES, problem_of_image
 from ccwsim.ui.study.questions import ask_data, say_open
+from ccwsim.ui.widgets.errors import problem_in
 from ccwsim.ui.widgets.fields import bound_to, button, download, field, options_of
 from ccwsim.ui.widgets.text import plain
 
@@ -75,15 +76,13 @@ def draw_tables(state: State) -> None:
 def draw_problem(state: State, problem: str) -> None:
     """Say why the hard data of the study cannot be used, and ask what to do."""
 
-    def answer(answers: Answers) -> None:
-        state.change(data=replace(state.choices.data, answers=answers))
-
-    def start_empty() -> None:
-        state.change(data=DataChoice("placed", placed=HardData()))
+    def use(choice: DataChoice, grid: Grid | None = None) -> None:
+        state.change(data=choice, grid=grid or state.choices.grid)
 
     st.error(plain(problem))
-    ask_data(state.choices, answer, lambda grid: state.change(grid=grid))
-    button("Start without data", key="start_empty", on_click=start_empty)
+    ask_data(state.choices, use)
+    none = {"args": (DataChoice("placed", placed=HardData()),)}
+    button("Start without data", key="start_empty", on_click=use, **none)
 
 
 def draw_export(state: State, data: HardData) -> None:
@@ -118,11 +117,7 @@ def _report(state: State, draft: DataChoice) -> None:
             st.caption(plain(note))
     except CCWSIMError as error:
         say_open(tried, str(error))
-    ask_data(
-        tried,
-        lambda answers: use_file(state, replace(draft, answers=answers)),
-        lambda grid: use_file(state, draft, grid),
-    )
+    ask_data(tried, partial(use_file, state))
     link_to_import()
     keep_data_button(state, "import_drop")
 
@@ -150,15 +145,15 @@ def draw_sampling(state: State) -> None:
 def sample(state: State) -> None:
     """Take data sampled as chosen in the menu, and keep their reference field."""
     page_state = state.page(Editor)
-    page_state.message = ""
-    try:
+
+    def take() -> None:
         reference = reference_of(state)
         data = sampled(reference, page_state.sampling)
         data.check(state.choices.grid, image_of(state.choices.image))
         take_data(state, data, reference)
         state.reference = reference
-    except CCWSIMError as error:
-        page_state.message = str(error)
+
+    page_state.message = problem_in(take)
 
 
 def sampled(reference: TrainingImage, how: Sampling) -> HardData:

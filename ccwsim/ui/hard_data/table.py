@@ -11,13 +11,12 @@ import streamlit as st
 from numpy.typing import ArrayLike
 from pandas.io.formats.style import Styler
 
-from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.hard_data.edits import Editor, take_data
 from ccwsim.ui.session.state import State
-from ccwsim.ui.widgets.errors import catch_callback_errors
+from ccwsim.ui.widgets.errors import catch_callback_errors, problem_in
 from ccwsim.ui.widgets.fields import bound_to, field, options_of
 from ccwsim.ui.widgets.text import panel_title, plain
 
@@ -76,10 +75,8 @@ def _edited(state: State, key: str, image: TrainingImage) -> None:
     table = page_state.table
     frame = edited_rows(table.base, st.session_state[key])
     data, table.notes = data_of_rows(frame, state.choices.grid, image, table.world)
-    try:
-        take_data(state, data, state.reference)
-    except CCWSIMError as error:
-        page_state.message = str(error)
+    if problem := problem_in(lambda: take_data(state, data, state.reference)):
+        page_state.message = problem
         return
     table.of = _stands_for(state, data.digest, image)
 

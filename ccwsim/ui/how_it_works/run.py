@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import streamlit as st
 
 from ccwsim.engine.trace import Trace
 from ccwsim.model.parameters import Parameters
-from ccwsim.model.study import Study
-from ccwsim.ui.session.resolve import data_of, fitted, image_of
+from ccwsim.ui.session.resolve import data_of, fitted, image_of, study_of
 from ccwsim.ui.session.state import State
 
 SHOWN_FIRST = 0.4
@@ -68,7 +67,7 @@ def trace_of(state: State) -> Trace:
     key = image.digest, data.digest, repr(choices.grid), parameters.digest, choices.seed, how.number
     if how.trace is None or how.traced != key:
         how.trace = how.traced = None
-        study = Study(image, choices.grid, parameters, data, choices.seed)
+        study = study_of(replace(choices, parameters=parameters))
         with st.spinner("Preparing the image; the first time, kernels are compiled …"):
             trace = Trace(study, how.number)
             trace.at(0)

@@ -75,9 +75,7 @@ def describe_sides(trace: Trace, sides: int) -> str:
         return "the first patch, no overlap"
     if trace.study.grid.nz is not None:
         return f"overlap on {format_count(len(faces), 'face')}: {listing(faces)}"
-    return (
-        f"L-shaped overlap, {listing(faces)}" if len(faces) == 2 else f"overlap in the {faces[0]}"
-    )
+    return f"{'L-shaped overlap,' if len(faces) == 2 else 'overlap in the'} {listing(faces)}"
 
 
 def describe_position(trace: Trace, number: int) -> str:
@@ -91,27 +89,25 @@ def describe_position(trace: Trace, number: int) -> str:
 
 def describe_path(trace: Trace) -> str:
     """Return start, direction and step of the path."""
-    frame, search = trace.grid_frame, trace.search
-    corner, volume = frame.faces(), trace.study.grid.nz is not None
+    frame, search, volume = trace.grid_frame, trace.search, trace.study.grid.nz is not None
+    corner, is_random = frame.faces(), trace.study.parameters.random_path
     way = f"the <b>{'-'.join(corner)}</b> and runs <b>{frame.direction}</b>, row after row"
     if volume:
         order = ORDER_WORDS[[axes[0] for axes in ORDERS].index(ORDERS[trace.path.order][0])]
         way = f"the corner <b>{listing(corner)}</b> and goes {order}"
-    drawn = "drawn at random for each realization"
-    if not trace.study.parameters.random_path:
-        drawn = "the same for all"
 
-    def along(lengths: tuple[int, int, int]) -> str:
+    def along(lengths: tuple[int, ...]) -> str:
         in_grid = along_path(lengths, trace.path.orientation)
         return cells_along(in_grid) if volume else str(in_grid[-1])
 
-    template, overlap = search.template, search.overlap
-    nz, ny, nx = (t - o for t, o in zip(template, overlap, strict=True))
-    jump = "Left" if volume else "Click the grid to jump to a patch; left"
+    step = tuple(t - o for t, o in zip(search.template, search.overlap, strict=True))
     return (
-        f"The path starts in {way} ({drawn}). Patches of T = {along(template)} cells are placed "
-        f"T − OR = {along((nz, ny, nx))} cells apart, so each overlaps what is there by OR = "
-        f"{along(overlap)}: the part in full colour. {jump} and right arrow keys step."
+        f"The path starts in {way} "
+        f"({'drawn at random for each realization' if is_random else 'the same for all'}). "
+        f"Patches of T = {along(search.template)} cells are placed T − OR = {along(step)} cells "
+        f"apart, so each overlaps earlier ones by OR = {along(search.overlap)}: the part in full "
+        f"colour. {'Left' if volume else 'Click the grid to jump to a patch; left'} and right "
+        "arrow keys step."
     )
 
 
@@ -135,10 +131,7 @@ def describe_overlap(view: PatchView) -> str:
         return "Nothing has been simulated yet, so there is nothing to compare the image with."
     cells = f"The overlap is {format_count(n_cells, 'cell')}."
     if max(view.block) == 1:
-        return (
-            f"{cells} At level 0 there is no wavelet transform: cells are compared one by one, as "
-            "CCSIM does."
-        )
+        return f"{cells} At level 0 cells are compared one by one, as CCSIM does."
     n = int(np.isfinite(view.step.approximation[0]).sum())
     level = view.level if isinstance(view.level, int) else cells_along(view.level)
     return (
@@ -178,22 +171,21 @@ def describe_draw(view: PatchView) -> str:
     if step.steered:
         how = "the likelier the nearer it brings the proportions to their target (not in the paper)"
     chance = f"One of {n} candidates, {how}: that is where realizations differ."
-    if step.n_drawn > 1:
-        chance = (
-            f"Of {n} candidates, {how}, {step.n_drawn} are drawn, and the one is taken that fits "
-            "best at full resolution (not in the paper): that is where realizations differ."
-        )
     if n == 1:
         chance = "It is the only candidate."
+    elif step.n_drawn > 1:
+        chance = (
+            f"Of {n} candidates, {how}, {step.n_drawn} are drawn, and the best at full resolution "
+            "is taken (not in the paper): that is where realizations differ."
+        )
     return f"Drawn: CCW {view.locations[0].ccw:.4g}. {chance}"
 
 
 def describe_shift(step: TracedPatch) -> str:
     """Return how far refinement shifted the patch; empty if it did not."""
     shift = int(np.abs(np.subtract(step.place, step.drawn_place)).max())
-    cells = format_count(shift, "cell")
-    moved = f"Refinement shifted it by {cells} to where it fits best at full resolution."
-    return moved if shift else ""
+    said = f"Refinement shifted it by {format_count(shift, 'cell')} to its best fit at full"
+    return f"{said} resolution." if shift else ""
 
 
 def describe_cut(view: PatchView) -> str:
@@ -204,12 +196,12 @@ def describe_cut(view: PatchView) -> str:
     n_cells, kept = int(step.in_overlap.sum()), format_count(int(step.keep_mask.sum()), "cell")
     how = (
         "The cheapest boundary through that error surface is found by dynamic programming: before "
-        f"it {kept} stay as they were, from it on the patch is pasted."
+        f"it {kept} stay as they were; the rest of the patch is pasted."
     )
     if view.is_volume:
         how = (
             "The cheapest surface through them is the minimum cut of a flow from the old cells to "
-            f"the new: {kept} stay as they were, all others are pasted."
+            f"the new: {kept} stay as they were; the rest of the patch is pasted."
         )
     differ = f"{int(step.error.sum())} of {format_count(n_cells, 'cell')}"
     return f"Patch and grid differ in {differ} of the overlap. {how}"
@@ -320,9 +312,8 @@ def _choice_without_data(view: PatchView) -> str:
     )
     if n_copies:
         text += (
-            f" {format_count(n_copies, 'location')} that only "
-            f"{'goes' if n_copies == 1 else 'go'} on with a patch beside this one "
-            f"{'is' if n_copies == 1 else 'are'} left out: the image would be copied on and on."
+            " Left out, so that the image is not copied on and on: "
+            f"{format_count(n_copies, 'location')} where a patch beside this one goes on."
         )
     return text
 
@@ -350,20 +341,17 @@ def _data_and_search(view: PatchView) -> str:
 
 def _choice_with_data(view: PatchView) -> str:
     """Return how data and overlap are weighed here, and how many locations are left."""
-    d, k = view.step.data, len(view.step.places)
+    d, search = view.step.data, view.trace.search
     assert d is not None
     n_rejected = sum(map(is_rejected, view.locations))
-    were = "was" if n_rejected == 1 else "were"
-    rejected = f" {format_count(n_rejected, 'location')} that fit the overlap {were} rejected."
-    search = view.trace.search
     missed, held, ahead = (round(w * search.datum_cost / search.cell_cost) for w in d.weights[:3])
-    slack = round(d.slack / search.cell_cost)
+    rejected = f" Rejected: {format_count(n_rejected, 'location')} that fit the overlap."
     return (
         f"Here each datum that a location would miss costs as much as {missed} wrong "
-        f"cells of overlap ({held} where the grid has it right already, "
-        f"{ahead} ahead). Of the K = {k} best, the draw is among those within "
-        f"{slack} cells of the very best: <b>{view.step.n_candidates}</b>."
-        f"{rejected if n_rejected else ''}"
+        f"cells of overlap ({held} where the grid has it right already, {ahead} ahead). "
+        f"Of the K = {len(view.step.places)} best, the draw is among those within "
+        f"{round(d.slack / search.cell_cost)} cells of the very best: "
+        f"<b>{view.step.n_candidates}</b>.{rejected if n_rejected else ''}"
     )
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import streamlit as st
@@ -18,11 +17,11 @@ from ccwsim.model.training_image import TrainingImage
 from ccwsim.sharing.choices import ImageChoice
 from ccwsim.ui.frontend.cell_map import CellMap, facies_map, share_map
 from ccwsim.ui.frontend.cells import draw_cells
-from ccwsim.ui.results.maps import middle_layer, pretty
+from ccwsim.ui.results.maps import middle_layer
 from ccwsim.ui.session.address import go_to
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import State
-from ccwsim.ui.session.uploads import file_uploader
+from ccwsim.ui.study.changes import image_name
 from ccwsim.ui.study.diagnosis_panel import draw_advice
 from ccwsim.ui.study.image_questions import (
     ask_about_image,
@@ -31,14 +30,7 @@ from ccwsim.ui.study.image_questions import (
     image_of_file,
     picture_of_file,
 )
-from ccwsim.ui.study.image_step import (
-    FORMATS,
-    TYPES,
-    import_image,
-    keep_button,
-    use_advice,
-    use_image,
-)
+from ccwsim.ui.study.image_step import image_uploader, keep_button, use_advice, use_image
 from ccwsim.ui.study.run import start_run
 from ccwsim.ui.widgets.fields import bound_to, button, field
 from ccwsim.ui.widgets.text import panel_title, plain, step_note
@@ -99,9 +91,8 @@ def _image_or_problem(choice: ImageChoice) -> tuple[TrainingImage | None, str]:
 
 
 def _take_file(state: State, choice: ImageChoice) -> None:
-    panel_title("Training image", choice.upload.name if choice.upload else pretty(choice.bundled))
-    options = {"take": partial(import_image, state), "type": TYPES, "help": FORMATS}
-    file_uploader("A file of yours", key="import_image_file", **options)
+    panel_title("Training image", image_name(choice))
+    image_uploader(state, "A file of yours", "import_image_file")
     start = {"on_click": start_run, "args": (state,), "type": "primary"}
     if state.image_draft is None and button("Simulate", key="import_simulate", **start):
         go_to(SIMULATE_PAGE)
@@ -136,12 +127,11 @@ def _pictures(choice: ImageChoice, image: TrainingImage | None, asked: tuple[str
 def _file_map(choice: ImageChoice) -> None:
     """The picture in its own colours, or the values from lowest to highest."""
     assert choice.upload is not None
-    key = choice.upload.digest, choice.answers, choice.upload
-    picture = picture_of_file(*key)
+    picture = picture_of_file(choice.upload, choice.answers)
     if picture is not None:
         shown = CellMap(*picture, ["" for _ in picture[1]], "The picture")
     else:
-        values = middle_layer(grid_of_file(*key))
+        values = middle_layer(grid_of_file(choice.upload, choice.answers))
         low, high = float(np.nanmin(values)), float(np.nanmax(values))
         shares = np.nan_to_num((values - low) / ((high - low) or 1.0))
         shown = share_map(shares, "", "Values of the file")

@@ -11,7 +11,7 @@ import streamlit as st
 from ccwsim.figures import placement_svg
 from ccwsim.io import PlacedPoints, PointsPreview
 from ccwsim.model.errors import CCWSIMError
-from ccwsim.sharing.choices import Answers, Choices, DataChoice, WellTables
+from ccwsim.sharing.choices import Choices, DataChoice, WellTables
 from ccwsim.ui.results.maps import colours_of
 from ccwsim.ui.session.resolve import (
     grid_for_data,
@@ -73,15 +73,12 @@ def draw_wells_import(state: State, tables: bool = False) -> None:
         return
     tried = replace(state.choices, data=choice)
     _say_state(state, tried)
-
-    def write(answers: Answers) -> None:
-        use_data(state, replace(choice, answers=answers))
-
+    use = partial(use_data, state)
     if tables:
         for table, preview in previews_of_wells(choice).items():
             if isinstance(preview, PointsPreview):
                 _draw_rows(preview)
-            ask_columns_of_wells(choice, table, preview, write, wide=True)
+            ask_columns_of_wells(choice, table, preview, use, wide=True)
     elif summary_of(choice.upload) is None:
         return
     else:
@@ -90,10 +87,10 @@ def draw_wells_import(state: State, tables: bool = False) -> None:
             _draw_rows(preview)
     map_, questions = st.columns([3, 2], gap="large")
     with questions:
-        ask_data(tried, write, lambda grid: use_data(state, choice, grid), wide=True)
+        ask_data(tried, use, wide=True)
     with map_:
         _draw_map(state, tried)
-        offer_fit(tried, lambda grid: use_data(state, choice, grid))
+        offer_fit(tried, use)
 
 
 def _say_state(state: State, tried: Choices) -> None:

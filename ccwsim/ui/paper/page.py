@@ -29,7 +29,7 @@ from ccwsim.paper import (
     summary,
     verdict_of,
 )
-from ccwsim.report import report_html
+from ccwsim.report.document import report_html
 from ccwsim.system.log import reason
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.page_run import PageRun, start_page_run

@@ -36,11 +36,7 @@ def take_address(state: State) -> None:
 
 
 def own_seed(state: State, choices: Choices) -> Choices:
-    """Return a study with a seed of this reader's own if the address is a class's.
-
-    It is drawn once: the word for the class leaves the address, the seed stays in it, so that the
-    page can be loaded again.
-    """
+    """Return a study with a seed of this reader's own, drawn once, if the address is a class's."""
     if st.query_params.get(CLASS) != "1":
         return choices
     del st.query_params[CLASS]

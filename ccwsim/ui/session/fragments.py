@@ -30,10 +30,10 @@ TOGETHER = 1.0
 
 @contextmanager
 def error_boundary(whole: bool = False, way_back: bool = False) -> Iterator[None]:
-    """Say errors in words and keep the state; for the body of a page and of each fragment.
+    """Say errors in words, keep the state, and write changes into the address.
 
-    What was changed goes into the address. Around a `whole` page, and where `way_back` is asked
-    for, a way back to what could be drawn as a whole is offered, once.
+    For the body of a page and of each fragment. If a `whole` page fails, or a part with `way_back`,
+    a way back to the last study that could be drawn is offered, once.
     """
     if whole:
         st.session_state.pop(FAILED, None)
@@ -85,10 +85,9 @@ def follow(
 ) -> None:
     """Show the progress of a job, with a way to stop it, and draw the page again at its end.
 
-    `on_finished` takes in what the job gives before the page is drawn again, `has_news` says
-    whether it is to be drawn already for a part of the results. `label` returns what is said in
-    place of the number of finished pieces, and `draw` draws what is known so far below that.
-    `keys` are those of the progress and of the button to stop, `cancel` is on that button.
+    `on_finished` is called before that; `has_news` asks for it already for a part of the results.
+    `label` replaces the number of finished pieces; `draw` draws below it what is known so far.
+    `keys` are those of the progress and of the button to stop, which says `cancel`.
     """
     follower = st.fragment(_follow, run_every=DRAW_SECONDS if draw else POLL_SECONDS)
     follower(job, on_finished, has_news, label, draw, keys, cancel)

@@ -15,8 +15,9 @@ from threading import Lock
 import streamlit as st
 
 from ccwsim.jobs.limits import limits_of_environment
-from ccwsim.sharing.choices import Choices, DataChoice
+from ccwsim.sharing.choices import Choices
 from ccwsim.sharing.link import Own, own_choices
+from ccwsim.system.lru_cache import n_bytes
 
 COOKIE = "ccwsim_browser"
 KEPT_SECONDS = 4 * 3600
@@ -59,20 +60,12 @@ class KeptChoices:
 
     def _forget(self) -> None:
         since = self._clock() - self._seconds
-        size = sum(size_of(choice) for _, choice in self._kept.values())
+        size = sum(n_bytes(choice) for _, choice in self._kept.values())
         for key, (at, choice) in list(self._kept.items()):
             if at >= since and size <= self._max_bytes:
                 return
-            size -= size_of(choice)
+            size -= n_bytes(choice)
             del self._kept[key]
-
-
-def size_of(choice: Own) -> int:
-    """Return about how many bytes an image or data take."""
-    if choice.files:
-        return sum(len(file.content) for file in choice.files)
-    placed = choice.placed if isinstance(choice, DataChoice) else None
-    return placed.cells.nbytes + placed.facies.nbytes if placed is not None else 0
 
 
 @cache

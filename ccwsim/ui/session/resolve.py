@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from functools import partial
 from io import BytesIO
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import streamlit as st
@@ -44,7 +44,6 @@ from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.footprint import demand_of
 from ccwsim.run.simulation import simulate
 from ccwsim.sharing.choices import (
-    Answers,
     CellsOfWells,
     Choices,
     DataChoice,
@@ -53,46 +52,53 @@ from ccwsim.sharing.choices import (
     WellTables,
 )
 
+Made = TypeVar("Made", PointColumns, WellColumns, Conversion)
 Moved = dict[str, tuple[Any, Any]]
 """Parameters that an image has no room for, by name: the value asked for, and the one given."""
-COLUMNS = ("x", "y", "facies", "coordinates")
-COLUMNS_OF_VOLUME = (*COLUMNS, "z", "well", "depth_from", "depth_to", "depth")
-COLUMNS_OF_WELLS = tuple(vars(WellColumns()))
-OF_FILES = ("up", "slice_index", "z_up")
-READING = (*dict.fromkeys((*COLUMNS_OF_VOLUME, *COLUMNS_OF_WELLS, *OF_FILES)),)
-PLACING = ("facies_names", "threshold", "classes")
+OF_VOLUMES = ("z", "well", "depth_from", "depth_to", "depth", "z_up")
+OF_SURVEYS = tuple(name for name in vars(WellColumns()) if name.startswith("survey"))
 SETTLING = ("on_collision", "on_outside", "on_unknown")
-"""Answers to what a file of hard data leaves open, by what they decide."""
+"""Names of answers about hard data: to read volumes, to read surveys, to settle what is open."""
 USUAL_VOLUME = 100, 100
 """Rows and columns of the grid of a volume; it has as many layers as its training image."""
-SETTLED = ("on_outside", "on_unknown")
-"""Answers that any hard data may need, when the grid or the training image has changed."""
 
 
+CONTENT: dict[str | type[Any], Callable[[Any], Any]] = {
+    Upload: lambda upload: upload.digest,
+    ImageChoice: lambda choice: choice.digest,
+    DataChoice: lambda choice: [choice.upload, choice.tables, choice.answers],
+    WellTables: vars,
+    TrainingImage: lambda image: (image.digest, image.facies_names),
+    Grid: repr,
+    Parameters: lambda parameters: parameters.digest,
+}
+"""How arguments are told apart: by their content."""
+cached = st.cache_resource(max_entries=32, show_spinner=False, hash_funcs=CONTENT)
+
+
+def study_of(choices: Choices) -> Study:
+    """Return a study as a whole; an error if its parts do not fit together."""
+    image = image_of(choices.image)
+    return Study(image, choices.grid, choices.parameters, data_of(choices), choices.seed)
+
+
+@cached
 def image_of(choice: ImageChoice) -> TrainingImage:
     """Return the training image of a choice; an error if a question about it is open."""
-    return _image(choice.digest, choice)
-
-
-@st.cache_resource(max_entries=32, show_spinner=False)
-def _image(digest: str, _choice: ImageChoice) -> TrainingImage:
-    read = _read_image(_choice)
-    array = read.array
-    if _choice.transpose:
-        array = np.swapaxes(array, -1, -2)
-    if _choice.flip_ew:
-        array = array[..., ::-1]
-    if _choice.flip_ns:
-        array = array[..., ::-1, :]
-    names = _choice.names if len(_choice.names) == read.n_facies else read.facies_names
-    return TrainingImage(array, name=read.name, facies_names=names)
-
-
-def _read_image(choice: ImageChoice) -> TrainingImage:
     if choice.upload is None:
-        return datasets.load(choice.bundled)
-    with opened(choice.upload) as file:
-        return read_training_image(file, **dict(choice.answers))
+        read = datasets.load(choice.bundled)
+    else:
+        with opened(choice.upload) as file:
+            read = read_training_image(file, **dict(choice.answers))
+    array = read.array
+    if choice.transpose:
+        array = np.swapaxes(array, -1, -2)
+    if choice.flip_ew:
+        array = array[..., ::-1]
+    if choice.flip_ns:
+        array = array[..., ::-1, :]
+    names = choice.names if len(choice.names) == read.n_facies else read.facies_names
+    return TrainingImage(array, name=read.name, facies_names=names)
 
 
 @contextmanager
@@ -113,23 +119,22 @@ def data_of(choices: Choices) -> HardData:
 
 def imported_data(choices: Choices) -> HardDataImport:
     """Return the hard data of a study with a report of what happened on the way."""
-    placed, choice = placed_data(choices), choices.data
-    if choice.source != "file":
-        return resolve_points(placed, Conversion(**_only(choice.answers, SETTLED)))
-    return _settled((*_key(choices, READING, PLACING), _only_key(choice, SETTLING)), placed, choice)
+    choice, image, grid = choices.data, image_of(choices.image), choices.grid
+    if choice.source == "file" and choice.files:
+        return _imported(choice, grid, image)
+    return _settled(placed_data(choices), choice)
 
 
 def placed_data(choices: Choices) -> PlacedPoints:
     """Return the hard data of a study in the cells of its grid, with what is wrong with them."""
     choice, image, grid = choices.data, image_of(choices.image), choices.grid
     if choice.source == "file" and choice.files:
-        points = points_of(choice, grid)
-        return _placed(_key(choices, READING, PLACING), points, choice, grid, image)
+        return _placed(_without(choice, SETTLING), grid, image)
     if choice.source == "bundled":
         data = datasets.load_hard_data(choice.bundled)
     elif choice.source == "sampled":
-        p, n, seed = choices.parameters, choice.n_sampled, choice.seed_sampled
-        data = _sampled((image.digest, grid.shape, p.digest, n, seed), image, grid, p)
+        n, seed = choice.n_sampled, choice.seed_sampled
+        data = _sampled(image, grid.shape, choices.parameters, n, seed)
     else:
         data = choice.placed if choice.source == "placed" and choice.placed else HardData()
     if not data.n:  # none have as many axes as the grid
@@ -151,17 +156,15 @@ def wells_of(choices: Choices) -> CellsOfWells:
 
 def points_of(choice: DataChoice, grid: Grid | None = None) -> ImportedPoints:
     """Return the points of files of hard data; a whole grid may be another than `grid`, if any."""
-    answers = _only_key(choice, READING)
     if choice.tables is not None:
-        return _well_points((_digest(choice), repr(grid), answers), choice, grid)
+        return _well_points(choice.tables, choice.upload, _well_columns(choice), grid)
     shape = None if grid is None else grid.shape
-    return _points((_digest(choice), shape, answers), choice, shape)
+    return _points(choice.upload, _columns(choice, shape), shape)
 
 
 def preview_of(choice: DataChoice, grid: Grid) -> PointsPreview:
     """Return the columns of a file of hard data and their guessed meaning."""
-    key = _digest(choice), grid.shape, _only_key(choice, COLUMNS_OF_VOLUME)
-    return _preview(key, choice, grid.shape)
+    return _preview(choice.upload, _columns(choice, grid.shape), grid.shape)
 
 
 def previews_of_wells(choice: DataChoice) -> dict[str, PointsPreview | CCWSIMError]:
@@ -171,9 +174,8 @@ def previews_of_wells(choice: DataChoice) -> dict[str, PointsPreview | CCWSIMErr
     found: dict[str, PointsPreview | CCWSIMError] = {}
     for table, upload in files.items():
         if upload is not None:
-            key = upload.digest, table, _only_key(choice, COLUMNS_OF_WELLS)
             try:
-                found[table] = _preview_of_wells(key, choice, upload, table)
+                found[table] = _preview_of_wells(upload, table, _well_columns(choice))
             except CCWSIMError as error:
                 found[table] = error
     return found
@@ -186,8 +188,10 @@ def grid_for_data(choices: Choices) -> Grid | None:
         file = choice.source == "file" and choice.files
         own = None if grid.nz is None else grid  # a table has heights where the grid has layers
         points = points_of(choice, own) if file else placed_data(choices).points
-        if points.grid is None and not _outside(points, grid):
-            return None
+        if points.grid is None:
+            cells = grid.cells_of(*points.places.T) if points.world else points.places.astype(int)
+            if grid.holds(cells).all():
+                return None
         fitting = fit_grid(points, shape=grid.shape)
     except CCWSIMError:
         return None
@@ -198,99 +202,88 @@ def grid_for_data(choices: Choices) -> Grid | None:
     return fitting if max(fitting.shape) <= MAX_GRID_SIDE_OFFERED else None
 
 
-def _outside(points: ImportedPoints, grid: Grid) -> bool:
-    cells = grid.cells_of(*points.places.T) if points.world else points.places.astype(np.int64)
-    return not bool(grid.holds(cells).all())
+def _without(choice: DataChoice, names: tuple[str, ...]) -> DataChoice:
+    """Return a choice without some of its answers, which decide nothing."""
+    return replace(choice, answers=tuple(one for one in choice.answers if one[0] not in names))
 
 
-def _key(choices: Choices, *which: tuple[str, ...]) -> tuple:
-    """What decides how the points of a file are placed."""
-    choice, image = choices.data, image_of(choices.image)
-    asked = tuple(_only_key(choice, names) for names in which)
-    names = image.facies_names  # facies are found by them
-    return _digest(choice), *asked, repr(choices.grid), image.digest, names
+def _made(kind: type[Made], choice: DataChoice) -> Made:
+    """Return columns or a conversion from the answers about it."""
+    return kind(**{name: answer for name, answer in choice.answers if name in vars(kind())})
 
 
-def _digest(choice: DataChoice) -> str:
-    tables = choice.tables
-    files = choice.upload, *((tables.collars, tables.surveys) if tables is not None else ())
-    return " ".join("-" if file is None else file.digest for file in files)
+def _columns(choice: DataChoice, shape: Shape | None) -> PointColumns:
+    is_volume = shape is not None and len(shape) == 3
+    return _made(PointColumns, choice if is_volume else _without(choice, OF_VOLUMES))
 
 
-def _only(answers: Answers, names: tuple[str, ...]) -> dict[str, Any]:
-    return {name: value for name, value in answers if name in names}
+def _well_columns(choice: DataChoice) -> WellColumns:
+    has_surveys = choice.tables is not None and choice.tables.surveys is not None
+    return _made(WellColumns, choice if has_surveys else _without(choice, OF_SURVEYS))
 
 
-def _only_key(choice: DataChoice, names: tuple[str, ...]) -> tuple:
-    return tuple(_only(choice.answers, names).items())
+def _settled(placed: PlacedPoints, choice: DataChoice) -> HardDataImport:
+    """Return placed points with what is open settled as the user answered."""
+    answers = {name: answer for name, answer in choice.answers if name in SETTLING}
+    return resolve_points(placed, Conversion(**answers))
 
 
-def _answers(choice: DataChoice, names: tuple[str, ...], shape: Shape | None) -> dict[str, Any]:
-    """Answers on a file, those that only volumes raise left out for a map."""
-    volume = shape is not None and len(shape) == 3
-    lost = () if volume else {*COLUMNS_OF_VOLUME, "z_up"} - {*COLUMNS}
-    return _only(choice.answers, tuple(name for name in names if name not in lost))
+@cached
+def _preview(upload: Upload | None, columns: PointColumns, shape: Shape) -> PointsPreview:
+    with opened(upload) as file:
+        return preview_points(file, columns, grid_shape=shape)
 
 
-@st.cache_resource(max_entries=32, show_spinner=False)
-def _preview(key: tuple, _choice: DataChoice, _shape: Shape) -> PointsPreview:
-    with opened(_choice.upload) as file:
-        columns = PointColumns(**_answers(_choice, COLUMNS_OF_VOLUME, _shape))
-        return preview_points(file, columns, grid_shape=_shape)
+@cached
+def _preview_of_wells(upload: Upload, table: str, columns: WellColumns) -> PointsPreview:
+    with opened(upload) as file:
+        return preview_wells(file, table, columns)
 
 
-@st.cache_resource(max_entries=32, show_spinner=False)
-def _preview_of_wells(
-    key: tuple, _choice: DataChoice, _upload: Upload, _table: str
-) -> PointsPreview:
-    with opened(_upload) as file:
-        return preview_wells(file, _table, WellColumns(**_only(_choice.answers, COLUMNS_OF_WELLS)))
+@cached
+def _points(upload: Upload | None, columns: PointColumns, shape: Shape | None) -> ImportedPoints:
+    with opened(upload) as file:
+        return read_points(file, columns, grid_shape=shape)
 
 
-@st.cache_resource(max_entries=32, show_spinner=False)
-def _points(key: tuple, _choice: DataChoice, _shape: Shape | None) -> ImportedPoints:
-    with opened(_choice.upload) as file:
-        columns = PointColumns(**_answers(_choice, (*COLUMNS_OF_VOLUME, *OF_FILES), _shape))
-        return read_points(file, columns, grid_shape=_shape)
-
-
-@st.cache_resource(max_entries=32, show_spinner=False)
-def _well_points(key: tuple, _choice: DataChoice, _grid: Grid | None) -> ImportedPoints:
-    tables = _choice.tables or WellTables()
-    if _grid is None or _grid.nz is None:
+@cached
+def _well_points(
+    tables: WellTables, intervals: Upload | None, columns: WellColumns, grid: Grid | None
+) -> ImportedPoints:
+    if grid is None or grid.nz is None:
         raise CCWSIMError(
             "wells in tables need a volume, and the study is a map; take a training image that is "
             "a volume"
         )
-    for what, upload in (("collars", tables.collars), ("intervals", _choice.upload)):
+    for what, upload in (("collars", tables.collars), ("intervals", intervals)):
         if upload is None:
             raise CCWSIMError(f"there is no table of {what} yet; choose one")
-    columns = _only(_choice.answers, COLUMNS_OF_WELLS)
     surveys: Any = nullcontext() if tables.surveys is None else opened(tables.surveys)
-    if tables.surveys is None:
-        columns = {name: own for name, own in columns.items() if not name.startswith("survey")}
-    with opened(tables.collars) as collars, opened(_choice.upload) as log, surveys as stations:
-        return read_well_points(collars, log, _grid, WellColumns(**columns), surveys=stations)
+    with opened(tables.collars) as collars, opened(intervals) as log, surveys as stations:
+        return read_well_points(collars, log, grid, columns, surveys=stations)
 
 
-@st.cache_resource(max_entries=32, show_spinner=False)
-def _placed(
-    key: tuple, _points: ImportedPoints, _choice: DataChoice, _grid: Grid, _image: TrainingImage
-) -> PlacedPoints:
-    return place_points(_points, _grid, _image, Conversion(**_only(_choice.answers, PLACING)))
+@cached
+def _placed(choice: DataChoice, grid: Grid, image: TrainingImage) -> PlacedPoints:
+    return place_points(points_of(choice, grid), grid, image, _made(Conversion, choice))
 
 
-@st.cache_resource(max_entries=32, show_spinner=False)
-def _settled(key: tuple, _placed: PlacedPoints, _choice: DataChoice) -> HardDataImport:
-    return resolve_points(_placed, Conversion(**_only(_choice.answers, SETTLING)))
+@cached
+def _imported(choice: DataChoice, grid: Grid, image: TrainingImage) -> HardDataImport:
+    return _settled(_placed(_without(choice, SETTLING), grid, image), choice)
 
 
-@st.cache_resource(max_entries=32, show_spinner="Simulating a reference to sample …")
-def _sampled(key: tuple, _image: TrainingImage, _grid: Grid, _parameters: Parameters) -> HardData:
+@st.cache_resource(
+    max_entries=32,
+    show_spinner="Simulating a reference to sample …",
+    hash_funcs={**CONTENT, TrainingImage: lambda image: image.digest},
+)
+def _sampled(
+    image: TrainingImage, shape: Shape, parameters: Parameters, n: int, seed: int
+) -> HardData:
     """Read data off a fresh unconditional realization, as section 5.2 of the paper does."""
-    n, seed = key[-2:]
-    demand = demand_of(Study(_image, _grid, _parameters), 1)
-    reference = result_in_turn(partial(simulate, _image, _grid, _parameters, seed=seed), demand)
+    demand = demand_of(Study(image, Grid.of(shape), parameters), 1)
+    reference = result_in_turn(partial(simulate, image, shape, parameters, seed=seed), demand)
     return sample_random(reference.realizations[0], n, seed)
 
 
@@ -367,8 +360,8 @@ def fitted(parameters: Parameters, shape: Shape, **changes: Any) -> Parameters:
         for sizes, along_z in zip(asked, (True, False, False), strict=True)
     )
     values |= zip(PER_AXIS, zip(z, y, x, strict=True) if len(shape) == 3 else x, strict=True)
-    if len(shape) == 2:
-        values["location_weight"] = _horizontal(values["location_weight"])
+    if len(shape) == 2 and isinstance(weight := values["location_weight"], tuple):
+        values["location_weight"] = max(weight[1:])  # one only along z means nothing in a map
     return Parameters(**values)
 
 
@@ -392,11 +385,6 @@ def _fitted_axis(
         used = level = max(possible)
     template = _nearest(template_sizes(used, shape, along_z), template)
     return template, _nearest(overlap_sizes(used, template, along_z), overlap), level
-
-
-def _horizontal(weight: Any) -> float:
-    """The location weight of a map: one only along z means nothing there."""
-    return max(weight[1:]) if isinstance(weight, tuple) else weight
 
 
 def refitted(p: Parameters, shape: Shape, moved: Moved) -> tuple[Parameters, Moved]:

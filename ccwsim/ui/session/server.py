@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
-from threading import Event, Lock, Thread
+from threading import Lock, Thread
 
 import streamlit as st
 from streamlit import config
@@ -28,10 +28,7 @@ EARLY = 10.0
 
 
 def current_session() -> str:
-    """Return the name of the session that this thread draws, empty if it draws none.
-
-    The monitor watches that session from now on.
-    """
+    """Return the session that this thread draws, watched from now on; empty if it draws none."""
     context = get_script_run_ctx(suppress_warning=True)
     session = context.session_id if context is not None else ""
     session_monitor().note(session)
@@ -46,8 +43,7 @@ def is_open(session: str) -> bool:
 def forget(session: str) -> None:
     """Let Streamlit give back the memory of a closed session.
 
-    It keeps a session for some time for a browser that comes back, but then drops it only when
-    another one is closed, which may be hours later.
+    After the time to live Streamlit itself drops it only when another one is closed.
     """
     if not Runtime.exists():
         return
@@ -70,16 +66,12 @@ def forget(session: str) -> None:
 
 @cache
 def settle_server() -> None:
-    """Prepare a server for sessions: kernels, their jobs, and memory that is easy to give back.
-
-    What it has imported is left out of later searches for garbage: these are nearly all of its
-    objects, and a search stops every session meanwhile. Jobs belong to sessions from now on.
-    """
+    """Prepare a server for sessions: kernels, their jobs, and memory that is easy to give back."""
     server_queue().current_session = current_session
     if Runtime.exists():
         settle_memory(max(2, n_cores()))
         gc.collect()
-        gc.freeze()
+        gc.freeze()  # imported objects: searching them for garbage stops every session
         compile_in_background()
 
 
@@ -99,7 +91,6 @@ class SessionMonitor:
         self._lock = Lock()
         self._thread: Thread | None = None
         self._freed = False
-        self._woken = Event()
 
     def note(self, session: str) -> None:
         """Look after a session from now on, on a thread that ends with the last of them."""
@@ -146,7 +137,7 @@ class SessionMonitor:
 
     def _keep_looking(self) -> None:
         while True:
-            self._woken.wait(LOOK_SECONDS)
+            time.sleep(LOOK_SECONDS)
             self.give_back()
             self.look()
             with self._lock:

@@ -53,13 +53,7 @@ def file_uploader(
 
 
 def upload_of(file: UploadedFile) -> Upload:
-    """Return a file of the reader's for a study.
-
-    Raises
-    ------
-    CCWSIMError
-        If the server has no room for it.
-    """
+    """Return a file of the reader's for a study; an error if the server has no room for it."""
     if file.type == NO_ROOM:
         raise CCWSIMError(
             f"{file.name} was not taken: this server holds as many files of all its readers as it "
@@ -84,9 +78,8 @@ def bound_uploads() -> None:
 class BoundedUploads:
     """Lets files into a manager of Streamlit while there is room for them.
 
-    A session holds at most `MAX_OF_SESSION` of the largest size: the oldest go, which the study has
-    by then or nothing uses. All sessions together hold what the limits of the server allow and
-    the memory has room for: one more comes without its content.
+    If a session has too many the oldest go, which the study has by then or nothing uses; a file
+    for which the server has no room comes without its content.
     """
 
     def __init__(self, manager: MemoryUploadedFileManager) -> None:

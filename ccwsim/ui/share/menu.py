@@ -14,8 +14,7 @@ from ccwsim.io import training_image_as_bytes
 from ccwsim.io.formats.classes import MAX_CODES
 from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED, MAX_REALIZATIONS, MAX_SEED
 from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.study import Study
-from ccwsim.report import report_html, surroundings
+from ccwsim.report.document import report_html, surroundings
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.sharing.link import left_out, link_of, read_link
 from ccwsim.sharing.project import Project, project_as_bytes, read_project
@@ -25,10 +24,11 @@ from ccwsim.ui.hard_data.edits import Editor, History
 from ccwsim.ui.session.address import page_link_of, show, shown_of
 from ccwsim.ui.session.file_names import image_part, study_part
 from ccwsim.ui.session.fragments import error_boundary
-from ccwsim.ui.session.resolve import data_of, image_of, opened
+from ccwsim.ui.session.resolve import data_of, image_of, opened, study_of
 from ccwsim.ui.session.state import State, start_afresh
 from ccwsim.ui.session.uploads import upload_of
 from ccwsim.ui.study.run import is_current, question_of, start_run, stop_run
+from ccwsim.ui.widgets.errors import if_possible
 from ccwsim.ui.widgets.facts import facts_of
 from ccwsim.ui.widgets.fields import button, download
 from ccwsim.ui.widgets.text import plain, step_note
@@ -170,12 +170,6 @@ def _title(text: str) -> None:
     st.html(f'<div class="share-title">{text}</div>')
 
 
-def study_of(choices: Choices) -> Study:
-    """Return a study as a whole; an error where its parts do not fit together."""
-    image = image_of(choices.image)
-    return Study(image, choices.grid, choices.parameters, data_of(choices), choices.seed)
-
-
 def file_name(choices: Choices) -> str:
     """Return what the project file of a study is called."""
     return f"{image_part(image_of(choices.image))}.ccwsim"
@@ -220,11 +214,8 @@ def choices_of(project: Project) -> Choices:
     choices = Choices(
         image, by_link.data, study.grid, study.parameters, project.n_realizations, study.seed
     )
-    try:
-        same = data_of(choices).digest == study.hard_data.digest
-    except CCWSIMError:
-        same = False
-    if same:
+    data = if_possible(lambda: data_of(choices))
+    if data is not None and data.digest == study.hard_data.digest:
         return choices
     return replace(choices, data=DataChoice("placed", placed=study.hard_data))
 

@@ -6,18 +6,27 @@ from dataclasses import fields
 
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.grid import Grid
-from ccwsim.model.parameters import Parameters
+from ccwsim.model.parameters import Parameters, describe_weight
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.results.maps import pretty
 
-SHORT = {
+SHORT_NAMES = {
     "template_size": "template",
     "overlap_size": "overlap",
     "wavelet_level": "level",
     "n_candidates": "K",
+    "search_fraction": "search",
+    "co_template": "look-ahead",
+    "exact_data": "exact honouring",
     "method": "",
 }
-"""Short names of parameters; the others have their own."""
+VALUES = {
+    "ccwsim": "CCWSIM",
+    "ccsim": "CCSIM",
+    "ms-ccsim": "MS-CCSIM",
+    "ssd": "squared difference",
+}
+"""Names of values of parameters on the screen; others have their own."""
 
 
 def changes_between(before: Choices, after: Choices) -> list[str]:
@@ -51,7 +60,7 @@ def study_name(choices: Choices) -> str:
     >>> study_name(Choices())
     'channels, level 2, seed 0'
     """
-    level = _shown(choices.parameters.level)
+    level = describe_value("wavelet_level", choices.parameters.level)
     return f"{image_name(choices.image)}, level {level}, seed {choices.seed}"
 
 
@@ -96,8 +105,8 @@ def _parameters(before: Parameters, after: Parameters) -> list[str]:
     for field in fields(Parameters):
         old, new = _value(before, field.name), _value(after, field.name)
         if old != new:
-            name = SHORT.get(field.name, field.name.replace("_", " "))
-            said.append(f"{name} {_shown(old)} → {_shown(new)}".strip())
+            values = (describe_value(field.name, value) for value in (old, new))
+            said.append(f"{short_name(field.name)} {' → '.join(values)}".strip())
     return said
 
 
@@ -105,9 +114,17 @@ def _value(p: Parameters, name: str) -> object:
     return p.level if name == "wavelet_level" else getattr(p, name)
 
 
-def _shown(value: object) -> str:
+def short_name(name: str) -> str:
+    """Return a short name of a parameter."""
+    return SHORT_NAMES.get(name, name.replace("_", " "))
+
+
+def describe_value(name: str, value: object) -> str:
+    """Return the value of a parameter in words; sizes of a volume along x, y and z."""
+    if name == "location_weight":
+        return describe_weight(value)
     if isinstance(value, bool):
         return "on" if value else "off"
-    if isinstance(value, tuple):  # along z, y and x
-        return " × ".join(map(_shown, value[::-1]))
-    return f"{value:g}" if isinstance(value, float) else str(value)
+    if isinstance(value, tuple):
+        return describe_shape(value)
+    return f"{value:g}" if isinstance(value, float) else VALUES.get(str(value), str(value))

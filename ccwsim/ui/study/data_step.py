@@ -23,6 +23,7 @@ from ccwsim.ui.session.state import State
 from ccwsim.ui.session.uploads import file_uploader
 from ccwsim.ui.study.image_step import IMPORT_PAGE, THUMB
 from ccwsim.ui.study.questions import ROLES_OF_WELLS, ask_data, say_open
+from ccwsim.ui.widgets.errors import problem_in
 from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
 from ccwsim.ui.widgets.text import plain, step_note, step_title
 
@@ -81,18 +82,13 @@ def _draft(state: State, draft: DataChoice) -> None:
         n, name = data_of(tried).n, names_of_files(draft) or "placed by hand"
         step_note(f"Your {n} data ({name}) fit the study and are not in it yet.")
         with st.container(horizontal=True, gap="small"):
-            use, leave = {"args": (state, draft)}, {"args": (state, "data_draft", None)}
-            button("Use them", key="data_keep", on_click=use_data, **use)
-            button("Leave them out", key="data_leave", on_click=setattr, **leave)
+            button("Use them", key="data_keep", on_click=use_data, args=(state, draft))
+            keep_data_button(state, "data_leave", "Leave them out")
 
 
 def problem_of_data(choices: Choices) -> str:
     """Return why the hard data of a study cannot be used, or an empty text."""
-    try:
-        data_of(choices)
-    except CCWSIMError as error:
-        return str(error)
-    return ""
+    return problem_in(lambda: data_of(choices))
 
 
 def thumbnail(state: State, longest: int) -> bytes:
@@ -248,11 +244,10 @@ def bundled_data(state: State) -> tuple[str, ...]:
     return tuple(sorted(wells, key=lambda name: datasets.hard_data_training_image(name) != image))
 
 
-def keep_data_button(state: State, key: str) -> None:
+def keep_data_button(state: State, key: str, label: str = "Keep the data as they were") -> None:
     """Draw a button that drops the data that wait, if there are any."""
     if state.data_draft is not None:
-        drop = (state, "data_draft", None)
-        button("Keep the data as they were", key=key, on_click=setattr, args=drop)
+        button(label, key=key, on_click=setattr, args=(state, "data_draft", None))
 
 
 def _report(state: State, current: DataChoice) -> None:
@@ -268,10 +263,6 @@ def _report(state: State, current: DataChoice) -> None:
         st.image(thumbnail(state, 320), width=320, alt="Preview of the hard data")
         for note in report.notes:
             st.caption(plain(note))
-    ask_data(
-        tried,
-        lambda answers: use_data(state, replace(current, answers=answers)),
-        lambda grid: use_data(state, current, grid),
-    )
+    ask_data(tried, partial(use_data, state))
     if current.source == "file":
         link_to_import()

@@ -10,10 +10,10 @@ import streamlit as st
 
 from ccwsim.figures import proportions_chart, repetition_chart
 from ccwsim.metrics import QUARTERS, Diagnosis
-from ccwsim.model.arrays import describe_shape
-from ccwsim.model.parameters import Parameters, describe_weight
+from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.results.charts import titled_chart
+from ccwsim.ui.study.changes import describe_value
 from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.text import panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme
@@ -85,22 +85,16 @@ def draw_advice(
 
 def advice_table(diagnosis: Diagnosis, parameters: Parameters) -> str:
     """Return advised value, present value and reason as an HTML table."""
-    rows = "".join(
-        f"<tr><th>{NAMES[advice.parameter]}</th>"
-        f'<td class="size"><b>{_said(advice.parameter, advice.value)}</b></td>'
-        f'<td class="size">{_said(advice.parameter, getattr(parameters, advice.parameter))}</td>'
-        f'<td class="reason">{escape(advice.reason)}</td></tr>'
-        for advice in diagnosis.advice
-    )
-    head = "<tr><th></th><th>advised</th><th>set</th><th>why</th></tr>"
-    return f'<table class="numbers">{head}{rows}</table>'
-
-
-def _said(name: str, value: Any) -> str:
-    """Return a value as text; lengths of a volume along x, y and z."""
-    if name == "location_weight":
-        return describe_weight(value)
-    return describe_shape(value) if isinstance(value, tuple) else str(value)
+    rows = "<tr><th></th><th>advised</th><th>set</th><th>why</th></tr>"
+    for advice in diagnosis.advice:
+        name = advice.parameter
+        rows += (
+            f"<tr><th>{NAMES[name]}</th>"
+            f'<td class="size"><b>{describe_value(name, advice.value)}</b></td>'
+            f'<td class="size">{describe_value(name, getattr(parameters, name))}</td>'
+            f'<td class="reason">{escape(advice.reason)}</td></tr>'
+        )
+    return f'<table class="numbers">{rows}</table>'
 
 
 def describe_repetition(diagnosis: Diagnosis) -> str:

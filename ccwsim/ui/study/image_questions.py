@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from math import isqrt
 from typing import Any
 
@@ -16,18 +17,19 @@ from ccwsim.io.formats.pictures import MAX_COLOURS, PictureFile, few_colours
 from ccwsim.io.guesses import QUESTIONS
 from ccwsim.io.opening import FileSummary, open_file, whole_shape
 from ccwsim.io.part import FilePart, thinning
-from ccwsim.model.errors import CCWSIMError
 from ccwsim.sharing.choices import Answers, ImageChoice, Upload
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.session.resolve import opened
 from ccwsim.ui.study.questions import (
     answered,
     ask_slice,
-    ask_up,
     ask_variable,
+    ask_way,
+    cached,
     rounded,
     summary_of,
 )
+from ccwsim.ui.widgets.errors import if_possible
 from ccwsim.ui.widgets.fields import field, options_of
 from ccwsim.ui.widgets.text import step_note
 
@@ -53,64 +55,56 @@ def image_of_file(
     known = dict(answers or {})
     if not volume and "slice_index" not in known:
         known.setdefault("volume", False)
-    guessed, _ = _guessed(upload.digest, answered((), **known), upload)
+    guessed, _ = _guessed(upload, answered((), **known))
     choice = ImageChoice(upload=upload, answers=answered((), **guessed))
-    try:
-        return replace(choice, colours=_colours(upload.digest, choice.answers, upload))
-    except CCWSIMError:  # the page says why it cannot be read
-        return choice
+    colours = if_possible(lambda: _colours(upload, choice.answers))
+    return replace(choice, colours=colours or ())
 
 
 def asked_of(choice: ImageChoice) -> tuple[str, ...]:
     """Return the questions that the file of an image raises, answered or not; none where broken."""
     if choice.upload is None:
         return ()
-    try:
-        return _guessed(choice.upload.digest, choice.answers, choice.upload)[1]
-    except CCWSIMError:
-        return ()
+    guessed = if_possible(partial(_guessed, choice.upload, choice.answers))
+    return guessed[1] if guessed else ()
 
 
-@st.cache_resource(max_entries=32, show_spinner="Reading the file …")
-def _guessed(
-    digest: str, answers: Answers, _upload: Upload
-) -> tuple[dict[str, Any], tuple[str, ...]]:
-    with opened(_upload) as file:
+@cached(max_entries=32, show_spinner="Reading the file …")
+def _guessed(upload: Upload, answers: Answers) -> tuple[dict[str, Any], tuple[str, ...]]:
+    with opened(upload) as file:
         return guess_answers(file, dict(answers))
 
 
-@st.cache_resource(max_entries=32, show_spinner=False)
-def _colours(digest: str, answers: Answers, _upload: Upload) -> tuple[tuple[int, str], ...]:
-    with opened(_upload) as file:
+@cached(max_entries=32, show_spinner=False)
+def _colours(upload: Upload, answers: Answers) -> tuple[tuple[int, str], ...]:
+    with opened(upload) as file:
         return tuple(sorted(read_colours(file, **dict(answers)).items()))
 
 
-@st.cache_resource(max_entries=16, show_spinner=False)
-def _whole(digest: str, _upload: Upload) -> tuple[tuple[int, int] | None, int]:
+@cached(max_entries=16, show_spinner=False)
+def _whole(upload: Upload) -> tuple[tuple[int, int] | None, int]:
     """The shape of a picture or an array, and how much it must be thinned."""
-    with opened(_upload) as file:
+    with opened(upload) as file:
         shape = whole_shape(file)
         return shape, thinning(shape) if shape else 1
 
 
-@st.cache_resource(max_entries=8, show_spinner=False)
-def grid_of_file(digest: str, answers: Answers, _upload: Upload) -> NDArray[np.float64]:
+@cached(max_entries=8, show_spinner=False)
+def grid_of_file(upload: Upload, answers: Answers) -> NDArray[np.float64]:
     """Return the values of the file before they become facies, shape (ny, nx), row 0 in the south.
 
     `answers` may have those on classes, which are not needed for it.
     """
-    with opened(_upload) as file:
+    with opened(upload) as file:
         kept = {name: value for name, value in answers if name not in QUESTIONS["values"]}
         return read_grid(file, **kept)
 
 
-@st.cache_resource(max_entries=8, show_spinner=False)
-def picture_of_file(
-    digest: str, answers: Answers, _upload: Upload
-) -> tuple[NDArray[np.uint8], list[str]] | None:
+@cached(max_entries=8, show_spinner=False)
+def picture_of_file(upload: Upload, answers: Answers) -> tuple[NDArray[np.uint8], list[str]] | None:
     """Return a picture as places in a list of its colours, row 0 in the south; None for others."""
     known = dict(answers)
-    with opened(_upload) as file:
+    with opened(upload) as file:
         picture = open_file(file, FilePart.answered(known), up=known.get("up"))
     if not isinstance(picture, PictureFile):
         return None
@@ -139,7 +133,7 @@ def ask_about_image(choice: ImageChoice, write: Write, *, volume: bool = True) -
     if summary is None:
         return
     if "part" in asked:
-        _ask_part(choice, answer)
+        _ask_part(upload, known, answer)
     if "variable" in asked:
         name = known.get("variable")
         ask_variable(summary, name, lambda name: answer("variable", variable=name))
@@ -148,18 +142,16 @@ def ask_about_image(choice: ImageChoice, write: Write, *, volume: bool = True) -
     if "slice" in asked:
         _ask_layers(summary, known, answer)
     if "up" in asked or summary.is_picture or "up" in known:
-        ask_up(known.get("up"), lambda up: answer("up", up=up))
+        ask_way("up", known, partial(answer, "up"))
     if "gaps" in asked:
-        _ask_gaps(choice, answer)
+        _ask_gaps(upload, known, answer)
     if "values" in asked:
-        _ask_values(choice, summary, answer)
+        _ask_values(grid_of_file(upload, choice.answers), summary.is_picture, known, answer)
 
 
-def _ask_part(choice: ImageChoice, answer: Callable[..., None]) -> None:
-    assert choice.upload is not None
-    shape, every = _whole(choice.upload.digest, choice.upload)
+def _ask_part(upload: Upload, known: Mapping[str, Any], answer: Callable[..., None]) -> None:
+    shape, every = _whole(upload)
     assert shape is not None
-    known = dict(choice.answers)
     ny, nx = shape
     step_note(f"{nx} × {ny} cells are more than a page takes.")
 
@@ -177,7 +169,7 @@ def _ask_part(choice: ImageChoice, answer: Callable[..., None]) -> None:
 
 
 def _crop(
-    crop: tuple[int, int, int, int], shape: tuple[int, int], write: Callable[[tuple], None]
+    crop: tuple[int, int, int, int], shape: tuple[int, ...], write: Callable[[tuple], None]
 ) -> None:
     """Ask for a piece by its south-west cell and its size."""
     row, column, ny, nx = crop
@@ -196,16 +188,14 @@ def _crop(
             field(st.number_input, label, key=f"ask_crop_{k}", **number)
 
 
-def _ask_gaps(choice: ImageChoice, answer: Callable[..., None]) -> None:
-    assert choice.upload is not None
-    uncut = tuple((name, value) for name, value in choice.answers if name != "crop")
-    values = grid_of_file(choice.upload.digest, uncut, choice.upload)
-    n, crop = int(np.isnan(values).sum()), dict(choice.answers)["crop"]
+def _ask_gaps(upload: Upload, known: Mapping[str, Any], answer: Callable[..., None]) -> None:
+    values = grid_of_file(upload, answered((), **{**known, "crop": None}))
+    n = int(np.isnan(values).sum())
     step_note(
         f"{n:,} of {values.size:,} cells have no value, and a training image has no gaps: the "
         "largest piece without any is taken."
     )
-    _crop(crop, (values.shape[-2], values.shape[-1]), lambda crop: answer("gaps", crop=crop))
+    _crop(known["crop"], values.shape[-2:], lambda crop: answer("gaps", crop=crop))
 
 
 def _ask_shape(summary: FileSummary, shape: tuple[int, int], answer: Callable[..., None]) -> None:
@@ -223,11 +213,8 @@ def _ask_layers(
 ) -> None:
     """Ask whether the whole volume is meant or one layer, and which; and which end is the top."""
     volume, n = bool(known.get("volume")), summary.n_slices
-
-    def choose(way: str) -> None:
-        answer("slice", volume=way == VOLUME)
-
-    chosen = {"value": VOLUME if volume else LAYER, "write": choose, "options": [VOLUME, LAYER]}
+    chosen: dict[str, Any] = {"value": VOLUME if volume else LAYER, "options": [VOLUME, LAYER]}
+    chosen["write"] = lambda way: answer("slice", volume=way == VOLUME)
     field(st.segmented_control, f"The file has {n} layers. Take", key="ask_layers", **chosen)
     if volume:
         step_note(f"All {n} layers are taken, as a volume; choose “{LAYER}” for a map.")
@@ -242,14 +229,16 @@ def _ask_layers(
         field(st.selectbox, "The first layer of the file is", **ends)
 
 
-def _ask_values(choice: ImageChoice, summary: FileSummary, answer: Callable[..., None]) -> None:
+def _ask_values(
+    values: NDArray[np.float64],
+    is_picture: bool,
+    known: Mapping[str, Any],
+    answer: Callable[..., None],
+) -> None:
     """Ask where values or greys are cut, on their histogram, or for the number of colours."""
-    assert choice.upload is not None
-    known = dict(choice.answers)
-    values = grid_of_file(choice.upload.digest, choice.answers, choice.upload)
     values = values[~np.isnan(values)]
-    classes = COLOURS if summary.is_picture else CLASSES
-    ways = [THRESHOLD, classes] + ([] if summary.is_picture else [CODES])
+    classes = COLOURS if is_picture else CLASSES
+    ways = [THRESHOLD, classes] + ([] if is_picture else [CODES])
     by_edges = isinstance(known.get("classes"), tuple)
     way = CODES if known.get("classes") == "codes" else classes
     way = THRESHOLD if "threshold" in known else CLASSES if by_edges else way
@@ -259,13 +248,13 @@ def _ask_values(choice: ImageChoice, summary: FileSummary, answer: Callable[...,
         start: dict[str, Any] = {classes: {"classes": 2}, CODES: {"classes": "codes"}}
         answer("values", **start.get(way, {"threshold": rounded(float(np.median(values)))}))
 
-    label = "Colours become facies by" if summary.is_picture else "Values become facies by"
+    label = "Colours become facies by" if is_picture else "Values become facies by"
     chosen = {"value": way, "write": choose, "options": ways}
     chosen["help"] = "Drag the line, or give the number. At or above a limit is the next facies."
     field(st.segmented_control, label, key="ask_values", **chosen)
     n = known.get("classes")
     if way == classes and isinstance(n, int):
-        most = MAX_COLOURS if summary.is_picture else 32
+        most = MAX_COLOURS if is_picture else 32
         number: dict[str, Any] = {"value": n, "min_value": 2, "max_value": most}
         number["write"] = lambda n: answer("values", classes=n)
         field(st.number_input, "How many", key="ask_classes", **number)
@@ -275,25 +264,22 @@ def _ask_values(choice: ImageChoice, summary: FileSummary, answer: Callable[...,
         edges = [float(known["threshold"])]
     else:
         edges = list(known["classes"]) if by_edges else class_edges(values, int(n or 2)).tolist()
-    _histogram(values, edges, lambda edges: answer("values", **_cut_at(edges)))
+    _histogram(values, edges, answer)
     if way == THRESHOLD:
         number = {"value": edges[0], "write": lambda v: answer("values", threshold=v)}
         label = "Threshold: at or above is 1, below is 0"
         field(st.number_input, label, key="ask_threshold", format="%g", **number)
 
 
-def _cut_at(edges: list[float]) -> dict[str, Any]:
-    return {"threshold": edges[0]} if len(edges) == 1 else {"classes": tuple(edges)}
-
-
 def _histogram(
-    values: NDArray[np.float64], edges: list[float], write: Callable[[list[float]], None]
+    values: NDArray[np.float64], edges: list[float], answer: Callable[..., None]
 ) -> None:
     low, high = float(values.min()), float(values.max())
     counts, _ = np.histogram(values, BINS, (low, high))
 
     def moved(edges: list[float]) -> None:
-        write([float(edge) for edge in edges])
+        one, *others = map(float, edges)
+        answer("values", **({"classes": (one, *others)} if others else {"threshold": one}))
 
     data = {"counts": counts.tolist(), "low": low, "high": high, "label": "Limit between facies"}
     data["edges"] = [rounded(edge) for edge in edges]

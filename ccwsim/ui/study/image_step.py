@@ -19,6 +19,7 @@ from ccwsim.ui.session.resolve import fitted, fitted_grid, image_of, refitted
 from ccwsim.ui.session.state import State
 from ccwsim.ui.session.uploads import file_uploader
 from ccwsim.ui.study.image_questions import asked_of, image_of_file
+from ccwsim.ui.widgets.errors import problem_in
 from ccwsim.ui.widgets.fields import button, field, options_of
 from ccwsim.ui.widgets.text import plain, step_note, step_title
 
@@ -62,11 +63,7 @@ def keep_button(state: State) -> None:
 
 def problem_of_image(choice: ImageChoice) -> str:
     """Return why a training image cannot be read, or an empty text."""
-    try:
-        image_of(choice)
-    except CCWSIMError as error:
-        return str(error)
-    return ""
+    return problem_in(lambda: image_of(choice))
 
 
 def thumbnail(image: TrainingImage, colours: list[str], pixels: int = 2 * THUMB) -> bytes:
@@ -76,6 +73,12 @@ def thumbnail(image: TrainingImage, colours: list[str], pixels: int = 2 * THUMB)
     """
     cells = middle_layer(image.indices)
     return map_png(cells, colours, scale=max(1, pixels // max(cells.shape)))
+
+
+def image_uploader(state: State, label: str, key: str) -> None:
+    """Draw an uploader of training images."""
+    take = partial(import_image, state)
+    file_uploader(label, key=key, take=take, type=TYPES, help=FORMATS)
 
 
 def import_image(state: State, upload: Upload) -> None:
@@ -133,8 +136,7 @@ def _menu(state: State) -> None:
     field(st.selectbox, "Bundled with the program", key="image_bundled", **chosen, **bundled)
     if not current.upload:
         st.caption(datasets.describe(current.bundled))
-    take = partial(import_image, state)
-    file_uploader("or a file of yours", key="image_file", take=take, type=TYPES, help=FORMATS)
+    image_uploader(state, "or a file of yours", "image_file")
     if current.upload:
         st.caption(plain(f"From your file {current.upload.name}"))
     preview = thumbnail(image_of(state.choices.image), colours_of(state), 320)

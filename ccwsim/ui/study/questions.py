@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import nullcontext
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,6 +15,7 @@ import streamlit as st
 from numpy.typing import NDArray
 
 from ccwsim.io import FileSummary, ImportedPoints, PlacedPoints, PointsPreview, inspect
+from ccwsim.io.hard_data.column_names import ALTERNATIVE_ROLES, DEPTHS, WELL_TABLES
 from ccwsim.io.part import FilePart
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.errors import CCWSIMError
@@ -27,6 +30,7 @@ from ccwsim.ui.session.resolve import (
     preview_of,
     previews_of_wells,
 )
+from ccwsim.ui.widgets.errors import if_possible
 from ccwsim.ui.widgets.fields import button, field, options_of
 from ccwsim.ui.widgets.text import plain
 
@@ -34,53 +38,49 @@ MAX_LISTED = 300
 """Slices, or rows that do not fit, that are listed; for more slices a number is asked."""
 MAX_NAMES = 24
 """Names of facies that are asked for one by one."""
-ROW_ORDER = {None: "as the format has it", True: "the south", False: "the north"}
-LAYER_ORDER = {None: "as the format has it", True: "the bottom", False: "the top"}
-COORDINATES = {None: "world coordinates", "cells": "column and row of a cell"}
-COLLISIONS = {
-    None: "stop and say so",
-    "majority": "keep the facies of most",
-    "nearest": "keep the datum nearest to the centre",
-    "drop": "leave all of them out",
+AS_READ = {None: "as the format has it"}
+STOP = {None: "stop and say so"}
+WAYS: dict[str, dict[Any, str]] = {
+    "up": AS_READ | {True: "the south", False: "the north"},
+    "z_up": AS_READ | {True: "the bottom", False: "the top"},
+    "coordinates": {None: "world coordinates", "cells": "column and row of a cell"},
+    "on_outside": STOP | {"drop": "leave them out"},
+    "on_unknown": STOP | {"drop": "leave them out"},
+    "on_collision": STOP
+    | {
+        "majority": "keep the facies of most",
+        "nearest": "keep the datum nearest to the centre",
+        "drop": "leave all of them out",
+    },
 }
-DROPS = {None: "stop and say so", "drop": "leave them out"}
-ROLES = {
-    "x": "x, to the east",
-    "y": "y, to the north",
-    "facies": "Facies, or what gives it",
-}
+"""Questions with a few answers; None is the usual one."""
+ROLES = ("x", "y", "facies")
 """Columns of a table of points, by the arguments that name them."""
-DEPTHS = {"depth_from": "Depth from", "depth_to": "Depth to", "depth": "Depth of points"}
-ROLES_OF_VOLUME = {
+ROLES_OF_VOLUME = ("x", "y", "z", "facies", "well", *DEPTHS)
+ROLES_OF_WELLS = {name: (*roles,) for name, roles in WELL_TABLES.items()}
+ROLES_OF_WELLS["intervals"] += ("facies",)
+LABELS = {
+    "up": "The first row of the file is",
+    "z_up": "The first layer of the file is",
+    "coordinates": "x and y are",
     "x": "x, to the east",
     "y": "y, to the north",
     "z": "z, upwards: of points, or of the collar",
     "facies": "Facies, or what gives it",
-    "well": "Name of the well",
-    **DEPTHS,
+    **dict.fromkeys(("well", "collar_well", "survey_well"), "Name of the well"),
+    "depth_from": "Depth from",
+    "depth_to": "Depth to",
+    "depth": "Depth of points",
+    "collar_length": "Length of the well",
+    "survey_depth": "Depth along the well",
+    "survey_azimuth": "Azimuth, from north",
+    "survey_inclination": "Inclination, from straight down",
+    "survey_dip": "Dip, from the horizontal",
 }
-ROLES_OF_WELLS = {
-    "collars": {
-        "collar_well": "Name of the well",
-        "x": "x, to the east",
-        "y": "y, to the north",
-        "z": "z of the collar",
-        "collar_length": "Length of the well",
-    },
-    "intervals": {"well": "Name of the well", **DEPTHS, "facies": "Facies, or what gives it"},
-    "surveys": {
-        "survey_well": "Name of the well",
-        "survey_depth": "Depth along the well",
-        "survey_azimuth": "Azimuth, from north",
-        "survey_inclination": "Inclination, from straight down",
-        "survey_dip": "Dip, from the horizontal",
-    },
-}
-"""Columns of tables of wells."""
 TEXT_ROLES = ("facies", "well", "collar_well", "survey_well")
 """Columns that may hold text."""
 SURVEY_TILTS = ("survey_inclination", "survey_dip")
-ALTERNATIVE_ROLES = ((("depth_from", "depth_to"), ("depth",)), (SURVEY_TILTS[:1], SURVEY_TILTS[1:]))
+EITHER_ROLES = tuple((others, (one,)) for one, others in ALTERNATIVE_ROLES.items())
 """A table has either the first columns or the second."""
 MAY_LACK = (*DEPTHS, "collar_length", *SURVEY_TILTS)
 NO_COLUMN = ""
@@ -90,26 +90,30 @@ KEPT = "The study keeps the data that it has."
 IN_SCRIPTS = re.compile(r" \(\w+=\)")
 """What an error says to those who write scripts."""
 OPEN: dict[str, Any] = {"placeholder": "choose one"}
-Write = Callable[[Answers], None]
+Use = Callable[..., None]
+"""Takes a choice of data into the study: use(choice), or use(choice, grid) with another grid."""
+Write = Callable[..., None]
+"""Takes answers to questions, as write(name=value); None takes an answer back."""
 
 
-@st.cache_resource(max_entries=8, show_spinner=False)
-def _summary(digest: str, part: FilePart | None, _upload: Upload) -> FileSummary:
-    with opened(_upload) as file:
+cached = partial(st.cache_resource, hash_funcs={Upload: lambda upload: upload.digest})
+"""Decorates functions of an upload whose results all sessions share."""
+
+
+@cached(max_entries=8, show_spinner=False)
+def _summary(upload: Upload, part: FilePart | None) -> FileSummary:
+    with opened(upload) as file:
         return inspect(file, part)
 
 
 def summary_of(upload: Upload | None, part: FilePart | None = None) -> FileSummary | None:
     """Return a first look at an upload, None where it cannot be opened at all."""
-    try:
-        return None if upload is None else _summary(upload.digest, part, upload)
-    except CCWSIMError:
-        return None
+    return if_possible(lambda: _summary(upload, part)) if upload is not None else None
 
 
 def say_open(choices: Choices, problem: str) -> None:
     """Say why data are not taken: calmly where an answer will do, in red where the file is bad."""
-    choice, placed = choices.data, _tried(lambda: placed_data(choices))
+    choice, placed = choices.data, if_possible(lambda: placed_data(choices))
     if choice.source == "file" and any(summary_of(file) is None for file in choice.files):
         st.error(plain(f"{problem}. {KEPT}"))
         return
@@ -162,22 +166,20 @@ def rounded(value: float) -> float:
     return float(f"{value:.4g}")
 
 
-def ask_data(
-    choices: Choices, write: Write, fit: Callable[[Grid], None], *, wide: bool = False
-) -> None:
+def ask_data(choices: Choices, use: Use, *, wide: bool = False) -> None:
     """Ask what the hard data of a study leave open.
 
-    `write` is called with the answers, `fit` with a grid that holds all data. Where it is `wide`,
-    all columns and names are shown with what is guessed of them, rows that do not fit in full, and
-    a grid that holds the data is offered elsewhere, as the columns of tables of wells are asked.
+    Where it is `wide`, all columns and names are shown with what is guessed of them, rows that do
+    not fit in full, and a grid that holds the data is offered elsewhere, as the columns of tables
+    of wells are asked.
     """
-    choice, grid = choices.data, choices.grid
-    answers, points = choice.answers, None
+    choice, grid, points = choices.data, choices.grid, None
+    write = writer(choice, use)
     if choice.source == "file" and choice.tables is not None:
         if not wide:
             for table, preview in previews_of_wells(choice).items():
-                ask_columns_of_wells(choice, table, preview, write)
-        points = _tried(lambda: points_of(choice, grid))
+                ask_columns_of_wells(choice, table, preview, use)
+        points = if_possible(lambda: points_of(choice, grid))
     elif choice.source == "file" and choice.upload is not None:
         summary = summary_of(choice.upload)
         if summary is None:
@@ -186,46 +188,38 @@ def ask_data(
             preview = preview_of(choice, grid)
             if grid.nz is not None and not wide:
                 st.caption(plain(taken_as(preview)))
-            roles = ROLES if grid.nz is None else ROLES_OF_VOLUME
-            _ask_columns(choice, preview, roles, write, wide)
+            _ask_columns(choice, preview, ROLES if grid.nz is None else ROLES_OF_VOLUME, use, wide)
             _ask_coordinates(choice, preview, write)
         else:
-            known = dict(answers)
-            if len(summary.variables) > 1:
-                ask_variable(summary, known.get("facies"), _answer(answers, "facies", write))
-            if grid.nz is None:
-                index, answer = known.get("slice_index"), _answer(answers, "slice_index", write)
-                ask_slice(summary.n_slices, index, answer)
-            if summary.asks_up or "up" in known:
-                ask_up(known.get("up"), _answer(answers, "up", write))
-            if grid.nz is not None and (summary.asks_up or "z_up" in known):
-                answer = _answer(answers, "z_up", write)
-                _ask_way(
-                    "z_up", "The first layer of the file is", LAYER_ORDER, known.get("z_up"), answer
-                )
-        points = _tried(lambda: points_of(choice, None if grid.nz is None else grid))
+            _ask_grid(summary, choice, grid.nz is not None, write)
+        points = if_possible(lambda: points_of(choice, None if grid.nz is None else grid))
     if points is not None and points.continuous:
-        _ask_threshold(points, answers, write)
-    placed = _tried(lambda: placed_data(choices))
+        _ask_threshold(points, dict(choice.answers).get("threshold"), write)
+    placed = if_possible(lambda: placed_data(choices))
     if placed is not None:
         _ask_names(choices, placed, write, wide)
     if not wide:
-        offer_fit(choices, fit)
+        offer_fit(choices, use)
     if placed is not None:
-        _ask_troubles(placed, answers, write, wide)
+        _ask_troubles(placed, dict(choice.answers), write, wide)
 
 
-def _tried(read: Callable[[], Any]) -> Any:
-    """What can be read so far; None where a question is open, which the page says."""
-    try:
-        return read()
-    except CCWSIMError:
-        return None
+def writer(choice: DataChoice, use: Use) -> Write:
+    """Return what takes new answers into a choice that is used."""
+    return lambda **new: use(replace(choice, answers=answered(choice.answers, **new)))
 
 
-def _answer(answers: Answers, name: str, write: Write) -> Callable[[Any], None]:
-    """What a widget calls with the answer to one question."""
-    return lambda value: write(answered(answers, **{name: value}))
+def _ask_grid(summary: FileSummary, choice: DataChoice, volume: bool, write: Write) -> None:
+    """Ask what a grid of data leaves open."""
+    known = dict(choice.answers)
+    if len(summary.variables) > 1:
+        ask_variable(summary, known.get("facies"), lambda name: write(facies=name))
+    if not volume:
+        index = known.get("slice_index")
+        ask_slice(summary.n_slices, index, lambda index: write(slice_index=index))
+    for name in ("up", "z_up") if volume else ("up",):
+        if summary.asks_up or name in known:
+            ask_way(name, known, write)
 
 
 def ask_variable(summary: FileSummary, value: str | None, write: Callable[[str], None]) -> None:
@@ -235,26 +229,19 @@ def ask_variable(summary: FileSummary, value: str | None, write: Callable[[str],
     field(st.selectbox, "Which variable is the facies?", key="ask_variable", **chosen, **OPEN)
 
 
-def ask_up(value: bool | None, write: Callable[[bool | None], None]) -> None:
-    """Ask whether the first row of a file is in the south."""
-    _ask_way("up", "The first row of the file is", ROW_ORDER, value, write)
-
-
-def _ask_way(
-    name: str, label: str, ways: dict[Any, str], value: Any, write: Callable[[Any], None]
-) -> None:
-    """Ask for one of a few ways; None, which a widget cannot give back, is among them."""
-    choices = list(ways)
-    chosen: dict[str, Any] = {"value": choices.index(value), "write": lambda k: write(choices[k])}
-    chosen |= options_of(dict(enumerate(ways.values())))
-    field(st.selectbox, label, key=f"ask_{name}", **chosen)
+def ask_way(name: str, known: Mapping[str, Any], write: Write, label: str = "") -> None:
+    """Ask a question of `WAYS`; None, which a widget cannot give back, is among the answers."""
+    ways = list(WAYS[name])
+    chosen = {"value": ways.index(known.get(name)), "write": lambda k: write(**{name: ways[k]})}
+    chosen |= options_of(dict(enumerate(WAYS[name].values())))
+    field(st.selectbox, label or LABELS[name], key=f"ask_{name}", **chosen)
 
 
 def ask_columns_of_wells(
     choice: DataChoice,
     table: str,
     preview: PointsPreview | CCWSIMError,
-    write: Write,
+    use: Use,
     *,
     wide: bool = False,
 ) -> None:
@@ -264,7 +251,7 @@ def ask_columns_of_wells(
         return
     if not wide:
         st.caption(plain(f"{table.capitalize()}: {taken_as(preview)}"))
-    _ask_columns(choice, preview, ROLES_OF_WELLS[table], write, wide)
+    _ask_columns(choice, preview, ROLES_OF_WELLS[table], use, wide)
 
 
 def taken_as(preview: PointsPreview) -> str:
@@ -293,22 +280,23 @@ def role_of(role: str) -> str:
 
 
 def _ask_columns(
-    choice: DataChoice, preview: PointsPreview, roles: Mapping[str, str], write: Write, wide: bool
+    choice: DataChoice, preview: PointsPreview, roles: Sequence[str], use: Use, wide: bool
 ) -> None:
     """Ask which columns of a table are what; the guess is shown."""
+    write = writer(choice, use)
     known = {role: name for role, name in choice.answers if role in roles}
     taken = {role: known.get(role, preview.guess.get(role)) for role in roles}
     lack = _may_lack(roles)
     asked = _open_alternatives(preview, roles)
     many = wide and roles is not ROLES
     places = st.container(horizontal=True) if many else nullcontext()
-    for role, label in roles.items():
+    for role in roles:
 
         def choose(name: str, role: str = role) -> None:
             new: dict[str, Any] = with_column(taken, role, name)
             if new.get("facies") != taken.get("facies"):
                 new |= {"threshold": None, "facies_names": None}
-            write(answered(choice.answers, **new))
+            write(**new)
 
         if role in lack:
             offer = wide or bool(known.get(role)) or role in asked
@@ -322,6 +310,7 @@ def _ask_columns(
         value = taken[role] or (NO_COLUMN if role in lack else None)
         chosen: dict[str, Any] = {"value": value, "write": choose, **options_of(options)}
         chosen |= {"width": WIDTH} if many else {}
+        label = "z of the collar" if role == "z" and "collar_well" in roles else LABELS[role]
         with places:
             field(st.selectbox, label, key=f"ask_column_{role}", **chosen, **OPEN)
 
@@ -363,7 +352,7 @@ def with_column(taken: Mapping[str, str | None], role: str, column: str) -> dict
         if other != role and column and own == column:
             alike = other not in lack or (role in DEPTHS and other in DEPTHS)
             new[other] = (taken[role] if alike else None) or (NO_COLUMN if other in lack else None)
-    for ones, others in (*ALTERNATIVE_ROLES, *(sides[::-1] for sides in ALTERNATIVE_ROLES)):
+    for ones, others in (*EITHER_ROLES, *(sides[::-1] for sides in EITHER_ROLES)):
         if role in ones and column:
             new |= dict.fromkeys(other for other in others if other in new)
         elif role in ones:  # intervals have both ends or none
@@ -377,11 +366,10 @@ def _ask_coordinates(choice: DataChoice, preview: PointsPreview, write: Write) -
 
     def choose(coordinates: str | None) -> None:
         cells = coordinates == "cells"  # which have a layer, and no depths
-        lost = {role: None for role in DEPTHS if cells}
-        write(answered(choice.answers, coordinates=coordinates, **lost))
+        write(coordinates=coordinates, **{role: None for role in DEPTHS if cells})
 
     if preview.assignment.unclear or {"x", "y", "coordinates"} & known.keys():
-        _ask_way("coordinates", "x and y are", COORDINATES, known.get("coordinates"), choose)
+        ask_way("coordinates", known, choose)
 
 
 def ask_slice(
@@ -400,14 +388,13 @@ def ask_slice(
         field(st.selectbox, "Which slice, from the bottom?", **chosen, **offered, **OPEN)
 
 
-def _ask_threshold(points: ImportedPoints, answers: Answers, write: Write) -> None:
+def _ask_threshold(points: ImportedPoints, known: float | None, write: Write) -> None:
     """Ask where to cut values that are no codes; the middle value is the guess."""
-    known = dict(answers).get("threshold")
     guess = rounded(float(np.median(points.values)))
     low, high = points.values.min(), points.values.max()
 
     def cut(value: float) -> None:
-        write(answered(answers, threshold=float(value)))
+        write(threshold=float(value))
 
     label = f"{plain(points.variable)} goes from {low:g} to {high:g}: facies 1 from which value on?"
     value: dict[str, Any] = {"value": known, "write": cut, "placeholder": f"such as {guess:g}"}
@@ -418,8 +405,8 @@ def _ask_threshold(points: ImportedPoints, answers: Answers, write: Write) -> No
 
 def _ask_names(choices: Choices, placed: PlacedPoints, write: Write, wide: bool) -> None:
     """Ask which facies of the image the names of the file are, and unknown codes."""
-    image, points, answers = image_of(choices.image), placed.points, choices.data.answers
-    given = dict(dict(answers).get("facies_names", ()))
+    image, points = image_of(choices.image), placed.points
+    given = dict(dict(choices.data.answers).get("facies_names", ()))
     unknown = {*placed.unknown_facies}
     asked = [*(points.words if wide else ()), *given, *sorted(unknown)]
     shown = {name.casefold(): name for name in reversed(asked)}
@@ -428,7 +415,7 @@ def _ask_names(choices: Choices, placed: PlacedPoints, write: Write, wide: bool)
     for k, name in enumerate(shown[:MAX_NAMES]):
 
         def choose(code: int, name: str = name) -> None:
-            write(answered(answers, facies_names=tuple(sorted({**given, name: code}.items()))))
+            write(facies_names=tuple(sorted({**given, name: code}.items())))
 
         code = given.get(name, _code_of(placed, name))
         value = code if code in labels else None
@@ -446,11 +433,12 @@ def _code_of(placed: PlacedPoints, name: str) -> int | None:
     return int(placed.facies[np.argmax(placed.points.values == words.index(name))])
 
 
-def offer_fit(choices: Choices, fit: Callable[[Grid], None]) -> None:
+def offer_fit(choices: Choices, use: Use) -> None:
     """Offer a grid that holds all data, where some are outside."""
     grid = grid_for_data(choices)
     if grid is not None:
-        button("Fit the grid to the data", key="ask_fit", on_click=fit, args=(grid,))
+        fit = {"on_click": use, "args": (choices.data, grid)}
+        button("Fit the grid to the data", key="ask_fit", **fit)
         st.caption(f"It becomes {described(grid)}.")
 
 
@@ -468,18 +456,13 @@ def described(grid: Grid) -> str:
     return f"{describe_shape(grid.shape)} cells of {size} from ({corner})"
 
 
-def _ask_troubles(placed: PlacedPoints, answers: Answers, write: Write, wide: bool) -> None:
+def _ask_troubles(placed: PlacedPoints, known: Mapping[str, Any], write: Write, wide: bool) -> None:
     """List rows that do not fit, with what can be done about them; nothing where all fit."""
     clashing = np.concatenate(placed.collisions) if placed.collisions else np.empty(0, np.int64)
-    kinds = {
-        "on_outside": (DROPS, placed.outside),
-        "on_unknown": (DROPS, placed.unknown),
-        "on_collision": (COLLISIONS, clashing),
-    }
-    open_ones = {name: kind for name, kind in kinds.items() if len(kind[1])}
-    for label, (name, (ways, rows)) in zip(troubles_of(placed), open_ones.items(), strict=True):
-        value, answer = dict(answers).get(name), _answer(answers, name, write)
-        _ask_way(name, label[:1].upper() + label[1:], ways, value, answer)
+    kinds = {"on_outside": placed.outside, "on_unknown": placed.unknown, "on_collision": clashing}
+    open_ones = {name: rows for name, rows in kinds.items() if len(rows)}
+    for label, (name, rows) in zip(troubles_of(placed), open_ones.items(), strict=True):
+        ask_way(name, known, write, label[:1].upper() + label[1:])
         _list_rows(placed, rows, wide)
 
 

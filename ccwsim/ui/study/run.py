@@ -5,18 +5,19 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import streamlit as st
 
 from ccwsim.datasets.default_study import stored_ensemble
 from ccwsim.engine.realization import is_ready
 from ccwsim.experiments.cost import typical_seconds
-from ccwsim.jobs.job import Cancel, Job, Progress
-from ccwsim.jobs.limits import Demand, check_limits, limits_of_environment
+from ccwsim.jobs.job import Job
+from ccwsim.jobs.limits import Demand, limits_of_environment
+from ccwsim.jobs.workers import Cancel, Progress
 from ccwsim.model.bounds import MAX_REALIZATIONS, MAX_SEED
 from ccwsim.model.ensemble import Ensemble, joined
 from ccwsim.model.errors import Cancelled, CCWSIMError
-from ccwsim.model.study import Study
 from ccwsim.run.executors import executor_of_environment
 from ccwsim.run.footprint import demand_of
 from ccwsim.run.simulation import simulate
@@ -24,8 +25,9 @@ from ccwsim.sharing.choices import Choices
 from ccwsim.system.log import reason
 from ccwsim.system.machine import n_cores
 from ccwsim.ui.session.progress import format_duration
-from ccwsim.ui.session.resolve import data_of, image_of, same_realizations
+from ccwsim.ui.session.resolve import data_of, image_of, same_realizations, study_of
 from ccwsim.ui.session.state import PastRun, State
+from ccwsim.ui.widgets.errors import problem_in
 from ccwsim.ui.widgets.fields import bound_to, button, field
 from ccwsim.ui.widgets.text import pair, step_note, step_title
 
@@ -77,13 +79,12 @@ def run_button(state: State, key: str, width: str = "stretch") -> None:
 def problem_of(state: State) -> str:
     """Return why the study cannot run, or an empty text."""
     choices = state.choices
-    try:
-        data = data_of(choices)
-        Study(image_of(choices.image), choices.grid, choices.parameters, data, choices.seed)
-        check_limits(Demand(choices.grid.n_cells * choices.n_realizations, data.n))
-    except CCWSIMError as error:
-        return str(error)
-    return ""
+
+    def check() -> None:
+        n_data = study_of(choices).hard_data.n
+        limits_of_environment().check(Demand(choices.grid.n_cells * choices.n_realizations, n_data))
+
+    return problem_in(check)
 
 
 def start_run(state: State, after: float = 0.0) -> None:
@@ -91,22 +92,19 @@ def start_run(state: State, after: float = 0.0) -> None:
     before = state.job
     try:
         simulate_range = part_of(state.choices)
-        check_limits(demand_of_run(state))
+        limits_of_environment().check(demand_of_run(state))
     except CCWSIMError as error:
         state.message = str(error)
         return
     stop_run(state)
-    state.message, state.last_attempt, state.needs_confirmation = "", state.choices, False
-    try:
+    state.last_attempt, state.needs_confirmation = state.choices, False
+
+    def begin() -> None:
         state.job = _begun(state, simulate_range, after)
-    except CCWSIMError as error:
-        if before is None or not before.wait(ENOUGH_TO_STOP):
-            state.message = str(error)
-            return
-        try:  # the memory of the run before is free now
-            state.job = _begun(state, simulate_range, after)
-        except CCWSIMError as again:
-            state.message = str(again)
+
+    state.message = problem_in(begin)
+    if state.message and before is not None and before.wait(ENOUGH_TO_STOP):
+        state.message = problem_in(begin)  # the memory of the run before is free now
 
 
 def start_run_if_needed(state: State, *, live: bool, after: float = 0.0) -> bool:
@@ -253,9 +251,7 @@ def part_size(left: int, fits: float) -> int:
 def demand_of_run(state: State, copies: int = 1) -> Demand:
     """Return the demand of the study on the server, with `copies` of its results in memory."""
     choices = state.choices
-    image, data = image_of(choices.image), data_of(choices)
-    study = Study(image, choices.grid, choices.parameters, data, choices.seed)
-    return demand_of(study, choices.n_realizations, copies=copies)
+    return demand_of(study_of(choices), choices.n_realizations, copies=copies)
 
 
 def stop_run(state: State) -> None:
@@ -270,18 +266,10 @@ def part_of(choices: Choices) -> SimulateRange:
     image, data = image_of(choices.image), data_of(choices)
 
     def simulate_range(first: int, n: int, progress: Progress, cancel: Cancel) -> Ensemble:
-        return simulate(
-            image,
-            grid_shape=choices.grid,
-            parameters=choices.parameters,
-            hard_data=data,
-            n_realizations=n,
-            seed=choices.seed,
-            progress=progress,
-            cancel=cancel,
-            first_realization=first,
-            executor=executor_of_environment(),
-        )
+        executor = executor_of_environment()
+        settings = choices.grid, choices.parameters, data, n, choices.seed
+        options: Any = {"progress": progress, "cancel": cancel, "first_realization": first}
+        return simulate(image, *settings, executor=executor, **options)
 
     return simulate_range
 
@@ -307,7 +295,7 @@ def collect(state: State, *, parts: bool = True) -> None:
         state.message = failed(job.error)
     if ensemble is not None:
         take_in(state, job, ensemble)
-        state.runs.remember(PastRun.of(job.about, ensemble, state.reference))
+        state.runs.remember(PastRun(job.about, ensemble, state.reference))
 
 
 def take_in(state: State, job: Job[Ensemble], ensemble: Ensemble) -> None:

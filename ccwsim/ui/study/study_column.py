@@ -32,6 +32,7 @@ from ccwsim.ui.session.resolve import (
     template_sizes,
 )
 from ccwsim.ui.session.state import State
+from ccwsim.ui.study.changes import VALUES
 from ccwsim.ui.study.data_step import data_step, problem_of_data
 from ccwsim.ui.study.image_step import image_step
 from ccwsim.ui.study.run import run_step
@@ -39,10 +40,6 @@ from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, field, help_o
 from ccwsim.ui.widgets.text import pair, plain, step_title
 
 WORLD = {
-    "cell_size": ("Cell width (world units)", "Cell height (world units)"),
-    "origin": ("West edge (world units)", "South edge (world units)"),
-}
-WORLD_OF_VOLUME = {
     "cell_size": ("Cell size E–W", "Cell size N–S", "Cell height along z"),
     "origin": ("West edge", "South edge", "Bottom"),
 }
@@ -57,9 +54,7 @@ NUMBERS = {
 """Minimum, maximum and step of the numbers under Advanced."""
 LABELS = {"co_template": "Look-ahead for data", "exact_data": "Honour data exactly"}
 SIZES = {"template_size": "Template", "overlap_size": "Overlap", "wavelet_level": "Level"}
-METHODS = {"ccwsim": "CCWSIM", "ccsim": "CCSIM", "ms-ccsim": "MS-CCSIM"}
-VALUES = {**METHODS, "ssd": "squared difference"}
-"""Names of parameters and their values on the screen; the others have their own."""
+"""Names of parameters on the screen; the others have their own."""
 
 
 def study_column(state: State) -> None:
@@ -75,9 +70,9 @@ def grid_step(state: State) -> None:
     step_title(3, "Grid")
     grid = state.choices.grid
     change = partial(_change_grid, state)
-    sides = SIDES if grid.nz is not None else {name: SIDES[name] for name in ("nx", "ny")}
-    places = [*pair(), *(pair()[:1] if grid.nz is not None else [])]
-    for column, (name, label) in zip(places, sides.items(), strict=True):
+    n_axes = grid.n_dimensions
+    places = [place for _ in range(n_axes - 1) for place in pair()]
+    for column, (name, label) in zip(places, SIDES.items(), strict=False):
         with column:
             number = bound_to(grid, name, change, min_value=1, max_value=MAX_GRID_SIDE_OFFERED)
             number |= {"key": f"grid_{name}", "step": 8 if name == "nz" else 32}
@@ -85,8 +80,8 @@ def grid_step(state: State) -> None:
             field(st.number_input, label, **number)
     with st.popover("World coordinates", key="grid_menu"):
         st.caption("Used for data in world units, for the axes of maps and in exported files.")
-        for name, labels in (WORLD if grid.nz is None else WORLD_OF_VOLUME).items():
-            for k, label in enumerate(labels):
+        for name, labels in WORLD.items():
+            for k, label in enumerate(labels[:n_axes]):
                 _world_field(state, name, k, label)
 
 
@@ -123,7 +118,7 @@ def method_step(state: State) -> None:
     with st.popover("Advanced", key="method_menu"):
         for name in PARAMETERS:
             if name not in ON_TOP:
-                parameter_field(p, name, bound_to(p, name, change)["write"])
+                parameter_field(p, name, change)
         if len(shape) == 3:
             _trend_field(p, change)
         button("Back to the defaults", on_click=lambda: _reset(state))
@@ -186,11 +181,13 @@ def set_parameters(state: State, **changes: object) -> None:
     state.change(parameters=fitted(state.choices.parameters, shape, **changes))
 
 
-def parameter_field(p: Parameters, name: str, write, prefix: str = "p_") -> None:
+def parameter_field(
+    p: Parameters, name: str, change: Callable[..., None], prefix: str = "p_"
+) -> None:
     """Draw the control of one parameter, by the kind of its value; its key starts with `prefix`."""
     value = getattr(p, name)
     label = LABELS.get(name, name.replace("_", " ").capitalize())
-    options = {"key": f"{prefix}{name}", "value": value, "write": write, "help": help_of(name)}
+    options = bound_to(p, name, change, key=f"{prefix}{name}", help=help_of(name))
     if isinstance(value, bool):
         field(st.checkbox, label, **options)
     elif isinstance(value, str):
@@ -201,7 +198,8 @@ def parameter_field(p: Parameters, name: str, write, prefix: str = "p_") -> None
         if isinstance(value, tuple):  # a location weight only along z keeps its axis
 
             def write_per_axis(new: float) -> None:
-                write(tuple(new if weight else 0.0 for weight in value) if any(value) else new)
+                per_axis = tuple(new if weight else 0.0 for weight in value)
+                change(**{name: per_axis if any(value) else new})
 
             options |= {"value": max(value), "write": write_per_axis}
         low, high, step = NUMBERS[name]

@@ -12,7 +12,7 @@ from ccwsim.experiments.cost import PER_JUDGED_CELL, typical_seconds
 from ccwsim.experiments.plan import ALONG_Z, SweepPlan, plan_sweep, value_of
 from ccwsim.experiments.sweep import Sweep, SweepRow, sweep
 from ccwsim.jobs.job import Job
-from ccwsim.jobs.limits import Demand, check_limits
+from ccwsim.jobs.limits import Demand, limits_of_environment
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
 from ccwsim.model.ensemble import Ensemble
@@ -123,8 +123,8 @@ class SweepState:
     """The state of the page.
 
     `ranges` are those that the user chose, by the name of the parameter; others follow the study.
-    `error` is the error in the chart, `chosen` the setting of the latest run that is large (None for
-    the recommended one), `shown` its realization; `message` is why none was started.
+    `error` is the error in the chart, `chosen` the setting of the latest run that is large (None
+    for the recommended one), `shown` its realization; `message` is why none was started.
     """
 
     ranges: dict[str, list[Any]] = field(default_factory=dict)
@@ -288,7 +288,7 @@ def problem_of(state: State) -> str:
         return f"{len(plan)} settings; a sweep tries at most {MAX_SWEPT}: take fewer values."
     n_cells = len(plan) * state.page(SweepState).n_realizations * state.choices.grid.n_cells
     try:
-        check_limits(Demand(n_cells, data.n))
+        limits_of_environment().check(Demand(n_cells, data.n))
     except CCWSIMError as error:
         return str(error)
     return ""

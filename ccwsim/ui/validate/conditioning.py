@@ -33,7 +33,7 @@ CERTAIN = 0.05
 """Entropy below which a cell counts as certain."""
 MAX_LISTED = 100
 """Data of volumes that are listed."""
-RIGHT_COLOUR, WRONG_COLOUR = "#D9D6CF", "#A63A26"
+RIGHT_AND_WRONG = ["#D9D6CF", "#A63A26"]
 
 
 def draw_uncertainty(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
@@ -47,14 +47,11 @@ def draw_e_type_maps(
 ) -> None:
     """Draw the three maps or volumes side by side, linked; their keys start with `prefix`."""
     image, data = ensemble.training_image, ensemble.hard_data
-    name = image.facies_names[state.facies]
+    name, shares = image.facies_names[state.facies], found.probability[state.facies]
     title = f"Probability of {name}"
-    certain = (
-        f"{three_digits(100 * float((found.entropy < CERTAIN).mean()))} % of the cells are certain"
-    )
-    probability = share_map(
-        found.probability[state.facies], f"P({name}) =", title, point_colours=colours
-    )
+    n_certain = three_digits(100 * float((found.entropy < CERTAIN).mean()))
+    certain = f"{n_certain} % of the cells are certain"
+    probability = share_map(shares, f"P({name}) =", title, point_colours=colours)
     most_likely = facies_map(found.most_likely_indices, image, colours, "Most likely facies")
     alt = "Entropy, from 0, certain, to 1, all equally likely"
     entropy = share_map(found.entropy, "entropy", alt, colours=ENTROPY, point_colours=colours)
@@ -67,9 +64,8 @@ def draw_e_type_maps(
         with column:
             panel_title(title, note)
             shown.points.extend(points_of(data, image))
-            options: dict[str, Any] = {"link": "grid", "name": key, "max_height": 400}
-            options |= {"scale": f"{prefix}three", "body": False}
-            draw_cells(shown, f"{prefix}{key}", **options)
+            options: dict[str, Any] = {"scale": f"{prefix}three", "body": False, "max_height": 400}
+            draw_cells(shown, f"{prefix}{key}", link="grid", name=key, **options)
 
 
 def draw_data(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
@@ -206,18 +202,15 @@ def draw_reference(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
     def draw(found: tuple[ReferenceScores, Calibration]) -> None:
         scores, table = found
         st.html(f'<p class="facts">{describe_scores(scores)}</p>')
-        left, middle, right = st.columns([1.0, 1.0, 1.2], gap="medium")
+        *places, right = st.columns([1.0, 1.0, 1.2], gap="medium")
         reference_map = facies_map(field, image, colours, "The reference field")
         wrong = wrong_map(replace(scores, right=here.of(scores.right)), colours)
-        for column, title, key, drawn in (
-            (left, "Reference field", "truth", reference_map),
-            (middle, "Most likely facies is wrong", "wrong", wrong),
-        ):
-            with column:
+        maps = ("Reference field", reference_map), ("Most likely facies is wrong", wrong)
+        for place, key, (title, drawn) in zip(places, ("truth", "wrong"), maps, strict=True):
+            with place:
                 panel_title(title, str(here))
                 drawn.points.extend(points_of(shown.hard_data, image))
-                options: dict[str, Any] = {"link": "grid", "scale": "truth"}
-                draw_cells(drawn, key, name=key, max_height=320, **options)
+                draw_cells(drawn, key, link="grid", scale="truth", name=key, max_height=320)
         with right:
             chart = calibration_chart(table.forecast, table.observed, table.count, chart_theme())
             note = f"off by {100 * table.error:.1f} % on average"
@@ -253,8 +246,7 @@ def describe_scores(scores: ReferenceScores) -> str:
 
 def wrong_map(scores: ReferenceScores, colours: Sequence[str]) -> CellMap:
     """Return where the most likely facies is the true one and where not."""
-    both, labels = [RIGHT_COLOUR, WRONG_COLOUR], ["right", "wrong"]
-    keys = list(zip(labels, both, strict=True))
-    alt = "Where the most likely facies is not the true one"
+    labels, alt = ["right", "wrong"], "Where the most likely facies is not the true one"
+    keys = list(zip(labels, RIGHT_AND_WRONG, strict=True))
     indices = (~scores.right).astype(np.uint8)
-    return CellMap(indices, both, labels, alt, keys=keys, point_colours=colours)
+    return CellMap(indices, RIGHT_AND_WRONG, labels, alt, keys=keys, point_colours=colours)

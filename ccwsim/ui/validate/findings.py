@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from html import escape
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import streamlit as st
 
-from ccwsim.jobs.statistics import Failure, Task
-from ccwsim.metrics import Anodi, Fit
+from ccwsim.jobs.statistics import Task
+from ccwsim.metrics import Fit
 from ccwsim.metrics.bands import Statistic
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.numbers import three_digits
@@ -48,8 +47,7 @@ MAX_LISTED = 4
 """Facies up to which all proportions are listed, else only those that are off."""
 
 
-@dataclass(frozen=True)
-class Finding:
+class Finding(NamedTuple):
     """Something found, and whether it is as it should be."""
 
     text: str
@@ -58,37 +56,32 @@ class Finding:
 
 def findings(state: State, ensemble: Ensemble) -> list[Finding]:
     """Return the findings from the statistics known so far."""
+    page_state, k = state.page(Validation), state.facies
+    name, is_volume = ensemble.training_image.facies_names[k], ensemble.grid.nz is not None
     found = [of_data(ensemble)]
-    worker = state.page(Validation).worker
     tasks: dict[str, Task[Any]] = {"shares": proportions(ensemble), "variety": variety(ensemble)}
-    for name, task in tasks.items():
-        worker.ask(task)
+    for word, task in tasks.items():
+        page_state.worker.ask(task)
         if known(state, task) is None:
-            state.page(Validation).waiting[name] = task  # said when the page is drawn again
-    shares = worker.wait_for(proportions(ensemble), MOMENT_SECONDS)
-    if shares is not None and not isinstance(shares, Failure):
+            page_state.waiting[word] = task  # said when the page is drawn again
+    page_state.worker.wait_for(tasks["shares"], MOMENT_SECONDS)
+    if shares := known(state, proportions(ensemble)):
         found += of_proportions(ensemble, shares.fit)
-    name = ensemble.training_image.facies_names[state.facies]
-    compared: dict[tuple[Statistic, str], Fit | None] = {}
-    asked = axis_curves(ensemble)
-    for statistic, way in asked:
-        curve = known(state, curves(ensemble, statistic, state.facies, way))
-        if curve is not None:
-            compared[statistic, way] = curve.fit
-    if len(compared) == len(asked):
-        found += of_curves(compared, name)
-    if ensemble.grid.nz is not None:
+    ways = axis_curves(ensemble)
+    compared = [known(state, curves(ensemble, statistic, k, way)) for statistic, way in ways]
+    fits = {way: curve.fit for way, curve in zip(ways, compared, strict=True) if curve}
+    if len(fits) == len(ways):
+        found += of_curves(fits, name)
+    if is_volume:
         found += of_volume(state, ensemble)
-    neighbours = None if ensemble.grid.nz is None else state.page(Validation).neighbours
-    joined = known(state, geobodies(ensemble, state.facies, neighbours))
-    if joined is not None:
+    if joined := known(state, geobodies(ensemble, k, page_state.neighbours if is_volume else None)):
         found += [Finding(text, False) for text in describe_geobodies(joined.fit, name)]
     differing = known(state, variety(ensemble))
     if differing is not None and ensemble.n > 1:
         found.append(of_variety(ensemble, differing))
     apart = known(state, patterns(ensemble))
-    if apart is not None:
-        found += of_patterns(apart)
+    if apart and not apart.within[0].max() > 0:
+        found.append(Finding("realizations are copies of the training image", False))
     return found
 
 
@@ -139,14 +132,12 @@ def of_volume(state: State, ensemble: Ensemble) -> list[Finding]:
     """Say what only volumes have: layers, small patterns and those never seen."""
     name = ensemble.training_image.facies_names[state.facies]
     found = []
-    by_layer = known(state, layers(ensemble, state.facies))
-    if by_layer is not None:
+    if by_layer := known(state, layers(ensemble, state.facies)):
         good = by_layer.fit is None or by_layer.fit.fits
         text = describe_layers(by_layer.fit, name)
         found.append(Finding(f"{name}: {text}" if good else text, good))
-    small = known(state, volume_patterns(ensemble))
-    if small is not None:
-        found += [Finding(text, good) for text, good in describe_patterns(small.fit)]
+    if small := known(state, volume_patterns(ensemble)):
+        found += [Finding(*said) for said in describe_patterns(small.fit)]
         found.append(Finding(describe_unseen_of(small), True))
     return found
 
@@ -157,19 +148,11 @@ def of_variety(ensemble: Ensemble, differing: float) -> Finding:
     return Finding(describe_variety(differing, shares), differing > 0)
 
 
-def of_patterns(found: Anodi) -> list[Finding]:
-    """Say where realizations are copies of the training image."""
-    if found.within[0].max() > 0:
-        return []
-    return [Finding("realizations are copies of the training image", False)]
-
-
 def draw_summary(state: State, ensemble: Ensemble) -> None:
     """Write the findings in one line; what is not as it should be is marked."""
-    found = findings(state, ensemble)
-    found[0] = replace(found[0], text=found[0].text[:1].upper() + found[0].text[1:])
+    (first, good), *others = findings(state, ensemble)
     said = ' <span class="dot">·</span> '.join(
-        f'<span class="{"fact" if finding.good else "fact odd"}">{escape(finding.text)}</span>'
-        for finding in found
+        f'<span class="{"fact" if good else "fact odd"}">{escape(text)}</span>'
+        for text, good in [(first[:1].upper() + first[1:], good), *others]
     )
     st.html(f'<p class="facts judged" role="status">{said}</p>')

@@ -5,23 +5,24 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 import streamlit as st
-from numpy.typing import NDArray
 
 from ccwsim.figures import Bundle, convergence_chart, curves_chart
-from ccwsim.jobs.job import Cancel, Job
+from ccwsim.jobs.job import Job
 from ccwsim.jobs.limits import Demand
-from ccwsim.metrics import RunningStatistics, RunningSummary, connectivity, variogram
-from ccwsim.metrics.bands import Statistic
+from ccwsim.jobs.workers import Cancel
+from ccwsim.metrics import RunningStatistics, RunningSummary
+from ccwsim.metrics.bands import Statistic, curves_of
 from ccwsim.metrics.lags import axes_of, max_lag
 from ccwsim.model.bounds import MAX_LARGE_ENSEMBLE
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import Cancelled
 from ccwsim.model.numbers import three_digits
 from ccwsim.model.study import Study
-from ccwsim.report.verdicts import curve_title
+from ccwsim.report.verdicts import SIGNS, curve_title
 from ccwsim.run.footprint import demand_of
 from ccwsim.run.simulation import simulate
 from ccwsim.system.machine import n_cores
@@ -94,12 +95,11 @@ class LargeEnsembleRun(PageRun[None]):
         study = (s.training_image, s.grid, s.parameters, s.hard_data)
         try:
             ensemble = simulate(*study, n, s.seed, cancel=cancel, first_realization=running.n)
-            wrong = ensemble.n_mismatched
-            for k, realization in enumerate(ensemble):
-                running.add(realization)
-                self.n_wrong += int(wrong[k])
         except Cancelled:
             return
+        for realization in ensemble:
+            running.add(realization)
+        self.n_wrong += int(ensemble.n_mismatched.sum())
 
     def _sum_up(self, running: RunningStatistics) -> None:
         self.summary = running.summary(LOW, HIGH)
@@ -125,26 +125,22 @@ def draw_large_ensemble(state: State, ensemble: Ensemble, colours: Sequence[str]
         "Simulates many realizations of the study of this page and keeps only their statistics: "
         "E-type, entropy, proportions and curves. Memory does not grow with their number."
     )
-    going = run is not None and run.going
     with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="long_row"):
         limits = {"min_value": 10, "max_value": MAX_LARGE_ENSEMBLE, "step": 100, "width": 180}
         help_ = "More make the probabilities more exact: four times as many halve the error."
         options = {**bound_to(page_state, "n"), **limits, "help": help_}
         fields.field(st.number_input, "Realizations", key="n_long", **options)
-        if not going:
+        if run is None or not run.going:
             button("Start", key="long_start", type="primary", on_click=start, args=(state,))
     if page_state.message:
         st.warning(plain(page_state.message))
     if run is None:
         return
-
-    def draw() -> None:
-        _draw_run(run, state, colours)
-
+    draw = partial(_draw_run, run, state, colours)
     image, grid = run.study.training_image, run.study.grid
     if image.digest != ensemble.training_image.digest or grid != ensemble.grid:
         step_note("The latest large ensemble is of another study.")
-    elif run.job is not None and going:
+    elif run.job is not None and run.going:
         follow(run.job, draw=draw, keys=("long_progress", "long_stop"), cancel="Stop")
     else:
         draw()
@@ -161,8 +157,7 @@ def start(state: State) -> None:
 def _draw_run(run: LargeEnsembleRun, state: State, colours: Sequence[str]) -> None:
     if run.error is not None:
         st.error(plain(f"The large ensemble ended early: {failed(run.error)}"))
-    summary = run.summary
-    if summary is None:
+    if (summary := run.summary) is None:
         return
     step_note(describe_summary(run, summary))
     assert state.ensemble is not None
@@ -174,12 +169,11 @@ def _draw_run(run: LargeEnsembleRun, state: State, colours: Sequence[str]) -> No
     ]
     columns = st.columns(len(curves) + 1, gap="medium")
     for column, (statistic, way) in zip(columns, curves, strict=False):
-        sign, y_range = ("γ", None) if statistic == "variogram" else ("τ", (0, 1.04))
-        title = curve_title(statistic, way)
+        y_range = None if statistic == "variogram" else (0, 1.04)
+        title, y_title = curve_title(statistic, way), f"{SIGNS[statistic]} of {name}"
         note, key = f"{summary.n:,} realizations", f"long_{statistic}_{way[0]}"
         bundle = bundle_of_band(run, summary, statistic, way)
         with column:
-            y_title = f"{sign} of {name}"
             chart = curves_chart(bundle, chart_theme(), y_title=y_title, y_range=y_range)
             titled_chart(title, note, chart, key, f"{title} of {name}")
     with columns[-1]:
@@ -206,19 +200,18 @@ def describe_summary(run: LargeEnsembleRun, summary: RunningSummary) -> str:
 
 
 def bundle_of_band(
-    run: LargeEnsembleRun, summary: RunningSummary, statistic: str, way: str
+    run: LargeEnsembleRun, summary: RunningSummary, statistic: Statistic, way: str
 ) -> Bundle:
     """Return a band as a bundle without single curves, up to half of the side as other curves."""
     image, grid = run.study.training_image, run.study.grid
     code, longest = int(image.codes[run.facies]), max_lag(way, image.shape, grid.shape)
     lags = summary.lags[summary.lags <= longest]
-    reference: NDArray[np.float64]
-    if statistic == "variogram":
-        reference = variogram(image, code, way, lags).gamma[0]
-        band = summary.variograms[code, way]
-    else:
-        reference = connectivity(image, code, way, lags).tau[0]
-        band = summary.connectivity[code, way]
-    each, n = np.empty((0, len(lags))), len(lags)
-    low, median, high = (curve[:n] for curve in (band.low, band.median, band.high))
-    return Bundle(lags.astype(float), reference, each, low, median, high)
+    reference = curves_of(statistic, image, code, way, lags)[0]
+    bands = summary.variograms if statistic == "variogram" else summary.connectivity
+    band, n = bands[code, way], len(lags)
+    return Bundle(
+        lags.astype(float),
+        reference,
+        np.empty((0, n)),
+        *(curve[:n] for curve in (band.low, band.median, band.high)),
+    )

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
-from html import escape
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import streamlit as st
 
@@ -34,13 +33,13 @@ from ccwsim.ui.study.run import problem_of, start_run, start_run_if_needed
 from ccwsim.ui.validate.conditioning import draw_data, draw_reference, draw_uncertainty
 from ccwsim.ui.validate.findings import draw_summary
 from ccwsim.ui.validate.large_ensemble import draw_large_ensemble
-from ccwsim.ui.validate.measures import draw_measures
 from ccwsim.ui.validate.reproduction import (
     draw_copying,
     draw_curves_row,
     draw_directions,
     draw_geobodies,
     draw_image,
+    draw_measures,
     draw_patterns,
     draw_transitions,
 )
@@ -53,7 +52,7 @@ from ccwsim.ui.validate.statistics import (
     panel,
     patterns,
 )
-from ccwsim.ui.widgets.fields import button, field
+from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
 from ccwsim.ui.widgets.text import panel_title
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
@@ -101,19 +100,16 @@ def _draw_validation(state: State, ensemble: Ensemble) -> None:
 
 def _draw_controls(state: State, ensemble: Ensemble) -> None:
     """Draw the choice of the facies, and a way to judge more realizations."""
-    names = ensemble.training_image.facies_names
     row: dict[str, Any] = {"horizontal": True, "vertical_alignment": "bottom", "gap": "small"}
     with st.container(**row, key="judge_what", width=420):
-        options: dict[str, Any] = {"options": list(range(len(names))), "width": 140}
-        options |= {"format_func": names.__getitem__}
+        options = options_of(dict(enumerate(ensemble.training_image.facies_names)))
+        options |= {"value": state.facies, "write": lambda k: choose(state, k), "width": 140}
         help_ = "Whose curves and probability are shown."
-        value = {"value": state.facies, "write": lambda k: choose(state, k)}
-        field(st.selectbox, "Facies", key="judged", help=help_, **value, **options)
-        n = state.choices.n_realizations
-        value = {"value": n, "write": lambda n: state.change(n_realizations=int(n))}
-        options = {"min_value": 1, "max_value": MAX_REALIZATIONS, "width": 140}
+        field(st.selectbox, "Facies", key="judged", help=help_, **options)
+        options = bound_to(state.choices, "n_realizations", state.change, width=140)
+        options |= {"min_value": 1, "max_value": MAX_REALIZATIONS}
         help_ = "How many the next run gives; a band of 5–95 % needs about 20 or more."
-        field(st.number_input, "Realizations", key="n_realizations", help=help_, **value, **options)
+        field(st.number_input, "Realizations", key="n_realizations", help=help_, **options)
         problem = problem_of(state)
         options = {"type": "primary", "disabled": bool(problem), "help": problem or None}
         button("Run", key="run", on_click=start_run, args=(state,), **options)
@@ -147,9 +143,7 @@ def _draw_first_screen(state: State, colours: Sequence[str], elsewhere: tuple) -
 def _shown_elsewhere(state: State) -> tuple:
     """Return the choices made in the maps that the rest of the page depends on."""
     seen, ensemble = state.page(Validation).seen, state.ensemble
-    here = None
-    if ensemble is not None and seen & SLICED:
-        here = slice_of(state, ensemble)
+    here = slice_of(state, ensemble) if ensemble is not None and seen & SLICED else None
     return state.facies, state.shown if "reuse" in seen else None, here
 
 
@@ -195,53 +189,36 @@ def _draw_mds(state: State, found: Anodi) -> None:
     titled_chart(mds_title(placed.explained), note, chart, "mds", alt, draw)
 
 
-class PageSection(NamedTuple):
-    """A part of the page: its anchor, its title, what it says, and what draws it."""
-
-    name: str
-    title: str
-    text: str
-    draw: Callable[[State, Ensemble, Sequence[str]], None]
-
-
 SECTIONS = (
-    PageSection("uncertainty", "Uncertainty", "where the realizations agree", draw_uncertainty),
-    PageSection(
-        "bodies", "Proportions and geobodies", "how much, in how many pieces", draw_geobodies
-    ),
-    PageSection(
-        "measures", "Measures", "one number each, beside crops of the image", draw_measures
-    ),
-    PageSection(
-        "patterns", "Patterns", "how varied, and how like the training image", draw_patterns
-    ),
-    PageSection("data", "Hard data", "whether and how they are honoured", draw_data),
-    PageSection("directions", "Any direction", "variograms over all lags", draw_directions),
-    PageSection("transitions", "Transiograms", "which facies follows which", draw_transitions),
-    PageSection("reuse", "Copying", "what was copied from the training image", draw_copying),
-    PageSection("truth", "Reference field", "scores where it is known", draw_reference),
-    PageSection("image", "Training image", "what it is like, and what suits it", draw_image),
-    PageSection(
-        "long", "Large ensemble", "statistics of thousands, none kept", draw_large_ensemble
-    ),
+    ("uncertainty", "Uncertainty", "where the realizations agree", draw_uncertainty),
+    ("bodies", "Proportions and geobodies", "how much, in how many pieces", draw_geobodies),
+    ("measures", "Measures", "one number each, beside crops of the image", draw_measures),
+    ("patterns", "Patterns", "how varied, and how like the training image", draw_patterns),
+    ("data", "Hard data", "whether and how they are honoured", draw_data),
+    ("directions", "Any direction", "variograms over all lags", draw_directions),
+    ("transitions", "Transiograms", "which facies follows which", draw_transitions),
+    ("reuse", "Copying", "what was copied from the training image", draw_copying),
+    ("truth", "Reference field", "scores where it is known", draw_reference),
+    ("image", "Training image", "what it is like, and what suits it", draw_image),
+    ("long", "Large ensemble", "statistics of thousands, none kept", draw_large_ensemble),
 )
+"""The parts of the page: anchor, title, gist, and the function that draws each."""
 
 
 def _draw_sections(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
     """Draw links to all sections, those that came into view, and outlines of the others."""
     page_state = state.page(Validation)
-    links = "".join(f'<a href="#{s.name}" target="_self">{escape(s.title)}</a>' for s in SECTIONS)
+    links = "".join(f'<a href="#{name}" target="_self">{title}</a>' for name, title, *_ in SECTIONS)
     st.html(f'<nav class="sections" aria-label="On this page">{links}</nav>')
     for name, title, text, draw in SECTIONS:
         with st.container(key=f"section_{name}"):
-            title = f"{escape(title)}<span>{escape(text)}</span>"
-            st.html(f'<h2 class="section" id="{name}">{title}</h2>')
+            st.html(f'<h2 class="section" id="{name}">{title}<span>{text}</span></h2>')
             if name not in page_state.seen:
                 st.html('<div class="unseen"></div>')
                 continue
             with error_boundary():
                 draw(state, ensemble, colours)
-    unseen = [section.name for section in SECTIONS if section.name not in page_state.seen]
+    unseen = [name for name, *_ in SECTIONS if name not in page_state.seen]
 
     def seen(names: list[str]) -> None:
         page_state.seen |= set(names) & set(unseen)

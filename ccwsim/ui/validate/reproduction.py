@@ -25,7 +25,7 @@ from ccwsim.figures import (
     strip_chart,
     transiogram_chart,
 )
-from ccwsim.metrics import Anodi, Copying, Diagnosis
+from ccwsim.metrics import Anodi, Copying, Diagnosis, Measured
 from ccwsim.metrics.bands import Statistic
 from ccwsim.metrics.lags import axes_of
 from ccwsim.model.arrays import describe_shape, listing
@@ -35,10 +35,13 @@ from ccwsim.model.numbers import three_digits
 from ccwsim.report.pictures import bundle_of_curves
 from ccwsim.report.verdicts import (
     HOW_JUDGED,
+    HOW_MEASURED,
+    MEASURES_HEAD,
     SIGNS,
     curve_title,
     describe_curve,
     describe_geobodies,
+    describe_measures,
     describe_patterns,
     describe_proportion,
     describe_unseen,
@@ -49,23 +52,23 @@ from ccwsim.ui.frontend.cell_map import CellMap
 from ccwsim.ui.frontend.cells import draw_cells
 from ccwsim.ui.results.charts import draw_chart, titled_chart
 from ccwsim.ui.results.curves import draw_band_key, draw_layers
-from ccwsim.ui.results.tables import numbers_table
+from ccwsim.ui.results.tables import as_csv, csv_button, numbers_table
+from ccwsim.ui.session.file_names import study_part
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.diagnosis_panel import draw_diagnosis
 from ccwsim.ui.study.image_step import use_advice
 from ccwsim.ui.validate import statistics
 from ccwsim.ui.validate.slices import middle_layer, slice_of
 from ccwsim.ui.validate.statistics import (
-    CurvesCompared,
+    Compared,
     GeobodiesCompared,
     LagMaps,
     PatternsCompared,
-    ProportionsCompared,
     Validation,
     panel,
 )
 from ccwsim.ui.widgets.fields import bound_to, field, options_of
-from ccwsim.ui.widgets.text import panel_title, step_note
+from ccwsim.ui.widgets.text import panel_title, scrolled, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
 STATISTICS: tuple[Statistic, ...] = ("variogram", "connectivity")
@@ -85,10 +88,7 @@ MAX_USES = 100
 
 
 def draw_curves_row(state: State, ensemble: Ensemble) -> None:
-    """Draw variograms and connectivity of the chosen facies along all axes, with their key.
-
-    Those of volumes take two rows, which end with the layers and with patterns never seen.
-    """
+    """Draw variograms and connectivity along all axes; of volumes layers and unseen patterns."""
     draw_band_key(ensemble)
     curves = [partial(draw_curve, state, ensemble, *which) for which in axis_curves(ensemble)]
     rows = [curves]
@@ -111,10 +111,10 @@ def axis_curves(ensemble: Ensemble) -> list[tuple[Statistic, str]]:
 
 
 def _draw_layers(state: State, ensemble: Ensemble) -> None:
-    k, height = state.facies, CURVE_HEIGHT
+    k = state.facies
 
-    def draw(found: CurvesCompared) -> None:
-        draw_layers(ensemble, k, found.bundle, found.fit, height)
+    def draw(found: Compared[Bundle]) -> None:
+        draw_layers(ensemble, k, found.value, found.fit, CURVE_HEIGHT)
 
     panel(state, "layers", statistics.layers(ensemble, k), draw)
 
@@ -157,8 +157,8 @@ def draw_curve(
     title = curve_title(statistic, way)
     key = f"{statistic}_{way[0] if isinstance(way, str) else 'azimuth'}"
 
-    def draw(found: CurvesCompared) -> None:
-        bundle = found.bundle
+    def draw(found: Compared[Bundle]) -> None:
+        bundle = found.value
         highest = max(np.nan_to_num(curves).max() for curves in (bundle.each, bundle.reference))
         y_range = (0, 1.04) if statistic == "connectivity" else (0, max(top, 1.05 * float(highest)))
         y_title = f"{SIGNS[statistic]} of {name}"
@@ -173,10 +173,10 @@ def draw_curve(
 def draw_directions(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
     """Draw variogram and connectivity along a chosen direction, and the variogram maps."""
     page_state = state.page(Validation)
-    options: dict[str, Any] = {"min_value": 0, "max_value": 175, "step": 5, "width": 420}
+    options = bound_to(page_state, "azimuth", min_value=0, max_value=175, step=5, width=420)
     help_ = "0 is N–S, 45 is NE–SW, 90 is E–W, 135 is NW–SE. The dotted line on the maps."
-    label, value = "Direction, degrees from north to east", bound_to(page_state, "azimuth")
-    field(st.slider, label, key="azimuth", help=help_, **value, **options)
+    label = "Direction, degrees from north to east"
+    field(st.slider, label, key="azimuth", help=help_, **options)
     azimuth = float(page_state.azimuth)
     for column, statistic in zip(st.columns(2, gap="medium"), SIGNS, strict=True):
         with column:
@@ -194,14 +194,14 @@ def _draw_lag_maps(found: LagMaps, name: str, azimuth: float) -> None:
     largest = float(max(found.reference.max(), found.mean.max())) or 0.5
     apart = found.mean - found.reference
     widest = float(np.abs(apart).max()) or largest
-    same, other = {"largest": largest}, {"largest": widest, "difference": True}
-    maps: tuple[tuple[str, str, str, NDArray, dict[str, Any]], ...] = (
-        ("Training image", "variogram map", "lags_image", found.reference, same),
-        ("Realizations", "mean variogram map", "lags_mean", found.mean, same),
-        ("Difference", f"at most {three_digits(widest)}", "lags_apart", apart, other),
+    maps = (
+        ("Training image", "variogram map", "lags_image", found.reference, largest),
+        ("Realizations", "mean variogram map", "lags_mean", found.mean, largest),
+        ("Difference", f"at most {three_digits(widest)}", "lags_apart", apart, widest),
     )
-    for column, (title, note, key, values, options) in zip(columns, maps, strict=True):
-        options = {"name": f"γ of {name}", "azimuth": azimuth, **options}
+    for column, (title, note, key, values, top) in zip(columns, maps, strict=True):
+        options: dict[str, Any] = {"largest": top, "difference": values is apart}
+        options |= {"name": f"γ of {name}", "azimuth": azimuth}
         with column:
             chart = lag_map_chart(found.lags, values, chart_theme(), **options)
             alt = f"{title}: variogram map of {name}, lags east and north"
@@ -210,25 +210,22 @@ def _draw_lag_maps(found: LagMaps, name: str, azimuth: float) -> None:
 
 def draw_transitions(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
     """Draw the transiograms; with many facies, those that start in one of them."""
-    page_state = state.page(Validation)
-    names = ensemble.training_image.facies_names
+    page_state, names = state.page(Validation), ensemble.training_image.facies_names
     n = len(names)
-    tails, heads = list(range(n)), list(range(n))[:MAX_HEADS]
+    tails = list(range(n))
     with st.container(horizontal=True, gap="medium", vertical_alignment="bottom"):
         ways = axes_of(ensemble.grid.shape)
         page_state.along = page_state.along if page_state.along in ways else ways[0]
-        options = {"options": list(ways), "format_func": way_name}
-        along = bound_to(page_state, "along")
-        field(st.segmented_control, "Along", key="transitions_along", **along, **options)
+        along = bound_to(page_state, "along", options=list(ways), format_func=way_name)
+        field(st.segmented_control, "Along", key="transitions_along", **along)
         if n > MAX_TAILS:
             page_state.tail = min(page_state.tail, n - 1)
-            options = {"options": tails, "format_func": names.__getitem__, "width": 220}
-            tail = bound_to(page_state, "tail")
-            field(st.selectbox, "From", key="transitions_tail", **tail, **options)
+            tail = bound_to(page_state, "tail", **options_of(dict(enumerate(names))), width=220)
+            field(st.selectbox, "From", key="transitions_tail", **tail)
             tails = [page_state.tail]
 
     def draw(bundles: dict[tuple[int, int], Bundle]) -> None:
-        chart = transiogram_chart(bundles, tails, heads, names, chart_theme())
+        chart = transiogram_chart(bundles, tails, range(n)[:MAX_HEADS], names, chart_theme())
         note = "probability of the second facies at a lag from the first"
         alt = "Transition probabilities between facies over the lag"
         titled_chart("Transiograms", note, chart, "transiograms", alt)
@@ -243,8 +240,8 @@ def draw_geobodies(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
     image, k = ensemble.training_image, state.facies
     names = image.facies_names
 
-    def draw_shares(found: ProportionsCompared) -> None:
-        chart = proportions_chart(names, image.proportions, found.each, colours, chart_theme())
+    def draw_shares(found: Compared[NDArray[np.float64]]) -> None:
+        chart = proportions_chart(names, image.proportions, found.value, colours, chart_theme())
         note = describe_proportion(ensemble, k)
         alt = "Facies proportions of each realization and of the training image"
         titled_chart("Facies proportions", note, chart, "proportions", alt)
@@ -333,6 +330,40 @@ def describe_percolation(found: GeobodiesCompared, name: str) -> str:
     )
 
 
+def draw_measures(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
+    """Draw all measures of the facies, each beside crops of the training image."""
+    name = ensemble.training_image.facies_names[state.facies]
+
+    def draw(found: Measured) -> None:
+        n = len(found.each)
+        panel_title(f"Measures of {name}", f"{'first ' if n < ensemble.n else ''}{n} realizations")
+        rows = []
+        for row in describe_measures(found):
+            title = f'<span title="{escape(row.definition)}">{escape(row.title)}</span>'
+            verdict = f'<span class="{"fact" if row.good else "fact odd"}">{row.verdict}</span>'
+            rows.append([title, row.image, row.realizations, verdict])
+        table = numbers_table(rows, MEASURES_HEAD, "measures")
+        st.html(scrolled(table, f"Measures of {name}"))
+        step_note(HOW_MEASURED)
+        of = study_part(ensemble)
+        csv_button("Measures as CSV", "measures", lambda: measures_csv(found), of, width="content")
+
+    panel(state, "measures", statistics.measures(ensemble, state.facies), draw)
+
+
+def measures_csv(found: Measured) -> bytes:
+    """Return one line a measure: the training image, crops, pieces, and each realization."""
+    head = ["measure", "training_image", "crops", "tolerance", "pieces"]
+    lines = []
+    for k, measure in enumerate(found.measures):
+        fit = found.fit
+        band = ("", "", "") if fit is None else (fit.reference[k], fit.tolerance[k], fit.found[k])
+        numbers = [found.reference[k], *band, *found.each[:, k]]
+        shown = (n if n == "" else f"{measure.factor * n:.6g}" for n in numbers)
+        lines.append([measure.title, *shown])
+    return as_csv([*head, *(f"realization_{r + 1}" for r in range(len(found.each)))], lines)
+
+
 def draw_patterns(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
     """Draw ANODI's between and within by resolution, with their ratio; of volumes crops as well."""
     draw = partial(_draw_anodi, n_axes=ensemble.grid.n_dimensions)
@@ -390,14 +421,14 @@ def draw_copying(state: State, ensemble: Ensemble, colours: Sequence[str]) -> No
             share = three_digits(100 * found.seams.mean())
             panel_title("Seams", f"{share} % of the cells are at one{here.words}")
             seams = found.seams if here.axis is None else found.seams_within(here.axis)
-            cut, own = replace(found, seams=here.of(seams)), here.ensemble(ensemble)
-            shown = seam_map(cut, own, r, colours, chart_theme().reference)
+            cut = replace(found, seams=here.of(seams))
+            shown = seam_map(cut, here.ensemble(ensemble), r, colours, chart_theme().reference)
             draw_cells(shown, "seams", link="grid", name="seams", max_height=COPYING_HEIGHT)
         with middle:
             note = f"uses of each cell of the training image{of_image.words}"
             panel_title("Where it came from", note)
-            uses = replace(found, uses=of_image.of(found.uses))
-            draw_cells(use_map(uses), "uses", name="uses", max_height=COPYING_HEIGHT)
+            uses = use_map(replace(found, uses=of_image.of(found.uses)))
+            draw_cells(uses, "uses", name="uses", max_height=COPYING_HEIGHT)
         with right:
             panel_title("Copy meter", f"realization {ensemble.numbers[r] + 1}")
             st.html(numbers_table(meter_of(found)))
@@ -417,21 +448,19 @@ def draw_image(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None
     image = ensemble.training_image
 
     def draw(found: Diagnosis) -> None:
-        parameters = state.choices.parameters
-        draw_diagnosis(found, image, parameters, colours, lambda new: use_advice(state, new))
+        p = state.choices.parameters
+        draw_diagnosis(found, image, p, colours, lambda new: use_advice(state, new))
 
     panel(state, "diagnosis", statistics.diagnosis(image), draw)
 
 
 def meter_of(found: Copying) -> list[tuple[str, str]]:
     """Return the rows of the copy meter: names and values."""
-    side, n_axes = found.largest_square, len(found.square_at)
+    n_axes = len(found.square_at)
+    shape = describe_shape((found.largest_square,) * n_axes)
     return [
         ("neighbours kept", f"{100 * found.copied:.1f} %"),
-        (
-            f"largest {'square' if n_axes == 2 else 'cube'} copied",
-            f"{describe_shape((side,) * n_axes)} cells",
-        ),
+        (f"largest {'square' if n_axes == 2 else 'cube'} copied", f"{shape} cells"),
         ("largest piece copied", f"{found.largest_block:,} cells"),
         ("training image used", f"{100 * found.used:.0f} %"),
         ("set alone", f"{found.n_unknown:,} cells"),

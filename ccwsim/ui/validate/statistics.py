@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import Any, TypeVar
+from dataclasses import dataclass, field, replace
+from functools import wraps
+from typing import Any, Concatenate, Generic, ParamSpec, TypeVar
 
 import numpy as np
 import streamlit as st
@@ -41,7 +42,7 @@ from ccwsim.metrics import (
     unseen_patterns,
     variogram_map,
 )
-from ccwsim.metrics.bands import Statistic, curves_of
+from ccwsim.metrics.bands import Statistic
 from ccwsim.metrics.fits import PATTERN_SIZES
 from ccwsim.metrics.lags import Direction, distinct_lags, max_lag
 from ccwsim.metrics.stack import Stack
@@ -49,7 +50,7 @@ from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.report.pictures import bundle_of_curves, layers_bundle
+from ccwsim.report.pictures import bundle_of, bundle_of_curves, layers_bundle
 from ccwsim.run.simulation import simulate
 from ccwsim.system.lru_cache import LruCache
 from ccwsim.ui.results.curves import e_type_of
@@ -70,6 +71,7 @@ MIN_KEPT = 24
 MIN_STOPPABLE = 3.0
 """Seconds of work after which it can be stopped."""
 Value = TypeVar("Value")
+Given = ParamSpec("Given")
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,29 +84,21 @@ class LagMaps:
 
 
 @dataclass(frozen=True, eq=False)
-class CurvesCompared:
-    """Curves of the realizations and of the training image, and how crops of that compare."""
+class Compared(Generic[Value]):
+    """A statistic of realizations, and how pieces of them compare with crops of the image."""
 
-    bundle: Bundle
+    value: Value
     fit: Fit | None
 
 
 @dataclass(frozen=True, eq=False)
 class GeobodiesCompared:
-    """Geobodies of the realizations, of the training image, cells of both, and how they fit."""
+    """Geobodies of the realizations and of the training image, cells of both, and how they fit."""
 
     each: Geobodies
     reference: Geobodies
     n_cells: int
     n_cells_reference: int
-    fit: Fit | None
-
-
-@dataclass(frozen=True, eq=False)
-class ProportionsCompared:
-    """Facies proportions of each realization, and how their mean fits crops."""
-
-    each: NDArray[np.float64]
     fit: Fit | None
 
 
@@ -122,12 +116,23 @@ class PatternsCompared:
     unseen_at_data: NDArray[np.float64] | None
 
 
-def task_of(
-    name: str, ensemble: Ensemble, work: Callable[[Fraction], Value], *more: Any
-) -> Task[Value]:
-    """Return a task on an ensemble; `more` is what else its value depends on."""
-    study = ensemble.digest, ensemble.training_image.digest, ensemble.grid.shape
-    return Task((name, *study, *more), work)
+def as_task(work: Callable[Concatenate[Fraction, Given], Value]) -> Callable[Given, Task[Value]]:
+    """Make a function that returns work(progress, …) as a task; its key is what it is given."""
+
+    @wraps(work)
+    def task_of(*given: Given.args, **options: Given.kwargs) -> Task[Value]:
+        key = work.__name__, *map(content, (*given, *options.values()))
+        return Task(key, lambda progress: work(progress, *given, **options))
+
+    return task_of
+
+
+def content(given: Any) -> Any:
+    """Return what tells something from another of its type."""
+    if isinstance(given, Ensemble):
+        run = given.parameters.digest, given.hard_data.digest, given.seed, given.sources is None
+        return given.digest, given.training_image.digest, given.grid, *run
+    return (given.digest, given.facies_names) if isinstance(given, TrainingImage) else given
 
 
 def code_of(ensemble: Ensemble, facies: int) -> int:
@@ -140,177 +145,146 @@ def first(ensemble: Ensemble, n: int) -> Stack:
     return Stack(ensemble.indices[:n], ensemble.training_image.codes)
 
 
+@as_task
 def curves(
-    ensemble: Ensemble, statistic: Statistic, facies: int, direction: Direction
-) -> Task[CurvesCompared]:
+    progress: Fraction, ensemble: Ensemble, statistic: Statistic, facies: int, direction: Direction
+) -> Compared[Bundle]:
     """Return a statistic of a facies along a direction, and whether crops give the same."""
     image, code = ensemble.training_image, code_of(ensemble, facies)
     longest = max_lag(direction, image.shape, ensemble.grid.shape)
     lags, distances = distinct_lags(direction, longest)
-
-    def work(progress: Fraction) -> CurvesCompared:
-        some = first(ensemble, MAX_CURVES)
-        each = curves_of(statistic, some, code, direction, lags, progress)
-        reference = curves_of(statistic, image, code, direction, lags)[0]
-        fit = fit_curve(ensemble, statistic, code, direction)
-        return CurvesCompared(bundle_of_curves(distances, reference, each), fit)
-
-    return task_of(statistic, ensemble, work, facies, direction)
+    some = first(ensemble, MAX_CURVES)
+    bundle = bundle_of(statistic, some, image, code, direction, lags, progress)
+    fit = fit_curve(ensemble, statistic, code, direction)
+    return Compared(replace(bundle, lags=distances), fit)
 
 
-def lag_maps(ensemble: Ensemble, facies: int) -> Task[LagMaps]:
+@as_task
+def lag_maps(progress: Fraction, ensemble: Ensemble, facies: int) -> LagMaps:
     """Return variogram maps of a facies."""
     sides = (*ensemble.training_image.shape, *ensemble.grid.shape)
     reach = max(1, min(MAX_MAP_LAG, min(sides) // 2))
     code = code_of(ensemble, facies)
-
-    def work(progress: Fraction) -> LagMaps:
-        each = variogram_map(first(ensemble, MAX_CURVES), code, reach, progress)
-        reference = variogram_map(ensemble.training_image, code, reach)
-        return LagMaps(each.lags, reference.gamma[0], each.gamma.mean(axis=0))
-
-    return task_of("lag maps", ensemble, work, facies)
+    each = variogram_map(first(ensemble, MAX_CURVES), code, reach, progress)
+    reference = variogram_map(ensemble.training_image, code, reach)
+    return LagMaps(each.lags, reference.gamma[0], each.gamma.mean(axis=0))
 
 
-def transitions(ensemble: Ensemble, direction: Direction) -> Task[dict[tuple[int, int], Bundle]]:
+@as_task
+def transitions(
+    progress: Fraction, ensemble: Ensemble, direction: Direction
+) -> dict[tuple[int, int], Bundle]:
     """Return the transiograms of all pairs of facies along a direction."""
-    n = ensemble.training_image.n_facies
+    facies = range(ensemble.training_image.n_facies)
     n_lags = max_lag(direction, ensemble.training_image.shape, ensemble.grid.shape)
     sparse = range(DENSE_LAGS + STRIDE, n_lags + 1, STRIDE)
     lags = np.array([*range(min(n_lags, DENSE_LAGS) + 1), *sparse])
-
-    def work(progress: Fraction) -> dict[tuple[int, int], Bundle]:
-        some = first(ensemble, MAX_CURVES)
-        each = transiograms(some, None, direction, lags, progress).probability
-        image = transiograms(ensemble.training_image, None, direction, lags).probability[0]
-        x = lags.astype(float)
-        return {
-            (tail, head): bundle_of_curves(x, image[tail, head], each[:, tail, head])
-            for tail in range(n)
-            for head in range(n)
-        }
-
-    return task_of("transitions", ensemble, work, direction)
+    some = first(ensemble, MAX_CURVES)
+    each = transiograms(some, None, direction, lags, progress).probability
+    image = transiograms(ensemble.training_image, None, direction, lags).probability[0]
+    x = lags.astype(float)
+    return {
+        (tail, head): bundle_of_curves(x, image[tail, head], each[:, tail, head])
+        for tail in facies
+        for head in facies
+    }
 
 
-def layers(ensemble: Ensemble, facies: int) -> Task[CurvesCompared]:
+@as_task
+def layers(progress: Fraction, ensemble: Ensemble, facies: int) -> Compared[Bundle]:
     """Return the vertical proportion curves of a facies of volumes."""
-
-    def work(progress: Fraction) -> CurvesCompared:
-        fit = fit_vertical_proportions(ensemble, code_of(ensemble, facies))
-        return CurvesCompared(layers_bundle(ensemble, facies), fit)
-
-    return task_of("layers", ensemble, work, ensemble.grid, facies)
+    fit = fit_vertical_proportions(ensemble, code_of(ensemble, facies))
+    return Compared(layers_bundle(ensemble, facies), fit)
 
 
-def volume_patterns(ensemble: Ensemble) -> Task[PatternsCompared]:
+@as_task
+def volume_patterns(progress: Fraction, ensemble: Ensemble) -> PatternsCompared:
     """Return how near the patterns of volumes are to the training image's, and which are new."""
     image, data = ensemble.training_image, ensemble.hard_data
     size = min(PATTERN_SIZES[-1], *image.shape[-2:], *ensemble.grid.shape[-2:])
     sizes = [side for side in PATTERN_SIZES if side <= size]
-
-    def work(progress: Fraction) -> PatternsCompared:
-        some = first(ensemble, MAX_COMPARED)
-        unseen = unseen_patterns(some, image, size, progress=progress)
-        at_data = None
-        if data.n:
-            mask = np.zeros(ensemble.grid.shape, bool)
-            mask[tuple(data.cells.T)] = True
-            at_data = unseen_patterns(some, image, size, mask, progress=progress)
-        shape = min(size, image.shape[0], ensemble.grid.shape[0]), size, size
-        return PatternsCompared(fit_patterns(ensemble, sizes), shape, unseen, at_data)
-
-    return task_of("volume patterns", ensemble, work, data.digest)
+    some = first(ensemble, MAX_COMPARED)
+    unseen = unseen_patterns(some, image, size, progress=progress)
+    at_data = None
+    if data.n:
+        mask = np.zeros(ensemble.grid.shape, bool)
+        mask[tuple(data.cells.T)] = True
+        at_data = unseen_patterns(some, image, size, mask, progress=progress)
+    shape = min(size, image.shape[0], ensemble.grid.shape[0]), size, size
+    return PatternsCompared(fit_patterns(ensemble, sizes), shape, unseen, at_data)
 
 
+@as_task
 def geobodies(
-    ensemble: Ensemble, facies: int, neighbours: int | None = None
-) -> Task[GeobodiesCompared]:
+    progress: Fraction, ensemble: Ensemble, facies: int, neighbours: int | None = None
+) -> GeobodiesCompared:
     """Return the geobodies of a facies; cells at corners touch unless `neighbours` says other."""
     image, code = ensemble.training_image, code_of(ensemble, facies)
-
-    def work(progress: Fraction) -> GeobodiesCompared:
-        return GeobodiesCompared(
-            geobody_statistics(ensemble, code, neighbours, progress),
-            geobody_statistics(image, code, neighbours),
-            ensemble.grid.n_cells,
-            image.indices.size,
-            fit_geobodies(ensemble, code, neighbours),
-        )
-
-    return task_of("geobodies", ensemble, work, facies, neighbours)
+    return GeobodiesCompared(
+        geobody_statistics(ensemble, code, neighbours, progress),
+        geobody_statistics(image, code, neighbours),
+        ensemble.grid.n_cells,
+        image.indices.size,
+        fit_geobodies(ensemble, code, neighbours),
+    )
 
 
-def measures(ensemble: Ensemble, facies: int) -> Task[Measured]:
+@as_task
+def measures(progress: Fraction, ensemble: Ensemble, facies: int) -> Measured:
     """Return the measures of a facies that are one number each."""
-    code = code_of(ensemble, facies)
-    return task_of("measures", ensemble, lambda report: measure(ensemble, code, report), facies)
+    return measure(ensemble, code_of(ensemble, facies), progress)
 
 
-def proportions(ensemble: Ensemble) -> Task[ProportionsCompared]:
+@as_task
+def proportions(progress: Fraction, ensemble: Ensemble) -> Compared[NDArray[np.float64]]:
     """Return the facies proportions of each realization."""
-
-    def work(progress: Fraction) -> ProportionsCompared:
-        return ProportionsCompared(ensemble.proportions, fit_proportions(ensemble))
-
-    return task_of("proportions", ensemble, work)
+    return Compared(ensemble.proportions, fit_proportions(ensemble))
 
 
-def variety(ensemble: Ensemble) -> Task[float]:
+@as_task
+def variety(progress: Fraction, ensemble: Ensemble) -> float:
     """Return the share of cells in which two realizations differ."""
-    return task_of("variety", ensemble, lambda progress: differing_share(ensemble))
+    return differing_share(ensemble)
 
 
-def patterns(ensemble: Ensemble) -> Task[Anodi]:
+@as_task
+def patterns(progress: Fraction, ensemble: Ensemble) -> Anodi:
     """Return ANODI of the realizations against the training image."""
-
-    def work(progress: Fraction) -> Anodi:
-        return anodi(first(ensemble, MAX_COMPARED), ensemble.training_image, progress=progress)
-
-    return task_of("patterns", ensemble, work)
+    return anodi(first(ensemble, MAX_COMPARED), ensemble.training_image, progress=progress)
 
 
-def e_type(ensemble: Ensemble) -> Task[EType]:
+@as_task
+def e_type(progress: Fraction, ensemble: Ensemble) -> EType:
     """Return probability, most likely facies and entropy of each cell."""
-    return task_of("e-type", ensemble, lambda progress: e_type_of(ensemble))
+    return e_type_of(ensemble)
 
 
+@as_task
 def reference_scores(
-    ensemble: Ensemble, reference: TrainingImage
-) -> Task[tuple[ReferenceScores, Calibration]]:
+    progress: Fraction, ensemble: Ensemble, reference: TrainingImage
+) -> tuple[ReferenceScores, Calibration]:
     """Return the scores of the probabilities in the cells without data."""
-
-    def work(progress: Fraction) -> tuple[ReferenceScores, Calibration]:
-        found = e_type_of(ensemble)
-        scored = np.ones(ensemble.grid.shape, bool)
-        scored[tuple(ensemble.hard_data.cells.T)] = False
-        scores = score_reference(found, reference, scored=scored)
-        return scores, calibration(found, reference, scored=scored)
-
-    return task_of("reference", ensemble, work, ensemble.hard_data.digest, reference.digest)
+    found = e_type_of(ensemble)
+    scored = np.ones(ensemble.grid.shape, bool)
+    scored[tuple(ensemble.hard_data.cells.T)] = False
+    scores = score_reference(found, reference, scored=scored)
+    return scores, calibration(found, reference, scored=scored)
 
 
-def diagnosis(image: TrainingImage) -> Task[Diagnosis]:
+@as_task
+def diagnosis(progress: Fraction, image: TrainingImage) -> Diagnosis:
     """Return what a training image is like; it calls facies by the names of this user."""
-    return Task(("diagnosis", image.digest, image.facies_names), lambda progress: diagnose(image))
+    return diagnose(image)
 
 
-def copied(ensemble: Ensemble, r: int) -> Task[Copying]:
+@as_task
+def copied(progress: Fraction, ensemble: Ensemble, r: int) -> Copying:
     """Return what realization r copied, simulated again where its sources were not kept."""
-
-    def work(progress: Fraction) -> Copying:
-        return copying(sources_of(ensemble, r), ensemble.training_image.shape)
-
-    run = ensemble.parameters.digest, ensemble.hard_data.digest, ensemble.seed
-    more = *run, int(ensemble.numbers[r]), ensemble.sources is None
-    return task_of("copying", ensemble, work, *more)
+    return copying(sources_of(ensemble, r), ensemble.training_image.shape)
 
 
 def sources_of(ensemble: Ensemble, r: int) -> NDArray[np.int32]:
-    """Return the flat index in the training image of each cell of realization r.
-
-    Raises `CCWSIMError` for a realization that was edited since its run.
-    """
+    """Return the source of each cell, a flat index; an error if r was edited since its run."""
     if ensemble.sources is not None:
         return ensemble.sources[r]
     study = (ensemble.training_image, ensemble.grid, ensemble.parameters, ensemble.hard_data)
@@ -332,27 +306,19 @@ def shared_values() -> LruCache:
 
 @dataclass
 class Validation:
-    """What the page remembers.
+    """What the page remembers."""
 
-    `azimuth` is the direction of the third variogram, in degrees from north, `along` that of the
-    transiograms, `tail` the facies they start in if there are many. Maps of volumes show a
-    slice along `slice_axis`, by axis at `slice_at`; cells of their geobodies have `neighbours`.
-    `seen` are the sections that came into view; others are not computed. `drawn` and `waiting` are
-    what each panel drew last and the task it waits for; this run of the page waits until `deadline`
-    for quick statistics.
-    """
-
-    azimuth: int = 45
-    along: str = "E-W"
-    tail: int = 0
-    slice_axis: int = 0
-    slice_at: dict[int, int] = field(default_factory=dict)
-    neighbours: int = 26
-    seen: set[str] = field(default_factory=set)
-    drawn: dict[str, Callable[[], Any]] = field(default_factory=dict)
-    waiting: dict[str, Task] = field(default_factory=dict)
+    azimuth: int = 45  # of the third variogram, in degrees from north
+    along: str = "E-W"  # direction of the transiograms
+    tail: int = 0  # the facies that they start in, if there are many
+    slice_axis: int = 0  # of the maps of volumes, which show a slice at
+    slice_at: dict[int, int] = field(default_factory=dict)  # by axis
+    neighbours: int = 26  # of cells of geobodies in volumes
+    seen: set[str] = field(default_factory=set)  # sections to compute: they came into view
+    drawn: dict[str, Callable[[], Any]] = field(default_factory=dict)  # by panel
+    waiting: dict[str, Task] = field(default_factory=dict)  # by panel
     worker: StatisticsWorker = field(default_factory=lambda: StatisticsWorker(shared_values()))
-    deadline: float = 0.0
+    deadline: float = 0.0  # until when this run of the page waits for quick statistics
 
 
 def begin(state: State) -> None:
@@ -402,11 +368,7 @@ def draw_work(state: State) -> None:
 
 
 def _fill(worker: StatisticsWorker, waiting: dict[str, Task], n: int) -> None:
-    """Fill the bars of the panels that wait.
-
-    One fragment does it for all: the browser gives up on a fragment in a panel that is replaced
-    while it draws.
-    """
+    """Fill the bars of all panels that wait: a fragment in each would be replaced as it draws."""
     bars = "".join(
         f".st-key-waiting_{name} .working i {{ width: {100 * (worker.share_of(task) or 0):.0f}% }}"
         for name, task in waiting.items()

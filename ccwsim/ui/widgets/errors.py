@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import wraps
-from typing import Any
+from typing import Any, TypeVar
 
 import streamlit as st
 from streamlit.logger import get_logger
@@ -13,6 +13,7 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.system.log import LOG, logged
 from ccwsim.ui.widgets.text import plain
 
+T = TypeVar("T")
 PENDING_ERROR = "ccwsim_error"
 """Key of the message of an error in a callback, which the page shows when it is drawn."""
 get_logger(LOG.name)  # written as Streamlit writes its own log
@@ -42,6 +43,30 @@ def catch_callback_errors(act: Callable[..., Any]) -> Callable[..., None]:
 
     acting.is_safe = True  # type: ignore[attr-defined]
     return acting
+
+
+def problem_in(act: Callable[[], object]) -> str:
+    """Return why something cannot be read or done, or an empty text if it can.
+
+    Examples
+    --------
+    >>> from ccwsim import Grid
+    >>> problem_in(lambda: Grid(0, 4))
+    'ny = 0 must be at least 1'
+    """
+    try:
+        act()
+    except CCWSIMError as error:
+        return str(error)
+    return ""
+
+
+def if_possible(read: Callable[[], T]) -> T | None:
+    """Return what can be read; None while a question is open, which the page says."""
+    try:
+        return read()
+    except CCWSIMError:
+        return None
 
 
 def user_message(error: Exception, what: str) -> str:

@@ -13,7 +13,7 @@ import ccwsim.ui.paper.page as paper_page
 from ccwsim import CCWSIMError
 from ccwsim.jobs.job import Job
 from ccwsim.paper import Experiment, Finished, Outcome, PaperInputs
-from ccwsim.report import Judgement, Text
+from ccwsim.report.document import Judgement, Text
 from ccwsim.ui.paper.page import (
     PaperRun,
     PaperState,

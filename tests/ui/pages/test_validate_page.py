@@ -65,7 +65,7 @@ SMALL = Choices(data=DataChoice(), grid=Grid(48, 64), parameters=OWN, n_realizat
 CURVES = {"variogram_E", "variogram_N", "connectivity_E", "connectivity_N"}
 MAPS = {"lags_image", "lags_mean", "lags_apart"}
 STRIPS = {"gamma", "n_bodies", "euler", "largest"}
-ALL = frozenset(section.name for section in SECTIONS)
+ALL = frozenset(name for name, *_ in SECTIONS)
 
 
 def nothing(share: float) -> None:
@@ -233,10 +233,10 @@ def test_a_reference_field_that_does_not_fit_is_said(ensemble):
 
 def test_curves_are_those_of_the_metrics(ensemble):
     image = ensemble.training_image
-    found = curves(ensemble, "variogram", 1, "E-W").work(nothing).bundle
+    found = curves(ensemble, "variogram", 1, "E-W").work(nothing).value
     assert found.each == pytest.approx(variogram(ensemble.indices, 1, "E-W", 32).gamma)
     assert found.reference == pytest.approx(variogram(image.indices, 1, "E-W", 32).gamma[0])
-    found = curves(ensemble, "connectivity", 1, "N-S").work(nothing).bundle
+    found = curves(ensemble, "connectivity", 1, "N-S").work(nothing).value
     assert found.each == pytest.approx(
         connectivity(ensemble.indices, 1, "N-S", 24).tau, nan_ok=True
     )
@@ -256,7 +256,7 @@ def test_lags_along_an_azimuth_reach_different_cells_at_their_true_distance(azim
 def test_a_variogram_map_goes_through_the_variograms(ensemble):
     found = lag_maps(ensemble, 1).work(nothing)
     middle = len(found.lags) // 2
-    along = curves(ensemble, "variogram", 1, "E-W").work(nothing).bundle
+    along = curves(ensemble, "variogram", 1, "E-W").work(nothing).value
     assert found.mean[middle, middle:] == pytest.approx(
         along.each.mean(axis=0)[: middle + 1], abs=1e-9
     )

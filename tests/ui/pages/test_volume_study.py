@@ -14,7 +14,7 @@ from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, Parameters, datasets
 from ccwsim.io import read_realizations, training_image_as_bytes
-from ccwsim.report import report_html
+from ccwsim.report.document import report_html
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Shown, Upload
 from ccwsim.sharing.link import link_of, read_link
 from ccwsim.sharing.project import project_as_bytes
@@ -27,10 +27,11 @@ from ccwsim.ui.session.resolve import (
     grid_for_data,
     image_of,
     overlap_sizes,
+    study_of,
     template_sizes,
 )
 from ccwsim.ui.session.state import KEY, State
-from ccwsim.ui.share.menu import open_project, project_of, study_of
+from ccwsim.ui.share.menu import open_project, project_of
 from ccwsim.ui.simulate.history import go_back
 from ccwsim.ui.simulate.results import download_groups
 from ccwsim.ui.study.data_step import problem_of_data, use_data

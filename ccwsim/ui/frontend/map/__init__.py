@@ -9,20 +9,20 @@ from ccwsim.figures import index_png
 from ccwsim.model.grid import Grid
 from ccwsim.ui.frontend.cell_map import CellMap, shared_content
 
+OPTIONS = {
+    "link": "",
+    "scale": "",
+    "leads": True,
+    "name": "map",
+    "max_height": 620,
+    "tools": True,
+    "picks": False,
+}
+"""The usual options of a map: those of `draw_cells`, and whether a click picks a cell."""
 
-def map_content(
-    cell_map: CellMap,
-    *,
-    grid: Grid | None = None,
-    link: str = "",
-    scale: str = "",
-    leads: bool = True,
-    name: str = "map",
-    max_height: int = 620,
-    tools: bool = True,
-    picks: bool = False,
-) -> dict[str, Any]:
-    """Return the content of the component that draws a map; see `draw_cells`."""
+
+def map_content(cell_map: CellMap, *, grid: Grid | None = None, **options: Any) -> dict[str, Any]:
+    """Return the content of the component that draws a map, with some of `OPTIONS` replaced."""
     ny, nx = cell_map.indices.shape
     return shared_content(cell_map, grid) | {
         "png": b64encode(index_png(cell_map.indices)).decode(),
@@ -30,11 +30,6 @@ def map_content(
         "ny": ny,
         "marks": cell_map.marks,
         "trail": cell_map.trail,
-        "link": link,
-        "scale": scale,
-        "leads": leads,
-        "name": name,
-        "max_height": max_height,
-        "tools": tools,
-        "picks": picks,
+        **OPTIONS,
+        **options,
     }

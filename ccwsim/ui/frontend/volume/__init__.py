@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 from ccwsim.model.grid import Grid
 from ccwsim.ui.frontend.cell_map import CellMap, shared_content
 
+OPTIONS = {"link": "", "name": "volume", "body": True, "max_height": 480, "picks": False}
+"""The usual options of a volume: those of `draw_cells`, and whether a click picks a cell."""
 COMPRESSION = 6
 """Level of zlib: level 9 takes ten times as long for a tenth of the bytes."""
 
@@ -24,14 +26,10 @@ def volume_content(
     key: str,
     *,
     grid: Grid | None = None,
-    link: str = "",
-    name: str = "volume",
-    body: bool = True,
     cursor: Sequence[int] | None = None,
-    max_height: int = 480,
-    picks: bool = False,
+    **options: Any,
 ) -> dict[str, Any]:
-    """Return the content of the component that draws a volume; see `draw_cells`.
+    """Return the content of the component that draws a volume, with some of `OPTIONS` replaced.
 
     The browser keeps cursor, angle and mode under `key`, or under `link`.
 
@@ -49,12 +47,9 @@ def volume_content(
         "digest": digest,
         "shape": list(indices.shape[::-1]),  # along x, y and z, as all in the browser
         "key": key,
-        "link": link,
-        "name": name,
-        "body": body,
         "cursor": list(cursor[::-1]) if cursor else None,
-        "max_height": max_height,
-        "picks": picks,
+        **OPTIONS,
+        **options,
     }
 
 
