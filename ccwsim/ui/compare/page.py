@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import nullcontext
 from functools import partial
 from html import escape
@@ -80,8 +80,8 @@ from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.news import draw_out_of_date
-from ccwsim.ui.study.study_column import METHODS, parameter_field, size_fields
-from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, field, help_of, options_of
+from ccwsim.ui.study.study_column import parameter_field, size_fields
+from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, field, help_of
 from ccwsim.ui.widgets.text import pair, panel_title, plain, scrolled, step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
@@ -168,23 +168,21 @@ def _draw_parameters(state: State, k: int, p: Parameters) -> None:
     shape, prefix = image_of(state.choices.image).shape, f"{LETTERS[k]}_"
     change = partial(change_setting, state, k)
 
-    def draw(widget: Callable[..., Any], name: str, label: str, **options: Any) -> None:
-        options |= bound_to(p, name, change, help=help_of(name))
-        field(widget, label, key=f"{prefix}{name}", **options)
+    def draw_number(name: str, label: str, low: float, high: float, step: float) -> None:
+        number = bound_to(p, name, change, min_value=low, max_value=high, step=step)
+        field(st.number_input, label, key=f"{prefix}{name}", help=help_of(name), **number)
 
     left, right = pair()
     with left:
-        draw(st.selectbox, "method", "Method", **options_of(METHODS))
+        parameter_field(p, "method", change, prefix)
     with right:
-        best = {"min_value": 1, "max_value": MAX_CANDIDATES_OFFERED}
-        draw(st.number_input, "n_candidates", "Candidates K", **best)
+        draw_number("n_candidates", "Candidates K", 1, MAX_CANDIDATES_OFFERED, 1)
     free = size_fields(p, shape, change, prefix)
     with st.container(horizontal=True, vertical_alignment="center", key=f"last_{LETTERS[k]}"):
         parameter_field(p, "refine", change, prefix)
         with st.popover("More", key=f"more_{LETTERS[k]}"):
             with free or nullcontext():
-                share = {"min_value": 0.01, "max_value": 1.0, "step": 0.01}
-                draw(st.number_input, "search_fraction", "Search fraction", **share)
+                draw_number("search_fraction", "Search fraction", 0.01, 1.0, 0.01)
             for name in PARAMETERS:
                 if name not in SHOWN_AT_ONCE:
                     parameter_field(p, name, change, prefix)
