@@ -35,13 +35,14 @@ from ccwsim.report.verdicts import (
     way_name,
 )
 from ccwsim.ui.results.charts import titled_chart
-from ccwsim.ui.session.cached import cached
+from ccwsim.ui.session.resolve import cached
 from ccwsim.ui.widgets.text import panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
 SMALL_SHARES = 4_000_000
 """Largest number of shares of an E-type, 8 bytes each, that is kept without its ensemble."""
 _large: WeakKeyDictionary[Ensemble, EType] = WeakKeyDictionary()
+_e_type = cached(max_entries=8)(etype)
 
 
 @cached(max_entries=192)
@@ -88,11 +89,6 @@ def e_type_of(ensemble: Ensemble) -> EType:
     if ensemble not in _large:
         _large[ensemble] = etype(ensemble)
     return _large[ensemble]
-
-
-@cached(max_entries=8)
-def _e_type(ensemble: Ensemble) -> EType:
-    return etype(ensemble)
 
 
 def draw_curves(ensemble: Ensemble, facies: int, colours: Sequence[str] | None = None) -> None:
