@@ -19,7 +19,8 @@ from ccwsim.io.opening import FileSummary, open_file, whole_shape
 from ccwsim.io.part import FilePart, thinning
 from ccwsim.sharing.choices import Answers, ImageChoice, Upload
 from ccwsim.ui.frontend.component import draw_component
-from ccwsim.ui.session.resolve import cached, opened
+from ccwsim.ui.session.cached import cached
+from ccwsim.ui.session.resolve import opened
 from ccwsim.ui.study.questions import (
     answered,
     ask_slice,

@@ -20,8 +20,8 @@ from ccwsim.model.arrays import describe_shape
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.sharing.choices import Answers, Choices, DataChoice, Upload
+from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.resolve import (
-    cached,
     grid_for_data,
     image_of,
     opened,
