@@ -273,14 +273,7 @@ def _sampled(
 
 
 def same_realizations(study: Choices, other: Choices) -> bool:
-    """Return whether two studies give the same realizations: names and colours decide nothing.
-
-    Examples
-    --------
-    >>> renamed = replace(Choices(), image=ImageChoice(names=("mud", "channel")))
-    >>> same_realizations(Choices(), renamed), same_realizations(Choices(), Choices(seed=1))
-    (True, False)
-    """
+    """Return whether two studies give the same realizations: names and colours decide nothing."""
     try:
         return study == other or _what_decides(study) == _what_decides(other)
     except CCWSIMError:  # one of them cannot be simulated
@@ -294,15 +287,7 @@ def _what_decides(choices: Choices) -> tuple[object, ...]:
 
 
 def template_sizes(level: int, shape: Shape, along_z: bool = False) -> list[int]:
-    """Return the template sizes that a level and a training image allow, of a volume also along z.
-
-    Examples
-    --------
-    >>> template_sizes(3, (40, 60))
-    [16, 24, 32, 40]
-    >>> template_sizes(1, (9, 40, 60), along_z=True)
-    [2, 4, 6, 8]
-    """
+    """Return the template sizes that a level and a training image allow, of a volume also along z."""
     if along_z:
         sizes = legal_sizes(level, 1, min(shape[0], MAX_TEMPLATE))
         return [size for size in sizes if overlap_sizes(level, size, along_z=True)]
@@ -399,15 +384,7 @@ def fitted_to_image(choices: Choices, image: TrainingImage) -> Choices:
 
 
 def fitted_grid(grid: Grid, shape: Shape) -> Grid:
-    """Return a grid with the axes of a training image: the usual one, if it has others.
-
-    Examples
-    --------
-    >>> fitted_grid(Grid(512, 512), (48, 160, 160)).shape
-    (48, 100, 100)
-    >>> fitted_grid(Grid(50, 60), (256, 256)).shape
-    (50, 60)
-    """
+    """Return a grid with the axes of a training image: the usual one, if it has others."""
     if grid.n_dimensions == len(shape):
         return grid
     return Grid(*USUAL_VOLUME, nz=shape[0]) if len(shape) == 3 else Choices().grid

@@ -332,15 +332,6 @@ def with_column(taken: Mapping[str, str | None], role: str, column: str) -> dict
 
     One column has one role: two roles change places. Of depths of intervals and of points there are
     the ones or the others, and so of inclination and dip.
-
-    Examples
-    --------
-    >>> with_column({"x": "a", "y": "b", "depth": "c"}, "x", "b")
-    {'x': 'b', 'y': 'a', 'depth': 'c'}
-    >>> with_column({"x": "a", "y": "b", "depth": "c"}, "x", "c")
-    {'x': 'c', 'y': 'b', 'depth': ''}
-    >>> with_column({"depth_from": "a", "depth_to": "b", "depth": None}, "depth", "c")
-    {'depth_from': None, 'depth_to': None, 'depth': 'c'}
     """
     new = {**taken, role: column}
     lack = _may_lack(taken)
