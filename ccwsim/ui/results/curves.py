@@ -35,7 +35,7 @@ from ccwsim.report.verdicts import (
     way_name,
 )
 from ccwsim.ui.results.charts import titled_chart
-from ccwsim.ui.session.resolve import cached
+from ccwsim.ui.session.cached import cached
 from ccwsim.ui.widgets.text import panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 

@@ -54,9 +54,9 @@ from ccwsim.report.pictures import bundle_of, bundle_of_curves, layers_bundle
 from ccwsim.run.simulation import simulate
 from ccwsim.system.lru_cache import LruCache
 from ccwsim.ui.results.curves import e_type_of
+from ccwsim.ui.session.cached import CONTENT
 from ccwsim.ui.session.fragments import follow_tasks
 from ccwsim.ui.session.progress import queue_text
-from ccwsim.ui.session.resolve import CONTENT
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.text import step_note
