@@ -374,7 +374,7 @@ def band_of_crops(
 
 
 def _without_the_image(reference: ReferenceBand, each: Floats) -> Fit | None:
-    """Return a fit that is outside if nearly no piece has the image's value; None for few."""
+    """Return a fit, outside if nearly no piece has the image's value; None for too few pieces."""
     if len(each) < MIN_LARGE_PIECES:
         return None
     crops, pieces = band(reference.values, 0.0, 1.0), band(each, TAIL, 1 - TAIL)
