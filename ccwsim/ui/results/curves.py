@@ -37,12 +37,14 @@ from ccwsim.report.verdicts import (
     way_name,
 )
 from ccwsim.ui.results.charts import titled_chart
+from ccwsim.ui.session.resolve import cached
 from ccwsim.ui.widgets.text import panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
 SMALL_SHARES = 4_000_000
 """Largest number of shares of an E-type, 8 bytes each, that is kept without its ensemble."""
 _large: WeakKeyDictionary[Ensemble, EType] = WeakKeyDictionary()
+_e_type = cached(max_entries=8)(etype)
 
 
 @st.cache_resource(max_entries=448, show_spinner=False)
@@ -95,15 +97,10 @@ def e_type_of(ensemble: Ensemble) -> EType:
     Small ones are shared by all sessions; a large one goes with its ensemble.
     """
     if ensemble.grid.n_cells * ensemble.training_image.n_facies <= SMALL_SHARES:
-        return _e_type(ensemble.digest, ensemble)
+        return _e_type(ensemble)
     if ensemble not in _large:
         _large[ensemble] = etype(ensemble)
     return _large[ensemble]
-
-
-@st.cache_resource(max_entries=8, show_spinner=False)
-def _e_type(digest: str, _ensemble: Ensemble) -> EType:
-    return etype(_ensemble)
 
 
 def draw_curves(ensemble: Ensemble, facies: int, colours: Sequence[str] | None = None) -> None:

@@ -35,6 +35,7 @@ from ccwsim.io.limits import limited, upload_limits
 from ccwsim.jobs.job import result_in_turn
 from ccwsim.model.arrays import Shape
 from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED, MAX_LEVEL, MAX_TEMPLATE, MIN_TEMPLATE
+from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
@@ -69,11 +70,16 @@ CONTENT: dict[str | type[Any], Callable[[Any], Any]] = {
     DataChoice: lambda choice: [choice.upload, choice.tables, choice.answers],
     WellTables: vars,
     TrainingImage: lambda image: (image.digest, image.facies_names),
+    Ensemble: lambda ensemble: (ensemble.digest, ensemble.training_image),
     Grid: repr,
     Parameters: lambda parameters: parameters.digest,
 }
 """How arguments are told apart: by their content."""
-cached = st.cache_resource(max_entries=32, show_spinner=False, hash_funcs=CONTENT)
+
+
+def cached(max_entries: int = 32, show_spinner: bool | str = False):
+    """Return a decorator: all sessions share what is read or computed from equal content."""
+    return st.cache_resource(max_entries=max_entries, show_spinner=show_spinner, hash_funcs=CONTENT)
 
 
 def study_of(choices: Choices) -> Study:
@@ -82,7 +88,7 @@ def study_of(choices: Choices) -> Study:
     return Study(image, choices.grid, choices.parameters, data_of(choices), choices.seed)
 
 
-@cached
+@cached()
 def image_of(choice: ImageChoice) -> TrainingImage:
     """Return the training image of a choice; an error if a question about it is open."""
     if choice.upload is None:
@@ -228,25 +234,25 @@ def _settled(placed: PlacedPoints, choice: DataChoice) -> HardDataImport:
     return resolve_points(placed, Conversion(**answers))
 
 
-@cached
+@cached()
 def _preview(upload: Upload | None, columns: PointColumns, shape: Shape) -> PointsPreview:
     with opened(upload) as file:
         return preview_points(file, columns, grid_shape=shape)
 
 
-@cached
+@cached()
 def _preview_of_wells(upload: Upload, table: str, columns: WellColumns) -> PointsPreview:
     with opened(upload) as file:
         return preview_wells(file, table, columns)
 
 
-@cached
+@cached()
 def _points(upload: Upload | None, columns: PointColumns, shape: Shape | None) -> ImportedPoints:
     with opened(upload) as file:
         return read_points(file, columns, grid_shape=shape)
 
 
-@cached
+@cached()
 def _well_points(
     tables: WellTables, intervals: Upload | None, columns: WellColumns, grid: Grid | None
 ) -> ImportedPoints:
@@ -263,12 +269,12 @@ def _well_points(
         return read_well_points(collars, log, grid, columns, surveys=stations)
 
 
-@cached
+@cached()
 def _placed(choice: DataChoice, grid: Grid, image: TrainingImage) -> PlacedPoints:
     return place_points(points_of(choice, grid), grid, image, _made(Conversion, choice))
 
 
-@cached
+@cached()
 def _imported(choice: DataChoice, grid: Grid, image: TrainingImage) -> HardDataImport:
     return _settled(_placed(_without(choice, SETTLING), grid, image), choice)
 

@@ -6,7 +6,6 @@ import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -22,6 +21,7 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.sharing.choices import Answers, Choices, DataChoice, Upload
 from ccwsim.ui.session.resolve import (
+    cached,
     grid_for_data,
     image_of,
     opened,
@@ -96,11 +96,7 @@ Write = Callable[..., None]
 """Takes answers to questions, as write(name=value); None takes an answer back."""
 
 
-cached = partial(st.cache_resource, hash_funcs={Upload: lambda upload: upload.digest})
-"""Decorates functions of an upload whose results all sessions share."""
-
-
-@cached(max_entries=8, show_spinner=False)
+@cached(max_entries=8)
 def _summary(upload: Upload, part: FilePart | None) -> FileSummary:
     with opened(upload) as file:
         return inspect(file, part)
