@@ -16,7 +16,7 @@ from ccwsim.engine.trace import Trace
 from ccwsim.experiments.comparison import compare
 from ccwsim.experiments.plan import plan_sweep
 from ccwsim.experiments.sweep import sweep
-from ccwsim.experiments.timing import time_grids, time_study
+from ccwsim.experiments.timing import grid_cases, time_cases, time_study
 from ccwsim.model.study import Study
 from ccwsim.sharing.project import project_as_bytes, read_project
 
@@ -114,7 +114,8 @@ def experiments(i: Whole) -> Any:
     both = {"a": P, "b": tried[1]}
     found = compare(IMAGE, (i(40), i(50)), both, None, i(2), i(3), facies=i(0))
     timed = time_study(IMAGE, (i(40), i(50)), P, None, i(1), i(3))
-    sizes = [t.grid_shape for t in time_grids(IMAGE, [i(20), i(40)], [P], i(1), i(3))]
+    cases = grid_cases([i(20), i(40)], [P])
+    sizes = [t.grid_shape for t in time_cases(IMAGE, cases, i(1), i(3))]
     return (
         [row.realizations for row in swept.rows],
         [row.quality.facies for row in swept.rows],

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.jobs.workers import Progress
 from ccwsim.metrics import Anodi, Band, Fit, Scaling, anodi, band, fit_curve
-from ccwsim.metrics.bands import Statistic, curves_of
+from ccwsim.metrics.bands import STATISTICS, curves_of
 from ccwsim.metrics.lags import axes_of, max_lag
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import Cancelled, CCWSIMError
@@ -30,7 +31,6 @@ LOW, HIGH = 0.05, 0.95
 """Quantiles of the bands."""
 MIN_ERRORS = 2.0
 """Standard errors that a difference between settings must exceed to be called one."""
-STATISTICS: tuple[Statistic, ...] = ("variogram", "connectivity")
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,36 +50,24 @@ def compared_curves(
 
     Raises `CCWSIMError` for a facies that the training image does not have.
     """
-    image = ensembles[0].training_image
+    image, shape = ensembles[0].training_image, ensembles[0].grid.shape
     code = int(image.codes[image.index_of(facies)])
-    wanted: list[tuple[int, Statistic, str]] = [
-        (code, s, d) for s in STATISTICS for d in axes_of(ensembles[0].grid.shape)
-    ]
-    n = len(wanted)
-    return {key: _compared(ensembles, key, _part(progress, k, n)) for k, key in enumerate(wanted)}
+    wanted = list(product(STATISTICS, axes_of(shape)))
+    curves: dict[tuple[int, str, str], ComparedCurves] = {}
+    for k, (statistic, way) in enumerate(wanted):
+        lags = np.arange(max_lag(way, image.shape, shape) + 1)
+        bands, fits = [], []
+        for ensemble in ensembles:
 
+            def report(share: float, n_done: int = k * len(ensembles) + len(bands)) -> None:
+                progress((n_done + share) / (len(wanted) * len(ensembles)))
 
-def _compared(
-    ensembles: Sequence[Ensemble],
-    key: tuple[int, Statistic, str],
-    progress: Callable[[float], None],
-) -> ComparedCurves:
-    image, grid = ensembles[0].training_image, ensembles[0].grid
-    facies, statistic, direction = key
-    lags = np.arange(max_lag(direction, image.shape, grid.shape) + 1)
-    bands, fits = [], []
-    for k, ensemble in enumerate(ensembles):
-        part = _part(progress, k, len(ensembles))
-        each = curves_of(statistic, ensemble, facies, direction, lags, part)
-        bands.append(band(each, LOW, HIGH))
-        fits.append(fit_curve(ensemble, statistic, facies, direction))
-    reference = curves_of(statistic, image, facies, direction, lags)[0]
-    return ComparedCurves(lags, reference, tuple(bands), tuple(fits))
-
-
-def _part(progress: Callable[[float], None], k: int, n: int) -> Callable[[float], None]:
-    """Return the progress of part k of n."""
-    return lambda share: progress((k + share) / n)
+            each = curves_of(statistic, ensemble, code, way, lags, report)
+            bands.append(band(each, LOW, HIGH))
+            fits.append(fit_curve(ensemble, statistic, code, way))
+        reference = curves_of(statistic, image, code, way, lags)[0]
+        curves[code, statistic, way] = ComparedCurves(lags, reference, tuple(bands), tuple(fits))
+    return curves
 
 
 @dataclass(frozen=True)
@@ -108,27 +96,14 @@ class PairRatio:
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Settings simulated on one training image, data, grid and seed.
-
-    Attributes
-    ----------
-    names : tuple of str
-    ensembles : tuple of Ensemble
-        One a setting; realization r of each has the same random numbers.
-    curves : mapping of (facies, statistic, direction) to ComparedCurves
-        Of the facies (codes) asked for; a statistic is one of `STATISTICS`, a
-        direction one of the axes.
-    anodi : Anodi or None
-        None until it is computed, and where `problem` says why it cannot be.
-    scaling : Scaling or None
-        Positions of the training image (first) and of all realizations, setting after setting.
-    problem : str
-    """
+    """Settings simulated on one training image, data, grid and seed."""
 
     names: tuple[str, ...]
-    ensembles: tuple[Ensemble, ...]
+    ensembles: tuple[Ensemble, ...]  # one a setting; realization r of each has the same seed
+    # by code of the facies, one of `STATISTICS`, direction; only for the facies asked for
     curves: Mapping[tuple[int, str, str], ComparedCurves] = field(default_factory=dict)
-    anodi: Anodi | None = None
+    anodi: Anodi | None = None  # None until it is computed, and if `problem` says why it cannot be
+    # positions of the training image (first) and of all realizations, setting after setting
     scaling: Scaling | None = None
     problem: str = ""
 
@@ -153,17 +128,17 @@ class Comparison:
     @property
     def distance(self) -> NDArray[np.float64]:
         """Mean divergence from the training image by setting, in bits, over resolutions."""
-        return self._mixed(None if self.anodi is None else self.anodi.within)
+        return self._mixed("within")
 
     @property
     def variety(self) -> NDArray[np.float64]:
         """Mean divergence between realizations by setting, in bits, over resolutions."""
-        return self._mixed(None if self.anodi is None else self.anodi.between)
+        return self._mixed("between")
 
-    def _mixed(self, values: NDArray[np.float64] | None) -> NDArray[np.float64]:
-        if self.anodi is None or values is None:
+    def _mixed(self, kind: str) -> NDArray[np.float64]:
+        if self.anodi is None:
             return np.full(len(self.names), np.nan)
-        return values @ self.anodi.weights
+        return getattr(self.anodi, kind) @ self.anodi.weights
 
     @property
     def ratios(self) -> list[PairRatio]:
@@ -199,29 +174,21 @@ def compare(
 
     Realization r has the same random numbers in all settings. Compared are the band of indicator
     variograms and of connectivity functions against the training image's curve, and the pattern
-    histograms by ANODI (Tan et al. 2014).
+    histograms by ANODI (Tan et al. 2014); if the images are too small for patterns, `problem` says
+    so.
 
     Parameters
     ----------
-    training_image, grid_shape, hard_data
+    training_image, grid_shape, hard_data, n_realizations, seed, cancel
         As in `simulate`.
     settings : mapping of str to Parameters
         From 2 to 4, by name.
-    n_realizations, seed : int
-        The same for all settings.
     progress : callable, optional
         Called as progress(fraction, n_done) over all of it; n_done counts realizations.
-    cancel : callable, optional
-        Asked as often; returns True to stop.
     facies : int, optional
         Code of the facies whose curves are compared; by default the last.
     on_partial : callable, optional
         Called with what is known: after each setting, then with curves, then with patterns.
-
-    Returns
-    -------
-    Comparison
-        Without patterns, and with the reason in `problem`, if the images are too small.
 
     Raises
     ------
@@ -255,10 +222,10 @@ def compare(
         ensemble = simulate(*study, progress=simulating, cancel=cancel)
         found = Comparison((*found.names, name), (*found.ensembles, ensemble))
         report(found)
-    first = int(image.codes[-1]) if facies is None else facies
-    found = _with_curves(found, first, course, SIMULATED, CURVES_DONE)
+    code = int(image.codes[-1]) if facies is None else facies
+    found = _with_curves(found, code, course, SIMULATED, CURVES_DONE)
     report(found)
-    found = _with_patterns(found, course, CURVES_DONE, 1.0)
+    found = _with_patterns(found, course)
     report(found)
     return found
 
@@ -317,12 +284,11 @@ def _with_curves(
     return replace(found, curves={**found.curves, **more})
 
 
-def _with_patterns(found: Comparison, course: _Course, low: float, high: float) -> Comparison:
-    image = found.ensembles[0].training_image
+def _with_patterns(found: Comparison, course: _Course) -> Comparison:
     stacks = dict(zip(found.names, found.ensembles, strict=True))
+    report = partial(course.at, CURVES_DONE, 1.0)
     try:
-        report = partial(course.at, low, high)
-        patterns = anodi(stacks, image, progress=report)
+        patterns = anodi(stacks, found.ensembles[0].training_image, progress=report)
     except Cancelled:
         raise
     except CCWSIMError as error:  # an image too small for its patterns: the rest still holds

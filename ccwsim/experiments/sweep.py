@@ -60,40 +60,21 @@ DOUBT = 2.0
 
 @dataclass(frozen=True, eq=False)
 class SweepRow:
-    """One setting of a sweep, and its result.
-
-    Attributes
-    ----------
-    parameters : Parameters
-    quality : Quality
-    realizations : ndarray of int, shape (n_kept, ny, nx) or (n_kept, nz, ny, nx)
-        The first few, in facies codes.
-    """
+    """One setting of a sweep, and its result."""
 
     parameters: Parameters
     quality: Quality
+    # the first few, in facies codes: shape (n_kept, ny, nx) or (n_kept, nz, ny, nx)
     realizations: NDArray[np.integer]
 
 
 @dataclass(frozen=True, eq=False)
 class Sweep:
-    """The result of a sweep.
+    """The result of a sweep."""
 
-    Attributes
-    ----------
-    rows : tuple of SweepRow
-        The settings that were finished, in the order they were asked for.
-    failed : tuple of (Parameters, str)
-        Settings that could not be simulated, and why.
-    n_asked : int
-        How many settings were asked for.
-    image_shape : tuple of int
-        Of the training image.
-    """
-
-    rows: tuple[SweepRow, ...]
-    failed: tuple[tuple[Parameters, str], ...]
-    n_asked: int
+    rows: tuple[SweepRow, ...]  # the settings that were finished, in the order asked for
+    failed: tuple[tuple[Parameters, str], ...]  # those that could not be simulated, and why
+    n_asked: int  # settings asked for
     image_shape: Shape
 
     @property
@@ -153,8 +134,7 @@ def sweep(
     n_realizations : int
         Of each setting.
     progress : callable, optional
-        Called as progress(fraction, n_done), n_done settings of all; the fraction is of the
-        expected time.
+        Called as progress(fraction of the expected time, settings that are finished).
     cancel : callable, optional
         Returns True to stop; the finished settings are returned.
     found : callable, optional
@@ -235,10 +215,7 @@ class Recommendation:
 def pareto_front(times: ArrayLike, errors: ArrayLike) -> NDArray[np.int64]:
     """Return the Pareto front: no other point is as good in both and better in one.
 
-    Raises
-    ------
-    CCWSIMError
-        If there are not as many times as errors.
+    Raises `CCWSIMError` if there are not as many times as errors.
 
     Examples
     --------
@@ -270,10 +247,7 @@ def recommended(sweep: Sweep) -> Recommendation:
     less than a tolerance (0.1 of the proportion, a tenth of the pattern distance, 0.03 of τ) or by
     less than two standard errors, which follow from the spread between realizations.
 
-    Raises
-    ------
-    CCWSIMError
-        If no setting is finished.
+    Raises `CCWSIMError` if no setting is finished.
     """
     if not sweep.rows:
         raise CCWSIMError("no setting is finished yet: let the sweep go on")

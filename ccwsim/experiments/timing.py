@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import prod
 
 import numpy as np
@@ -44,7 +44,7 @@ class TimingCase:
 
 
 def grid_cases(sides: Sequence[int], parameters: Sequence[Parameters]) -> list[TimingCase]:
-    """Return square grids × parameters, the small grids first.
+    """Return square grids × parameters, the small grids first (Fig. 13).
 
     Examples
     --------
@@ -58,7 +58,7 @@ def grid_cases(sides: Sequence[int], parameters: Sequence[Parameters]) -> list[T
 def data_cases(
     numbers: Sequence[int], parameters: Sequence[Parameters], grid_shape: Shape
 ) -> list[TimingCase]:
-    """Return numbers of data × parameters on one grid, the small numbers first.
+    """Return numbers of data × parameters on one grid, the small numbers first (Table 2).
 
     Examples
     --------
@@ -69,42 +69,16 @@ def data_cases(
 
 
 @dataclass(frozen=True, eq=False)
-class Timing:
-    """The times of one setting.
+class Timing(TimingCase):
+    """The times of a case, one a realization."""
 
-    Attributes
-    ----------
-    parameters : Parameters
-    grid_shape : tuple of int
-        Rows and columns, or layers, rows and columns.
-    n_data : int
-        Hard data.
-    cpu_seconds : ndarray, shape (n,)
-        CPU seconds of each realization, on one thread.
-    n_mismatched : ndarray of int, shape (n,)
-        Hard data that each realization does not honour.
-    """
-
-    parameters: Parameters
-    grid_shape: Shape
-    n_data: int
-    cpu_seconds: NDArray[np.float64]
-    n_mismatched: NDArray[np.int64]
+    cpu_seconds: NDArray[np.float64] = field(kw_only=True)  # on one thread
+    n_mismatched: NDArray[np.int64] = field(kw_only=True)  # hard data that are not honoured
 
     @property
     def seconds(self) -> float:
         """The median: one interruption by other work does not change it."""
         return float(np.median(self.cpu_seconds))
-
-    @property
-    def n_cells(self) -> int:
-        """Cells of the grid."""
-        return prod(self.grid_shape)
-
-    @property
-    def case(self) -> TimingCase:
-        """What was timed."""
-        return TimingCase(self.parameters, self.grid_shape, self.n_data)
 
 
 def time_study(
@@ -119,20 +93,9 @@ def time_study(
 ) -> Timing:
     """Measure the CPU time of realizations of a study on one thread.
 
-    Kernels are compiled before the clock starts. The realizations are not kept; few are in memory
-    at a time. Preparing the training image for a new orientation of the path counts.
-
-    Parameters
-    ----------
-    training_image, grid_shape, parameters, hard_data, n_realizations, seed, progress, cancel
-        As in `simulate`.
-
-    Raises
-    ------
-    CCWSIMError
-        As `simulate`.
-    Cancelled
-        Where `cancel` returned True; nothing is returned of a setting that is not finished.
+    Arguments and errors are those of `simulate`. Kernels are compiled before the clock starts. The
+    realizations are not kept; few are in memory at a time. Preparing the training image for a new
+    orientation of the path counts.
 
     Examples
     --------
@@ -157,56 +120,11 @@ def time_study(
         seconds.append(ensemble.cpu_seconds)
         wrong.append(ensemble.n_mismatched)
     n_data = hard_data.n if hard_data else 0
-    measured = frozen(np.concatenate(seconds)), frozen(np.concatenate(wrong))
-    return Timing(parameters, grid.shape, n_data, *measured)
-
-
-def time_grids(
-    training_image: TrainingImage,
-    sides: Sequence[int],
-    parameters: Sequence[Parameters],
-    n_realizations: int = 3,
-    seed: int = 0,
-    progress: Progress | None = None,
-    cancel: Callable[[], bool] | None = None,
-) -> Iterator[Timing]:
-    """Yield the times of unconditional runs on square grids, small ones first (Fig. 13).
-
-    Examples
-    --------
-    >>> stripes = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
-    >>> p = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
-    >>> [t.n_cells for t in time_grids(stripes, [40, 20], [p], n_realizations=1)]
-    [400, 1600]
-    """
-    cases = grid_cases(sides, parameters)
-    yield from time_cases(training_image, cases, n_realizations, seed, progress, cancel)
-
-
-def time_data(
-    training_image: TrainingImage,
-    numbers: Sequence[int],
-    parameters: Sequence[Parameters],
-    grid_shape: tuple[int, int] = (512, 512),
-    n_realizations: int = 3,
-    seed: int = 0,
-    progress: Progress | None = None,
-    cancel: Callable[[], bool] | None = None,
-) -> Iterator[Timing]:
-    """Yield the times of runs with growing numbers of data (Table 2).
-
-    The data are sampled from an unconditional realization, as in section 5.2 of the paper; all
-    parameters get the same data, and a larger set contains the smaller ones.
-
-    Examples
-    --------
-    >>> stripes = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
-    >>> p = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
-    >>> [t.n_data for t in time_data(stripes, [9, 0], [p], (40, 50), n_realizations=1)]
-    [0, 9]
-    """
-    cases = data_cases(numbers, parameters, grid_shape)
-    yield from time_cases(training_image, cases, n_realizations, seed, progress, cancel)
+    return Timing(
+        *(parameters, grid.shape, n_data),
+        cpu_seconds=frozen(np.concatenate(seconds)),
+        n_mismatched=frozen(np.concatenate(wrong)),
+    )
 
 
 def time_cases(
@@ -219,18 +137,11 @@ def time_cases(
 ) -> Iterator[Timing]:
     """Yield the time of each case, in their order.
 
-    Parameters
-    ----------
-    training_image : TrainingImage
-    cases : sequence of TimingCase
-    n_realizations : int
-        Of each case.
-    seed : int
-        Of the realizations and of the sampled data.
-    progress : callable, optional
-        Called as progress(fraction of the expected time, cases that are finished).
-    cancel : callable, optional
-        Returns True to stop.
+    Data are sampled from an unconditional realization, as in section 5.2 of the paper: all cases
+    on one grid get the same data, and a larger set contains the smaller ones.
+
+    Each has `n_realizations`. `progress` is called with the fraction of the expected time and the
+    number of finished cases; `cancel` returns True to stop.
 
     Raises
     ------
@@ -284,8 +195,7 @@ def image_of_case(training_image: TrainingImage, case: TimingCase) -> TrainingIm
     >>> image_of_case(beds, TimingCase(Parameters(8, 2, 1), (20, 20))).shape
     (8, 8)
     """
-    volume = training_image.n_dimensions > len(case.grid_shape)
-    if not volume:
+    if training_image.n_dimensions == len(case.grid_shape):
         return training_image
     middle = training_image.array[training_image.shape[0] // 2]
     return TrainingImage(middle, name=f"middle layer of {training_image.name}")
@@ -329,10 +239,7 @@ class Growth:
 def growth(timings: Sequence[Timing]) -> Growth:
     """Return how the time of one setting grows with the grid (Fig. 13).
 
-    Raises
-    ------
-    CCWSIMError
-        If all grids have the same number of cells.
+    Raises `CCWSIMError` if all grids have the same number of cells.
     """
     cells = np.array([t.n_cells for t in timings], float)
     seconds = np.array([max(t.seconds, 1e-9) for t in timings])
@@ -379,4 +286,4 @@ def _slowdown(training_image: TrainingImage, case: TimingCase, measured: Sequenc
         )
 
     nearest = min(measured, key=unlike)
-    return nearest.seconds / _typical(training_image, nearest.case)
+    return nearest.seconds / _typical(training_image, nearest)

@@ -15,8 +15,6 @@ from ccwsim.jobs.workers import share_cores, stoppable
 from ccwsim.model.errors import Cancelled
 
 Result = TypeVar("Result")
-Progress = Callable[[float, int], None]
-Cancel = Callable[[], bool]
 LEAST_SHARE = 0.02
 """Share of the work from which the time left can be estimated."""
 PATIENCE = 0.3

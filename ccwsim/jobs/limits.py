@@ -23,6 +23,15 @@ RESERVE = 128 * 10**6
 
 
 @dataclass(frozen=True)
+class Demand:
+    """What a run asks of the server: cells of all its realizations, hard data, and memory."""
+
+    n_cells: int
+    n_data: int = 0
+    n_bytes: int = 0
+
+
+@dataclass(frozen=True)
 class ServerLimits:
     """The limits of a server; a laptop has none but its memory."""
 
@@ -33,18 +42,18 @@ class ServerLimits:
     history: int  # bytes of earlier runs that each session keeps
     uploads: int  # bytes of files of all browsers, those that outlive a reload included
 
-    def check(self, n_cells: int, n_data: int = 0) -> None:
+    def check(self, demand: Demand) -> None:
         """Refuse a run that is larger than this server allows, and say what to do."""
-        if self.cells is not None and n_cells > self.cells:
+        if self.cells is not None and demand.n_cells > self.cells:
             raise CCWSIMError(
-                f"{format_number(n_cells)} cells × realizations are more than the "
+                f"{format_number(demand.n_cells)} cells × realizations are more than the "
                 f"{format_number(self.cells)} that this server allows for one run: "
                 "ask for fewer realizations or a smaller grid"
             )
-        if self.data is not None and n_data > self.data:
+        if self.data is not None and demand.n_data > self.data:
             raise CCWSIMError(
-                f"{n_data:,} hard data are more than the {self.data:,} that this server allows "
-                "for one run: use fewer"
+                f"{demand.n_data:,} hard data are more than the {self.data:,} that this server "
+                "allows for one run: use fewer"
             )
 
     def __str__(self) -> str:
@@ -98,24 +107,10 @@ def format_number(number: int) -> str:
     return f"{millions:,.1f}".removesuffix(".0") + " million"
 
 
-@dataclass(frozen=True)
-class Demand:
-    """What a run asks of the server: cells of all its realizations, hard data, and memory."""
-
-    n_cells: int
-    n_data: int = 0
-    n_bytes: int = 0
-
-
-def check_limits(demand: Demand) -> None:
-    """Refuse a run that is larger than the server allows."""
-    limits_of_environment().check(demand.n_cells, demand.n_data)
-
-
 def admit(demand: Demand, promised: float = 0.0) -> None:
     """Refuse a run larger than the limits, or than the memory less what is `promised` to others."""
     limits = limits_of_environment()
-    limits.check(demand.n_cells, demand.n_data)
+    limits.check(demand)
     free = free_bytes(limits)
     if free is None or demand.n_bytes <= free - promised:
         return

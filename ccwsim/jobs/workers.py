@@ -18,7 +18,8 @@ POLL_SECONDS = 0.05
 
 Progress = Callable[[float, int], None]
 """Called as progress(fraction, n_done): share of all work, and how many tasks are finished."""
-
+Cancel = Callable[[], bool]
+"""Returns whether the work is to stop."""
 
 _shared_cores: Cores | None = None
 
@@ -30,12 +31,12 @@ def share_cores() -> None:
         _shared_cores = Cores(n_cores())
 
 
-_asked_to_stop: ContextVar[Callable[[], bool] | None] = ContextVar("asked_to_stop", default=None)
+_asked_to_stop: ContextVar[Cancel | None] = ContextVar("asked_to_stop", default=None)
 _usage: ContextVar[Usage | None] = ContextVar("usage", default=None)
 
 
 @contextmanager
-def stoppable(asked_to_stop: Callable[[], bool]) -> Iterator[None]:
+def stoppable(asked_to_stop: Cancel) -> Iterator[None]:
     """Let `check_stop` end the work of this thread, and of tasks that it runs, when asked.
 
     All runs of the work share one `Usage` of the cores.
@@ -89,7 +90,7 @@ def run_all(
     n: int,
     n_workers: int,
     progress: Progress | None = None,
-    cancel: Callable[[], bool] | None = None,
+    cancel: Cancel | None = None,
     pool: ThreadPoolExecutor | None = None,
 ) -> list[int]:
     """Run task(number, watch) for 0 … n − 1 and return the numbers that were finished.

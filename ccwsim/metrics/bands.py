@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,6 +16,7 @@ from ccwsim.model.arrays import as_floats, ratio
 from ccwsim.model.errors import CCWSIMError, shown
 
 Statistic = Literal["variogram", "connectivity"]
+STATISTICS: tuple[Statistic, ...] = get_args(Statistic)
 
 
 def curves_of(

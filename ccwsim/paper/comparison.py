@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from itertools import product
 from typing import NamedTuple
 
@@ -16,38 +17,11 @@ from ccwsim.metrics.stack import Stack
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.numbers import seconds
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.paper import methods, verdicts
 from ccwsim.paper.experiment import ExperimentRun, Outcome
-from ccwsim.paper.methods import (
-    DEFAULT,
-    DEFAULT_WORDS,
-    TITLES,
-    colour_of,
-    connectivity_chart,
-    format_distances,
-    image_named,
-    image_picture,
-    lags_for,
-    mean_distances,
-    median_seconds,
-    paper_map,
-    paper_parameters,
-    published,
-    relative_tau,
-    wrong_share,
-)
+from ccwsim.paper.methods import DEFAULT, TITLES
 from ccwsim.paper.published_times import TABLE_1
-from ccwsim.paper.verdicts import (
-    PART,
-    compared,
-    judged,
-    of_both,
-    of_claim,
-    of_data,
-    of_ratio,
-    order_of,
-    percent,
-    word_of,
-)
+from ccwsim.paper.verdicts import percent
 from ccwsim.report.document import Block, Chart, Judgement, Row, Table, Text
 
 METHODS = ("ccwsim", "ms-ccsim")
@@ -71,14 +45,15 @@ WHOSE = ("ours", "exact", "default")
 class Case(NamedTuple):
     """Realizations of one method at one level.
 
-    `whose` is "ours", as published, "exact", with all data honoured, "default", see
-    `DEFAULT_WORDS`, or "published", by the authors' code.
+    `whose` is "ours", "exact", with all data honoured, "default", see `methods.DEFAULT_WORDS`, or
+    "published", by the authors' code; `distances` are those of `methods.mean_distances`.
     """
 
     method: str
     level: int
     whose: str
     images: NDArray[np.uint8]
+    distances: NDArray[np.float64]
 
     @property
     def name(self) -> str:
@@ -88,36 +63,48 @@ class Case(NamedTuple):
         return f"{who}{TITLES[self.method]}, level {self.level}{tail}"
 
 
-class Sampled(NamedTuple):
+@dataclass
+class Sampled:
     """All cases of one study."""
 
-    cases: list[Case]
     image: TrainingImage
     data: HardData
+    cases: list[Case] = field(default_factory=list)
+
+    def add(self, method: str, level: int, whose: str, images: NDArray | None) -> None:
+        """Add a case, unless there are no realizations of it."""
+        if images is not None:
+            distances = methods.mean_distances(images, self.image)
+            self.cases.append(Case(method, level, whose, images, distances))
 
     def of(self, whose: str) -> list[Case]:
         """Return the cases of one origin."""
         return [case for case in self.cases if case.whose == whose]
 
-    def pair(self, *wanted: tuple[str, int, str]) -> list[Case] | None:
-        """Return two cases by method, level and origin, None if one of them is missing."""
-        found = [case for key in wanted for case in self.cases if case[:3] == key]
-        return found if len(found) == len(wanted) else None
+    def pairs(
+        self, first: tuple[str, str], second: tuple[str, str]
+    ) -> Iterator[tuple[int, Case, Case]]:
+        """Yield each level that has both cases, and these; a case is named by method and origin."""
+        by_key = {case[:3]: case for case in self.cases}
+        for level in LEVELS:
+            keys = [(method, level, whose) for method, whose in (first, second)]
+            if all(key in by_key for key in keys):
+                yield level, by_key[keys[0]], by_key[keys[1]]
 
     def score(self, case: Case) -> tuple[float, float]:
         """Return connectivity at the largest lag, and the mean pattern distance."""
-        tau = list(relative_tau(case.images, self.image).values())[-1]
-        return tau, float(mean_distances(case.images, self.image).mean())
+        tau = list(methods.relative_tau(case.images, self.image).values())[-1]
+        return tau, float(case.distances.mean())
 
-    def compare(self, pair: list[Case]) -> tuple[int, int]:
+    def compare(self, first: Case, second: Case) -> tuple[int, int]:
         """Return whether the first is worse, −1, like, 0, or better, 1: connectivity, patterns."""
-        (tau, near), (other_tau, other_near) = map(self.score, pair)
+        (tau, near), (other_tau, other_near) = map(self.score, (first, second))
         more = int(tau - other_tau > LIKE_TAU) - int(other_tau - tau > LIKE_TAU)
-        return more, order_of(other_near / near, LIKE_DISTANCE)
+        return more, verdicts.order_of(other_near / near, LIKE_DISTANCE)
 
     def wrong(self, case: Case) -> float:
         """Return the share of the data that a case does not honour."""
-        return wrong_share(case.images, self.image, self.data)
+        return methods.wrong_share(case.images, self.image, self.data)
 
 
 def sampled_data(run: ExperimentRun) -> Outcome:
@@ -126,30 +113,27 @@ def sampled_data(run: ExperimentRun) -> Outcome:
     image, side = run.inputs.image("channel"), run.extent.side(512)
     shape = side, side
     data = data_of(run, image, shape)
-    cases = []
+    study = Sampled(image, data)
     for method in METHODS:
         for level in LEVELS:
             for whose in WHOSE:
-                p = paper_parameters(
+                p = methods.paper_parameters(
                     method, level, exact=whose != "ours", default=whose == "default"
                 )
                 e = run.simulate(image, shape, p, data, run.extent.n_few)
-                cases.append(Case(method, level, whose, e.indices))
+                study.add(method, level, whose, e.indices)
             name = f"{TITLES[method]}_channel512_t2_1000_L{level}"
-            found = published(run, image, name, shape)
-            if found is not None:
-                cases.append(Case(method, level, "published", found))
-    study = Sampled(cases, image, data)
-    lags = lags_for(image.shape, shape, largest=run.extent.largest_lag)
+            study.add(method, level, "published", methods.published(run, image, name, shape))
+    lags = methods.lags_for(image.shape, shape, largest=run.extent.largest_lag)
     exact = {case.name: case.images for case in study.of("exact")}
-    rough = {case.name: case.images for case in cases if case.whose in ("ours", "published")}
+    rough = {case.name: case.images for case in study.of("ours") + study.of("published")}
     groups = study.of("exact"), study.of("default"), study.of("published") or study.of("ours")
     maps = [
-        Row(tuple(paper_map(case.images[0], image, case.name, data) for case in group))
+        Row(tuple(methods.paper_map(case.images[0], image, case.name, data) for case in group))
         for group in groups
     ]
-    charts = [connectivity_chart(stacks, image, "E-W", lags) for stacks in (exact, rough)]
-    words = Text(DEFAULT_WORDS, quiet=True)
+    charts = [methods.connectivity_chart(stacks, image, lags) for stacks in (exact, rough)]
+    words = Text(methods.DEFAULT_WORDS, quiet=True)
     blocks = (*maps, Row(tuple(charts)), _table_of_cases(study, side), words)
     run.step()
     judgements = (*_methods(study), *_against_published(study), *_in_search_only(study))
@@ -161,17 +145,17 @@ def data_of(run: ExperimentRun, image: TrainingImage, shape: tuple[int, int]) ->
     if run.inputs.is_own("channel"):
         return run.inputs.data("channel", N_DATA, shape)
     other = ExperimentRun(run.inputs, run.extent, run.seed + 1, cancel=run.cancel)
-    field = other.simulate(image, shape, paper_parameters("ccwsim", 1)).realizations[0]
+    field = other.simulate(image, shape, methods.paper_parameters("ccwsim", 1)).realizations[0]
     return sample_random(field, max(round(N_DATA * field.size / 512**2), 1), run.seed)
 
 
 def _table_of_cases(study: Sampled, side: int) -> Table:
-    lags = relative_tau(study.cases[0].images, study.image).keys()
+    lags = methods.relative_tau(study.cases[0].images, study.image).keys()
     at = (f"τ at {lag}" for lag in lags)
     rows = []
     for case in study.cases:
-        distances = format_distances(mean_distances(case.images, study.image))
-        tau = (f"{v:.2f}" for v in relative_tau(case.images, study.image).values())
+        distances = methods.format_distances(case.distances)
+        tau = (f"{v:.2f}" for v in methods.relative_tau(case.images, study.image).values())
         counts = str(len(case.images)), percent(study.wrong(case))
         rows.append((case.name, *counts, distances, *tau))
     caption = (
@@ -185,34 +169,28 @@ def _table_of_cases(study: Sampled, side: int) -> Table:
 def _methods(study: Sampled) -> list[Judgement]:
     """Judge whether CCWSIM is better than MS-CCSIM in connectivity and patterns, as stated."""
     judgements = []
+    claim = "CCWSIM enhances facies connectivity and pattern reproduction (abstract)."
     for whose, who in (
         ("published", "The authors' codes"),
         ("ours", "Our engine, as published"),
         ("exact", "Our engine, data exact"),
         ("default", f"Our engine, {DEFAULT}"),
     ):
-        for level in LEVELS:
-            pair = study.pair(("ccwsim", level, whose), ("ms-ccsim", level, whose))
-            if pair is None:
-                continue
+        for level, *pair in study.pairs(("ccwsim", whose), ("ms-ccsim", whose)):
             (tau, near), (other_tau, other_near) = map(study.score, pair)
             found = (
                 f"{who}, level {level}: connectivity {tau:.2f} of the image's against "
                 f"{other_tau:.2f}, mean pattern distance {near:.4f} against {other_near:.4f} bits."
             )
-            claim = "CCWSIM enhances facies connectivity and pattern reproduction (abstract)."
-            orders = study.compare(pair)
-            judgements.append(judged(claim, found, of_both(*orders)))
+            word = verdicts.of_both(*study.compare(*pair))
+            judgements.append(verdicts.judged(claim, found, word))
     return judgements
 
 
 def _against_published(study: Sampled) -> list[Judgement]:
     """Judge our CCWSIM against realizations of the authors' code."""
     judgements = []
-    for level in LEVELS:
-        pair = study.pair(("ccwsim", level, "exact"), ("ccwsim", level, "published"))
-        if pair is None:
-            continue
+    for level, *pair in study.pairs(("ccwsim", "exact"), ("ccwsim", "published")):
         (tau, near), (other_tau, other_near) = map(study.score, pair)
         wrong, theirs = map(study.wrong, pair)
         found = (
@@ -220,12 +198,11 @@ def _against_published(study: Sampled) -> list[Judgement]:
             f"data wrong {percent(wrong)}; theirs: {other_tau:.2f}, {other_near:.4f}, "
             f"{percent(theirs)}."
         )
-        orders = *study.compare(pair), int(wrong < theirs) - int(wrong > theirs)
+        orders = *study.compare(*pair), int(wrong < theirs) - int(wrong > theirs)
         low, high = min(orders), max(orders)
-        word = PART if low < 0 < high else word_of(low or high)
-        judgements.append(
-            judged(f"The authors' CCWSIM code at level {level}, same data.", found, word)
-        )
+        word = verdicts.PART if low < 0 < high else verdicts.word_of(low or high)
+        claim = f"The authors' CCWSIM code at level {level}, same data."
+        judgements.append(verdicts.judged(claim, found, word))
     return judgements
 
 
@@ -233,15 +210,12 @@ def _in_search_only(study: Sampled) -> list[Judgement]:
     """Judge whether our engine, with data in the search only, misses as many data as the codes."""
     judgements = []
     for method in METHODS:
-        for level in LEVELS:
-            pair = study.pair((method, level, "ours"), (method, level, "published"))
-            if pair is None:
-                continue
+        for level, *pair in study.pairs((method, "ours"), (method, "published")):
             ours, theirs = map(study.wrong, pair)
             claim = f"The published {TITLES[method]} code at level {level} misses {percent(theirs)}"
             found = f"Our engine, as published, misses {percent(ours)}."
             alike = abs(ours - theirs) <= LIKE_SHARE
-            judgements.append(of_claim(f"{claim} of the data.", found, alike))
+            judgements.append(verdicts.of_claim(f"{claim} of the data.", found, alike))
     return judgements
 
 
@@ -251,63 +225,56 @@ def stone_wall(run: ExperimentRun) -> Outcome:
     image, side = run.inputs.image("stone wall"), run.extent.side(512)
     shape, n = (side, side), run.extent.n_few
     data = run.inputs.data("stone wall", 300, shape)
-    rows, pictures, distance, shares = [], [], {}, []
-    for default, method, level in product((False, True), METHODS, LEVELS):
-        p = paper_parameters(method, level, default=default)
+    study, times = Sampled(image, data), []
+    for whose, method, level in product(("ours", "default"), METHODS, LEVELS):
+        p = methods.paper_parameters(method, level, default=whose == "default")
         e = run.simulate(image, shape, p, data, n, workers=1)
-        distance[method, level, default] = near = mean_distances(e.indices, image)
-        name = f"{TITLES[method]}, level {level}" + (f", {DEFAULT}" if default else "")
-        shares.append(float(e.n_mismatched.mean() / data.n))
-        numbers = format_distances(near), percent(shares[-1]), seconds(median_seconds(e))
-        rows.append((f"ours, {name}", str(e.n), *numbers))
-        if level == 1:
-            pictures.append(paper_map(e.indices[0], image, f"{name}, ours", data))
-    theirs, missed = {}, None
+        study.add(method, level, whose, e.indices)
+        times.append(seconds(methods.median_seconds(e)))
     for method in METHODS:
-        code = TITLES[method]
-        found = published(run, image, f"{code}_stonewall512_hd300_L1", shape)
-        if found is None:
-            continue
-        theirs[method] = near = mean_distances(found, image)
-        share = wrong_share(found, image, data)
-        missed = share if method == "ccwsim" else missed
-        numbers = format_distances(near), percent(share), "–"
-        rows.append((f"published {code}, level 1", str(len(found)), *numbers))
-        pictures.append(paper_map(found[0], image, f"{code}, level 1, published code", data))
+        name = f"{TITLES[method]}_stonewall512_hd300_L1"
+        study.add(method, 1, "published", methods.published(run, image, name, shape))
+    rows, pictures = [], []
+    times += ["–"] * len(study.of("published"))
+    for case, time in zip(study.cases, times, strict=True):
+        name = case.name if case.whose == "published" else f"ours, {case.name}"
+        numbers = methods.format_distances(case.distances), percent(study.wrong(case)), time
+        rows.append((name, str(len(case.images)), *numbers))
+        if case.level == 1:
+            pictures.append(methods.paper_map(case.images[0], image, name, data))
     header = ("realizations", "n", "pattern distance 1, 1/2, 1/3", "data wrong", "CPU time")
     table = Table(header, tuple(rows), f"{side} × {side} cells, {data.n} data, T 32, OR 8.")
-    first = image_picture(image, run.inputs.describe("stone wall"), share=0.5)
+    first = methods.image_picture(image, run.inputs.describe("stone wall"), share=0.5)
     run.step()
-    judgements = (*_patterns(distance, theirs), of_data(shares[0], data.n, missed))
-    words = Text(DEFAULT_WORDS, quiet=True)
-    return Outcome(
-        (Row((first, *pictures[:2])), Row(tuple(pictures[2:])), table, words), judgements
-    )
+    theirs = [study.wrong(case) for case in study.of("published") if case.method == "ccwsim"]
+    missed = theirs[0] if theirs else None
+    honoured = verdicts.of_data(study.wrong(study.cases[0]), data.n, missed)
+    words = Text(methods.DEFAULT_WORDS, quiet=True)
+    maps = Row((first, *pictures[:2])), Row(tuple(pictures[2:]))
+    return Outcome((*maps, table, words), (*_patterns(study), honoured))
 
 
-def _patterns(distance: dict, theirs: dict) -> list[Judgement]:
-    """Judge pattern distances by method and level, and those of the codes by method."""
+def _patterns(study: Sampled) -> list[Judgement]:
+    """Judge pattern distances of the two methods, and of our CCWSIM and the authors' code."""
     judgements = []
     claim = "CCWSIM is comparable to MS-CCSIM and enhances pattern reproduction (abstract)."
-    pairs = [
-        (
-            f"our engine{f' {DEFAULT}' if default else ''}, level {level}",
-            *(distance[method, level, default] for method in METHODS),
-        )
-        for default in (False, True)
-        for level in LEVELS
-    ]
-    if len(theirs) == 2:
-        pairs.append(("the published codes, level 1", *(theirs[method] for method in METHODS)))
-    for who, own, other in pairs:
-        near, far = float(own.mean()), float(other.mean())
-        found = f"Mean pattern distance, {who}: {near:.4f} against {far:.4f} bits."
-        judgements.append(of_claim(claim, found, near <= LIKE_DISTANCE * far))
-    if "ccwsim" in theirs:
-        near, far = float(distance["ccwsim", 1, False].mean()), float(theirs["ccwsim"].mean())
+    for whose, who in (
+        ("ours", "our engine"),
+        ("default", f"our engine {DEFAULT}"),
+        ("published", "the published codes"),
+    ):
+        for level, *pair in study.pairs(("ccwsim", whose), ("ms-ccsim", whose)):
+            near, far = (float(case.distances.mean()) for case in pair)
+            found = (
+                f"Mean pattern distance, {who}, level {level}: {near:.4f} against {far:.4f} bits."
+            )
+            judgements.append(verdicts.of_claim(claim, found, near <= LIKE_DISTANCE * far))
+    for level, *pair in study.pairs(("ccwsim", "ours"), ("ccwsim", "published")):
+        near, far = (float(case.distances.mean()) for case in pair)
         found = f"Mean pattern distance {near:.4f} against {far:.4f} bits."
-        word = compared(near, far, more_is_better=False, alike=LIKE_DISTANCE)
-        judgements.append(judged("The authors' CCWSIM code at level 1, same data.", found, word))
+        word = verdicts.compared(near, far, more_is_better=False, alike=LIKE_DISTANCE)
+        claim = f"The authors' CCWSIM code at level {level}, same data."
+        judgements.append(verdicts.judged(claim, found, word))
     return judgements
 
 
@@ -351,7 +318,7 @@ def variability(run: ExperimentRun) -> Outcome:
         "exactly, because nearly every 8 × 8 pattern occurs once. Ratios of two methods can be set "
         "beside the paper's, divergences cannot."
     )
-    words = Text(remark, quiet=True), Text(DEFAULT_WORDS, quiet=True)
+    words = Text(remark, quiet=True), Text(methods.DEFAULT_WORDS, quiet=True)
     return Outcome((*blocks, Row(tuple(charts)), *words), tuple(judgements))
 
 
@@ -359,12 +326,12 @@ def _distances(run: ExperimentRun, study: DistanceStudy) -> Anodi:
     image, n, side = run.inputs.image(study.image), run.extent.n_anodi, run.extent.side(study.side)
     stacks: dict[str, NDArray] = {}
     for default, method in product((False, True), METHODS):
-        p = paper_parameters(method, ANODI_LEVEL, default=default)
+        p = methods.paper_parameters(method, ANODI_LEVEL, default=default)
         e = run.simulate(image, (side, side), p, n=n)
         stacks[TITLES[method] + (f", {DEFAULT}" if default else "")] = e.indices
     for file in study.files:
-        assert image_named(file) == study.image
-        there = published(run, image, file, (side, side))
+        assert methods.image_named(file) == study.image
+        there = methods.published(run, image, file, (side, side))
         if there is not None:
             code = file.split("_")[0]
             stacks[f"published {code}" if code in TITLES.values() else code] = there
@@ -377,7 +344,7 @@ def _distances(run: ExperimentRun, study: DistanceStudy) -> Anodi:
 def _anodi_table(found: Anodi, title: str) -> Table:
     rows = []
     for k, name in enumerate(found.names):
-        each = [format_distances(row[k]) for row in (found.between, found.within)]
+        each = [methods.format_distances(row[k]) for row in (found.between, found.within)]
         by_resolution = " ".join(f"{v:.2f}" for v in found.ratio[0] / found.ratio[k])
         n = int(np.count_nonzero(found.owner == k))
         rows.append(
@@ -433,7 +400,7 @@ def paper_ratio(found: Anodi, name: str, other: str) -> float:
 
 
 def _mds(found: Anodi, image: str) -> Chart:
-    scaling, colours = found.scaling(), [colour_of(name) for name in found.names]
+    scaling, colours = found.scaling(), [methods.colour_of(name) for name in found.names]
     groups = [
         Group(name, scaling.positions[found.owner == k], colours[k], SYMBOLS[k % len(SYMBOLS)])
         for k, name in enumerate(found.names)
@@ -453,13 +420,15 @@ def _anodi_judgements(found: Anodi, image: str) -> list[Judgement]:
         own = f"{image.capitalize()}, {whose}:"
         within = float(np.mean(found.within[a] / found.within[b]))
         claim = f"Table 1, {image}: within of CCWSIM is {stated:.2f} times that of MS-CCSIM (mean)."
-        judgements.append(of_ratio(claim, f"{own} {within:.2f} times.", within, stated))
+        judgements.append(verdicts.of_ratio(claim, f"{own} {within:.2f} times.", within, stated))
         claim = f"Table 1, {image}: r = {paper.ratio:.2f} of CCWSIM relative to MS-CCSIM."
         ratio = paper_ratio(found, name, other)
-        judgements.append(of_ratio(claim, f"{own} r = {ratio:.2f}.", ratio, paper.ratio))
+        judgements.append(verdicts.of_ratio(claim, f"{own} r = {ratio:.2f}.", ratio, paper.ratio))
     if "published CCWSIM" in found.names:
         ratio = paper_ratio(found, "CCWSIM", "published CCWSIM")
         words = f"r = {ratio:.2f} relative to theirs: variety for the distance to the image."
-        word = word_of(order_of(ratio, COMPARABLE))
-        judgements.append(judged(f"The authors' CCWSIM code on the {image} image.", words, word))
+        word = verdicts.word_of(verdicts.order_of(ratio, COMPARABLE))
+        judgements.append(
+            verdicts.judged(f"The authors' CCWSIM code on the {image} image.", words, word)
+        )
     return judgements

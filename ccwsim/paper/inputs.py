@@ -50,17 +50,15 @@ class PaperInputs:
         if path is None:
             return datasets.load(bundled)
         found = read_training_image(path)
-        names = FACIES.get(name)
-        fits = names is not None and len(names) == found.n_facies
-        names = names if fits else None
+        names = FACIES.get(name, ())
+        names = names if len(names) == found.n_facies else None
         return TrainingImage(found.array, name=f"{name} (authors')", facies_names=names)
 
     def describe(self, name: str) -> str:
         """Return a phrase that names the image used for one of the paper's."""
-        file, bundled = IMAGES[name]
-        if self._file(f"paper/{file}.npy") is not None:
+        if self.is_own(name):
             return f"the authors' {name} training image"
-        return f"our bundled image “{bundled}” in place of the authors' {name} image"
+        return f"our bundled image “{IMAGES[name][1]}” in place of the authors' {name} image"
 
     def is_own(self, name: str) -> bool:
         """Whether the image is the authors' own."""
@@ -72,12 +70,14 @@ class PaperInputs:
         The authors' data inside the grid if they are at hand; otherwise data sampled from an image
         of the same kind, in the same density.
         """
-        stem = DATA.get((name, n))
-        path = self._file(f"{stem}.csv") if stem is not None and self.is_own(name) else None
-        if stem is None or path is None:
-            return self._sampled(name, n, shape)
+        stem = DATA[name, n]
         ny, nx = map(int, stem.rsplit("grid", 1)[1].split("x"))
-        return inside(read_hard_data(path, Grid(ny, nx)), shape)
+        path = self._file(f"{stem}.csv") if self.is_own(name) else None
+        if path is not None:
+            return inside(read_hard_data(path, Grid(ny, nx)), shape)
+        share = shape[0] * shape[1] / (ny * nx)
+        truth = reference_field(IMAGES[name][1], shape).array
+        return sample_random(truth, max(round(n * share), 1), seed=n)
 
     def dense_reference(self, shape: tuple[int, int]) -> tuple[HardData, TrainingImage]:
         """Return dense data and the image from which they were sampled, cut to a grid."""
@@ -85,7 +85,7 @@ class PaperInputs:
         if path is not None and self._file(f"{DATA['channel', 4000]}.csv") is not None:
             truth = read_training_image(path).array
         else:
-            truth = self._reference_field("channel", shape).array
+            truth = reference_field(IMAGES["channel"][1], shape).array
         truth = truth[: shape[0], : shape[1]]
         return self.data("channel", 4000, (truth.shape[0], truth.shape[1])), TrainingImage(truth)
 
@@ -116,16 +116,6 @@ class PaperInputs:
             return None
         path = self.folder / relative
         return path if path.is_file() else None
-
-    def _reference_field(self, name: str, shape: tuple[int, int]) -> TrainingImage:
-        return reference_field(IMAGES[name][1], shape)
-
-    def _sampled(self, name: str, n: int, shape: tuple[int, int]) -> HardData:
-        stem = DATA[name, n]
-        ny, nx = map(int, stem.rsplit("grid", 1)[1].split("x"))
-        share = shape[0] * shape[1] / (ny * nx)
-        truth = self._reference_field(name, shape).array
-        return sample_random(truth, max(round(n * share), 1), seed=n)
 
 
 def inputs_in(folder: str | Path | None) -> PaperInputs:

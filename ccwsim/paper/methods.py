@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from ccwsim.figures import LIGHT, Line, facies_colours, lines_chart
 from ccwsim.metrics import pattern_distance
 from ccwsim.metrics.bands import curves_of
-from ccwsim.metrics.lags import Direction
 from ccwsim.metrics.stack import Stack
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.hard_data import HardData
@@ -106,10 +105,8 @@ def format_distances(distances: NDArray[np.float64]) -> str:
     return " ".join(f"{d:.4f}" for d in distances)
 
 
-def relative_tau(
-    images: NDArray, image: TrainingImage, lags: Sequence[int] = LAGS
-) -> dict[int, float]:
-    """Return mean connectivity E–W relative to the training image's at the lags that fit.
+def relative_tau(images: NDArray, image: TrainingImage) -> dict[int, float]:
+    """Return mean connectivity E–W relative to the training image's at the `LAGS` that fit.
 
     Examples
     --------
@@ -118,7 +115,7 @@ def relative_tau(
     {21: nan}
     """
     smallest = min(*images.shape[-2:], *image.shape)
-    fits = [lag for lag in lags if lag <= smallest // 2] or [max(smallest // 4, 1)]
+    fits = [lag for lag in LAGS if lag <= smallest // 2] or [max(smallest // 4, 1)]
     code, stack = int(image.codes[-1]), Stack(images, image.codes)
     own, reference = (
         curves_of("connectivity", each, code, "E-W", np.array(fits)) for each in (stack, image)
@@ -154,20 +151,18 @@ def image_picture(image: TrainingImage, description: str, share: float = 0.6) ->
     return map_picture(image.indices, image, facies_colours(image), caption, share=share)
 
 
-def connectivity_chart(
-    stacks: Mapping[str, NDArray], image: TrainingImage, way: Direction, lags: NDArray
-) -> Chart:
-    """Return mean connectivity of several methods around the training image's, one line each."""
+def connectivity_chart(stacks: Mapping[str, NDArray], image: TrainingImage, lags: NDArray) -> Chart:
+    """Return mean connectivity E–W of several methods around the training image's."""
     code = int(image.codes[-1])
     lines = []
     for name, images in stacks.items():
         stack = Stack(images, image.codes)
-        mean = np.nanmean(curves_of("connectivity", stack, code, way, lags), axis=0)
+        mean = np.nanmean(curves_of("connectivity", stack, code, "E-W", lags), axis=0)
         dash = "dash" if "level 3" in name else "dot" if "exact" in name else "solid"
         lines.append(Line(name, lags, mean, colour_of(name), dash))
-    reference = curves_of("connectivity", image, code, way, lags)[0]
+    reference = curves_of("connectivity", image, code, "E-W", lags)[0]
     lines.append(Line("training image", lags, reference, LIGHT.reference))
-    title = f"Connectivity {str(way).replace('-', '–')} of {image.facies_names[-1]}, mean"
+    title = f"Connectivity E–W of {image.facies_names[-1]}, mean"
     figure = lines_chart(
         lines, LIGHT, x_title="lag (cells)", y_title="τ", y_range=(0, 1.04), height=280
     )

@@ -16,28 +16,20 @@ from typing import NamedTuple
 class Source:
     """Source of times."""
 
-    name: str  # short, for a legend or the head of a table
     reference: str  # publication or measurement
     machine: str  # language and machine, as far as they are known
 
 
 PAPER = Source(
-    "Bavandsavadkoohi et al. (2024)",
     "Bavandsavadkoohi, Gloaguen, Tokhmechi, Arab-Amiri and Giroux (2024), CCWSIM",
     "MATLAB, Core i7 at 2.6 GHz, 16 GB",
 )
 OCTAVE = Source(
-    "published codes in Octave",
     "The authors' CCWSIM and MS-CCSIM run unchanged but without their windows: T 32, OR 8, 20 "
     "candidates, prop 0.1, CT [2 2], 8 paths",
     "GNU Octave, one thread, on another machine than the paper's; 2.5 to 5.8 times the paper's "
     "MATLAB times where both are known. The interpreted cut alone takes 5.4 of the 5.8 s of an "
     "unconditional run, so these times say little about levels",
-)
-OTHER_ENGINES = Source(
-    "other engines",
-    "DeeSse (geone 1.3.4, n 24), SNESIM and QuickSampling of G2S, SNESIM (tree) of MPSLIB",
-    "compiled, one thread, on the same machine as the Octave times",
 )
 
 
@@ -50,14 +42,14 @@ class PublishedTime:
     image: str  # training image: "channel", "stone wall", "three facies", …
     n_cells: int | None  # cells of the grid; None if unknown
     n_data: int | None  # hard data, 0 for an unconditional run; None if unknown
-    method: str  # "ccwsim", "ms-ccsim" or the name of another engine
+    method: str  # "ccwsim", "ms-ccsim" or "ccsim"
     level: int | None  # wavelet level, or scale of MS-CCSIM; None if unknown
     cpu_seconds: float | None  # None if no run was completed
     wrong_share: float | None = None  # hard data not honoured at full resolution; None if unknown
     note: str = ""
 
 
-SOURCES = {"paper": PAPER, "octave": OCTAVE, "engines": OTHER_ENGINES}
+SOURCES = {"paper": PAPER, "octave": OCTAVE}
 """Sources by their names in the table of times."""
 
 

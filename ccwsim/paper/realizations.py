@@ -1,47 +1,27 @@
-"""Realizations of the channel image and their statistics (sections 5.1 to 5.3)."""
+"""Realizations of CCWSIM and their statistics (sections 5.1 to 5.3, 5.7 to 5.9)."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim import datasets
 from ccwsim.figures import Bundle
-from ccwsim.metrics import etype
-from ccwsim.metrics.bands import Statistic
+from ccwsim.metrics import Stationarity, etype, stationarity
+from ccwsim.metrics.bands import STATISTICS, Statistic
 from ccwsim.metrics.stack import Stack
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.numbers import seconds
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.paper import methods, verdicts
 from ccwsim.paper.experiment import ExperimentRun, Outcome
-from ccwsim.paper.methods import (
-    SETTINGS,
-    connectivity_chart,
-    format_distances,
-    image_picture,
-    lags_for,
-    mean_distances,
-    median_seconds,
-    paper_map,
-    paper_parameters,
-    published,
-    relative_tau,
-    wrong_share,
-)
-from ccwsim.paper.published_times import stated_seconds
-from ccwsim.paper.verdicts import (
-    judged,
-    of_claim,
-    of_data,
-    of_ratio,
-    of_time,
-    percent,
-    word_of,
-)
+from ccwsim.paper.methods import SETTINGS
+from ccwsim.paper.published_times import OCTAVE, published_time, stated_seconds
+from ccwsim.paper.verdicts import percent
 from ccwsim.report.document import Block, Judgement, Row, Table, Text
 from ccwsim.report.pictures import bundle_chart, bundle_of, share_picture
 
-STATISTICS: tuple[Statistic, ...] = ("variogram", "connectivity")
 SHOWN = 3
 LEVEL = 2
 CLOSE_SHARE, CLOSE_TAU = 0.03, 0.85
@@ -49,6 +29,13 @@ CLOSE_SHARE, CLOSE_TAU = 0.03, 0.85
 ENOUGH = 0.8
 """Share of the lags at which the image's curve must be among the realizations'."""
 SLACK = 0.02
+RECOVERED = 0.9
+"""Share of the cells of the reference image that dense data must recover."""
+TEMPLATE = 48
+"""Template of the authors' runs with three facies."""
+NONSTATIONARY = ("delta", "bend")
+KEPT = 0.5
+"""A trend is lost if realizations keep a smaller share of it on average."""
 
 
 def unconditional(run: ExperimentRun) -> Outcome:
@@ -57,19 +44,23 @@ def unconditional(run: ExperimentRun) -> Outcome:
     image, side = run.inputs.image("channel"), run.extent.side(512)
     runs = [
         run.simulate(
-            image, (side, side), paper_parameters("ccwsim", level), n=run.extent.n_few, workers=1
+            image,
+            (side, side),
+            methods.paper_parameters("ccwsim", level),
+            n=run.extent.n_few,
+            workers=1,
         )
         for level in (1, 2, 3)
     ]
     rows = [_measures(f"ours, level {e.parameters.level}", e.indices, image, e) for e in runs]
-    other = published(run, image, "CCWSIM_channel256_uncond_L2", (256, 256))
+    other = methods.published(run, image, "CCWSIM_channel256_uncond_L2", (256, 256))
     if other is not None:
         rows.append(_measures("authors' code, level 2, 256 × 256", other, image))
     run.step()
     shown = runs[1]
-    pictures = [image_picture(image, run.inputs.describe("channel"))]
+    pictures = [methods.image_picture(image, run.inputs.describe("channel"))]
     pictures += [
-        paper_map(one, image, f"Realization {r}, level 2")
+        methods.paper_map(one, image, f"Realization {r}, level 2")
         for r, one in enumerate(shown.indices[:SHOWN], start=1)
     ]
     share = f"{image.facies_names[-1]} (image: {percent(float(image.proportions[-1]))})"
@@ -85,23 +76,25 @@ def unconditional(run: ExperimentRun) -> Outcome:
     )
     table = Table(header, tuple(rows), caption)
     blocks = (Row(tuple(pictures)), table, Text(remark, quiet=True))
-    return Outcome(blocks, (_reproduced(shown, image), _unconditional_time(run, shown)))
+    what = "a realization (mean); grid and level are not at hand"
+    time = _judged_time(run, shown, what, "Fig. 6")
+    return Outcome(blocks, (_reproduced(shown, image), time))
 
 
 def _measures(
     name: str, images: NDArray, image: TrainingImage, ensemble: Ensemble | None = None
 ) -> tuple[str, ...]:
     share = float(np.mean(images == image.n_facies - 1))
-    tau = list(relative_tau(images, image).values())
+    tau = list(methods.relative_tau(images, image).values())
     near, far = (f"{tau[k]:.2f}" if k < len(tau) else "–" for k in (1, 3))
-    time = seconds(median_seconds(ensemble)) if ensemble else "–"
-    distances = format_distances(mean_distances(images, image))
+    time = seconds(methods.median_seconds(ensemble)) if ensemble else "–"
+    distances = methods.format_distances(methods.mean_distances(images, image))
     return name, percent(share), distances, near, far, time
 
 
 def _reproduced(ensemble: Ensemble, image: TrainingImage) -> Judgement:
     own, reference = float(ensemble.proportions.mean(axis=0)[-1]), float(image.proportions[-1])
-    lag, tau = list(relative_tau(ensemble.indices, image).items())[-1]
+    lag, tau = list(methods.relative_tau(ensemble.indices, image).items())[-1]
     found = (
         f"{image.facies_names[-1].capitalize()} takes {percent(own)} of the cells "
         f"({percent(reference)} in the image); cells {lag} apart are connected {tau:.2f} times as "
@@ -109,30 +102,30 @@ def _reproduced(ensemble: Ensemble, image: TrainingImage) -> Judgement:
     )
     holds = abs(own - reference) <= CLOSE_SHARE and tau >= CLOSE_TAU
     claim = "Fig. 6: three realizations whose channels look like the training image's."
-    return of_claim(claim, found, holds)
+    return verdicts.of_claim(claim, found, holds)
 
 
-def _unconditional_time(run: ExperimentRun, ensemble: Ensemble) -> Judgement:
-    what = "a realization (mean); grid and level are not at hand"
-    stated = stated_seconds("Fig. 6")
-    return of_time(what, median_seconds(ensemble), stated, "Fig. 6", run.extent.is_full)
+def _judged_time(run: ExperimentRun, ensemble: Ensemble, what: str, where: str) -> Judgement:
+    """Judge the CPU time of a realization against the paper's for a figure."""
+    ours, full = methods.median_seconds(ensemble), run.extent.is_full
+    return verdicts.of_time(what, ours, stated_seconds(where), where, full)
 
 
 def conditional(run: ExperimentRun) -> Outcome:
     """Simulate the channel image with 100, 300 and 400 data; 100 realizations with 400."""
     run.expect(5)
     image, side = run.inputs.image("channel"), run.extent.side(512)
-    shape, p, n = (side, side), paper_parameters("ccwsim", LEVEL), run.extent.n_few
+    shape, p, n = (side, side), methods.paper_parameters("ccwsim", LEVEL), run.extent.n_few
     sets = [run.inputs.data("channel", n_data, shape) for n_data in (100, 300, 400)]
     free = run.simulate(image, shape, p, n=n, workers=1)
     few = [run.simulate(image, shape, p, data, n, workers=1) for data in sets[:2]]
     many = run.simulate(image, shape, p, sets[2], run.extent.n_many)
-    other = published(run, image, f"CCWSIM_channel512_hd400_L{LEVEL}", shape)
+    other = methods.published(run, image, f"CCWSIM_channel512_hd400_L{LEVEL}", shape)
     blocks = (*_conditional_maps(many, image, sets[2], other), _by_data(free, [*few, many]))
-    theirs = None if other is None else wrong_share(other, image, sets[2])
+    theirs = None if other is None else methods.wrong_share(other, image, sets[2])
     run.step()
     wrong = float(many.n_mismatched.mean() / many.hard_data.n)
-    found = [of_data(wrong, many.hard_data.n, theirs), _varied(many)]
+    found = [verdicts.of_data(wrong, many.hard_data.n, theirs), _varied(many)]
     return Outcome(blocks, (*found, *_conditional_times(run, free, many)))
 
 
@@ -140,7 +133,7 @@ def _conditional_maps(
     many: Ensemble, image: TrainingImage, data: HardData, other: NDArray | None
 ) -> tuple[Block, ...]:
     shown = [
-        paper_map(one, image, f"Realization {r}, {data.n} data", data)
+        methods.paper_map(one, image, f"Realization {r}, {data.n} data", data)
         for r, one in enumerate(many.indices[:SHOWN], start=1)
     ]
     last = image.n_facies - 1
@@ -149,17 +142,17 @@ def _conditional_maps(
     average = [share_picture(shares, f"{caption}, dark never, yellow always")]
     if other is not None:
         shares = etype(Stack(other, image.codes)).probability[last]
-        average.append(paper_map(other[0], image, "The authors' code, same study", data))
+        average.append(methods.paper_map(other[0], image, "The authors' code, same study", data))
         average.append(share_picture(shares, f"E-type of its {len(other)} realizations at hand"))
     return Row(tuple(shown)), Row(tuple(average))
 
 
 def _by_data(free: Ensemble, runs: list[Ensemble]) -> Table:
     rows: list[tuple[str, ...]]
-    rows = [("0", str(free.n), "–", "–", "–", seconds(median_seconds(free)))]
+    rows = [("0", str(free.n), "–", "–", "–", seconds(methods.median_seconds(free)))]
     for e in runs:
         counts = (f"{n.mean():.1f}" for n in (e.n_mismatched, e.n_resimulated, e.n_forced))
-        rows.append((str(e.hard_data.n), str(e.n), *counts, seconds(median_seconds(e))))
+        rows.append((str(e.hard_data.n), str(e.n), *counts, seconds(methods.median_seconds(e))))
     header = ("data", "realizations", "wrong", "re-simulated", "forced", "CPU time (median)")
     caption = (
         f"{free.grid.nx} × {free.grid.ny} cells, level {LEVEL}, {SETTINGS}. Data: mean over "
@@ -181,22 +174,21 @@ def _varied(many: Ensemble) -> Judgement:
         f"{percent(open_cells)} of all cells."
     )
     claim = "Fig. 7: three distinct realizations and their average, which follows the data."
-    return of_claim(claim, found, certain == 1 and open_cells > 0.5)
+    return verdicts.of_claim(claim, found, certain == 1 and open_cells > 0.5)
 
 
 def _conditional_times(run: ExperimentRun, free: Ensemble, many: Ensemble) -> list[Judgement]:
-    ours, stated = median_seconds(many), stated_seconds("Fig. 7")
-    full, what = run.extent.is_full, "a realization (mean of 100)"
-    time = of_time(what, ours, stated, "Fig. 7", full)
-    if not full:
+    time = _judged_time(run, many, "a realization (mean of 100)", "Fig. 7")
+    if not run.extent.is_full:
         return [time]
-    ratio, theirs = ours / median_seconds(free), stated / stated_seconds("Fig. 6")
+    ratio = methods.median_seconds(many) / methods.median_seconds(free)
+    theirs = stated_seconds("Fig. 7") / stated_seconds("Fig. 6")
     claim = (
         f"Conditional realizations (2.42 s, Fig. 7) take {theirs:.2f} times as long as "
         "unconditional ones (6.52 s, Fig. 6); grids and levels of the two are not at hand."
     )
     found = f"On one grid and level, conditional ones take {ratio:.2f} times as long."
-    return [time, of_ratio(claim, found, ratio, theirs)]
+    return [time, verdicts.of_ratio(claim, found, ratio, theirs)]
 
 
 def statistics(run: ExperimentRun) -> Outcome:
@@ -205,8 +197,10 @@ def statistics(run: ExperimentRun) -> Outcome:
     image, side = run.inputs.image("channel"), run.extent.side(512)
     shape, code = (side, side), int(image.codes[-1])
     data = run.inputs.data("channel", 400, shape)
-    many = run.simulate(image, shape, paper_parameters("ccwsim", LEVEL), data, run.extent.n_many)
-    lags = lags_for(image.shape, shape, largest=run.extent.largest_lag)
+    many = run.simulate(
+        image, shape, methods.paper_parameters("ccwsim", LEVEL), data, run.extent.n_many
+    )
+    lags = methods.lags_for(image.shape, shape, largest=run.extent.largest_lag)
     blocks: list[Block] = []
     judgements = []
     for statistic in STATISTICS:
@@ -221,12 +215,12 @@ def statistics(run: ExperimentRun) -> Outcome:
         judgements.append(_surrounded(bundles, statistic))
     stacks = {"CCWSIM": many.indices}
     for code in ("CCWSIM", "MS-CCSIM"):
-        found = published(run, image, f"{code}_channel512_hd400_L{LEVEL}", shape)
+        found = methods.published(run, image, f"{code}_channel512_hd400_L{LEVEL}", shape)
         if found is not None:
             stacks[f"published {code}"] = found
-    tau = {name: relative_tau(images, image) for name, images in stacks.items()}
+    tau = {name: methods.relative_tau(images, image) for name, images in stacks.items()}
     if len(stacks) > 1:
-        blocks.append(Row((connectivity_chart(stacks, image, "E-W", lags),)))
+        blocks.append(Row((methods.connectivity_chart(stacks, image, lags),)))
     blocks.append(_tau_table(tau, stacks))
     run.step()
     return Outcome(tuple(blocks), (*judgements, *_against_codes(tau)))
@@ -251,7 +245,7 @@ def _surrounded(bundles: list[Bundle], statistic: Statistic) -> Judgement:
         f"and {percent(shares[1])} N–S."
     )
     claim = f"Fig. 9: {what} of the image and of 100 realizations; its curves are not at hand."
-    return judged(claim, found, "surrounded" if min(shares) >= ENOUGH else "in part")
+    return verdicts.judged(claim, found, "surrounded" if min(shares) >= ENOUGH else "in part")
 
 
 def _among(bundle: Bundle) -> float:
@@ -270,6 +264,191 @@ def _against_codes(tau: dict[str, dict[int, float]]) -> list[Judgement]:
             continue
         theirs = found[lag]
         words = f"At {lag} cells {ours:.2f} of the image's connectivity; {name}: {theirs:.2f}."
-        word = word_of(int(ours - theirs > SLACK) - int(theirs - ours > SLACK))
-        judgements.append(judged(f"Connectivity of {name}, same study.", words, word))
+        word = verdicts.word_of(int(ours - theirs > SLACK) - int(theirs - ours > SLACK))
+        judgements.append(verdicts.judged(f"Connectivity of {name}, same study.", words, word))
     return judgements
+
+
+def dense_data(run: ExperimentRun) -> Outcome:
+    """Simulate the channel image with dense data and compare cells with the reference image."""
+    run.expect(2)
+    image, side = run.inputs.image("channel"), run.extent.side(256)
+    shape = side, side
+    data, reference = run.inputs.dense_reference(shape)
+    truth = np.searchsorted(image.codes, reference.array).astype(np.uint8)
+    p = methods.paper_parameters("ccwsim", LEVEL)
+    e = run.simulate(image, shape, p, data, run.extent.n_few, workers=1)
+    other = methods.published(run, image, f"CCWSIM_channel256_dense4000_L{LEVEL}", shape)
+    pictures = [
+        methods.paper_map(truth, image, "Reference image"),
+        methods.paper_map(e.indices[0], image, f"Realization 1 of ours, {data.n} data"),
+    ]
+    if other is not None:
+        pictures.append(methods.paper_map(other[0], image, "The authors' code, same data"))
+    shares = e.probability(int(image.codes[-1]))
+    caption = f"Probability of {image.facies_names[-1]}, {e.n} of ours"
+    pictures.append(share_picture(shares, caption))
+    stacks = {"ours": e.indices} | ({"authors' code": other} if other is not None else {})
+    rows = []
+    for name, images in stacks.items():
+        as_reference = percent(recovered(images, truth))
+        wrong = percent(methods.wrong_share(images, image, data))
+        tau = (f"{v:.2f}" for v in methods.relative_tau(images, image).values())
+        rows.append((name, str(len(images)), as_reference, wrong, *tau))
+    lags = (f"τ at {lag}" for lag in methods.relative_tau(e.indices, image))
+    header = ("realizations", "n", "cells as in the reference", "data wrong", *lags)
+    caption = f"{side} × {side} cells, {data.n} data, level {LEVEL}; τ E–W "
+    table = Table(header, tuple(rows), f"{caption}relative to the training image's.")
+    run.step()
+    return Outcome((Row(tuple(pictures)), table), _dense_judgements(run, e, truth, other))
+
+
+def recovered(images: NDArray, reference: NDArray) -> float:
+    """Return the share of cells that agree with the reference image, mean over realizations.
+
+    Examples
+    --------
+    >>> recovered(np.array([[[0, 0]]]), np.array([[0, 1]]))
+    0.5
+    """
+    return float(np.mean(images == reference))
+
+
+def _dense_judgements(
+    run: ExperimentRun, e: Ensemble, reference: NDArray, other: NDArray | None
+) -> tuple[Judgement, ...]:
+    image, data = e.training_image, e.hard_data
+    share = recovered(e.indices, reference)
+    wrong = float(e.n_mismatched.mean() / data.n)
+    found = f"{percent(share)} of the cells are those of the reference image."
+    claim = "Fig. 14: a simulation with 4000 data beside its reference image."
+    if other is None:
+        judgements = (
+            verdicts.of_claim(claim, found, share >= RECOVERED),
+            verdicts.of_data(wrong, data.n, None),
+        )
+    else:
+        theirs, missed = recovered(other, reference), methods.wrong_share(other, image, data)
+        found += f" With the authors' code {percent(theirs)}."
+        word = verdicts.word_of(1 if share > theirs else -1)
+        judgements = verdicts.judged(claim, found, word), verdicts.of_data(wrong, data.n, missed)
+    what = "a realization with about 4000 data (mean)"
+    return (*judgements, _judged_time(run, e, what, "Fig. 14"))
+
+
+def three_facies(run: ExperimentRun) -> Outcome:
+    """Simulate the three-facies image with the authors' template of 48."""
+    run.expect(2)
+    image, side = run.inputs.image("three facies"), run.extent.side(1000)
+    data = run.inputs.data("three facies", 400, (side, side))
+    p = methods.paper_parameters("ccwsim", LEVEL, template=TEMPLATE)
+    e = run.simulate(image, (side, side), p, data, run.extent.n_few, workers=1)
+    entropy = etype(e).entropy
+    pictures = (
+        methods.image_picture(image, run.inputs.describe("three facies"), share=0.5),
+        methods.paper_map(e.indices[0], image, f"Realization 1, {data.n} data", data),
+        share_picture(entropy, f"Entropy of {e.n} realizations: dark certain, yellow open"),
+    )
+    run.step()
+    return Outcome((Row(pictures), _proportions(e)), _facies_judgements(run, e))
+
+
+def _proportions(e: Ensemble) -> Table:
+    image, rows = e.training_image, []
+    for k, name in enumerate(image.facies_names):
+        own = e.proportions[:, k]
+        ti, mean, low, high = map(percent, (image.proportions[k], own.mean(), own.min(), own.max()))
+        rows.append((name, ti, mean, f"{low} to {high}"))
+    header = ("facies", "training image", f"mean of {e.n} realizations", "from, to")
+    caption = f"{e.grid.nx} × {e.grid.ny} cells, T {TEMPLATE}, OR 8, level {LEVEL}"
+    return Table(header, tuple(rows), caption)
+
+
+def _facies_judgements(run: ExperimentRun, e: Ensemble) -> tuple[Judgement, ...]:
+    image = e.training_image
+    off = float(np.abs(e.proportions.mean(axis=0) - image.proportions).max())
+    wrong = float(e.n_mismatched.mean() / e.hard_data.n)
+    there = published_time(OCTAVE, "ccwsim", LEVEL, e.grid.nx * e.grid.ny, 400, "three facies")
+    theirs = there.wrong_share if there and run.inputs.is_own("three facies") else None
+    claim = "Section 5.8: more than two facies can be simulated."
+    found = f"All {image.n_facies} facies occur, each within {percent(off)} of its share of the "
+    what = "a realization of three facies on 1000 × 1000 cells"
+    return (
+        verdicts.of_claim(claim, f"{found}image.", off <= CLOSE_SHARE),
+        verdicts.of_data(wrong, e.hard_data.n, theirs),
+        _judged_time(run, e, what, "Fig. 16"),
+    )
+
+
+def limits(run: ExperimentRun) -> Outcome:
+    """Simulate bundled images whose quarters differ, and measure the difference that remains."""
+    run.expect(2 * len(NONSTATIONARY))
+    blocks: list[Block] = []
+    judgements: list[Judgement] = []
+    rows = []
+    for name in NONSTATIONARY:
+        image = datasets.load(name)
+        ny, nx = (run.extent.side(side) for side in image.shape)
+        e = run.simulate(
+            image, (ny, nx), methods.paper_parameters("ccwsim", LEVEL), n=run.extent.n_few
+        )
+        own = stationarity(image)
+        each = [stationarity(one, image.codes) for one in e]
+        blocks.append(_quarter_maps(e, name))
+        rows.append(_quarters(name, image, own, each))
+        judgements.append(_trend(name, own, each))
+        run.step()
+    header = ("image", "facies", "share by quarter, image", "share by quarter, realizations")
+    table = Table(header, tuple(rows), "Quarters SW, SE, NW, NE; mean of the realizations.")
+    remark = Text(
+        "The paper's nonstationary image (Sundarbans, Fig. 17) and its Ganges image (Fig. 8; 7.7 s "
+        "a realization) are not at hand; the images here are drawn by this program.",
+        quiet=True,
+    )
+    return Outcome((*blocks, table, remark), tuple(judgements))
+
+
+def _quarter_maps(e: Ensemble, name: str) -> Row:
+    image = e.training_image
+    last = f"Mean of {e.n} realizations: probability of {image.facies_names[-1]}"
+    mean = share_picture(e.probability(int(image.codes[-1])), last)
+    first = methods.paper_map(e.indices[0], image, "Realization 1")
+    return Row((methods.image_picture(image, f"our bundled “{name}”", share=1.0), first, mean))
+
+
+def _quarters(
+    name: str, image: TrainingImage, own: Stationarity, each: list[Stationarity]
+) -> tuple[str, ...]:
+    """Return the shares of the facies that differs most between the quarters of the image."""
+    k = int(np.argmax(own.proportions.std(axis=0)))
+    kept = np.mean([one.proportions for one in each], axis=0)
+    shown = [", ".join(percent(float(v)) for v in p[:, k]) for p in (own.proportions, kept)]
+    return name, image.facies_names[k], *shown
+
+
+def kept_share(own: Stationarity, each: list[Stationarity]) -> float:
+    """Return the share of the differences between the image's quarters that realizations keep.
+
+    It is the slope of the realizations' mean variograms of the quarters over the image's, both less
+    their mean over the quarters, along both axes.
+
+    Examples
+    --------
+    >>> image = stationarity(datasets.load("delta").indices, range(3))
+    >>> kept_share(image, [image])
+    1.0
+    """
+    lags = min(own.variograms.shape[-1], *(one.variograms.shape[-1] for one in each))
+    apart = own.variograms[..., :lags] - own.variograms[..., :lags].mean(axis=0)
+    mean = np.mean([one.variograms[..., :lags] for one in each], axis=0)
+    return float(np.sum(apart * (mean - mean.mean(axis=0))) / np.sum(apart**2))
+
+
+def _trend(name: str, own: Stationarity, each: list[Stationarity]) -> Judgement:
+    kept = kept_share(own, each)
+    found = (
+        f"Image “{name}”: realizations keep {percent(kept)} of the differences between the "
+        "variograms of its quarters."
+    )
+    claim = "Section 5.9: nonstationary training images are a limit of the method."
+    return verdicts.of_claim(claim, found, kept < KEPT)

@@ -12,10 +12,16 @@ from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.numbers import seconds
 from ccwsim.paper.comparison import sampled_data, stone_wall, variability
 from ccwsim.paper.experiment import FULL, Experiment, ExperimentRun, Extent, Outcome
-from ccwsim.paper.further_cases import dense_data, limits, three_facies
 from ccwsim.paper.inputs import PaperInputs
 from ccwsim.paper.methods import SETTINGS
-from ccwsim.paper.realizations import conditional, statistics, unconditional
+from ccwsim.paper.realizations import (
+    conditional,
+    dense_data,
+    limits,
+    statistics,
+    three_facies,
+    unconditional,
+)
 from ccwsim.paper.times import grid_size, times_with_data
 from ccwsim.paper.verdicts import ALIKE, NOISE
 from ccwsim.report.document import Block, Document, Facts, Judgements, Section, Text, surroundings
@@ -182,21 +188,11 @@ def reproduce(
     experiments: Sequence[Experiment] = EXPERIMENTS,
     on_finished: Callable[[Finished], None] | None = None,
 ) -> Reproduction:
-    """Run the experiments of the paper.
+    """Run the experiments of the paper, by default on the bundled images.
 
-    Parameters
-    ----------
-    inputs : PaperInputs, optional
-        The bundled images by default.
-    extent : Extent
-    seed : int
-    progress : callable, optional
-        Called as progress(fraction, n_done); n_done counts experiments.
-    cancel : callable, optional
-        Called often; returns True to stop. Finished experiments are kept.
-    experiments : sequence of Experiment
-    on_finished : callable, optional
-        Called with each finished experiment.
+    `progress` is called as progress(fraction, n_done) and `on_finished` with each finished
+    experiment; n_done counts them. `cancel` is called often and returns True to stop; finished
+    experiments are kept.
 
     Examples
     --------

@@ -6,12 +6,13 @@ from itertools import pairwise
 
 import numpy as np
 
-from ccwsim.experiments.timing import Timing, time_data, time_grids
+from ccwsim.experiments.timing import Timing, data_cases, grid_cases, growth, time_cases
 from ccwsim.figures import LIGHT, TimeSeries, timings_chart
 from ccwsim.model.numbers import seconds
 from ccwsim.model.parameters import Parameters
+from ccwsim.paper import methods, verdicts
 from ccwsim.paper.experiment import ExperimentRun, Outcome
-from ccwsim.paper.methods import TITLES, paper_parameters
+from ccwsim.paper.methods import TITLES
 from ccwsim.paper.published_times import (
     FIGURE_13,
     LEVEL_CHANGES,
@@ -21,7 +22,6 @@ from ccwsim.paper.published_times import (
     TABLE_2_DATA,
     published_time,
 )
-from ccwsim.paper.verdicts import OPEN, judged, of_levels, of_ratio, of_time
 from ccwsim.report.document import Chart, Judgement, Row, Table, Text
 
 LEVELS = (1, 2, 3)
@@ -38,9 +38,10 @@ Times = dict[tuple[str, int, bool, int], Timing]
 def grid_size(run: ExperimentRun) -> Outcome:
     """Time unconditional realizations of the channel image on square grids, on one thread."""
     image, sides = run.inputs.image("channel"), run.extent.timed_sides
-    parameters = [paper_parameters("ccwsim", level) for level in LEVELS]
+    parameters = [methods.paper_parameters("ccwsim", level) for level in LEVELS]
     n = min(N_TIMED, run.extent.n_timed)
-    times = list(time_grids(image, sides, parameters, n, run.seed, run.report, run.cancel))
+    cases = grid_cases(sides, parameters)
+    times = list(time_cases(image, cases, n, run.seed, run.report, run.cancel))
     by_level = {level: [t for t in times if t.parameters.level == level] for level in LEVELS}
     paper = {p.level: p.cpu_seconds for p in FIGURE_13}
     rows = []
@@ -63,29 +64,35 @@ def _grid_chart(by_level: dict[int, list[Timing]], sides: tuple[int, ...]) -> Ro
     for level, times in by_level.items():
         cells, values = np.array([(t.n_cells, t.seconds) for t in times], float).T
         measured.append(TimeSeries(f"level {level}", level, cells, values))
-    published = []
-    for p in FIGURE_13:
-        cells, values = np.array([float(PAPER_SIDE**2)]), np.array([p.cpu_seconds or 0.0])
-        published.append(TimeSeries(f"paper, level {p.level}", int(p.level or 0), cells, values))
     named = sorted({*sides, PAPER_SIDE})
     ticks = {side**2: f"{side}²" for side in named}
-    figure = timings_chart(measured, published, ticks, LIGHT, y_title="CPU time (s)", unit="s")
+    figure = timings_chart(measured, paper_series(), ticks, LIGHT, y_title="CPU time (s)", unit="s")
     title = "Fig. 13 · CPU time of a realization against the cells of the grid"
     legend = (("measured here", LIGHT.ink), ("the paper, another machine", LIGHT.reference))
     return Row((Chart(figure, title, title, legend),))
+
+
+def paper_series(per_cell: bool = False) -> list[TimeSeries]:
+    """Return the paper's times of its largest grid by level: seconds, or microseconds per cell."""
+    series = []
+    for t in FIGURE_13:
+        cells, taken = np.array([t.n_cells], float), np.array([t.cpu_seconds], float)
+        values = 1e6 * taken / cells if per_cell else taken
+        series.append(TimeSeries(f"paper, level {t.level}", t.level or 0, cells, values))
+    return series
 
 
 def _grid_judgements(by_level: dict[int, list[Timing]]) -> tuple[Judgement, ...]:
     taken = {level: [t.seconds for t in times] for level, times in by_level.items()}
     largest = {level: times[-1] for level, times in by_level.items()}
     judgements = [level_change(taken, a, b) for a, b in pairwise(LEVELS)]
-    judgements.append(of_levels({level: t.seconds for level, t in largest.items()}))
+    judgements.append(verdicts.of_levels({level: t.seconds for level, t in largest.items()}))
     judgements.append(_growth(by_level))
     side = largest[1].grid_shape[0]
     paper = next(p.cpu_seconds or 0.0 for p in FIGURE_13 if p.level == 1)
     if side == PAPER_SIDE:
         what = "25 million cells, level 1"
-        judgements.append(of_time(what, largest[1].seconds, paper, "Fig. 13"))
+        judgements.append(verdicts.of_time(what, largest[1].seconds, paper, "Fig. 13"))
     else:
         per = 25e6 / largest[1].n_cells
         words = (
@@ -93,7 +100,9 @@ def _grid_judgements(by_level: dict[int, list[Timing]]) -> tuple[Judgement, ...]
             f"take {seconds(per * largest[1].seconds)} at the same rate (run it with "
             "--largest-grid 5000)."
         )
-        judgements.append(judged("Fig. 13: 56 s for 25 million cells at level 1.", words, OPEN))
+        judgements.append(
+            verdicts.judged("Fig. 13: 56 s for 25 million cells at level 1.", words, verdicts.OPEN)
+        )
     return tuple(judgements)
 
 
@@ -107,7 +116,7 @@ def level_change(taken: dict[int, list[float]], a: int, b: int) -> Judgement:
     claim = f"Fig. 13: {_change(theirs)} CPU time from level {a} to {b}, averaged over five sizes."
     largest = f"{seconds(taken[a][-1])} and {seconds(taken[b][-1])} at the largest"
     found = f"{_change(ours)}, averaged over {len(taken[a])} sizes; {largest}."
-    return of_ratio(claim, found, 1 + ours, 1 + theirs)
+    return verdicts.of_ratio(claim, found, 1 + ours, 1 + theirs)
 
 
 def _change(share: float) -> str:
@@ -116,29 +125,27 @@ def _change(share: float) -> str:
 
 def _growth(by_level: dict[int, list[Timing]]) -> Judgement:
     """Describe the growth of the time by the slope of its logarithm over that of the cells."""
-    powers = {}
-    for level, times in by_level.items():
-        cells, taken = np.log([(t.n_cells, t.seconds) for t in times]).T
-        powers[level] = float(np.polyfit(cells, taken, 1)[0])
+    powers = {level: growth(times).exponent for level, times in by_level.items()}
     each = ", ".join(f"{power:.2f} (level {level})" for level, power in powers.items())
     worst = max(abs(power - 1) for power in powers.values())
     claim = "Fig. 13: CPU time of five sizes; those of the four smaller ones are not at hand."
     found = f"Time grows with the power {each} of the cells."
-    return judged(claim, found, "linear" if worst <= LINEAR else "not linear")
+    return verdicts.judged(claim, found, "linear" if worst <= LINEAR else "not linear")
 
 
 def times_with_data(run: ExperimentRun) -> Outcome:
     """Time the three methods as published and with exact data, on one thread."""
     image, side = run.inputs.image("channel"), run.extent.side(512)
     numbers = [max(round(n * side * side / PAPER_CELLS), k + 1) for k, n in enumerate(TABLE_2_DATA)]
-    cases = [
-        paper_parameters(method, level, exact=exact)
+    settings = [
+        methods.paper_parameters(method, level, exact=exact)
         for exact in (False, True)
         for method, levels in (("ms-ccsim", LEVELS), ("ccwsim", LEVELS), ("ccsim", (0,)))
         for level in levels
     ]
-    n, shape = run.extent.n_timed, (side, side)
-    measured = time_data(image, numbers, cases, shape, n, run.seed, run.report, run.cancel)
+    n = run.extent.n_timed
+    cases = data_cases(numbers, settings, (side, side))
+    measured = time_cases(image, cases, n, run.seed, run.report, run.cancel)
     times: Times = {(*_key(t.parameters), numbers.index(t.n_data)): t for t in measured}
     ours = (column for n_data in numbers for column in (f"{n_data} data", "wrong"))
     others = (f"{source}, {n_data}" for source in ("paper", "Octave") for n_data in TABLE_2_DATA)
@@ -149,7 +156,7 @@ def times_with_data(run: ExperimentRun) -> Outcome:
         "search only; “exact”: every datum honoured at full resolution."
     )
     remark = f"Octave: {OCTAVE.reference}; {OCTAVE.machine}. The paper: {PAPER.machine}."
-    table = Table(header, tuple(_row(p, times) for p in cases), caption)
+    table = Table(header, tuple(_row(p, times) for p in settings), caption)
     return Outcome((table, _table_2(), Text(remark, quiet=True)), _data_judgements(run, times))
 
 
@@ -189,10 +196,11 @@ def _row(p: Parameters, times: Times) -> tuple[str, ...]:
 
 
 def _data_judgements(run: ExperimentRun, times: Times) -> tuple[Judgement, ...]:
-    found = [*_methods(times), *_twice_the_data(times), *_levels(times)]
+    found = [*_methods(times), *_ratios(times)]
     ours, theirs = times["ccwsim", 1, False, 1].seconds, _paper("ccwsim", 1, 1)
     what = "CCWSIM, level 1, 2000 data"
-    return (*found, of_time(what, ours, theirs, "Table 2", run.extent.is_full))
+    full = run.extent.is_full
+    return (*found, verdicts.of_time(what, ours, theirs, "Table 2", full))
 
 
 def _paper(method: str, level: int, k: int) -> float:
@@ -219,29 +227,34 @@ def _methods(times: Times) -> list[Judgement]:
                 f"{ours[1] / ours[0]:.2f} times. Exact: {seconds(exact[0])} and "
                 f"{seconds(exact[1])}, {exact[1] / exact[0]:.2f} times."
             )
-            judgements.append(of_ratio(claim, found, ours[1] / ours[0], theirs[1] / theirs[0]))
+            judgements.append(
+                verdicts.of_ratio(claim, found, ours[1] / ours[0], theirs[1] / theirs[0])
+            )
     return judgements
 
 
-def _twice_the_data(times: Times) -> list[Judgement]:
-    """Judge the cost of twice the data."""
+def _ratios(times: Times) -> list[Judgement]:
+    """Judge the cost of twice the data, and the gain of level 3 over level 1, as published."""
+    pairs = [
+        (
+            f"twice the data cost {TITLES[method]} at level {level} {{:.2f}} times the time.",
+            *((method, level, 1), (method, level, 0)),
+        )
+        for method in ("ccwsim", "ms-ccsim")
+        for level in (1, 3)
+    ]
+    pairs += [
+        (
+            f"with {n} data CCWSIM at level 1 takes {{:.2f}} times as long as at level 3.",
+            *(("ccwsim", 1, k), ("ccwsim", 3, k)),
+        )
+        for k, n in enumerate(TABLE_2_DATA)
+    ]
+    as_published = {(*key[:2], key[3]): t.seconds for key, t in times.items() if not key[2]}
     judgements = []
-    for method in ("ccwsim", "ms-ccsim"):
-        for level in (1, 3):
-            ours = times[method, level, False, 1].seconds / times[method, level, False, 0].seconds
-            theirs = _paper(method, level, 1) / _paper(method, level, 0)
-            claim = f"Table 2: twice the data cost {TITLES[method]} at level {level} {theirs:.2f} "
-            found = f"Here {ours:.2f} times."
-            judgements.append(of_ratio(claim + "times the time.", found, ours, theirs))
-    return judgements
-
-
-def _levels(times: Times) -> list[Judgement]:
-    """Judge the gain of level 3 over level 1, as published."""
-    judgements = []
-    for k, n in enumerate(TABLE_2_DATA):
-        ours = times["ccwsim", 1, False, k].seconds / times["ccwsim", 3, False, k].seconds
-        theirs = _paper("ccwsim", 1, k) / _paper("ccwsim", 3, k)
-        claim = f"Table 2: with {n} data CCWSIM at level 1 takes {theirs:.2f} times as long as at "
-        judgements.append(of_ratio(claim + "level 3.", f"Here {ours:.2f} times.", ours, theirs))
+    for words, first, second in pairs:
+        theirs = _paper(*first) / _paper(*second)
+        ours = as_published[first] / as_published[second]
+        claim = f"Table 2: {words.format(theirs)}"
+        judgements.append(verdicts.of_ratio(claim, f"Here {ours:.2f} times.", ours, theirs))
     return judgements

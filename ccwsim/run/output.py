@@ -10,7 +10,6 @@ from io import BytesIO
 from math import prod
 from pathlib import Path
 from threading import Lock
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,12 +21,8 @@ from ccwsim.model.study import Study
 from ccwsim.system.memory import format_bytes
 from ccwsim.system.whole_files import WholeFile, unwritable
 
-
-class Stored(NamedTuple):
-    """The finished realizations of an ensemble; `indices` may be a `LazyStack`."""
-
-    indices: NDArray[np.uint8]
-    sources: NDArray[np.int32] | None
+Stored = tuple[NDArray[np.uint8], NDArray[np.int32] | None]
+"""Indices of the finished realizations, which may be a `LazyStack`, and their sources."""
 
 
 @contextmanager
@@ -68,7 +63,7 @@ class Memory:
         if len(finished) < len(indices):
             indices = indices[finished]
             sources = None if sources is None else sources[finished]
-        return Stored(readonly(indices), None if sources is None else readonly(sources))
+        return readonly(indices), None if sources is None else readonly(sources)
 
 
 class MapFile:
@@ -112,7 +107,7 @@ class MapFile:
         """Close the gaps of missing realizations, rename the file, and map it."""
         n = len(finished)
         if not n:
-            return Stored(np.empty((0, *self._shape[1:]), np.uint8), None)
+            return np.empty((0, *self._shape[1:]), np.uint8), None
         with unwritable(self._path):
             self._close_gaps(finished)
             self._file.seek(0)
@@ -120,7 +115,7 @@ class MapFile:
             self._file.truncate(len(self._header) + n * self._size)
             mapped = np.load(self._whole.commit(), mmap_mode="r")
         plain = np.array_equal(self._codes, np.arange(len(self._codes)))
-        return Stored(mapped if plain else LazyStack(mapped, self._codes), None)  # type: ignore[arg-type]
+        return mapped if plain else LazyStack(mapped, self._codes), None  # type: ignore[return-value]
 
     def drop(self) -> None:
         """Delete the temporary file, if it still exists."""

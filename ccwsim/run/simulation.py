@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable
 from concurrent.futures import Executor
 from secrets import randbelow
 from typing import TYPE_CHECKING, Any
@@ -13,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ccwsim.engine.realization import Realization
-from ccwsim.jobs.workers import Progress
+from ccwsim.jobs.workers import Cancel, Progress
 from ccwsim.model.arrays import check_callable, check_int, readonly
 from ccwsim.model.bounds import MAX_SEED
 from ccwsim.model.ensemble import Ensemble
@@ -39,7 +38,7 @@ def simulate(
     seed: int | None = 0,
     n_workers: int | None = None,
     progress: Progress | None = None,
-    cancel: Callable[[], bool] | None = None,
+    cancel: Cancel | None = None,
     first_realization: int = 0,
     keep_sources: bool = False,
     executor: Executor | Client | None = None,
@@ -124,15 +123,15 @@ def simulate(
         goes_on = runner.prepare(progress, cancel)
         start = time.perf_counter()
         finished = runner.run(take, progress, cancel) if goes_on else []
-        stored = store.finish(finished)
+        indices, sources = store.finish(finished)
     ensemble = Ensemble(
         *(study.training_image, study.grid, study.parameters, study.hard_data, study.seed),
-        indices=stored.indices,
+        indices=indices,
         cpu_seconds=readonly(seconds[finished]),
         wall_seconds=time.perf_counter() - start,
         data_status=readonly(data_status[finished]),
         numbers=readonly(first + np.array(finished, int)),
-        sources=stored.sources,
+        sources=sources,
     )
     if len(finished) < n:
         raise Cancelled(

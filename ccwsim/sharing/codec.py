@@ -30,31 +30,22 @@ _PATTERNS = {"count": r"-?\d{1,18}", "whole": r"-?\d{1,9}", "number": r"\d{1,9}(
 
 @dataclass(frozen=True)
 class FieldSpec:
-    """One row of the table."""
+    """One row of the table.
 
-    key: str
-    """In a link."""
-    part: str
-    """What holds it: "study", "data", "grid", "parameters" or "shown"."""
-    fields: tuple[str, ...]
-    """There, and in a project file; several where a value has a number of each: those along x, y
-    and, of a volume, z."""
-    kind: str
-    """count, whole, number (both checked by `Parameters`), sizes, lengths, choice or word.
+    A volume has a third number, along z, in sizes and lengths; a whole or a number may be three
+    there, written along x, y and z and held along z, y and x.
+    """
 
-    Of a volume sizes and lengths have a third number, along z; a whole or a number may be three,
-    written along x, y and z and held along z, y and x."""
-    low: float = 0
+    key: str  # in a link
+    part: str  # what holds it: "study", "data", "grid", "parameters" or "shown"
+    fields: tuple[str, ...]  # there, and in a project file; several have a number each: x, y, z
+    kind: str  # count, whole, number (both checked by `Parameters`), sizes, lengths, choice, word
+    low: float = 0  # what a page, a link or an option takes
     high: float = 0
-    """What a page, a link or an option takes."""
-    file_high: float = 2**63 - 1
-    """What a project file may hold."""
-    first: int = 0
-    """The first number in a link, if it is not 0."""
-    words: Mapping[str, Any] | None = None
-    """The values of a choice, by their words in a link."""
-    option: str = ""
-    """On the command line, if there is one; `no_option` is its opposite."""
+    file_high: float = 2**63 - 1  # what a project file may hold
+    first: int = 0  # the first number in a link
+    words: Mapping[str, Any] | None = None  # the values of a choice, by their words in a link
+    option: str = ""  # on the command line, if there is one; `no_option` is its opposite
     metavar: str = ""
     help: str = ""
 
@@ -185,12 +176,7 @@ def _parameter(row: dict[str, str], default: Any) -> FieldSpec:
         text += "; on the command line 0x0x2"
     low, high = bounds.PARAMETERS.get(name, (0, 0))
     return FieldSpec(
-        key,
-        "parameters",
-        (name,),
-        kind,
-        low,
-        high,
+        *(key, "parameters", (name,), kind, low, high),
         words=words,
         option=f"--{key}",
         metavar=metavar,
@@ -200,59 +186,43 @@ def _parameter(row: dict[str, str], default: Any) -> FieldSpec:
 
 _DEFAULTS = {f.name: f.default for f in fields(Parameters)}
 _MAPS = {name.replace(" ", "-"): name for name in get_args(EMap)}
-_FLOATS = -bounds.MAX_FLOAT, bounds.MAX_FLOAT
-_OPTIONS: dict[str, dict[str, Any]] = {
-    "grid": {
-        "option": "--grid",
-        "metavar": "NXxNY[xNZ]",
-        "help": "cells along x (columns) x cells along y (rows), in the order of a GSLIB header; a "
-        "third number, layers, simulates a volume (default: the grid of bundled hard data, "
-        "otherwise 256x256)",
-    },
-    "cell": {
-        "option": "--cell-size",
-        "metavar": "DX DY",
-        "help": "size of a cell in world units (default: 1 1)",
-    },
-    "origin": {
-        "option": "--origin",
-        "metavar": "X Y",
-        "help": "outer corner of the south-west cell in world units (default: 0 0)",
-    },
-    "realizations": {"option": "--realizations", "metavar": "N", "help": "how many (default: 1)"},
-    "seed": {
-        "option": "--seed",
-        "metavar": "N",
-        "help": "the same seed gives the same realizations, for any number of workers (default: 0)",
-    },
-}
-_LENGTHS = bounds.MIN_FLOAT, bounds.MAX_FLOAT
-_REALIZATIONS = 1, bounds.MAX_REALIZATIONS, bounds.MAX_REALIZATIONS_OF_PROJECT
-
 FIELDS = (
     FieldSpec("data-n", "data", ("n_sampled",), "count", 1, bounds.MAX_SAMPLED),
     FieldSpec("data-seed", "data", ("seed_sampled",), "count", 0, bounds.MAX_SEED),
     FieldSpec(
-        "grid",
-        "grid",
-        ("nx", "ny", "nz"),
-        "sizes",
-        1,
-        bounds.MAX_GRID_SIDE_OFFERED,
-        **_OPTIONS["grid"],
+        *("grid", "grid", ("nx", "ny", "nz"), "sizes", 1, bounds.MAX_GRID_SIDE_OFFERED),
+        option="--grid",
+        metavar="NXxNY[xNZ]",
+        help="cells along x (columns) x cells along y (rows), in the order of a GSLIB header; a "
+        "third number, layers, simulates a volume (default: the grid of bundled hard data, "
+        "otherwise 256x256)",
     ),
-    FieldSpec("cell", "grid", ("cell_size",), "lengths", *_LENGTHS, **_OPTIONS["cell"]),
-    FieldSpec("origin", "grid", ("origin",), "lengths", *_FLOATS, **_OPTIONS["origin"]),
+    FieldSpec(
+        *("cell", "grid", ("cell_size",), "lengths", bounds.MIN_FLOAT, bounds.MAX_FLOAT),
+        option="--cell-size",
+        metavar="DX DY",
+        help="size of a cell in world units (default: 1 1)",
+    ),
+    FieldSpec(
+        *("origin", "grid", ("origin",), "lengths", -bounds.MAX_FLOAT, bounds.MAX_FLOAT),
+        option="--origin",
+        metavar="X Y",
+        help="outer corner of the south-west cell in world units (default: 0 0)",
+    ),
     *(_parameter(row, _DEFAULTS[row["name"]]) for row in parameter_table()),
     FieldSpec(
-        "realizations",
-        "study",
-        ("n_realizations",),
-        "count",
-        *_REALIZATIONS,
-        **_OPTIONS["realizations"],
+        *("realizations", "study", ("n_realizations",), "count", 1, bounds.MAX_REALIZATIONS),
+        file_high=bounds.MAX_REALIZATIONS_OF_PROJECT,
+        option="--realizations",
+        metavar="N",
+        help="how many (default: 1)",
     ),
-    FieldSpec("seed", "study", ("seed",), "count", 0, bounds.MAX_SEED, **_OPTIONS["seed"]),
+    FieldSpec(
+        *("seed", "study", ("seed",), "count", 0, bounds.MAX_SEED),
+        option="--seed",
+        metavar="N",
+        help="the same seed gives the same realizations, for any number of workers (default: 0)",
+    ),
     FieldSpec("show", "shown", ("realization",), "count", 0, bounds.MAX_REALIZATIONS - 1, first=1),
     FieldSpec("facies", "shown", ("facies",), "count", 0, bounds.MAX_FACIES - 1),
     FieldSpec("map", "shown", ("e_type",), "choice", words=_MAPS),

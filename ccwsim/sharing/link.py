@@ -360,10 +360,7 @@ def packed(data: HardData) -> str:
     steps from one cell to the next along (layers,) rows and columns, all in as few bytes as they
     need. Data of a volume begin with -3, which is no number of data.
 
-    Raises
-    ------
-    CCWSIMError
-        For more than `MAX_LINK_DATA`.
+    Raises `CCWSIMError` for more than `MAX_LINK_DATA`.
 
     Examples
     --------
@@ -390,10 +387,7 @@ def packed(data: HardData) -> str:
 def unpacked(text: str) -> HardData:
     """Return the hard data of a packed word.
 
-    Raises
-    ------
-    CCWSIMError
-        For a word that was cut or changed.
+    Raises `CCWSIMError` for a word that was cut or changed.
 
     Examples
     --------

@@ -41,31 +41,15 @@ MADE = (2020, 1, 1, 0, 0, 0)
 
 @dataclass(frozen=True, eq=False)
 class Project:
-    """A study and the view of it, as a file keeps them.
-
-    Attributes
-    ----------
-    study : Study
-        Training image, grid, parameters, hard data and seed.
-    n_realizations : int
-    colours : tuple of (int, str)
-        Codes and their colours, `#rrggbb`, if chosen by the user.
-    shown : Shown
-    link : dict
-        The study as an address has it, as far as it can; or empty.
-    versions : dict
-        The versions of the software it was made with.
-    digest : str
-        The digest of the realizations, if they were known.
-    """
+    """A study and the view of it, as a file keeps them."""
 
     study: Study
     n_realizations: int = 1
-    colours: tuple[tuple[int, str], ...] = ()
+    colours: tuple[tuple[int, str], ...] = ()  # codes and colours `#rrggbb` chosen by the user
     shown: Shown = field(default_factory=Shown)
-    link: Mapping[str, list[str]] = field(default_factory=dict)
-    versions: Mapping[str, str] = field(default_factory=dict)
-    digest: str = ""
+    link: Mapping[str, list[str]] = field(default_factory=dict)  # what an address can carry of it
+    versions: Mapping[str, str] = field(default_factory=dict)  # of the software that made it
+    digest: str = ""  # of the realizations, if they were known
 
     def __post_init__(self) -> None:
         n = check_int("n_realizations", self.n_realizations, 1)
@@ -100,10 +84,7 @@ class Project:
 def save_project(path_or_file: Any, project: Project) -> None:
     """Write a project to a path, whole or not at all, or to an open binary file.
 
-    Raises
-    ------
-    CCWSIMError
-        For a place that cannot be written.
+    Raises `CCWSIMError` for a place that cannot be written.
     """
     write_bytes(path_or_file, project_as_bytes(project))
 

@@ -20,19 +20,11 @@ ALONG_Z = {"cell": "--cell-height", "origin": "--bottom"}
 
 @dataclass(frozen=True)
 class Recipe:
-    """How to get the realizations of a study again.
+    """How to get the realizations of a study again."""
 
-    Attributes
-    ----------
-    python, command : str
-        A script, and one line for a shell.
-    python_needs_project, command_needs_project : bool
-        Whether they read the project file, which then must lie beside them.
-    """
-
-    python: str
-    command: str
-    python_needs_project: bool
+    python: str  # a script
+    command: str  # one line for a shell
+    python_needs_project: bool  # whether it reads the project file, which then must lie beside it
     command_needs_project: bool
 
 
@@ -66,8 +58,9 @@ def _python(choices: Choices, study: Study, project: str) -> tuple[list[str], bo
     if reads:
         lines.append(f"study = ccwsim.read_project({project!r}).study")
     lines += image or ["ti = study.training_image"]
-    lines.append(f"grid = {_grid(study.grid)}")
-    lines.append(f"p = {_parameters(study.parameters)}")
+    sides = ("ny", "nx") if study.grid.nz is None else ("ny", "nx", "nz")
+    lines.append(f"grid = {_call(study.grid, _usual(study.grid), *sides)}")
+    lines.append(f"p = {_call(study.parameters, Parameters())}")
     lines += ["hd = study.hard_data"] if data is None else data
     given = ", hd" if data is None or data else ""
     lines.append(
@@ -122,26 +115,17 @@ def is_bundled(choices: Choices, study: Study) -> bool:
     )
 
 
-def _grid(grid: Grid) -> str:
-    usual = _usual(grid)
-    unusual = [n for n in ("cell_size", "origin") if getattr(grid, n) != getattr(usual, n)]
-    names = ("ny", "nx", *unusual) if grid.nz is None else ("ny", "nx", "nz", *unusual)
-    parts = [f"{name}={getattr(grid, name)!r}" for name in names]
-    return f"ccwsim.Grid({', '.join(parts)})"
-
-
 def _usual(grid: Grid) -> Grid:
     """Return the grid whose world coordinates need not be written."""
     return Grid(1, 1, nz=None if grid.nz is None else 1)
 
 
-def _parameters(parameters: Parameters) -> str:
-    parts = [f"{name}={getattr(parameters, name)!r}" for name in _unusual(parameters)]
-    return f"ccwsim.Parameters({', '.join(parts)})"
-
-
-def _unusual(parameters: Parameters) -> list[str]:
-    return [f.name for f in fields(Parameters) if getattr(parameters, f.name) != f.default]
+def _call(own: Grid | Parameters, usual: Grid | Parameters, *always: str) -> str:
+    """Return a noun as Python makes it, with what is not usual and some fields always."""
+    names = [f.name for f in fields(own) if getattr(own, f.name) != getattr(usual, f.name)]
+    names = [*always, *(name for name in names if name not in always)]
+    parts = [f"{name}={getattr(own, name)!r}" for name in names]
+    return f"ccwsim.{type(own).__name__}({', '.join(parts)})"
 
 
 def _command(choices: Choices, study: Study, project: str) -> tuple[list[str], bool]:

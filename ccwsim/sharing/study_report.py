@@ -8,7 +8,7 @@ import numpy as np
 
 from ccwsim.figures import LIGHT, map_png, proportions_chart, times_chart
 from ccwsim.metrics import etype, fit_curve, measure
-from ccwsim.metrics.bands import Statistic
+from ccwsim.metrics.bands import STATISTICS
 from ccwsim.metrics.lags import axes_of, max_lag
 from ccwsim.metrics.stack import Stack
 from ccwsim.model.arrays import describe_shape
@@ -46,7 +46,6 @@ from ccwsim.sharing.recipe import Recipe
 MAX_LISTED = 40
 """More data or realizations are summed up instead of listed."""
 MAX_MAPS = 24
-STATISTICS: tuple[Statistic, ...] = ("variogram", "connectivity")
 REVISED = (
     "These realizations were re-simulated locally around edits of the hard data: link, script and "
     "command simulate the study anew, which honours the same data and differs in other cells."
@@ -62,24 +61,10 @@ def study_report(
     link: str,
     how: Recipe,
 ) -> Document:
-    """Return the report of a study.
+    """Return the report of a study and of its results.
 
-    Parameters
-    ----------
-    ensemble : Ensemble
-        The results.
-    choices : Choices
-        What they came from.
-    shown : Shown
-        The realization and the facies to show.
-    colours : sequence of str
-        One a facies.
-    facts : sequence of str
-        What came out, each a short phrase.
-    link : str
-        The address that opens the study.
-    how : Recipe
-        The script and the command.
+    It shows the realization and the facies of `shown`, with a colour a facies; `facts` are short
+    phrases on the results, `link` opens the study and `how` simulates it again.
     """
     image, grid = ensemble.training_image, ensemble.grid
     facies = min(shown.facies, image.n_facies - 1)
@@ -87,7 +72,7 @@ def study_report(
     maps = _first_maps(ensemble, colours, min(shown.realization, ensemble.n - 1))
     counts = (_times_and_proportions(ensemble, colours), _table_of_realizations(ensemble))
     study = (_study(ensemble), _facies(ensemble), *_data(ensemble))
-    mean = 1000 * float(ensemble.cpu_seconds.mean())
+    mean = float(ensemble.cpu_seconds.mean())
     sections = (
         ("Study", study, f"{name}, {ensemble.hard_data.n} hard data"),
         (
@@ -106,7 +91,7 @@ def study_report(
             f"{of_facies}, against the training image",
         ),
         ("Measures", (_measures(ensemble, facies),), f"{of_facies}, beside crops of the image"),
-        ("CPU time and proportions", counts, f"{seconds(mean / 1000)} a realization"),
+        ("CPU time and proportions", counts, f"{seconds(mean)} a realization"),
         ("Parameters", (_parameters(ensemble),), ""),
         ("Reproduction", _reproduction(ensemble, choices, link, how), ""),
     )

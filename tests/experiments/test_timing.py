@@ -18,8 +18,6 @@ from ccwsim.experiments.timing import (
     grid_cases,
     growth,
     time_cases,
-    time_data,
-    time_grids,
     time_study,
 )
 from ccwsim.paper import published_times as pub
@@ -32,7 +30,11 @@ LEVELS = [P, replace(P, wavelet_level=2)]
 
 
 def took(side: int, seconds: float, p: Parameters = P, n_data: int = 0) -> Timing:
-    return Timing(p, (side, side), n_data, np.array([seconds]), np.zeros(1, int))
+    return Timing(
+        *(p, (side, side), n_data),
+        cpu_seconds=np.array([seconds]),
+        n_mismatched=np.zeros(1, int),
+    )
 
 
 def test_a_study_is_timed_on_its_own_grid_with_its_own_data():
@@ -42,7 +44,7 @@ def test_a_study_is_timed_on_its_own_grid_with_its_own_data():
     assert (timing.grid_shape, timing.n_data, timing.n_cells) == ((40, 50), 2, 2000)
     assert (timing.n_mismatched == 0).all()
     assert timing.seconds == np.median(timing.cpu_seconds)
-    assert timing.case == TimingCase(P, (40, 50), 2)
+    assert isinstance(timing, TimingCase)
     with pytest.raises(FrozenInstanceError):
         timing.n_data = 3  # type: ignore[misc]
     with pytest.raises(ValueError, match="read-only"):
@@ -68,7 +70,7 @@ def test_large_grids_are_timed_a_few_at_a_time(monkeypatch):
 
 
 def test_grids_come_small_first_and_levels_in_their_order():
-    found = list(time_grids(TI, [48, 20], LEVELS, n_realizations=2))
+    found = list(time_cases(TI, grid_cases([48, 20], LEVELS), n_realizations=2))
     assert [(t.grid_shape[0], t.parameters.level) for t in found] == [
         (20, 1),
         (20, 2),
@@ -86,7 +88,7 @@ def test_data_come_few_first_and_are_the_same_for_all_settings(monkeypatch):
         return time_study(ti, grid, p, data, *rest)
 
     monkeypatch.setattr("ccwsim.experiments.timing.time_study", spied)
-    found = list(time_data(TI, [30, 0, 10], LEVELS, (40, 50), n_realizations=1))
+    found = list(time_cases(TI, data_cases([30, 0, 10], LEVELS, (40, 50)), n_realizations=1))
     assert [(t.n_data, t.parameters.level) for t in found] == [
         (n, level) for n in (0, 10, 30) for level in (1, 2)
     ]
@@ -105,7 +107,7 @@ def test_another_seed_gives_other_data_and_the_same_seed_the_same(monkeypatch):
 
     monkeypatch.setattr("ccwsim.experiments.timing.sample_random", spied)
     for seed in (4, 4, 5):
-        list(time_data(TI, [12], [P], (40, 50), 1, seed))
+        list(time_cases(TI, [TimingCase(P, (40, 50), 12)], 1, seed))
     first, second, third = (data.digest for data in read)
     assert first == second != third
 
@@ -123,7 +125,7 @@ def test_results_come_one_by_one_and_progress_counts_all_work():
 
 def test_it_stops_when_asked_and_keeps_what_was_finished():
     stop = []
-    results = time_grids(TI, [20, 24, 28], [P], 1, cancel=lambda: bool(stop))
+    results = time_cases(TI, grid_cases([20, 24, 28], [P]), 1, cancel=lambda: bool(stop))
     assert next(results).grid_shape == (20, 20)
     stop.append(True)
     with pytest.raises(Cancelled, match="1 of 3"):
@@ -132,11 +134,11 @@ def test_it_stops_when_asked_and_keeps_what_was_finished():
 
 def test_what_cannot_be_timed_says_why():
     with pytest.raises(CCWSIMError, match="do not fit a grid of 100 cells"):
-        list(time_data(TI, [101], [P], (10, 10)))
+        list(time_cases(TI, [TimingCase(P, (10, 10), 101)]))
     with pytest.raises(CCWSIMError, match="n_realizations"):
         time_study(TI, (20, 20), P, n_realizations=0)
     with pytest.raises(CCWSIMError, match="seed"):
-        list(time_grids(TI, [20], [P], 1, seed=-1))
+        list(time_cases(TI, [TimingCase(P, (20, 20))], 1, seed=-1))
     with pytest.raises(CCWSIMError, match="Template 64"):
         time_study(TI, (20, 20), replace(P, template_size=64))
 
@@ -172,8 +174,8 @@ def test_expected_time_follows_the_most_similar_measurement():
     usual = expected_seconds(TI, cases, 3)
     each = [typical_seconds(p, TI.shape, (200, 200), 2, n) for n in (0, 100) for p in LEVELS]
     assert usual == pytest.approx(3 * sum(each))
-    slow = Timing(P, (200, 200), 0, np.array([7.0]), np.zeros(1, int))
-    assert expected_seconds(TI, [slow.case], 2, [slow]) == pytest.approx(14.0)
+    slow = took(200, 7.0)
+    assert expected_seconds(TI, [slow], 2, [slow]) == pytest.approx(14.0)
     others = [slow, took(200, 9.0, LEVELS[1]), took(200, 11.0, P, 100)]
     assert expected_seconds(TI, cases[:3], 1, others) == pytest.approx(27.0)
 

@@ -32,7 +32,7 @@ def test_without_variables_there_is_no_limit(monkeypatch):
         monkeypatch.delenv(name, raising=False)
     limits = limits_of_environment()
     assert str(limits) == ""
-    limits.check(10**15, 10**9)
+    limits.check(Demand(10**15, 10**9))
 
 
 @pytest.mark.parametrize("text", ["2000000", "2_000_000", "2e6"])
@@ -43,11 +43,11 @@ def test_a_limit_is_stated_and_names_value_limit_and_mend(monkeypatch, text):
     assert str(limits) == (
         "This server takes up to 2 million cells × realizations and 500 hard data a run."
     )
-    limits.check(2_000_000, 500)
+    limits.check(Demand(2_000_000, 500))
     with pytest.raises(CCWSIMError, match=r"3\.1 million .* the 2 million .* fewer realizations"):
-        limits.check(3_100_000)
+        limits.check(Demand(3_100_000))
     with pytest.raises(CCWSIMError, match=r"501 hard data .* the 500 .* use fewer"):
-        limits.check(1, 501)
+        limits.check(Demand(1, 501))
 
 
 @pytest.mark.parametrize("text", ["many", "-3", "1.5", "nan", "inf"])

@@ -14,7 +14,7 @@ from ccwsim import Cancelled, CCWSIMError, Ensemble, HardData, Parameters, Train
 from ccwsim.model.grid import Grid
 from ccwsim.model.study import Study
 from ccwsim.run.executors import worker
-from ccwsim.run.executors.worker import FileFlag, PolledFlag, deserialized, serialized, study_key
+from ccwsim.run.executors.worker import FileFlag, FlagWatch, deserialized, serialized, study_key
 from tests.small_images import blobs
 
 P = Parameters(16, 4, 1, n_candidates=5, template_variation=0.4)
@@ -158,12 +158,13 @@ class TestCancel:
         assert 0 < seen[-1][0] < 0.5
         assert seen[-1][1] == 0
 
-    def test_a_flag_is_seen_where_its_file_can_be(self):
+    def test_a_flag_is_seen_where_its_file_can_be(self, monkeypatch):
+        monkeypatch.setattr("ccwsim.run.executors.worker.FLAG_SECONDS", 3600)
         flag = FileFlag()
         elsewhere = FileFlag(path=flag.path, host="another machine")
-        polled = PolledFlag(flag, every=3600)
-        assert not polled.is_set()
-        flag.report(3, 0.25)
+        watch = FlagWatch(flag)
+        watch.begin(3)
+        assert flag.shares([3]) == {3: 0.0}
         flag.report(3, 0.5)
         flag.report(7, 0.0)
         assert flag.shares([3, 5, 7]) == {3: 0.5, 7: 0.0}
@@ -173,7 +174,9 @@ class TestCancel:
         flag.set()
         assert flag.is_set()
         assert not elsewhere.is_set()
-        assert not polled.is_set()
+        watch.check()  # the next poll is not due
+        with pytest.raises(Cancelled):
+            FlagWatch(flag).check()
 
 
 def ended() -> None:

@@ -213,29 +213,29 @@ def test_a_live_run_that_was_stopped_or_failed_starts_again_only_after_a_change(
 
 def test_the_latest_runs_are_kept_within_their_number_and_memory():
     ensemble = one_run(SMALL)
-    runs = PastRuns(max_runs=4, max_bytes=3 * PastRun.of(SMALL, ensemble).nbytes)
+    runs = PastRuns(max_runs=4, max_bytes=3 * PastRun(SMALL, ensemble).nbytes)
     for seed in range(6):
-        runs.remember(PastRun.of(replace(SMALL, seed=seed), ensemble))
+        runs.remember(PastRun(replace(SMALL, seed=seed), ensemble))
     assert [run.choices.seed for run in runs.runs] == [5, 4, 3]
     runs.max_bytes = 1
-    runs.remember(PastRun.of(replace(SMALL, seed=9), ensemble))
+    runs.remember(PastRun(replace(SMALL, seed=9), ensemble))
     assert [run.choices.seed for run in runs.runs] == [9]
     many = PastRuns()
     for seed in range(20):
-        many.remember(PastRun.of(replace(SMALL, seed=seed), ensemble))
+        many.remember(PastRun(replace(SMALL, seed=seed), ensemble))
     assert len(many.runs) == 12
 
 
 def test_the_same_study_again_is_one_run():
     ensemble, runs = one_run(SMALL), PastRuns()
     for _ in range(3):
-        runs.remember(PastRun.of(SMALL, ensemble))
+        runs.remember(PastRun(SMALL, ensemble))
     assert len(runs.runs) == 1
 
 
 def test_memory_counts_realizations_in_codes_of_their_own():
     ensemble = one_run(SMALL)
-    assert PastRun.of(SMALL, ensemble).nbytes >= ensemble.indices.nbytes
+    assert PastRun(SMALL, ensemble).nbytes >= ensemble.indices.nbytes
 
 
 def test_going_back_brings_study_and_results_without_simulating(monkeypatch):
@@ -264,7 +264,7 @@ def test_going_back_brings_study_and_results_without_simulating(monkeypatch):
 
 def test_going_back_stops_a_run_and_a_run_that_is_gone_changes_nothing():
     state = State(choices=SIX, live=True)
-    state.runs.remember(PastRun.of(SMALL, one_run(SMALL)))
+    state.runs.remember(PastRun(SMALL, one_run(SMALL)))
     state.job, _ = job, _ = gated()
     go_back(state, "long ago")
     assert state.job is job
@@ -293,7 +293,7 @@ def test_the_page_launches_with_a_history_of_many_runs():
     app = AppTest.from_file(str(ROOT / "app.py"), default_timeout=120)
     state = State(choices=SMALL)
     for seed in range(14):
-        state.runs.remember(PastRun.of(replace(SMALL, seed=seed), ensemble))
+        state.runs.remember(PastRun(replace(SMALL, seed=seed), ensemble))
     app.session_state[KEY] = state
     settled(app.run())
     assert "Runs of this session" in html(app)

@@ -107,7 +107,7 @@ def test_the_files_of_earlier_runs_count_as_their_memory():
         content = a_file(np.arange(900).reshape(30, 30) % 2) + bytes(MB)
         image = ImageChoice(upload=Upload(f"{k}.dat", content))
         for seed in range(2):  # runs of one image share it
-            runs.remember(PastRun.of(Choices(image=image, seed=seed), ensemble))
+            runs.remember(PastRun(Choices(image=image, seed=seed), ensemble))
     assert [run.choices.seed for run in runs.runs] == [1, 0, 1, 0]
 
 

@@ -7,9 +7,9 @@ from collections.abc import Iterable
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
 from typing import Any
 
-from ccwsim.jobs.workers import POLL_SECONDS, Progress
+from ccwsim.jobs.workers import POLL_SECONDS, Cancel, Progress
 from ccwsim.model.errors import CCWSIMError
-from ccwsim.run.executors.threads import Cancel, Take, Work
+from ccwsim.run.executors.threads import Take, Work
 from ccwsim.run.executors.worker import (
     BatchRequest,
     FileFlag,

@@ -13,12 +13,11 @@ from ccwsim.engine.realization import (
     is_compiled,
     simulate_realization,
 )
-from ccwsim.jobs.workers import Progress, Watch, run_all
+from ccwsim.jobs.workers import Cancel, Progress, Watch, run_all
 from ccwsim.model.study import Study
 
 Take = Callable[[int, Realization], None]
 """Called as take(k, realization), in any order; k counts from 0 within the run."""
-Cancel = Callable[[], bool]
 
 
 class Work(NamedTuple):

@@ -12,6 +12,7 @@ from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
+from threading import Event
 from typing import Protocol
 
 from ccwsim.engine.kernel_cache import SOURCE
@@ -26,7 +27,7 @@ from ccwsim.model.training_image import TrainingImage
 from ccwsim.system.lru_cache import LruCache
 
 FLAG_SECONDS = 0.2
-"""Seconds between two polls of a flag by a worker, and between two reports of progress."""
+"""Seconds between two polls of a flag by a worker, with a report of its progress."""
 MAX_STUDIES = 4
 """Studies that a worker keeps, the most recent ones."""
 
@@ -59,23 +60,6 @@ class Flag(Protocol):
     def report(self, number: int, share: float) -> None:
         """Send the share of a realization that is done."""
         ...
-
-
-class PolledFlag:
-    """A flag that is read only every few tenths of a second, as reading it takes time."""
-
-    def __init__(self, flag: Flag, every: float = FLAG_SECONDS) -> None:
-        self._flag = flag
-        self._every = every
-        self._next = 0.0
-        self._seen = False
-
-    def is_set(self) -> bool:
-        """Return the result of the latest poll."""
-        if not self._seen and time.monotonic() >= self._next:
-            self._seen = self._flag.is_set()
-            self._next = time.monotonic() + self._every
-        return self._seen
 
 
 @dataclass(frozen=True)
@@ -133,27 +117,30 @@ class Reply:
     """Per realization, to size the next batches."""
 
 
-class ReportingWatch(Watch):
-    """A watch that reports the progress of a realization to a flag."""
+class FlagWatch(Watch):
+    """A watch that polls a flag, and reports progress to it, every few tenths of a second."""
 
     def __init__(self, flag: Flag) -> None:
-        super().__init__(PolledFlag(flag))
-        self._flag = flag
+        self._flag, self._raised = flag, Event()
+        super().__init__(self._raised)
         self._number: int | None = None
         self._next = 0.0
 
     def begin(self, number: int) -> None:
         """Report about another realization from now on."""
+        self._number, self.share = number, 0.0
         self.check()
-        self._number, self._next = number, time.monotonic() + FLAG_SECONDS
 
-    def report(self, share: float) -> None:
-        """Store the share that is done, and send it at intervals."""
-        super().report(share)
-        if self._number is not None and time.monotonic() >= self._next:
+    def check(self) -> None:
+        """Raise `Cancelled` if the flag was set at its latest poll."""
+        if time.monotonic() >= self._next:
+            if self._flag.is_set():
+                self._raised.set()
+            elif self._number is not None:
+                with suppress(OSError):  # the realization is worth more than the report
+                    self._flag.report(self._number, self.share)
             self._next = time.monotonic() + FLAG_SECONDS
-            with suppress(OSError):  # the realization is worth more than the report
-                self._flag.report(self._number, share)
+        super().check()
 
 
 _studies: LruCache[tuple[Study, PreparedImage]] = LruCache(MAX_STUDIES)
@@ -170,7 +157,7 @@ def simulate_batch(request: BatchRequest, content: bytes | None) -> Reply:
     if prepared is None:
         return Reply(False, [])
     study, image = prepared
-    watch = ReportingWatch(request.flag)
+    watch = FlagWatch(request.flag)
     finished: list[Realization] = []
     start = time.perf_counter()
     try:

@@ -13,13 +13,13 @@ from ccwsim.engine.stages.path import in_layers
 from ccwsim.experiments.timing import Timing, TimingCase, growth, image_of_case, level_of
 from ccwsim.model.arrays import Shape, describe_shape
 from ccwsim.model.errors import Cancelled
-from ccwsim.model.numbers import seconds, three_digits
+from ccwsim.model.numbers import plural, seconds, three_digits
 from ccwsim.paper import published_times as published
 from ccwsim.paper.published_times import PAPER, published_time
 from ccwsim.ui.benchmark.run import TimingRun
 from ccwsim.ui.results.maps import pretty
 from ccwsim.ui.results.tables import as_csv
-from ccwsim.ui.session.progress import compilation_to_come
+from ccwsim.ui.session.progress import compilation_to_come, format_duration
 from ccwsim.ui.study.run import failed
 from ccwsim.ui.widgets.text import scrolled
 
@@ -153,16 +153,9 @@ def describe_levels(timings: Sequence[Timing]) -> str:
 
 def describe_plan(n_cases: int, n_realizations: int, seconds: float) -> str:
     """Return what a run will do and about how long it will take."""
-    each = "realization" if n_realizations == 1 else "realizations"
-    text = f"{n_cases} settings × {n_realizations} {each} on one thread: {about(seconds)}."
-    return text + compilation_to_come()
-
-
-def about(seconds: float) -> str:
-    """Return a rough time: "about 34 s", "about 7 min"."""
-    if seconds < 100:
-        return f"about {max(round(seconds), 1)} s"
-    return f"about {round(seconds / 60)} min"
+    work = f"{plural(n_cases, 'setting')} × {plural(n_realizations, 'realization')}"
+    duration = format_duration(max(seconds, 1.0))
+    return f"{work} on one thread: about {duration}.{compilation_to_come()}"
 
 
 def why_ended(run: TimingRun) -> str:
@@ -334,10 +327,12 @@ def _ratios(found: dict, method: str, level: int, numbers: Sequence[int], side: 
     return [here, f"{b / a:.2f}" if a and b else NONE]
 
 
-IMAGE_HEAD = ["image", "image_nx", "image_ny", "image_nz"]
-SETTING_HEAD = ["method", "level", "template", "overlap", "candidates", "exact_data"]
-CASE_HEAD = ["nx", "ny", "nz", "n_data", "seed"]
-RESULT_HEAD = ["realization", "cpu_seconds", "data_not_honoured", "machine"]
+TIMINGS_HEAD = (
+    *("image", "image_nx", "image_ny", "image_nz"),
+    *("method", "level", "template", "overlap", "candidates", "exact_data"),
+    *("nx", "ny", "nz", "n_data", "seed"),
+    *("realization", "cpu_seconds", "data_not_honoured", "machine"),
+)
 
 
 def timings_csv(runs: Sequence[TimingRun], machine: str) -> bytes:
@@ -345,14 +340,14 @@ def timings_csv(runs: Sequence[TimingRun], machine: str) -> bytes:
     lines = []
     for run in runs:
         for timing in list(run.timings):
-            p, own = timing.parameters, image_of_case(run.training_image, timing.case)
+            p, own = timing.parameters, image_of_case(run.training_image, timing)
             sizes = map(_sizes, (p.level, p.template_size, p.overlap_size))
-            setting = [p.method, *sizes, p.n_candidates]
-            nx, ny, nz = in_layers(timing.grid_shape)[::-1]
+            setting = [p.method, *sizes, p.n_candidates, p.exact_data]
             image = [own.name, *in_layers(own.shape)[::-1]]
-            case = [*image, *setting, p.exact_data, nx, ny, nz, timing.n_data, run.seed]
+            grid = in_layers(timing.grid_shape)[::-1]
+            case = [*image, *setting, *grid, timing.n_data, run.seed]
             lines += [
                 [*case, r + 1, f"{cpu:.6g}", int(timing.n_mismatched[r]), machine]
                 for r, cpu in enumerate(timing.cpu_seconds)
             ]
-    return as_csv([*IMAGE_HEAD, *SETTING_HEAD, *CASE_HEAD, *RESULT_HEAD], lines)
+    return as_csv(TIMINGS_HEAD, lines)

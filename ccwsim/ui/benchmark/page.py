@@ -15,6 +15,7 @@ from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_REALIZATIONS_TIMED
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.paper import published_times as published
+from ccwsim.paper.times import paper_series
 from ccwsim.system.machine import this_machine
 from ccwsim.ui.benchmark import findings
 from ccwsim.ui.benchmark.run import (
@@ -92,40 +93,34 @@ def _draw_download(page_state: Benchmark) -> None:
     download("Download CSV", content, name, key="download_times")
 
 
-def _draw_largest_volume(state: State) -> None:
-    page_state, nz = state.page(Benchmark), layers_of(state)
-    largest: dict[str, Any] = bound_to(page_state, "largest_volume")
-    largest |= {"options": list(VOLUME_SIDES[1:])}
-    largest |= {"format_func": lambda side: f"{side} × {side} × {nz}", "width": 170}
-    largest["help"] = f"Volumes of {nz} layers from {VOLUME_SIDES[0]} × {VOLUME_SIDES[0]} up to it."
-    field(st.selectbox, "Largest grid", key="largest_volume", **largest)
-    tip = "Maps with as many cells are timed as well, of the middle layer of the training image."
-    field(st.checkbox, "Maps beside", key="maps", help=tip, **bound_to(page_state, "maps"))
-
-
 def _draw_largest(state: State) -> None:
-    if layers_of(state) is not None:
-        _draw_largest_volume(state)
-        return
-    page_state = state.page(Benchmark)
-    sides = side_options(this_machine().free_bytes)
-    page_state.largest = min(page_state.largest, sides[-1])
-    options = {"options": sides, "format_func": _square, "width": 150}
-    options["help"] = (
-        "Square grids from 256 × 256 up to this one. Time grows with the cells: 5000 × 5000 takes "
-        "six times as long as 2000 × 2000."
-    )
-    field(st.selectbox, "Largest grid", key="largest", **bound_to(page_state, "largest"), **options)
+    page_state, nz = state.page(Benchmark), layers_of(state)
+    if nz is None:
+        sides, name, layers = side_options(this_machine().free_bytes), "largest", ""
+        page_state.largest = min(page_state.largest, sides[-1])
+        tip = (
+            "Square grids from 256 × 256 up to this one. Time grows with the cells: 5000 × 5000 "
+            "takes six times as long as 2000 × 2000."
+        )
+    else:
+        sides, name, layers = list(VOLUME_SIDES[1:]), "largest_volume", f" × {nz}"
+        tip = f"Volumes of {nz} layers from {VOLUME_SIDES[0]} × {VOLUME_SIDES[0]} up to it."
+    options: dict[str, Any] = {"options": sides, "width": 170 if nz else 150, "help": tip}
+    options |= {"format_func": lambda side: f"{side} × {side}{layers}"}
+    field(st.selectbox, "Largest grid", key=name, **bound_to(page_state, name), **options)
+    if nz is not None:
+        tip = "Maps with as many cells are timed as well, of the training image's middle layer."
+        field(st.checkbox, "Maps beside", key="maps", help=tip, **bound_to(page_state, "maps"))
 
 
 def _draw_numbers(state: State) -> None:
     page_state, nz = state.page(Benchmark), layers_of(state)
     name, sides = ("side", DATA_SIDES) if nz is None else ("side_volume", DATA_SIDES_VOLUME)
-    options: dict[str, Any] = {"options": list(sides), "format_func": _square, "width": 130}
-    options["help"] = "The paper's Table 2 is of 512 × 512 cells."
-    if nz is not None:
-        options |= {"format_func": lambda side: f"{side} × {side} × {nz}", "width": 170}
-        options["help"] = "The volume that the data lie in; the paper has none."
+    layers = f" × {nz}" if nz else ""
+    tip = "The volume that the data lie in; the paper has none."
+    options: dict[str, Any] = {"options": list(sides), "width": 170 if nz else 130}
+    options["help"] = tip if nz else "The paper's Table 2 is of 512 × 512 cells."
+    options["format_func"] = lambda side: f"{side} × {side}{layers}"
     field(st.selectbox, "Grid", key=f"data_{name}", **bound_to(page_state, name), **options)
     numbers = number_options(getattr(page_state, name), nz)
     options = {"options": numbers, "format_func": lambda n: str(n or "none")}
@@ -157,10 +152,6 @@ def _draw_start(state: State, kind: Kind) -> None:
     starts = {"on_click": start_timing, "args": (state, kind), "type": "primary"}
     busy = page_state.running is not None
     button("Measure", key=f"measure_{kind}", disabled=busy, **starts)
-
-
-def _square(side: int) -> str:
-    return f"{side} × {side}"
 
 
 def _describe_plan(state: State, kind: Kind) -> str:
@@ -292,13 +283,3 @@ def measured_series(timings: Sequence[Timing], per_cell: bool) -> list[TimeSerie
         dashed = setting[0] != "ccwsim" or beside_volumes
         lines.append(TimeSeries(name, setting[1], cells, values, dashed))
     return lines
-
-
-def paper_series(per_cell: bool) -> list[TimeSeries]:
-    """Return the paper's times of its largest grid, by level."""
-    series = []
-    for t in published.FIGURE_13:
-        cells = np.array([t.n_cells], float)
-        values = np.array([t.cpu_seconds]) / (cells / MICRO if per_cell else 1.0)
-        series.append(TimeSeries(f"paper, level {t.level}", t.level or 0, cells, values))
-    return series

@@ -161,25 +161,24 @@ def cases_of(state: State, kind: Kind) -> list[TimingCase]:
 
     Raises `CCWSIMError` if nothing is chosen, or a level does not fit the study.
     """
-    own, shape, nz = state.page(Benchmark), image_of(state.choices.image).shape, layers_of(state)
-    if kind == "grids":
-        if nz is None:
-            sides = [side for side in SIDES if side <= own.largest]
-            return grid_cases(sides, timed_parameters(state, own.grid_methods, own.grid_levels))
-        sides = [side for side in VOLUME_SIDES if side <= own.largest_volume]
-        chosen = timed_parameters(state, own.grid_methods, own.grid_levels)
-        cases = [TimingCase(p, (nz, side, side)) for side in sides for p in chosen]
-        if own.maps:
-            flat = timed_parameters(state, own.grid_methods, own.grid_levels, shape[-2:])
-            as_many = [round((nz * side * side) ** 0.5) for side in sides]
-            cases += [TimingCase(p, (side, side)) for side in as_many for p in flat]
-        return sorted(cases, key=lambda case: case.n_cells)
-    side = own.side if nz is None else own.side_volume
-    numbers = [n for n in number_options(side, nz) if n in own.numbers]
-    if not numbers:
-        raise CCWSIMError("Choose at least one number of data.")
-    chosen = timed_parameters(state, own.data_methods, own.data_levels)
-    return data_cases(numbers, chosen, (side, side) if nz is None else (nz, side, side))
+    own, nz = state.page(Benchmark), layers_of(state)
+    if kind == "data":
+        side = own.side if nz is None else own.side_volume
+        numbers = [n for n in number_options(side, nz) if n in own.numbers]
+        if not numbers:
+            raise CCWSIMError("Choose at least one number of data.")
+        chosen = timed_parameters(state, own.data_methods, own.data_levels)
+        return data_cases(numbers, chosen, (side, side) if nz is None else (nz, side, side))
+    chosen = timed_parameters(state, own.grid_methods, own.grid_levels)
+    if nz is None:
+        return grid_cases([side for side in SIDES if side <= own.largest], chosen)
+    sides = [side for side in VOLUME_SIDES if side <= own.largest_volume]
+    cases = [TimingCase(p, (nz, side, side)) for side in sides for p in chosen]
+    if own.maps:
+        layer = image_of(state.choices.image).shape[-2:]
+        flat = timed_parameters(state, own.grid_methods, own.grid_levels, layer)
+        cases += grid_cases([round((nz * side * side) ** 0.5) for side in sides], flat)
+    return sorted(cases, key=lambda case: case.n_cells)
 
 
 def layers_of(state: State) -> int | None:

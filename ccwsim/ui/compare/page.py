@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from functools import partial
 from html import escape
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -26,8 +28,7 @@ from ccwsim.figures import (
     setting_colours,
 )
 from ccwsim.jobs.job import PATIENCE
-from ccwsim.jobs.limits import Demand, check_limits
-from ccwsim.metrics.bands import Statistic
+from ccwsim.jobs.limits import Demand, limits_of_environment
 from ccwsim.metrics.lags import axes_of
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_CANDIDATES_OFFERED, MAX_REALIZATIONS_COMPARED
@@ -94,8 +95,7 @@ MIN_IMAGE_SHARE = 0.8
 """The training image's column is never narrower than this share of a setting's."""
 MAPS: dict[str, Any] = {"scale": "compared", "body": False}
 MAX_HEIGHTS = {2: 460, 3: 300}
-"""Pixels of maps and of the slices of volumes."""
-"""Volumes share their slices and the cursor."""
+"""Pixels of maps and of the slices of volumes, by dimension."""
 NO_CURVES = np.empty((0, 0))
 BORDERS = dict(zip(DASHES, ("solid", "dashed", "dotted", "dashed"), strict=True))
 """How CSS says a dash; it has no dash-dot."""
@@ -144,7 +144,7 @@ def problem_of(state: State) -> str:
         for parameters in settings_of(state):
             Study(image, choices.grid, parameters, data, choices.seed)
         cells = choices.grid.n_cells * len(settings_of(state))
-        check_limits(Demand(cells * n_of(state), data.n))
+        limits_of_environment().check(Demand(cells * n_of(state), data.n))
     except CCWSIMError as error:
         return str(error)
     return ""
@@ -165,36 +165,30 @@ def _draw_settings(state: State) -> None:
 
 
 def _draw_parameters(state: State, k: int, p: Parameters) -> None:
-    shape, letter = image_of(state.choices.image).shape, LETTERS[k]
+    shape, prefix = image_of(state.choices.image).shape, f"{LETTERS[k]}_"
     change = partial(change_setting, state, k)
 
     def draw(widget: Callable[..., Any], name: str, label: str, **options: Any) -> None:
-        options |= bound_to(p, name, change) | {"help": help_of(name)}
-        field(widget, label, key=f"{letter}_{name}", **options)
-
-    def draw_share() -> None:
-        share = {"min_value": 0.01, "max_value": 1.0, "step": 0.01}
-        draw(st.number_input, "search_fraction", "Search fraction", **share)
+        options |= bound_to(p, name, change, help=help_of(name))
+        field(widget, label, key=f"{prefix}{name}", **options)
 
     left, right = pair()
     with left:
         methods = PARAMETERS["method"]["allowed"].split(", ")
         draw(st.selectbox, "method", "Method", options=methods, format_func=str.upper)
     with right:
-        most = MAX_CANDIDATES_OFFERED
-        draw(st.number_input, "n_candidates", "Candidates K", min_value=1, max_value=most)
-    free = size_fields(p, shape, change, f"{letter}_")
-    if free is not None:
-        with free:
-            draw_share()
-    with st.container(horizontal=True, vertical_alignment="center", key=f"last_{letter}"):
-        parameter_field(p, "refine", change, f"{letter}_")
-        with st.popover("More", key=f"more_{letter}"):
-            if free is None:
-                draw_share()
+        best = {"min_value": 1, "max_value": MAX_CANDIDATES_OFFERED}
+        draw(st.number_input, "n_candidates", "Candidates K", **best)
+    free = size_fields(p, shape, change, prefix)
+    with st.container(horizontal=True, vertical_alignment="center", key=f"last_{LETTERS[k]}"):
+        parameter_field(p, "refine", change, prefix)
+        with st.popover("More", key=f"more_{LETTERS[k]}"):
+            with free or nullcontext():
+                share = {"min_value": 0.01, "max_value": 1.0, "step": 0.01}
+                draw(st.number_input, "search_fraction", "Search fraction", **share)
             for name in PARAMETERS:
                 if name not in SHOWN_AT_ONCE:
-                    parameter_field(p, name, change, f"{letter}_")
+                    parameter_field(p, name, change, prefix)
 
 
 def _draw_actions(state: State, k: int, n: int) -> None:
@@ -404,10 +398,7 @@ def draw_curves(state: State, found: Comparison) -> None:
     with st.container(key="charts"):
         in_rows = [2 * len(ways)] if len(ways) == 2 else [len(ways)] * 2
         columns = [place for n in in_rows for place in st.columns(n, gap="medium")]
-    wanted: list[tuple[Statistic, str]] = [
-        (statistic, way) for statistic in STATISTICS for way in ways
-    ]
-    for column, (statistic, way) in zip(columns, wanted, strict=True):
+    for column, (statistic, way) in zip(columns, product(STATISTICS, ways), strict=True):
         is_variogram = statistic == "variogram"
         y_range = (0, top) if is_variogram else (0, 1.04)
         curves = found.curves[code, statistic, way]

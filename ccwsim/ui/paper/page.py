@@ -37,6 +37,7 @@ from ccwsim.ui.session.progress import compilation_to_come
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.fields import bound_to, button, download, field
 from ccwsim.ui.widgets.text import plain, step_note
+from ccwsim.ui.widgets.theme import draw_style
 
 STYLE = Path(__file__).with_name("paper.css")
 EXTENTS = {False: "Full", True: "Quick"}
@@ -110,7 +111,7 @@ def server_inputs() -> tuple[PaperInputs, str]:
 def draw_paper(state: State) -> None:
     """Draw what will be done, the controls, and the experiments with their verdicts."""
     page_state = state.page(PaperState)
-    st.html(f"<style>{STYLE.read_text('utf-8')}</style>")
+    draw_style(STYLE)
     st.html('<h2 class="part">The paper’s experiments, run again</h2>')
     step_note(INTRODUCTION)
     inputs, problem = server_inputs()
@@ -162,12 +163,13 @@ def _controls(state: State) -> None:
 
 
 def _follow(run: PaperRun) -> None:
-    def draw() -> None:
-        st.html(verdict_list(run.finished))
-
     assert run.job is not None
-    keys = ("progress", "paper_cancel")
-    follow(run.job, label=lambda: progress_label(run), draw=draw, keys=keys)
+    follow(
+        run.job,
+        label=lambda: progress_label(run),
+        draw=lambda: st.html(verdict_list(run.finished)),
+        keys=("progress", "paper_cancel"),
+    )
 
 
 def _ended(run: PaperRun | None) -> None:
@@ -179,14 +181,10 @@ def _ended(run: PaperRun | None) -> None:
             else:
                 st.html(f'<p class="facts ran">{words}</p>')
             if run.report:
-                _draw_download(run.report)
+                label = f"Download the report ({len(run.report) / 1e6:.0f} MB)"
+                name = f"ccwsim-paper-{date.today()}.html"
+                download(label, run.report, name, key="download_paper", type="primary")
     st.html(verdict_list(run.finished if run is not None else []))
-
-
-def _draw_download(report: bytes) -> None:
-    label = f"Download the report ({len(report) / 1e6:.0f} MB)"
-    name = f"ccwsim-paper-{date.today()}.html"
-    download(label, report, name, key="download_paper", type="primary")
 
 
 def describe_inputs(inputs: PaperInputs) -> str:

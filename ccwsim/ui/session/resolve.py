@@ -7,7 +7,7 @@ from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from functools import partial
 from io import BytesIO
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import streamlit as st
@@ -44,7 +44,6 @@ from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.footprint import demand_of
 from ccwsim.run.simulation import simulate
 from ccwsim.sharing.choices import (
-    Answers,
     CellsOfWells,
     Choices,
     DataChoice,
@@ -53,20 +52,15 @@ from ccwsim.sharing.choices import (
     WellTables,
 )
 
+Made = TypeVar("Made", PointColumns, WellColumns, Conversion)
 Moved = dict[str, tuple[Any, Any]]
 """Parameters that an image has no room for, by name: the value asked for, and the one given."""
-COLUMNS = ("x", "y", "facies", "coordinates")
-COLUMNS_OF_VOLUME = (*COLUMNS, "z", "well", "depth_from", "depth_to", "depth")
-COLUMNS_OF_WELLS = tuple(vars(WellColumns()))
-OF_FILES = ("up", "slice_index", "z_up")
-READING = (*dict.fromkeys((*COLUMNS_OF_VOLUME, *COLUMNS_OF_WELLS, *OF_FILES)),)
-PLACING = ("facies_names", "threshold", "classes")
+OF_VOLUMES = ("z", "well", "depth_from", "depth_to", "depth", "z_up")
+OF_SURVEYS = tuple(name for name in vars(WellColumns()) if name.startswith("survey"))
 SETTLING = ("on_collision", "on_outside", "on_unknown")
-"""Answers to what a file of hard data leaves open, by what they decide."""
+"""Names of answers about hard data: to read volumes, to read surveys, to settle what is open."""
 USUAL_VOLUME = 100, 100
 """Rows and columns of the grid of a volume; it has as many layers as its training image."""
-SETTLED = ("on_outside", "on_unknown")
-"""Answers that any hard data may need, when the grid or the training image has changed."""
 
 
 CONTENT: dict[str | type[Any], Callable[[Any], Any]] = {
@@ -127,15 +121,15 @@ def imported_data(choices: Choices) -> HardDataImport:
     """Return the hard data of a study with a report of what happened on the way."""
     choice, image, grid = choices.data, image_of(choices.image), choices.grid
     if choice.source == "file" and choice.files:
-        return _imported(_asked(choice, READING, PLACING, SETTLING), grid, image)
-    return resolve_points(placed_data(choices), Conversion(**_only(choice.answers, SETTLED)))
+        return _imported(choice, grid, image)
+    return _settled(placed_data(choices), choice)
 
 
 def placed_data(choices: Choices) -> PlacedPoints:
     """Return the hard data of a study in the cells of its grid, with what is wrong with them."""
     choice, image, grid = choices.data, image_of(choices.image), choices.grid
     if choice.source == "file" and choice.files:
-        return _placed(_asked(choice, READING, PLACING), grid, image)
+        return _placed(_without(choice, SETTLING), grid, image)
     if choice.source == "bundled":
         data = datasets.load_hard_data(choice.bundled)
     elif choice.source == "sampled":
@@ -165,14 +159,12 @@ def points_of(choice: DataChoice, grid: Grid | None = None) -> ImportedPoints:
     if choice.tables is not None:
         return _well_points(choice.tables, choice.upload, _well_columns(choice), grid)
     shape = None if grid is None else grid.shape
-    answers = _answers(choice, (*COLUMNS_OF_VOLUME, *OF_FILES), shape)
-    return _points(choice.upload, PointColumns(**answers), shape)
+    return _points(choice.upload, _columns(choice, shape), shape)
 
 
 def preview_of(choice: DataChoice, grid: Grid) -> PointsPreview:
     """Return the columns of a file of hard data and their guessed meaning."""
-    columns = PointColumns(**_answers(choice, COLUMNS_OF_VOLUME, grid.shape))
-    return _preview(choice.upload, columns, grid.shape)
+    return _preview(choice.upload, _columns(choice, grid.shape), grid.shape)
 
 
 def previews_of_wells(choice: DataChoice) -> dict[str, PointsPreview | CCWSIMError]:
@@ -210,27 +202,30 @@ def grid_for_data(choices: Choices) -> Grid | None:
     return fitting if max(fitting.shape) <= MAX_GRID_SIDE_OFFERED else None
 
 
-def _asked(choice: DataChoice, *names: tuple[str, ...]) -> DataChoice:
-    """Return a choice with only some of its answers: the others do not decide."""
-    return replace(choice, answers=tuple(_only(choice.answers, sum(names, ())).items()))
+def _without(choice: DataChoice, names: tuple[str, ...]) -> DataChoice:
+    """Return a choice without some of its answers, which decide nothing."""
+    return replace(choice, answers=tuple(one for one in choice.answers if one[0] not in names))
 
 
-def _only(answers: Answers, names: tuple[str, ...]) -> dict[str, Any]:
-    return {name: value for name, value in answers if name in names}
+def _made(kind: type[Made], choice: DataChoice) -> Made:
+    """Return columns or a conversion from the answers about it."""
+    return kind(**{name: answer for name, answer in choice.answers if name in vars(kind())})
+
+
+def _columns(choice: DataChoice, shape: Shape | None) -> PointColumns:
+    is_volume = shape is not None and len(shape) == 3
+    return _made(PointColumns, choice if is_volume else _without(choice, OF_VOLUMES))
 
 
 def _well_columns(choice: DataChoice) -> WellColumns:
-    """Return the columns of the tables of wells that there are."""
-    without_surveys = choice.tables is None or choice.tables.surveys is None
-    names = (n for n in COLUMNS_OF_WELLS if not (without_surveys and n.startswith("survey")))
-    return WellColumns(**_only(choice.answers, tuple(names)))
+    has_surveys = choice.tables is not None and choice.tables.surveys is not None
+    return _made(WellColumns, choice if has_surveys else _without(choice, OF_SURVEYS))
 
 
-def _answers(choice: DataChoice, names: tuple[str, ...], shape: Shape | None) -> dict[str, Any]:
-    """Answers on a file, those that only volumes raise left out for a map."""
-    volume = shape is not None and len(shape) == 3
-    lost = () if volume else {*COLUMNS_OF_VOLUME, "z_up"} - {*COLUMNS}
-    return _only(choice.answers, tuple(name for name in names if name not in lost))
+def _settled(placed: PlacedPoints, choice: DataChoice) -> HardDataImport:
+    """Return placed points with what is open settled as the user answered."""
+    answers = {name: answer for name, answer in choice.answers if name in SETTLING}
+    return resolve_points(placed, Conversion(**answers))
 
 
 @cached
@@ -270,14 +265,12 @@ def _well_points(
 
 @cached
 def _placed(choice: DataChoice, grid: Grid, image: TrainingImage) -> PlacedPoints:
-    conversion = Conversion(**_only(choice.answers, PLACING))
-    return place_points(points_of(choice, grid), grid, image, conversion)
+    return place_points(points_of(choice, grid), grid, image, _made(Conversion, choice))
 
 
 @cached
 def _imported(choice: DataChoice, grid: Grid, image: TrainingImage) -> HardDataImport:
-    placed = _placed(_asked(choice, READING, PLACING), grid, image)
-    return resolve_points(placed, Conversion(**_only(choice.answers, SETTLING)))
+    return _settled(_placed(_without(choice, SETTLING), grid, image), choice)
 
 
 @st.cache_resource(

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
-from threading import Event, Lock, Thread
+from threading import Lock, Thread
 
 import streamlit as st
 from streamlit import config
@@ -91,7 +91,6 @@ class SessionMonitor:
         self._lock = Lock()
         self._thread: Thread | None = None
         self._freed = False
-        self._woken = Event()
 
     def note(self, session: str) -> None:
         """Look after a session from now on, on a thread that ends with the last of them."""
@@ -138,7 +137,7 @@ class SessionMonitor:
 
     def _keep_looking(self) -> None:
         while True:
-            self._woken.wait(LOOK_SECONDS)
+            time.sleep(LOOK_SECONDS)
             self.give_back()
             self.look()
             with self._lock:

@@ -27,15 +27,8 @@ class PastRun:
 
     choices: Choices
     ensemble: Ensemble
-    reference: TrainingImage | None
-    at: datetime  # when it was finished
-
-    @classmethod
-    def of(
-        cls, choices: Choices, ensemble: Ensemble, reference: TrainingImage | None = None
-    ) -> PastRun:
-        """Return a run that has just come out."""
-        return cls(choices, ensemble, reference, datetime.now().astimezone())
+    reference: TrainingImage | None = None
+    at: datetime = field(default_factory=lambda: datetime.now().astimezone())  # when it came out
 
     @property
     def key(self) -> str:
@@ -53,8 +46,7 @@ class PastRun:
     @property
     def files(self) -> list[bytes]:
         """The user's own files that the study has; runs of one study share them."""
-        choices = self.choices.image, self.choices.data
-        return [file.content for choice in choices for file in choice.files]
+        return [file.content for file in (*self.choices.image.files, *self.choices.data.files)]
 
 
 @dataclass
@@ -74,8 +66,8 @@ class PastRuns:
             self.runs.pop()
 
     def _too_large(self) -> bool:
-        own = self.max_bytes
-        limit = limits_of_environment().history if own is None else own
+        limit = self.max_bytes
+        limit = limits_of_environment().history if limit is None else limit
         files = [file for run in self.runs for file in run.files]
         return sum(run.nbytes for run in self.runs) + size_of_all(files) > limit
 
@@ -96,9 +88,7 @@ class State:
     moved: dict[str, tuple[Any, Any]] = field(default_factory=dict)
     live: bool = False  # every change starts a run
     job: Job[Ensemble] | None = None  # the simulation that runs now
-    needs_confirmation: bool = (
-        False  # the study came by a link or a project: a long run waits for the user
-    )
+    needs_confirmation: bool = False  # it came by a link or a project: a long run waits
     last_attempt: Choices | None = None  # what a run was started with last, whatever came of it
     ensemble: Ensemble | None = None  # the latest results, and the choices they came from
     ensemble_choices: Choices | None = None

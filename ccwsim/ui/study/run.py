@@ -12,8 +12,9 @@ import streamlit as st
 from ccwsim.datasets.default_study import stored_ensemble
 from ccwsim.engine.realization import is_ready
 from ccwsim.experiments.cost import typical_seconds
-from ccwsim.jobs.job import Cancel, Job, Progress
-from ccwsim.jobs.limits import Demand, check_limits, limits_of_environment
+from ccwsim.jobs.job import Job
+from ccwsim.jobs.limits import Demand, limits_of_environment
+from ccwsim.jobs.workers import Cancel, Progress
 from ccwsim.model.bounds import MAX_REALIZATIONS, MAX_SEED
 from ccwsim.model.ensemble import Ensemble, joined
 from ccwsim.model.errors import Cancelled, CCWSIMError
@@ -81,7 +82,7 @@ def problem_of(state: State) -> str:
 
     def check() -> None:
         n_data = study_of(choices).hard_data.n
-        check_limits(Demand(choices.grid.n_cells * choices.n_realizations, n_data))
+        limits_of_environment().check(Demand(choices.grid.n_cells * choices.n_realizations, n_data))
 
     return problem_in(check)
 
@@ -91,7 +92,7 @@ def start_run(state: State, after: float = 0.0) -> None:
     before = state.job
     try:
         simulate_range = part_of(state.choices)
-        check_limits(demand_of_run(state))
+        limits_of_environment().check(demand_of_run(state))
     except CCWSIMError as error:
         state.message = str(error)
         return
@@ -294,7 +295,7 @@ def collect(state: State, *, parts: bool = True) -> None:
         state.message = failed(job.error)
     if ensemble is not None:
         take_in(state, job, ensemble)
-        state.runs.remember(PastRun.of(job.about, ensemble, state.reference))
+        state.runs.remember(PastRun(job.about, ensemble, state.reference))
 
 
 def take_in(state: State, job: Job[Ensemble], ensemble: Ensemble) -> None:

@@ -6,20 +6,20 @@ import time
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any
 
 from ccwsim.experiments.cost import PER_JUDGED_CELL, typical_seconds
 from ccwsim.experiments.plan import ALONG_Z, SweepPlan, plan_sweep, value_of
 from ccwsim.experiments.sweep import Sweep, SweepRow, sweep
 from ccwsim.jobs.job import Job
-from ccwsim.jobs.limits import Demand, check_limits
+from ccwsim.jobs.limits import Demand, limits_of_environment
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
-from ccwsim.model.numbers import seconds
+from ccwsim.model.numbers import plural
 from ccwsim.model.parameters import METHODS, Parameters
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
@@ -29,7 +29,7 @@ from ccwsim.system.log import reason
 from ccwsim.ui.results.maps import colours_of, pretty
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.page_run import PageRun, start_page_run
-from ccwsim.ui.session.progress import compilation_to_come
+from ccwsim.ui.session.progress import compilation_to_come, format_duration
 from ccwsim.ui.session.resolve import data_of, fitted, image_of, levels
 from ccwsim.ui.session.state import State
 
@@ -40,7 +40,6 @@ SOURCE_BYTES = 4
 MAX_KEPT = 4
 REDRAW_SECONDS = 1.5
 """Seconds at least from one look at new settings to the next."""
-Error = Literal["patterns", "connection", "proportions", "copying", "mended"]
 MAX_SWEPT = 64
 """Settings in one sweep."""
 TEMPLATES = (8, 12, 16, 24, 32, 40, 48, 64, 96, 128, 192, 256)
@@ -130,7 +129,7 @@ class SweepState:
 
     ranges: dict[str, list[Any]] = field(default_factory=dict)
     n_realizations: int = 4
-    error: Error = "patterns"
+    error: str = "patterns"  # one of `ERRORS` of sweeps
     run: SweepRun | None = None
     chosen: int | None = None
     shown: int = 0
@@ -262,12 +261,9 @@ def describe_study(state: State) -> str:
 
 def describe_plan(state: State, plan: SweepPlan) -> str:
     """Say how many settings there are, how long they take, and which are left out and why."""
-    time = seconds_of(state, plan)
-    about = f"about {seconds(max(round(time), 1))}" if time < 90 else f"about {time / 60:.0f} min"
-    n = state.page(SweepState).n_realizations
-    settings = "setting" if len(plan) == 1 else "settings"
-    realizations = "realization" if n == 1 else "realizations"
-    text = f"{len(plan)} {settings} × {n} {realizations}: {about} on one core."
+    n = plural(state.page(SweepState).n_realizations, "realization")
+    duration = format_duration(max(seconds_of(state, plan), 1.0))
+    text = f"{plural(len(plan), 'setting')} × {n}: about {duration} on one core."
     text += compilation_to_come()
     if plan.left_out:
         n = len(plan.left_out)
@@ -280,8 +276,7 @@ def describe_plan(state: State, plan: SweepPlan) -> str:
 def problem_of(state: State) -> str:
     """Return why a sweep cannot start, or an empty text."""
     try:
-        data_of(state.choices)
-        plan = plan_of(state)
+        data, plan = data_of(state.choices), plan_of(state)
     except CCWSIMError as error:
         text = str(error)
         for name, label in LABELS.items():
@@ -291,10 +286,9 @@ def problem_of(state: State) -> str:
         return f"No combination fits together. {plan.left_out[0][1]}."
     if len(plan) > MAX_SWEPT:
         return f"{len(plan)} settings; a sweep tries at most {MAX_SWEPT}: take fewer values."
-    cells = state.choices.grid.n_cells
+    n_cells = len(plan) * state.page(SweepState).n_realizations * state.choices.grid.n_cells
     try:
-        n_cells = len(plan) * state.page(SweepState).n_realizations * cells
-        check_limits(Demand(n_cells, data_of(state.choices).n))
+        limits_of_environment().check(Demand(n_cells, data.n))
     except CCWSIMError as error:
         return str(error)
     return ""

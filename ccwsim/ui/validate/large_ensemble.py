@@ -11,8 +11,9 @@ import numpy as np
 import streamlit as st
 
 from ccwsim.figures import Bundle, convergence_chart, curves_chart
-from ccwsim.jobs.job import Cancel, Job
+from ccwsim.jobs.job import Job
 from ccwsim.jobs.limits import Demand
+from ccwsim.jobs.workers import Cancel
 from ccwsim.metrics import RunningStatistics, RunningSummary
 from ccwsim.metrics.bands import Statistic, curves_of
 from ccwsim.metrics.lags import axes_of, max_lag

@@ -33,13 +33,13 @@ from ccwsim.ui.study.run import problem_of, start_run, start_run_if_needed
 from ccwsim.ui.validate.conditioning import draw_data, draw_reference, draw_uncertainty
 from ccwsim.ui.validate.findings import draw_summary
 from ccwsim.ui.validate.large_ensemble import draw_large_ensemble
-from ccwsim.ui.validate.measures import draw_measures
 from ccwsim.ui.validate.reproduction import (
     draw_copying,
     draw_curves_row,
     draw_directions,
     draw_geobodies,
     draw_image,
+    draw_measures,
     draw_patterns,
     draw_transitions,
 )

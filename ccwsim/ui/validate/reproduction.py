@@ -25,7 +25,7 @@ from ccwsim.figures import (
     strip_chart,
     transiogram_chart,
 )
-from ccwsim.metrics import Anodi, Copying, Diagnosis
+from ccwsim.metrics import Anodi, Copying, Diagnosis, Measured
 from ccwsim.metrics.bands import Statistic
 from ccwsim.metrics.lags import axes_of
 from ccwsim.model.arrays import describe_shape, listing
@@ -35,10 +35,13 @@ from ccwsim.model.numbers import three_digits
 from ccwsim.report.pictures import bundle_of_curves
 from ccwsim.report.verdicts import (
     HOW_JUDGED,
+    HOW_MEASURED,
+    MEASURES_HEAD,
     SIGNS,
     curve_title,
     describe_curve,
     describe_geobodies,
+    describe_measures,
     describe_patterns,
     describe_proportion,
     describe_unseen,
@@ -49,7 +52,8 @@ from ccwsim.ui.frontend.cell_map import CellMap
 from ccwsim.ui.frontend.cells import draw_cells
 from ccwsim.ui.results.charts import draw_chart, titled_chart
 from ccwsim.ui.results.curves import draw_band_key, draw_layers
-from ccwsim.ui.results.tables import numbers_table
+from ccwsim.ui.results.tables import as_csv, csv_button, numbers_table
+from ccwsim.ui.session.file_names import study_part
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.diagnosis_panel import draw_diagnosis
 from ccwsim.ui.study.image_step import use_advice
@@ -64,7 +68,7 @@ from ccwsim.ui.validate.statistics import (
     panel,
 )
 from ccwsim.ui.widgets.fields import bound_to, field, options_of
-from ccwsim.ui.widgets.text import panel_title, step_note
+from ccwsim.ui.widgets.text import panel_title, scrolled, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
 STATISTICS: tuple[Statistic, ...] = ("variogram", "connectivity")
@@ -324,6 +328,40 @@ def describe_percolation(found: GeobodiesCompared, name: str) -> str:
         f"{of_image}. Cells that touch at {touching} are connected. Edges cut geobodies, "
         "more so in a smaller image."
     )
+
+
+def draw_measures(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
+    """Draw all measures of the facies, each beside crops of the training image."""
+    name = ensemble.training_image.facies_names[state.facies]
+
+    def draw(found: Measured) -> None:
+        n = len(found.each)
+        panel_title(f"Measures of {name}", f"{'first ' if n < ensemble.n else ''}{n} realizations")
+        rows = []
+        for row in describe_measures(found):
+            title = f'<span title="{escape(row.definition)}">{escape(row.title)}</span>'
+            verdict = f'<span class="{"fact" if row.good else "fact odd"}">{row.verdict}</span>'
+            rows.append([title, row.image, row.realizations, verdict])
+        table = numbers_table(rows, MEASURES_HEAD, "measures")
+        st.html(scrolled(table, f"Measures of {name}"))
+        step_note(HOW_MEASURED)
+        of = study_part(ensemble)
+        csv_button("Measures as CSV", "measures", lambda: measures_csv(found), of, width="content")
+
+    panel(state, "measures", statistics.measures(ensemble, state.facies), draw)
+
+
+def measures_csv(found: Measured) -> bytes:
+    """Return one line a measure: the training image, crops, pieces, and each realization."""
+    head = ["measure", "training_image", "crops", "tolerance", "pieces"]
+    lines = []
+    for k, measure in enumerate(found.measures):
+        fit = found.fit
+        band = ("", "", "") if fit is None else (fit.reference[k], fit.tolerance[k], fit.found[k])
+        numbers = [found.reference[k], *band, *found.each[:, k]]
+        shown = (n if n == "" else f"{measure.factor * n:.6g}" for n in numbers)
+        lines.append([measure.title, *shown])
+    return as_csv([*head, *(f"realization_{r + 1}" for r in range(len(found.each)))], lines)
 
 
 def draw_patterns(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:

@@ -30,7 +30,7 @@ def took(shape: tuple[int, ...], seconds: float, level: int = 2) -> Timing:
     p = Parameters(wavelet_level=level)
     if len(shape) == 3:
         p = Parameters((8, 32, 32), (2, 8, 8), (1, level, level))
-    return Timing(p, shape, 0, np.array([seconds]), np.zeros(1, int))
+    return Timing(p, shape, cpu_seconds=np.array([seconds]), n_mismatched=np.zeros(1, int))
 
 
 def state_of(**changes) -> State:

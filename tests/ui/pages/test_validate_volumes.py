@@ -37,9 +37,14 @@ from ccwsim.ui.session.resolve import fitted
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.validate.conditioning import data_status_shares, problem_of, troubled_data
 from ccwsim.ui.validate.large_ensemble import LargeEnsembleRun, LargeEnsembleState, bundle_of_band
-from ccwsim.ui.validate.measures import measures_csv
 from ccwsim.ui.validate.page import SECTIONS
-from ccwsim.ui.validate.reproduction import describe_percolation, meter_of, sizes_of, strips_of
+from ccwsim.ui.validate.reproduction import (
+    describe_percolation,
+    measures_csv,
+    meter_of,
+    sizes_of,
+    strips_of,
+)
 from ccwsim.ui.validate.slices import ShownSlice, slice_of
 from ccwsim.ui.validate.statistics import (
     Validation,
