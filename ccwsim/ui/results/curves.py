@@ -28,6 +28,7 @@ from ccwsim.metrics.stack import Images, Stack
 from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.numbers import seconds
+from ccwsim.model.training_image import TrainingImage
 from ccwsim.report.pictures import bundle_of_curves, layers_bundle, layers_chart
 from ccwsim.report.verdicts import (
     HOW_JUDGED,
@@ -44,55 +45,47 @@ from ccwsim.ui.widgets.theme import chart_theme
 SMALL_SHARES = 4_000_000
 """Largest number of shares of an E-type, 8 bytes each, that is kept without its ensemble."""
 _large: WeakKeyDictionary[Ensemble, EType] = WeakKeyDictionary()
-_e_type = cached(max_entries=8)(etype)
+_e_type = cached(8)(etype)
+_fit_curve = cached(256)(fit_curve)
+_fit_layers = cached(64)(fit_vertical_proportions)
+vertical_proportions_bundle = cached(64)(layers_bundle)
 
 
-@st.cache_resource(max_entries=448, show_spinner=False)
-def _once(key: tuple, _work: Callable[[], Any]) -> Any:
-    """Return the result of work, computed once for each key."""
-    return _work()
-
-
+@cached(256)
 def curve_bundle(ensemble: Ensemble, statistic: Statistic, facies: int, direction: str) -> Bundle:
-    """Return a curve of a facies (a place in the codes) along an axis, computed once.
+    """Return a curve of a facies (a place in the codes) along an axis.
 
     In the connectivity function cells that touch at a corner are connected.
     """
     image = ensemble.training_image
-    code, lags = int(image.codes[facies]), max_lag(direction, image.shape, ensemble.grid.shape)
-
-    def curve(images: Images) -> NDArray[np.float64]:
-        if statistic == "variogram":
-            return variogram(images, code, direction, lags).gamma
-        return connectivity(images, code, direction, lags).tau
-
-    # the image's own curve is the same for all its ensembles
-    of_image = ("of image", statistic, image.digest, facies, direction, lags)
-    reference = _once(of_image, lambda: curve(image).reshape(-1))
-
-    def bundle() -> Bundle:
-        each = curve(Stack(ensemble.indices[:MAX_CURVES], image.codes))
-        return bundle_of_curves(np.arange(len(reference), dtype=float), reference, each)
-
-    return _once(("curves", statistic, ensemble.digest, image.digest, facies, direction), bundle)
+    lags = max_lag(direction, image.shape, ensemble.grid.shape)
+    kind = statistic, int(image.codes[facies]), direction, lags
+    reference = _curve_of_image(image, *kind)
+    each = _curve(Stack(ensemble.indices[:MAX_CURVES], image.codes), *kind)
+    return bundle_of_curves(np.arange(len(reference), dtype=float), reference, each)
 
 
-def vertical_proportions_bundle(ensemble: Ensemble, facies: int) -> Bundle:
-    """Return the share of a facies in each layer of volumes, computed once."""
-    key = ("layers", ensemble.digest, ensemble.training_image.digest, ensemble.grid, facies)
-    return _once(key, lambda: layers_bundle(ensemble, facies))
+@cached(128)
+def _curve_of_image(image: TrainingImage, *kind: Any) -> NDArray[np.float64]:
+    """The curve of the image, the same for all its ensembles."""
+    return _curve(image, *kind).reshape(-1)
+
+
+def _curve(
+    images: Images, statistic: Statistic, code: int, direction: str, lags: int
+) -> NDArray[np.float64]:
+    if statistic == "variogram":
+        return variogram(images, code, direction, lags).gamma
+    return connectivity(images, code, direction, lags).tau
 
 
 def fit_of(ensemble: Ensemble, statistic: Statistic, facies: int, direction: str) -> Fit | None:
-    """Return how a curve compares with crops of the training image, computed once."""
-    image = ensemble.training_image
-    code = int(image.codes[facies])
-    key = ("fit", ensemble.digest, image.digest, statistic, facies, direction)
-    return _once(key, lambda: fit_curve(ensemble, statistic, code, direction))
+    """Return how a curve compares with crops of the training image."""
+    return _fit_curve(ensemble, statistic, int(ensemble.training_image.codes[facies]), direction)
 
 
 def e_type_of(ensemble: Ensemble) -> EType:
-    """Return the E-type of an ensemble, computed once.
+    """Return the E-type of an ensemble.
 
     Small ones are shared by all sessions; a large one goes with its ensemble.
     """
@@ -165,9 +158,7 @@ def _connectivity_both_ways(ensemble: Ensemble, facies: int) -> None:
 
 
 def _vertical_proportions(ensemble: Ensemble, facies: int) -> None:
-    image = ensemble.training_image
-    key = ("fit of layers", ensemble.digest, image.digest, facies)
-    fit = _once(key, lambda: fit_vertical_proportions(ensemble, int(image.codes[facies])))
+    fit = _fit_layers(ensemble, int(ensemble.training_image.codes[facies]))
     draw_layers(ensemble, facies, vertical_proportions_bundle(ensemble, facies), fit)
 
 

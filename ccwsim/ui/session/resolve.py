@@ -70,7 +70,7 @@ CONTENT: dict[str | type[Any], Callable[[Any], Any]] = {
     DataChoice: lambda choice: [choice.upload, choice.tables, choice.answers],
     WellTables: vars,
     TrainingImage: lambda image: (image.digest, image.facies_names),
-    Ensemble: lambda ensemble: (ensemble.digest, ensemble.training_image),
+    Ensemble: lambda ensemble: (ensemble.digest, ensemble.training_image.digest, ensemble.grid),
     Grid: repr,
     Parameters: lambda parameters: parameters.digest,
 }
