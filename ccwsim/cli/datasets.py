@@ -30,7 +30,7 @@ def command(name: str | None, output: str | None) -> None:
             raise click.UsageError("--output needs the NAME of what to write")
         titles = {"Training images:": images, "\nVolumes:": volumes, "\nHard data:": data}
         for title, texts in titles.items():
-            click.echo("\n".join([title, *(f"  {own:20} {text}" for own, text in texts.items())]))
+            click.echo("\n".join([title, *(f"  {key:20} {text}" for key, text in texts.items())]))
     elif name not in described:
         raise CCWSIMError(f"there is no {name}; there are {', '.join(described)}")
     elif output is None:

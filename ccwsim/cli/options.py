@@ -62,14 +62,16 @@ def check_writable(path: str) -> None:
     check_replaceable(path)
 
 
+def _refused(text: str, needed: str) -> click.BadParameter:
+    return click.BadParameter(f"{text!r} must be {needed}")
+
+
 def sizes(text: str) -> tuple[int, ...]:
     """Return `NXxNY` or `NXxNYxNZ` as an array's shape: (ny, nx) or (nz, ny, nx)."""
-    found = re.fullmatch(r"(\d+)[x×](\d+)(?:[x×](\d+))?", text.strip().lower())
-    if not found:
-        raise click.BadParameter(
-            f"{text!r} must be columns x rows, such as 640x480 for 640 along x and 480 along y"
-        )
-    return tuple(int(number) for number in reversed(found.groups()) if number)
+    match = re.fullmatch(r"(\d+)[x×](\d+)(?:[x×](\d+))?", text.strip().lower())
+    if not match:
+        raise _refused(text, "columns x rows, such as 640x480 for 640 along x and 480 along y")
+    return tuple(int(number) for number in reversed(match.groups()) if number)
 
 
 def one_or_each(text: str) -> int | tuple[int, ...]:
@@ -77,27 +79,23 @@ def one_or_each(text: str) -> int | tuple[int, ...]:
     if re.fullmatch(r"-?\d{1,9}", text.strip(), re.ASCII):
         return int(text)
     try:
-        found = sizes(text)
+        numbers = sizes(text)
     except click.BadParameter:
-        found = ()
-    if len(found) != 3:
-        raise click.BadParameter(
-            f"{text!r} must be a whole number, or three along x, y and z, such as 32x32x16"
-        )
-    return found
+        numbers = ()
+    if len(numbers) != 3:
+        raise _refused(text, "a whole number, or three along x, y and z, such as 32x32x16")
+    return numbers
 
 
 def number_or_each(text: str) -> float | tuple[float, ...]:
     """Return a number for all axes, or `XxYxZ` as those along (z, y, x)."""
     try:
-        found = [float(part) for part in text.split("x")]
+        numbers = [float(part) for part in text.split("x")]
     except ValueError:
-        found = []
-    if len(found) not in (1, 3):
-        raise click.BadParameter(
-            f"{text!r} must be a number, or three along x, y and z, such as 0x0x2"
-        )
-    return tuple(found[::-1]) if len(found) == 3 else found[0]
+        numbers = []
+    if len(numbers) not in (1, 3):
+        raise _refused(text, "a number, or three along x, y and z, such as 0x0x2")
+    return tuple(numbers[::-1]) if len(numbers) == 3 else numbers[0]
 
 
 def classes(text: str) -> Classes:
@@ -109,7 +107,7 @@ def name_and_code(text: str) -> tuple[str, int]:
     """Return `NAME=CODE` as a name and its facies code."""
     name, _, code = text.rpartition("=")
     if not name.strip() or not re.fullmatch(r"\s*[+-]?\d{1,15}\s*", code, re.ASCII):
-        raise click.BadParameter(f"{text!r} must be a name and its facies code, such as Sand=1")
+        raise _refused(text, "a name and its facies code, such as Sand=1")
     return name.strip(), int(code)
 
 
@@ -120,7 +118,5 @@ def edges_or_codes(text: str) -> Classes:
     try:
         return [float(part) for part in text.split(",")]
     except ValueError:
-        raise click.BadParameter(
-            f"{text!r} must be numbers with commas between them, such as 0.1,0.25, or the word "
-            "codes"
-        ) from None
+        needed = "numbers with commas between them, such as 0.1,0.25, or the word codes"
+        raise _refused(text, needed) from None

@@ -122,10 +122,10 @@ def streamed_output(paths: Sequence[str]) -> str | None:
     >>> streamed_output(["out.png", "out.npy"])
     'out.npy'
     """
-    found = [path for path in paths if path.lower().endswith("." + STREAMED)]
-    if len(found) > 1:
-        raise CCWSIMError(f"give one .npy file, not {len(found)}: it is written during the run")
-    return found[0] if found else None
+    streamed = [path for path in paths if path.lower().endswith("." + STREAMED)]
+    if len(streamed) > 1:
+        raise CCWSIMError(f"give one .npy file, not {len(streamed)}: it is written during the run")
+    return streamed[0] if streamed else None
 
 
 def summary(e: Ensemble) -> str:

@@ -97,15 +97,12 @@ def volume_names() -> tuple[str, ...]:
 def load(name: str) -> TrainingImage:
     """Read a bundled training image.
 
+    Raises `CCWSIMError` for an unknown name, or if the file is missing.
+
     Parameters
     ----------
     name : str
         One of `names()` or `volume_names()`.
-
-    Raises
-    ------
-    CCWSIMError
-        For an unknown name, or if the file is missing.
 
     Examples
     --------
@@ -121,10 +118,7 @@ def load(name: str) -> TrainingImage:
 def load_wells(name: str) -> HardData:
     """Read the ten vertical wells of a bundled volume, on a grid of 100 × 100 × 48 cells.
 
-    Raises
-    ------
-    CCWSIMError
-        For an unknown name, or if the file is missing.
+    Raises `CCWSIMError` for an unknown name, or if the file is missing.
 
     Examples
     --------
@@ -139,10 +133,7 @@ def load_wells(name: str) -> HardData:
 def describe(name: str) -> str:
     """Return one line on a bundled training image: what it is, its size, what it is good for.
 
-    Raises
-    ------
-    CCWSIMError
-        For an unknown name.
+    Raises `CCWSIMError` for an unknown name.
 
     Examples
     --------
@@ -203,10 +194,7 @@ def wells_names() -> tuple[str, ...]:
 def load_hard_data(name: str) -> HardData:
     """Read bundled hard data, which are placed on a grid of `hard_data_grid_shape(name)`.
 
-    Raises
-    ------
-    CCWSIMError
-        For an unknown name, or if the file is missing.
+    Raises `CCWSIMError` for an unknown name, or if the file is missing.
 
     Examples
     --------
@@ -259,15 +247,12 @@ def load_reference_field(name: str) -> TrainingImage:
 
     It is of the same kind as the training image, drawn with another seed.
 
+    Raises `CCWSIMError` for an unknown name, or if the file is missing.
+
     Parameters
     ----------
     name : str
         One of `hard_data_names()`.
-
-    Raises
-    ------
-    CCWSIMError
-        For an unknown name, or if the file is missing.
 
     Examples
     --------

@@ -8,14 +8,14 @@ import numpy as np
 from numpy.random import RandomState
 from numpy.typing import NDArray
 
-from ccwsim.model.arrays import as_array, as_integers, check_int, is_whole
+from ccwsim.model.arrays import as_array, as_integers, check_int
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.hard_data import HardData
 
 DIRECTIONS = ("N-S", "E-W")
 VERTICAL = "vertical"
 MAX_PERMUTED = 4_000_000
-"""Cells put into a random order to draw some: more hold up all other threads for too long."""
+"""Maximum of cells that are permuted for a draw: more block other threads for too long."""
 
 
 def sample_random(field: NDArray[np.integer], n: int, seed: int = 0) -> HardData:
@@ -27,7 +27,7 @@ def sample_random(field: NDArray[np.integer], n: int, seed: int = 0) -> HardData
     12
     """
     shape = _shape(field)
-    n, n_cells = _checked_count("the number of data", n), prod(shape)
+    n, n_cells = check_int("the number of data", n, 1), prod(shape)
     cells = _distinct(_random(seed), n_cells, min(n, n_cells))
     return _read(field, *np.unravel_index(cells, shape))
 
@@ -42,8 +42,8 @@ def sample_wells(
 ) -> HardData:
     """Sample a map along straight wells from edge to edge, a volume along vertical ones.
 
-    Directions are "N-S", which is usual, and "E-W" in a map, and "vertical" in a volume; `every` is
-    from one datum to the next along a well, in cells.
+    Directions are "N-S" (default) and "E-W" in a map, "vertical" in a volume; `every` is the
+    distance between data along a well, in cells.
 
     Examples
     --------
@@ -59,7 +59,7 @@ def sample_wells(
     if way not in ways:
         allowed = " or ".join(f'"{one}"' for one in ways)
         raise CCWSIMError(f"direction = {shown(direction)} must be {allowed}")
-    n, every = _checked_count("the number of wells", n), _checked_count("every", every)
+    n, every = check_int("the number of wells", n, 1), check_int("every", every, 1)
     *_, ny, nx = shape
     if way == VERTICAL:
         columns = _distinct(_random(seed), ny * nx, min(n, ny * nx))
@@ -83,7 +83,7 @@ def sample_grid(field: NDArray[np.integer], every: int) -> HardData:
     24
     """
     *layers, ny, nx = _shape(field)
-    every = min(_checked_count("every", every), max(ny, nx))
+    every = min(check_int("every", every, 1), max(ny, nx))
     axes = [np.arange((length - 1) % every // 2, length, every) for length in (ny, nx)]
     cells = np.meshgrid(*(np.arange(n) for n in layers), *axes, indexing="ij")
     return _read(field, *(axis.ravel() for axis in cells))
@@ -94,7 +94,7 @@ def _read(field: NDArray[np.integer], *cells: NDArray) -> HardData:
 
 
 def _distinct(random: RandomState, n_cells: int, n: int) -> NDArray[np.int64]:
-    """Return n different cells; few of very many without putting all of them into an order."""
+    """Return n different cells; a few of very many are drawn without a permutation of all."""
     if n_cells <= MAX_PERMUTED or n > n_cells // 2:
         return random.choice(n_cells, n, replace=False)
     cells = np.empty(0, np.int64)
@@ -118,9 +118,3 @@ def _shape(field: NDArray[np.integer]) -> tuple[int, ...]:
     if array.dtype.kind not in "bui":
         as_integers(array, "field")
     return array.shape
-
-
-def _checked_count(name: str, value: int) -> int:
-    if not is_whole(value) or value < 1:
-        raise CCWSIMError(f"{name} = {shown(value)} must be a whole number, at least 1")
-    return int(value)

@@ -76,9 +76,9 @@ class PairRatio:
 
     name: str
     other: str
-    between: float  # above 1 where `name` is the more varied one
-    within: float  # above 1 where `name` lies farther from the training image
-    ratio: float  # between / within: above 1 where `name` is the better one
+    between: float  # above 1 if `name` is the more varied one
+    within: float  # above 1 if `name` lies farther from the training image
+    ratio: float  # between / within: above 1 if `name` is the better one
     errors: tuple[float, float, float]  # standard errors of the logarithms of the three
 
     @property
@@ -149,7 +149,7 @@ class Comparison:
         return [self.ratio_of(a, b) for a, b in pairs]
 
     def ratio_of(self, name: str, other: str) -> PairRatio:
-        """Return a setting against another; only where `anodi` is known."""
+        """Return a setting against another; `anodi` must be known."""
         assert self.anodi is not None
         errors = self.anodi.relative_errors(name, other)
         return PairRatio(name, other, *self.anodi.relative(name, other), errors)
@@ -188,7 +188,7 @@ def compare(
     facies : int, optional
         Code of the facies whose curves are compared; by default the last.
     on_partial : callable, optional
-        Called with what is known: after each setting, then with curves, then with patterns.
+        Called with the result so far: after each setting, then with curves, then with patterns.
 
     Raises
     ------

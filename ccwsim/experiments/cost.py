@@ -1,4 +1,4 @@
-"""What a realization costs: CPU seconds on a typical core, from a count of operations."""
+"""Cost of a realization: CPU seconds on a typical core, from a count of operations."""
 
 from __future__ import annotations
 

@@ -54,7 +54,7 @@ def plan_sweep(
     Parameters
     ----------
     base : Parameters
-        What is not in the ranges.
+        The other parameters.
     ranges : mapping of str to sequence
         Values by the name of a parameter of `RANGED`.
     image_shape : tuple of int, optional

@@ -44,6 +44,8 @@ def guess_answers(
 ) -> tuple[dict[str, Any], tuple[str, ...]]:
     """Return answers that let a file be read as a training image, and the questions it raises.
 
+    Raises `CCWSIMError` for a file that cannot be opened, or answers that do not fit it.
+
     Parameters
     ----------
     path_or_file : str, Path or binary file
@@ -59,11 +61,6 @@ def guess_answers(
         and the number of main colours of a picture as classes.
     asked : tuple of str
         The keys of `QUESTIONS` that this file raises, answered or not.
-
-    Raises
-    ------
-    CCWSIMError
-        For a file that cannot be opened, or answers that do not fit it.
 
     References
     ----------

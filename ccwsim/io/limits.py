@@ -155,10 +155,7 @@ VARIABLES = {
 def upload_limits(environment: Mapping[str, str] | None = None) -> FileLimits:
     """Return the limits of uploads, as the owner of the server set them.
 
-    Raises
-    ------
-    CCWSIMError
-        For a variable that is no number above 0.
+    Raises `CCWSIMError` for a variable that is no number above 0.
 
     Examples
     --------

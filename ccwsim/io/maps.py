@@ -33,6 +33,9 @@ def write_maps(
 ) -> None:
     """Write maps or volumes of a grid to a file, whole or not at all, placed in the world.
 
+    Raises `CCWSIMError` for another format or shape, a package that is not installed, or a path not
+    writable.
+
     Parameters
     ----------
     path_or_file : str, Path or binary file
@@ -47,11 +50,6 @@ def write_maps(
         `cell_size` and `origin`; `gslib`, `sgems`, `dat`: a column each, of 6 decimals; `vti`: cell
         data of a VTK grid; `tif`: bands of a GeoTIFF, north up (needs rasterio); `nc`: variables of
         NetCDF (needs xarray).
-
-    Raises
-    ------
-    CCWSIMError
-        For another format or shape, a package that is not installed, or a path not writable.
 
     Examples
     --------

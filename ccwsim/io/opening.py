@@ -210,63 +210,40 @@ MAX_COUNTED = 1000
 
 @dataclass(frozen=True)
 class VariableSummary:
-    """One variable of a file.
-
-    Attributes
-    ----------
-    name : str
-        Its name in the file.
-    shape : tuple of int
-        (nz, ny, nx) of a grid, (n,) of a column.
-    n_known : int
-        Cells or rows with a value.
-    n_distinct : int
-        Different values, counted up to `MAX_COUNTED`.
-    minimum, maximum : float
-        NaN if nothing is known.
-    continuous : bool
-        Whether it needs classes or a threshold to become facies.
-    """
+    """One variable of a file."""
 
     name: str
     shape: tuple[int, ...]
+    """(nz, ny, nx) of a grid, (n,) of a column."""
     n_known: int
+    """Cells or rows with a value."""
     n_distinct: int
+    """Different values, counted up to `MAX_COUNTED`."""
     minimum: float
     maximum: float
+    """NaN if nothing is known."""
     continuous: bool
+    """Whether it needs classes or a threshold to become facies."""
 
 
 @dataclass(frozen=True)
 class FileSummary:
-    """The content of a file, and what the user has to decide.
-
-    Attributes
-    ----------
-    kind : str
-        The format, in words.
-    name : str
-        The file's name.
-    variables : tuple of VariableSummary
-        One of the name "grey" for a picture; `continuous` then means too many colours.
-    is_table : bool
-        Whether it is a table: points, or a grid that needs `shape`.
-    is_picture : bool
-        Whether facies come from colours.
-    asks_up : bool
-        Whether the format leaves open which end is the north.
-    cell_size, origin : pair of float, optional
-        As the file says, if it does.
-    """
+    """The content of a file, and the questions that the user has to answer."""
 
     kind: str
+    """The format, in words."""
     name: str
     variables: tuple[VariableSummary, ...]
+    """Only "grey" for a picture; `continuous` then means too many colours."""
     is_table: bool
+    """Whether it is a table: points, or a grid that needs `shape`."""
     is_picture: bool
+    """Whether facies come from colours."""
     asks_up: bool
+    """Whether the format leaves open which end is the north."""
     cell_size: tuple[float, float] | None
     origin: tuple[float, float] | None
+    """As the file says, if it does."""
 
     @property
     def asks_shape(self) -> bool:
@@ -283,10 +260,7 @@ class FileSummary:
 def inspect(path_or_file: PathOrFile, part: FilePart | None = None) -> FileSummary:
     """Return what a file, or a part of it, holds: kind, variables, sizes, whether continuous.
 
-    Raises
-    ------
-    CCWSIMError
-        For a file that cannot be read.
+    Raises `CCWSIMError` for a file that cannot be read.
 
     Examples
     --------

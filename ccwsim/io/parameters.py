@@ -25,10 +25,8 @@ def parameters_to_json(parameters: Parameters) -> str:
 def parameters_from_json(text: str | bytes) -> Parameters:
     """Return the parameters of a JSON object; names that are not in it keep their defaults.
 
-    Raises
-    ------
-    CCWSIMError
-        For what is no JSON object, a name that is no parameter, or a value that is not allowed.
+    Raises `CCWSIMError` for what is no JSON object, a name that is no parameter, or a value that is
+    not allowed.
 
     Examples
     --------

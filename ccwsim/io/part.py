@@ -20,18 +20,10 @@ Crop = tuple[int, int, int, int] | None
 
 @dataclass(frozen=True)
 class FilePart:
-    """The cells of a grid that are taken.
+    """The cells of a grid that are taken."""
 
-    Attributes
-    ----------
-    crop : (row, column, n_rows, n_columns), optional
-        A rectangle by its south-west cell, row 0 in the south, and its size; all by default.
-    every : int
-        The middle cell of each square of `every` cells a side is taken.
-    """
-
-    crop: Crop = None
-    every: int = 1
+    crop: Crop = None  # all by default
+    every: int = 1  # the middle cell of each square of `every` cells a side is taken
 
     def __post_init__(self) -> None:
         crop = self.crop

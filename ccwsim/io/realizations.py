@@ -47,6 +47,9 @@ def write_realizations(
 ) -> None:
     """Write realizations to a file, whole or not at all.
 
+    Raises `CCWSIMError` for another format, a package that is not installed, or a place that cannot
+    be written.
+
     Parameters
     ----------
     path_or_file : str, Path or binary file
@@ -57,11 +60,6 @@ def write_realizations(
         One of `FORMATS`; by the ending of the path by default.
     colours : sequence of str, optional
         For PNG: one `#rrggbb` a facies.
-
-    Raises
-    ------
-    CCWSIMError
-        For another format, a package that is not installed, or a place that cannot be written.
 
     Examples
     --------
@@ -90,10 +88,7 @@ def realizations_as_bytes(
     `png` is one map, or a contact sheet of all, north up. Volumes are not written as `tif` or
     `png`.
 
-    Raises
-    ------
-    CCWSIMError
-        For another format, no realizations, or too many for one picture.
+    Raises `CCWSIMError` for another format, no realizations, or too many for one picture.
 
     Examples
     --------
@@ -119,22 +114,11 @@ def realizations_as_bytes(
 
 
 _MEMBERS = {
-    "realizations": "bui",
-    "codes": "bui",
-    "training_image": "bui",
-    "image_name": "U",
-    "facies_names": "U",
-    "parameters": "U",
-    "seed": "ui",
-    "cpu_seconds": "f",
-    "wall_seconds": "f",
-    "hard_cells": "ui",
-    "hard_facies": "ui",
-    "met_by": "i",
-    "numbers": "ui",
-    "revised": "b",
-    "cell_size": "f",
-    "origin": "f",
+    **dict.fromkeys(("realizations", "codes", "training_image"), "bui"),
+    **dict.fromkeys(("image_name", "facies_names", "parameters"), "U"),
+    **dict.fromkeys(("seed", "hard_cells", "hard_facies", "numbers"), "ui"),
+    **dict.fromkeys(("cpu_seconds", "wall_seconds", "cell_size", "origin"), "f"),
+    **{"met_by": "i", "revised": "b"},
 }
 """The members of an npz of realizations, and the kinds of their values."""
 
@@ -143,6 +127,9 @@ def read_realizations(
     path_or_file: PathOrFile, training_image: TrainingImage | ArrayLike | None = None
 ) -> Ensemble:
     """Return the realizations of a file.
+
+    Raises `CCWSIMError` for a file without realizations, broken or too large, or facies not in the
+    training image.
 
     Parameters
     ----------
@@ -160,11 +147,6 @@ def read_realizations(
     Ensemble
         Unknown times are NaN; for grids and npy there are no hard data, parameters are the
         defaults, the seed is 0 and `revised` is true: the seed does not repeat these realizations.
-
-    Raises
-    ------
-    CCWSIMError
-        For a file without realizations, broken or too large, or facies not in the training image.
 
     Examples
     --------
@@ -185,38 +167,38 @@ def read_realizations(
         raise CCWSIMError(said if said.startswith(name) else f"{name}: {said}") from error
 
 
-def _of_npz(found: Mapping[str, NDArray], image: TrainingImage | None) -> Ensemble:
-    stack = found.get("realizations", np.empty(0))
+def _of_npz(members: Mapping[str, NDArray], image: TrainingImage | None) -> Ensemble:
+    stack = members.get("realizations", np.empty(0))
     if stack.ndim not in (3, 4) or not stack.size:
         raise CCWSIMError(
             "it has no realizations; save whole numbers of shape (n, ny, nx) or (n, nz, ny, nx) as "
             "`realizations`"
         )
     n, *shape = stack.shape
-    if image is None and "training_image" in found:
-        names = found["facies_names"].tolist() if "facies_names" in found else None
+    if image is None and "training_image" in members:
+        names = members["facies_names"].tolist() if "facies_names" in members else None
         if names is not None:
             if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
                 raise CCWSIMError("facies_names must be a list; save it again")
             names = [printable(name) for name in names]
-        label = printable(str(_one(found, "image_name", "")))
-        image = TrainingImage(found["training_image"], name=label, facies_names=names)
-    if image is None and "codes" in found:
-        image = _stand_in(found["codes"], len(shape))
-    place = {key: found[key].tolist() for key in ("cell_size", "origin") if key in found}
-    data = HardData(found.get("hard_cells", ()), found.get("hard_facies", ()))
+        label = printable(str(_one(members, "image_name", "")))
+        image = TrainingImage(members["training_image"], name=label, facies_names=names)
+    if image is None and "codes" in members:
+        image = _stand_in(members["codes"], len(shape))
+    place = {key: members[key].tolist() for key in ("cell_size", "origin") if key in members}
+    data = HardData(members.get("hard_cells", ()), members.get("hard_facies", ()))
     ensemble = _ensemble(stack, replace(Grid.of(shape), **place), image)
     data.check(ensemble.grid, ensemble.training_image)
     return replace(
         ensemble,
         hard_data=data,
-        parameters=parameters_from_json(str(_one(found, "parameters", "{}"))),
-        seed=check_int("seed", _one(found, "seed", 0), 0),
-        cpu_seconds=_of_shape(found, "cpu_seconds", ensemble.cpu_seconds),
-        wall_seconds=float(_one(found, "wall_seconds", np.nan)),
-        data_status=_of_shape(found, "met_by", np.zeros((n, data.n), np.int16)),
-        numbers=_of_shape(found, "numbers", ensemble.numbers),
-        revised=bool(_one(found, "revised", "seed" not in found)),
+        parameters=parameters_from_json(str(_one(members, "parameters", "{}"))),
+        seed=check_int("seed", _one(members, "seed", 0), 0),
+        cpu_seconds=_of_shape(members, "cpu_seconds", ensemble.cpu_seconds),
+        wall_seconds=float(_one(members, "wall_seconds", np.nan)),
+        data_status=_of_shape(members, "met_by", np.zeros((n, data.n), np.int16)),
+        numbers=_of_shape(members, "numbers", ensemble.numbers),
+        revised=bool(_one(members, "revised", "seed" not in members)),
     )
 
 
@@ -245,8 +227,8 @@ def _ensemble(stack: NDArray, grid: Grid, image: TrainingImage | None) -> Ensemb
     there = {int(code) for one in stack for code in codes_of(as_integers(one, "realizations"))}
     image = image or _stand_in(np.array(sorted(there)), grid.n_dimensions)
     if image.n_dimensions != grid.n_dimensions:
-        holds, own = ("volumes", "a map") if grid.nz is not None else ("maps", "a volume")
-        raise CCWSIMError(f"it holds {holds}, but the training image is {own}; give that of them")
+        held, given = ("volumes", "a map") if grid.nz is not None else ("maps", "a volume")
+        raise CCWSIMError(f"it holds {held}, but the training image is {given}; give that of them")
     missing = sorted(there - set(image.codes.tolist()))
     if missing:
         codes = ", ".join(map(str, image.codes))
@@ -275,14 +257,14 @@ def _stand_in(codes: NDArray, n_dimensions: int) -> TrainingImage:
     return TrainingImage(codes.reshape(*[1] * (n_dimensions - 1), -1))
 
 
-def _one(found: Mapping[str, NDArray], key: str, default: Any) -> Any:
-    if key in found and found[key].size != 1:
-        raise CCWSIMError(f"{key} must be one value, not {found[key].size}; save it again")
-    return found[key].item() if key in found else default
+def _one(members: Mapping[str, NDArray], key: str, default: Any) -> Any:
+    if key in members and members[key].size != 1:
+        raise CCWSIMError(f"{key} must be one value, not {members[key].size}; save it again")
+    return members[key].item() if key in members else default
 
 
-def _of_shape(found: Mapping[str, NDArray], key: str, default: NDArray) -> NDArray:
-    values = found.get(key, default)
+def _of_shape(members: Mapping[str, NDArray], key: str, default: NDArray) -> NDArray:
+    values = members.get(key, default)
     if values.shape != default.shape:
         raise CCWSIMError(f"{key} has shape {values.shape}, not {default.shape}; save it again")
     if key == "numbers" and values.min() < 0:

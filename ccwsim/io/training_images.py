@@ -58,6 +58,9 @@ def read_training_image(
     Read are pictures (PNG, JPEG, TIFF, GIF, BMP), SGeMS, MPSLIB, geone and classic GSLIB grids,
     ESRI ASCII grids, tables and matrices in text, VTK ImageData, and NumPy and MATLAB files.
 
+    Raises `CCWSIMError` for a file that cannot be read, or if a choice is needed; the message says
+    which.
+
     Parameters
     ----------
     path_or_file : str, Path or binary file
@@ -87,11 +90,6 @@ def read_training_image(
     z_up : bool, optional
         For a volume: True if the first layer of the file is the bottom, False if it is the top. By
         default as the format has it: the bottom first, also in arrays of NumPy and MATLAB.
-
-    Raises
-    ------
-    CCWSIMError
-        For a file that cannot be read, or if a choice is needed; the message says which.
 
     Examples
     --------
@@ -190,6 +188,8 @@ def write_training_image(
 ) -> None:
     """Write a training image as `npy`, `sgems` (also `gslib`, `dat`) or `png`.
 
+    Raises `CCWSIMError` for another format, or a place that cannot be written.
+
     Parameters
     ----------
     path_or_file : str, Path or binary file
@@ -201,11 +201,6 @@ def write_training_image(
         By the ending of the path by default.
     colours : sequence of str, optional
         One `#rrggbb` a facies.
-
-    Raises
-    ------
-    CCWSIMError
-        For another format, or a place that cannot be written.
 
     Examples
     --------

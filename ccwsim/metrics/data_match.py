@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ccwsim.metrics.stack import N_AXES, Ensemble, Images, Stack, TrainingImage, as_values
 from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 
 
@@ -41,26 +42,14 @@ def data_match(realizations: Images, hard_data: HardData) -> DataMatch:
     stack = as_values(realizations)
     if not isinstance(hard_data, HardData):
         raise CCWSIMError(f"hard_data: HardData is needed, not {shown(hard_data)}")
-    cells, names = hard_data.cells, ("layer", "row", "column")
+    cells = hard_data.cells
     if not isinstance(realizations, (Ensemble, Stack, TrainingImage)):
         n_axes = getattr(realizations, "ndim", stack.ndim)
         stack = stack[None] if n_axes == N_AXES == cells.shape[1] else stack  # one volume
     shape = stack.shape[1:]
+    hard_data.check(Grid.of(shape))
     if not len(cells):
         cells = np.empty((0, len(shape)), np.int64)
-    if cells.shape[1] != len(shape):
-        raise CCWSIMError(
-            f"hard data of {cells.shape[1]} coordinates do not fit realizations of shape {shape}; "
-            f"give {', '.join(names[-len(shape) :])} of each"
-        )
-    outside = ((cells < 0) | (cells >= shape)).any(axis=1)
-    if outside.any():
-        places = zip(names[-len(shape) :], cells[outside][0], shape, strict=True)
-        where, sides = zip(*((f"{n} {k}", f"{m} {n}s") for n, k, m in places), strict=True)
-        raise CCWSIMError(
-            f"the datum at {', '.join(where)} lies outside realizations of "
-            f"{', '.join(sides[:-1])} and {sides[-1]}; drop it or take the grid it belongs to"
-        )
     wrong = stack[:, *cells.T] != hard_data.facies
     times = np.count_nonzero(wrong, axis=0)
     where = np.full(shape, -1)

@@ -79,8 +79,6 @@ class HardData:
         >>> grid = Grid(2, 3, cell_size=(10.0, 10.0))
         >>> HardData.of([[np.nan, 1, np.nan], [np.nan, np.nan, 0]], grid).triples
         ((0, 1, 1), (1, 2, 0))
-        >>> HardData.of(([[1, 2]], [0]), grid).triples
-        ((1, 2, 0),)
         >>> image = TrainingImage([[0, 1]], facies_names=("mud", "sand"))
         >>> HardData.of(([[1, 2]], ["Sand"]), grid, image).triples
         ((1, 2, 1),)
@@ -125,7 +123,7 @@ class HardData:
         """Each datum as ((layer,) row, column, facies), for comparisons."""
         return tuple(map(tuple, np.column_stack([self.cells, self.facies]).tolist()))
 
-    def check(self, grid: Grid, training_image: TrainingImage) -> None:
+    def check(self, grid: Grid, training_image: TrainingImage | None = None) -> None:
         """Raise `CCWSIMError` for data outside the grid, of other dimensions or unknown facies."""
         if self.n and self.n_dimensions != grid.n_dimensions:
             raise CCWSIMError(
@@ -143,6 +141,8 @@ class HardData:
                 f"rows and {grid.nx} columns: {_listed(self, outside)}; drop them or enlarge the "
                 "grid"
             )
+        if training_image is None:
+            return
         unknown = np.flatnonzero(~np.isin(self.facies, training_image.codes))
         if len(unknown):
             there = ", ".join(map(str, training_image.codes))

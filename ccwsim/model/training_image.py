@@ -13,6 +13,7 @@ from ccwsim.model.arrays import (
     Shape,
     as_array,
     as_integers,
+    codes_of,
     describe_shape,
     digest,
     frozen,
@@ -67,7 +68,7 @@ class TrainingImage:
                 f"not {raw.shape}"
             )
         integers = as_integers(raw, "training image")
-        codes, indices = _coded(integers)
+        codes = codes_of(integers)
         if len(codes) > MAX_FACIES:
             raise CCWSIMError(
                 f"training image: {len(codes)} different codes look like a continuous variable; "
@@ -75,7 +76,7 @@ class TrainingImage:
             )
         self.array = frozen(smallest_integers(integers))
         self.codes = frozen(codes.astype(self.array.dtype))
-        self.indices = frozen(indices.astype(np.uint8))
+        self.indices = frozen(_indices_in(codes, integers))
         if not isinstance(name, str):
             raise CCWSIMError(f"name = {shown(name)} must be a text")
         self.name = name
@@ -152,14 +153,11 @@ class TrainingImage:
         return f"TrainingImage({name!r}, {size}, {self.n_facies} facies)"
 
 
-def _coded(integers: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.integer]]:
-    """Return the sorted codes and the index of each cell's code."""
-    low, high = int(integers.min()), int(integers.max())
+def _indices_in(codes: NDArray[np.int64], integers: NDArray[np.int64]) -> NDArray[np.uint8]:
+    """Return the index in the sorted codes of each cell's code."""
+    low, high = int(codes[0]), int(codes[-1])
     if high - low >= 2**16:
-        codes, indices = np.unique(integers, return_inverse=True)
-        return codes, indices.reshape(integers.shape)
-    offsets = integers - low  # close together, as nearly always: counting beats sorting
-    occurs = np.bincount(offsets.ravel()) > 0
-    codes = np.flatnonzero(occurs) + low
-    places = (np.cumsum(occurs) - 1).astype(np.min_scalar_type(len(codes)))
-    return codes, places[offsets]
+        return np.searchsorted(codes, integers).astype(np.uint8)
+    places = np.zeros(high - low + 1, np.uint8)  # close together, as nearly always: a table is fast
+    places[codes - low] = np.arange(len(codes))
+    return places[integers - low]

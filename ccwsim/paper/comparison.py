@@ -45,8 +45,9 @@ WHOSE = ("ours", "exact", "default")
 class Case(NamedTuple):
     """Realizations of one method at one level.
 
-    `whose` is "ours", "exact", with all data honoured, "default", see `methods.DEFAULT_WORDS`, or
-    "published", by the authors' code; `distances` are those of `methods.mean_distances`.
+    `whose` is "ours" (as published), "exact" (all data honoured), "default" (see
+    `methods.DEFAULT_WORDS`) or "published" (the authors' code). `distances` and `tau` are those of
+    `methods.mean_distances` and `methods.relative_tau`.
     """
 
     method: str
@@ -54,6 +55,7 @@ class Case(NamedTuple):
     whose: str
     images: NDArray[np.uint8]
     distances: NDArray[np.float64]
+    tau: dict[int, float]
 
     @property
     def name(self) -> str:
@@ -61,6 +63,17 @@ class Case(NamedTuple):
         who = "published " if self.whose == "published" else ""
         tail = {"exact": ", data exact", "default": f", {DEFAULT}"}.get(self.whose, "")
         return f"{who}{TITLES[self.method]}, level {self.level}{tail}"
+
+    @property
+    def score(self) -> tuple[float, float]:
+        """Connectivity at the largest lag, and the mean pattern distance."""
+        return list(self.tau.values())[-1], float(self.distances.mean())
+
+    def compare(self, other: Case) -> tuple[int, int]:
+        """Return whether it is worse, −1, like, 0, or better, 1: connectivity, patterns."""
+        (tau, near), (other_tau, other_near) = self.score, other.score
+        more = int(tau - other_tau > LIKE_TAU) - int(other_tau - tau > LIKE_TAU)
+        return more, verdicts.order_of(other_near / near, LIKE_DISTANCE)
 
 
 @dataclass
@@ -75,7 +88,8 @@ class Sampled:
         """Add a case, unless there are no realizations of it."""
         if images is not None:
             distances = methods.mean_distances(images, self.image)
-            self.cases.append(Case(method, level, whose, images, distances))
+            tau = methods.relative_tau(images, self.image)
+            self.cases.append(Case(method, level, whose, images, distances, tau))
 
     def of(self, whose: str) -> list[Case]:
         """Return the cases of one origin."""
@@ -90,17 +104,6 @@ class Sampled:
             keys = [(method, level, whose) for method, whose in (first, second)]
             if all(key in by_key for key in keys):
                 yield level, by_key[keys[0]], by_key[keys[1]]
-
-    def score(self, case: Case) -> tuple[float, float]:
-        """Return connectivity at the largest lag, and the mean pattern distance."""
-        tau = list(methods.relative_tau(case.images, self.image).values())[-1]
-        return tau, float(case.distances.mean())
-
-    def compare(self, first: Case, second: Case) -> tuple[int, int]:
-        """Return whether the first is worse, −1, like, 0, or better, 1: connectivity, patterns."""
-        (tau, near), (other_tau, other_near) = map(self.score, (first, second))
-        more = int(tau - other_tau > LIKE_TAU) - int(other_tau - tau > LIKE_TAU)
-        return more, verdicts.order_of(other_near / near, LIKE_DISTANCE)
 
     def wrong(self, case: Case) -> float:
         """Return the share of the data that a case does not honour."""
@@ -150,12 +153,11 @@ def data_of(run: ExperimentRun, image: TrainingImage, shape: tuple[int, int]) ->
 
 
 def _table_of_cases(study: Sampled, side: int) -> Table:
-    lags = methods.relative_tau(study.cases[0].images, study.image).keys()
-    at = (f"τ at {lag}" for lag in lags)
+    at = (f"τ at {lag}" for lag in study.cases[0].tau)
     rows = []
     for case in study.cases:
         distances = methods.format_distances(case.distances)
-        tau = (f"{v:.2f}" for v in methods.relative_tau(case.images, study.image).values())
+        tau = (f"{v:.2f}" for v in case.tau.values())
         counts = str(len(case.images)), percent(study.wrong(case))
         rows.append((case.name, *counts, distances, *tau))
     caption = (
@@ -177,12 +179,12 @@ def _methods(study: Sampled) -> list[Judgement]:
         ("default", f"Our engine, {DEFAULT}"),
     ):
         for level, *pair in study.pairs(("ccwsim", whose), ("ms-ccsim", whose)):
-            (tau, near), (other_tau, other_near) = map(study.score, pair)
+            (tau, near), (other_tau, other_near) = (case.score for case in pair)
             found = (
                 f"{who}, level {level}: connectivity {tau:.2f} of the image's against "
                 f"{other_tau:.2f}, mean pattern distance {near:.4f} against {other_near:.4f} bits."
             )
-            word = verdicts.of_both(*study.compare(*pair))
+            word = verdicts.of_both(*pair[0].compare(pair[1]))
             judgements.append(verdicts.judged(claim, found, word))
     return judgements
 
@@ -191,14 +193,14 @@ def _against_published(study: Sampled) -> list[Judgement]:
     """Judge our CCWSIM against realizations of the authors' code."""
     judgements = []
     for level, *pair in study.pairs(("ccwsim", "exact"), ("ccwsim", "published")):
-        (tau, near), (other_tau, other_near) = map(study.score, pair)
+        (tau, near), (other_tau, other_near) = (case.score for case in pair)
         wrong, theirs = map(study.wrong, pair)
         found = (
             f"Ours: connectivity {tau:.2f}, pattern distance {near:.4f}, "
             f"data wrong {percent(wrong)}; theirs: {other_tau:.2f}, {other_near:.4f}, "
             f"{percent(theirs)}."
         )
-        orders = *study.compare(*pair), int(wrong < theirs) - int(wrong > theirs)
+        orders = *pair[0].compare(pair[1]), int(wrong < theirs) - int(wrong > theirs)
         low, high = min(orders), max(orders)
         word = verdicts.PART if low < 0 < high else verdicts.word_of(low or high)
         claim = f"The authors' CCWSIM code at level {level}, same data."

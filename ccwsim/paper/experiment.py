@@ -111,7 +111,6 @@ class Outcome:
 class Experiment:
     """One experiment of the paper."""
 
-    name: str  # short, for tests and files
     title: str
     place: str  # section, figure or table of the paper
     shows: str  # content of the paper there, as far as it is known

@@ -28,7 +28,6 @@ from ccwsim.report.document import Block, Document, Facts, Judgements, Section, 
 
 EXPERIMENTS = (
     Experiment(
-        "unconditional",
         "Unconditional realizations",
         "Section 5.1, Fig. 6",
         "Fig. 6 shows the channel training image and three unconditional realizations; mean CPU "
@@ -36,7 +35,6 @@ EXPERIMENTS = (
         unconditional,
     ),
     Experiment(
-        "conditional",
         "Conditional realizations and their average",
         "Section 5.2, Fig. 7",
         "Fig. 7 shows three conditional realizations of the channel image and the average of 100; "
@@ -44,7 +42,6 @@ EXPERIMENTS = (
         conditional,
     ),
     Experiment(
-        "statistics",
         "Variograms and probability of connection",
         "Section 5.3, Fig. 9",
         "Fig. 9 shows variograms and the probability of connection of the channel image and of "
@@ -52,7 +49,6 @@ EXPERIMENTS = (
         statistics,
     ),
     Experiment(
-        "sampled-data",
         "CCWSIM against MS-CCSIM at several levels",
         "Section 5.4, Fig. 10",
         "Fig. 10 compares conditional simulations of CCWSIM and MS-CCSIM at different levels and "
@@ -61,7 +57,6 @@ EXPERIMENTS = (
         sampled_data,
     ),
     Experiment(
-        "stone-wall",
         "The stone wall",
         "Section 5.4, Fig. 11",
         "Fig. 11 shows conditional simulations of the stone wall image with 300 data by CCWSIM and "
@@ -69,7 +64,6 @@ EXPERIMENTS = (
         stone_wall,
     ),
     Experiment(
-        "variability",
         "Variability within and between realizations",
         "Section 5.5, Table 1, Fig. 12",
         "Table 1 gives ANODI's between, within and their ratio r of CCWSIM to MS-CCSIM at three "
@@ -78,7 +72,6 @@ EXPERIMENTS = (
         variability,
     ),
     Experiment(
-        "grid-size",
         "CPU time against grid size",
         "Section 5.6, Fig. 13",
         "Fig. 13 shows mean CPU times of 20 conditional realizations for five grids at levels 1, 2 "
@@ -87,7 +80,6 @@ EXPERIMENTS = (
         grid_size,
     ),
     Experiment(
-        "times-with-data",
         "CPU time with many data",
         "Section 5.6, Table 2",
         "Table 2 gives CPU times with 1000 and 2000 data for three images; channel: MS-CCSIM 26.78 "
@@ -97,7 +89,6 @@ EXPERIMENTS = (
         weight=6.0,
     ),
     Experiment(
-        "dense-data",
         "Dense data, beside the reference image",
         "Section 5.7, Fig. 14",
         "Fig. 14 shows a reference image and one simulation with about 4000 of its cells as data; "
@@ -106,7 +97,6 @@ EXPERIMENTS = (
         dense_data,
     ),
     Experiment(
-        "three-facies",
         "Three facies on a large grid",
         "Section 5.8, Fig. 16",
         "Fig. 16 shows three facies on 1000 × 1000 cells at level 2; CPU time 3.50 s. The number "
@@ -114,7 +104,6 @@ EXPERIMENTS = (
         three_facies,
     ),
     Experiment(
-        "limits",
         "Limits: nonstationary training images",
         "Section 5.9, Fig. 17",
         "Section 5.9 names nonstationary training images as a limit of the method; Fig. 17 shows "

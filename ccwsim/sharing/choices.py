@@ -1,4 +1,4 @@
-"""What the user chose, as plain values, before it is turned into what `simulate` takes."""
+"""The choices of the user as plain values, before they become the arguments of `simulate`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ccwsim.model.parameters import Parameters
 DataSource = Literal["none", "bundled", "file", "sampled", "placed"]
 EMap = Literal["probability", "most likely", "entropy"]
 Answers = tuple[tuple[str, Any], ...]
-"""What the user answered to the questions a reader raised: (argument, value), sorted."""
+"""Answers of the user to the questions of a reader: (argument, value), sorted."""
 
 
 @dataclass(frozen=True)
@@ -58,10 +58,10 @@ class ImageChoice:
 
 @dataclass(frozen=True)
 class WellTables:
-    """What belongs to a table of the intervals of wells."""
+    """The other tables that a table of intervals of wells needs."""
 
     collars: Upload | None = None
-    surveys: Upload | None = None  # none where all wells are vertical
+    surveys: Upload | None = None  # none if all wells are vertical
 
 
 CellsOfWells = tuple[tuple[str, tuple[tuple[int, ...], ...]], ...]
@@ -110,8 +110,8 @@ class Choices:
 
 @dataclass(frozen=True)
 class Shown:
-    """What of the results is looked at."""
+    """The results that are looked at."""
 
     realization: int = 0  # which one is large, from 0
     facies: int = 1  # the place of the facies whose curves and probability are shown
-    e_type: EMap = "probability"  # what the uncertainty map shows
+    e_type: EMap = "probability"  # the content of the uncertainty map

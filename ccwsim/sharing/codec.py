@@ -40,9 +40,9 @@ class FieldSpec:
     part: str  # what holds it: "study", "data", "grid", "parameters" or "shown"
     fields: tuple[str, ...]  # there, and in a project file; several have a number each: x, y, z
     kind: str  # count, whole, number (both checked by `Parameters`), sizes, lengths, choice, word
-    low: float = 0  # what a page, a link or an option takes
+    low: float = 0  # limits of a page, a link or an option
     high: float = 0
-    file_high: float = 2**63 - 1  # what a project file may hold
+    file_high: float = 2**63 - 1  # limit of a project file
     first: int = 0  # the first number in a link
     words: Mapping[str, Any] | None = None  # the values of a choice, by their words in a link
     option: str = ""  # on the command line, if there is one; `no_option` is its opposite
@@ -142,7 +142,7 @@ def format_number(value: float) -> str:
 
 
 def short_name(name: str) -> str:
-    """Return what a parameter is called in a link and on the command line.
+    """Return the name of a parameter in a link and on the command line.
 
     Examples
     --------

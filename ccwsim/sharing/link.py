@@ -28,7 +28,7 @@ from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Shown
 from ccwsim.sharing.codec import FIELDS, MAX_LETTERS, FieldSpec, fields_of, parts_of
 
 MAX_PACKED_LETTERS = 8000
-"""Of hard data in an address."""
+"""Maximum length of hard data in an address."""
 VOLUME = -3
 """Begins packed data of a volume."""
 OWN = "own"
@@ -77,7 +77,7 @@ def usual_data(image: ImageChoice) -> DataChoice:
 
 
 def left_out(choices: Choices) -> tuple[str, ...]:
-    """Return what of a study an address cannot carry, in sentences.
+    """Return the parts of a study that an address cannot carry, in words.
 
     Examples
     --------
@@ -97,7 +97,7 @@ def left_out(choices: Choices) -> tuple[str, ...]:
 
 
 def own_choices(choices: Choices) -> dict[str, Own]:
-    """Return what of a study an address cannot carry, by the names that it has there.
+    """Return the parts of a study that an address cannot carry, by their names there.
 
     Examples
     --------
@@ -121,7 +121,7 @@ def own_choices(choices: Choices) -> dict[str, Own]:
 def read_link(
     query: Mapping[str, Sequence[str]], own: Mapping[str, Own] | None = None
 ) -> tuple[Choices, Shown, tuple[str, ...]]:
-    """Return the study of an address, and what of it could not be taken, in sentences.
+    """Return the study of an address, and its parts that could not be read, in sentences.
 
     Unknown names are ignored; one that is nearly a known one is asked after. `own` holds images and
     data that are at hand though no address can carry them, as `own_choices` names them.
@@ -198,7 +198,7 @@ def _data_query(choices: Choices) -> dict[str, list[str]]:
 
 
 class _Reader:
-    """Reads the parts of a study; what is wrong is noted, and the default taken."""
+    """Reads the parts of a study; values that are wrong are noted, and the default is taken."""
 
     def __init__(self, query: Mapping[str, Sequence[str]], own: Mapping[str, Own]) -> None:
         self._query, self._own = query, own
@@ -215,7 +215,7 @@ class _Reader:
         self.notes.append(f"{name} = {value} {reason}: {taken}.")
 
     def value(self, row: FieldSpec, usual: Any) -> Any:
-        """Return the value of a setting, the default where it is absent or cannot be read."""
+        """Return the value of a setting, the default if it is absent or cannot be read."""
         text = self.text(row.key)
         try:
             return usual if text is None else row.read(text)

@@ -121,7 +121,7 @@ def _usual(grid: Grid) -> Grid:
 
 
 def _call(own: Grid | Parameters, usual: Grid | Parameters, *always: str) -> str:
-    """Return a noun as Python makes it, with what is not usual and some fields always."""
+    """Return a noun as Python code: fields that are not usual, and some always."""
     names = [f.name for f in fields(own) if getattr(own, f.name) != getattr(usual, f.name)]
     names = [*always, *(name for name in names if name not in always)]
     parts = [f"{name}={getattr(own, name)!r}" for name in names]

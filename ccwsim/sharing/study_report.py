@@ -150,7 +150,7 @@ def _data(ensemble: Ensemble) -> tuple[Block, ...]:
 
 
 def _first_maps(ensemble: Ensemble, colours: Sequence[str], number: int) -> Row:
-    """Return the training image, at the scale of the realizations where it can be, and one."""
+    """Return the training image, at the scale of the realizations if possible, and one."""
     image, data = ensemble.training_image, ensemble.hard_data
     share = min(max(image.shape[-1] / ensemble.grid.nx, 0.5), 2.0)
     caption = f"Training image {image.name or ''}, {describe_shape(image.shape)} cells"

@@ -201,9 +201,9 @@ def test_data_in_layers_are_compared_with_their_cells():
     assert match.map.shape == volumes.shape[1:]
     assert (match.map >= 0).sum() == 3
     np.testing.assert_array_equal(data_match(volumes[0], data).wrong[0], wrong[0])
-    with pytest.raises(CCWSIMError, match=r"layer 7, row 0, column 1 .* 7 layers, 11 rows and 13"):
+    with pytest.raises(CCWSIMError, match=r"7 layers, 11 rows and 13 columns: layer 7, row 0"):
         data_match(volumes, HardData([[7, 0, 1]], [1]))
-    with pytest.raises(CCWSIMError, match="give row, column of each"):
+    with pytest.raises(CCWSIMError, match="the grid is a map"):
         data_match(volumes[0, 0], data)
     assert data_match(volumes, HardData(np.empty((0, 2)), [])).wrong.shape == (4, 0)
 

@@ -25,16 +25,17 @@ from ccwsim.paper import (
     verdict_of,
     with_largest_grid,
 )
+from ccwsim.paper.comparison import sampled_data, stone_wall, variability
 from ccwsim.paper.inputs import PaperInputs, inside
 from ccwsim.paper.methods import paper_parameters, wrong_share
 from ccwsim.paper.published_times import TABLE_1
-from ccwsim.paper.times import level_change
+from ccwsim.paper.realizations import limits, unconditional
+from ccwsim.paper.times import grid_size, level_change
 from ccwsim.paper.verdicts import compared, of_both, of_data, of_levels, of_ratio, of_time
 from ccwsim.report.document import Judgement, Table, Text, packed_plotly, report_html
 
 UNCONDITIONAL, GRID_SIZE, LIMITS = (
-    next(e for e in EXPERIMENTS if e.name == name)
-    for name in ("unconditional", "grid-size", "limits")
+    next(e for e in EXPERIMENTS if e.run is run) for run in (unconditional, grid_size, limits)
 )
 TINY = replace(QUICK, n_many=3, n_few=2, n_anodi=2, timed_sides=(64, 96), largest_side=96)
 OUTSIDE = re.compile(r"""(?:src|href)\s*=\s*["'](?!data:|#)|@import|url\((?!data:)""", re.I)
@@ -55,7 +56,7 @@ def refusing(run) -> Outcome:
 
 
 def made(name: str, run=nothing) -> Experiment:
-    return Experiment(name, f"{name} {ODD}", "Section 0", f"shows {ODD}", run)
+    return Experiment(f"{name} {ODD}", "Section 0", f"shows {ODD}", run)
 
 
 @pytest.fixture(scope="module")
@@ -191,7 +192,7 @@ def test_two_measures_bear_a_claim_out_only_where_both_do():
 
 
 def test_table_1_is_set_beside_what_is_found(small):
-    outcome = next(f for f in small.finished if f.experiment.name == "variability").outcome
+    outcome = next(f for f in small.finished if f.experiment.run is variability).outcome
     page = report_html(document_of(small))
     assert "0.95 0.92 1.02" in page
     assert "0.78 0.77 0.99" in page
@@ -205,14 +206,14 @@ def test_table_1_is_set_beside_what_is_found(small):
 
 
 def test_both_methods_are_compared_as_published_and_again_by_default(small):
-    outcomes = {f.experiment.name: f.outcome for f in small.finished}
+    outcomes = {f.experiment.run: f.outcome for f in small.finished}
     assert not paper_parameters("ms-ccsim", 1).repair_seams
     assert paper_parameters("ms-ccsim", 1).published_draw
     for method in ("ccwsim", "ms-ccsim"):
         own = paper_parameters(method, 1, default=True)
         assert own == Parameters(32, 8, 1, method=method)
-    for name in ("sampled-data", "stone-wall", "variability"):
-        blocks, judgements = outcomes[name].blocks, outcomes[name].judgements
+    for run in (sampled_data, stone_wall, variability):
+        blocks, judgements = outcomes[run].blocks, outcomes[run].judgements
         first = {row[0] for b in blocks if isinstance(b, Table) for row in b.rows}
         for method in ("CCWSIM", "MS-CCSIM"):
             assert any(method in row and row.endswith("by default") for row in first)

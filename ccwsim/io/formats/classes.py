@@ -24,6 +24,9 @@ def classify(
 ) -> NDArray[np.int64]:
     """Return facies codes for values, none of which may be NaN.
 
+    Raises `CCWSIMError` for continuous values without threshold and classes, or edges that make no
+    classes.
+
     Parameters
     ----------
     values : array_like
@@ -36,11 +39,6 @@ def classify(
         that are codes. Classes are numbered from 0, low to high.
     what : str
         The name of the values in messages.
-
-    Raises
-    ------
-    CCWSIMError
-        For continuous values without threshold and classes, or edges that make no classes.
 
     Examples
     --------
@@ -85,10 +83,7 @@ def asks_for_codes(classes: Classes) -> bool:
 def class_edges(values: ArrayLike, n: int) -> NDArray[np.float64]:
     """Return the n − 1 inner edges of n classes of equally many values, ascending.
 
-    Raises
-    ------
-    CCWSIMError
-        For n outside 2 to 254, or too many equal values for n classes.
+    Raises `CCWSIMError` for n outside 2 to 254, or too many equal values for n classes.
 
     Examples
     --------

@@ -90,10 +90,7 @@ def is_shapefile_zip(content: bytes) -> bool:
 def read_gis(content: bytes, name: str, kind: str) -> DataFile:
     """Return the points of a GeoPackage or a zipped Shapefile as a table.
 
-    Raises
-    ------
-    CCWSIMError
-        If pyogrio is not installed, or the file holds no points.
+    Raises `CCWSIMError` if pyogrio is not installed, or the file holds no points.
     """
     if kind == "shp":
         raise CCWSIMError(
@@ -141,9 +138,9 @@ def _parts(content: bytes, name: str) -> bytes:
         parts = {m: end for m, end in parts.items() if end in (".shp", ".shx", ".dbf", ".cpg")}
         archive.check(list(parts))
         packed = BytesIO()
-        with ZipFile(packed, "w") as own:
+        with ZipFile(packed, "w") as shapefile:
             for member, end in parts.items():
-                own.writestr(f"points{end}", archive.read(member))
+                shapefile.writestr(f"points{end}", archive.read(member))
     return packed.getvalue()
 
 

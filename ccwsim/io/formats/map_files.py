@@ -74,10 +74,8 @@ def _packed(values: NDArray) -> bytes:
 def geotiff_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
     """Return maps as a GeoTIFF, north up: a named band each, all of one type.
 
-    Raises
-    ------
-    CCWSIMError
-        If rasterio is not installed, codes do not fit a GeoTIFF, or maps are volumes.
+    Raises `CCWSIMError` if rasterio is not installed, codes do not fit a GeoTIFF, or maps are
+    volumes.
     """
     if grid.nz is not None:
         raise CCWSIMError("a GeoTIFF holds maps, not volumes; write vti, npz or gslib")
@@ -119,24 +117,21 @@ def _fit(maps: Mapping[str, NDArray], most: int) -> bool:
 def netcdf_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
     """Return maps as NetCDF, a variable each over (z,) y and x, the centres of cells in the world.
 
-    Raises
-    ------
-    CCWSIMError
-        If xarray is not installed, or codes do not fit NetCDF.
+    Raises `CCWSIMError` if xarray is not installed, or codes do not fit NetCDF.
     """
     xarray = _package("nc")
     axes = dict(reversed(list(zip(AXES, grid.axes, strict=False))))
-    found = {name: (tuple(axes), netcdf_integers(values)) for name, values in maps.items()}
-    return bytes(xarray.Dataset(found, axes).to_netcdf(engine="scipy"))
+    variables = {name: (tuple(axes), netcdf_integers(values)) for name, values in maps.items()}
+    return bytes(xarray.Dataset(variables, axes).to_netcdf(engine="scipy"))
 
 
 def realizations_as_netcdf(array: Any) -> bytes:
     """Return the DataArray of an ensemble as NetCDF, whose whole numbers have up to 32 bits."""
     _package("nc")
     codes = netcdf_integers(np.asarray(array.attrs["flag_values"]))
-    own = array.astype(codes.dtype)
-    own.attrs |= {"flag_values": codes, "seed": str(array.attrs["seed"])}
-    return bytes(own.to_netcdf(engine="scipy"))
+    small = array.astype(codes.dtype)
+    small.attrs |= {"flag_values": codes, "seed": str(array.attrs["seed"])}
+    return bytes(small.to_netcdf(engine="scipy"))
 
 
 def netcdf_integers(values: NDArray) -> NDArray:

@@ -160,10 +160,10 @@ def _shape_and_name(
 
 def _named_array(content: memoryview, order: str, name: str) -> tuple[str, NDArray] | None:
     """Name and values of a matrix element; None for what is no array of real numbers."""
-    found = _shape_and_name(content, order, name)
-    if found is None:
+    header = _shape_and_name(content, order, name)
+    if header is None:
         return None
-    shape, key, at = found
+    shape, key, at = header
     kind, data, _ = _element(content, at, order, name)
     if kind not in _TYPES or len(data) != prod(shape) * np.dtype(_TYPES[kind]).itemsize:
         raise CCWSIMError(f"{name}, {key}: the values do not fill {shape}; save it again")

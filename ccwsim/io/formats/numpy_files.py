@@ -91,7 +91,7 @@ def npz_arrays(content: bytes, name: str, kinds: Mapping[str, str]) -> dict[str,
     with opened_archive(content, name) as archive:
         members = {key: f"{key}.npy" for key in kinds if f"{key}.npy" in archive.infos}
         archive.check(list(members.values()))
-        found = {}
+        arrays = {}
         for key, member in members.items():
             array = _Array.opened(archive.read(member), f"{name}, {key}")
             if array.dtype.kind not in kinds[key]:
@@ -100,10 +100,10 @@ def npz_arrays(content: bytes, name: str, kinds: Mapping[str, str]) -> dict[str,
                 )
             if prod(array.shape):
                 check_cells(array.name, array.shape or (1,))
-            found[key] = array.values()
+            arrays[key] = array.values()
             if array.dtype.kind == "U":
-                found[key].tolist()  # fails here if a letter is none
-        return found
+                arrays[key].tolist()  # fails here if a letter is none
+        return arrays
 
 
 def _grid(

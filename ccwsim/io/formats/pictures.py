@@ -34,24 +34,12 @@ _NUMBERS = ("I", "F", "I;16", "I;16B", "I;16L", "I;16N")
 
 @dataclass(frozen=True, eq=False)
 class PictureFile:
-    """A picture as colours, row 0 at the top as in the file.
-
-    Attributes
-    ----------
-    name : str
-        What to call the file in messages.
-    rgb : ndarray of uint8, shape (ny, nx, 3)
-        Red, green and blue; transparent parts are shown on white.
-    numbers : ndarray of uint8, shape (ny, nx), optional
-        What the file stores where it has a palette or is grey.
-    says_codes : bool
-        Whether the file itself says that these numbers are facies codes.
-    """
+    """A picture as colours, row 0 at the top as in the file."""
 
     name: str
-    rgb: NDArray[np.uint8]
-    numbers: NDArray[np.uint8] | None
-    says_codes: bool = False
+    rgb: NDArray[np.uint8]  # shape (ny, nx, 3); transparent parts are shown on white
+    numbers: NDArray[np.uint8] | None  # shape (ny, nx): those of a palette, or greys
+    says_codes: bool = False  # whether the file says that these numbers are facies codes
 
 
 def read_picture(
@@ -241,11 +229,11 @@ def distinct_colours(rgb: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], NDArray
     packed = _packed(rgb, 8)
     there = np.zeros(1 << 24, bool)
     there[packed] = True
-    found = np.flatnonzero(there)
-    colours = np.stack([found >> 16, found >> 8, found], axis=1).astype(np.uint8)
-    order = np.lexsort((found, grey_of(colours)))
+    present = np.flatnonzero(there)
+    colours = np.stack([present >> 16, present >> 8, present], axis=1).astype(np.uint8)
+    order = np.lexsort((present, grey_of(colours)))
     rank = np.empty(1 << 24, np.int32)
-    rank[found[order]] = np.arange(len(order))
+    rank[present[order]] = np.arange(len(order))
     return colours[order], rank[packed]
 
 
@@ -264,13 +252,13 @@ def main_colours(rgb: NDArray[np.uint8]) -> NDArray[np.float64]:
     counts = np.bincount(_packed(rgb >> 4, 4).ravel(), minlength=1 << 12)
     order = np.argsort(-counts, kind="stable")
     points = np.stack([order >> 8, order >> 4, order], axis=1) % 16 * 16.0 + 8.0
-    found = np.empty((0, 3))
+    main = np.empty((0, 3))
     for colour, count in zip(points, counts[order], strict=True):
-        if count < SHARE_OF_MAIN * counts.sum() or len(found) == MAX_COLOURS:
+        if count < SHARE_OF_MAIN * counts.sum() or len(main) == MAX_COLOURS:
             break
-        if not len(found) or np.linalg.norm(found - colour, axis=1).min() > APART:
-            found = np.vstack([found, colour])
-    return found
+        if not len(main) or np.linalg.norm(main - colour, axis=1).min() > APART:
+            main = np.vstack([main, colour])
+    return main
 
 
 def few_colours(picture: PictureFile, most: int = 200) -> tuple[NDArray[np.uint8], list[str]]:
@@ -396,8 +384,8 @@ def _png(content: bytes, name: str, keep_text: bytes) -> bytes:
             return b"".join(parts)
         (size,) = struct.unpack_from(">I", content, at)
         kind, end = content[at + 4 : at + 8], at + 12 + size
-        own = kind == b"tEXt" and size < 200 and content.startswith(keep_text, at + 8)
-        if kind in _PNG_CHUNKS or (own and keep_text):
+        tells_codes = kind == b"tEXt" and size < 200 and content.startswith(keep_text, at + 8)
+        if kind in _PNG_CHUNKS or (tells_codes and keep_text):
             parts.append(content[at:end])
         if kind == b"IEND":
             return b"".join(parts)

@@ -172,9 +172,9 @@ class _Values:
         promised = int(self._words(text, raw, 1)[0])
         if raw:
             return bytes(text[size : size + min(promised, n + 1)])
-        own = -(-size // 3) * 4
-        if b"=" in bytes(text[:own]):
-            return self._decoded(text[own:], False, min(promised, n + 1))
+        n_letters = -(-size // 3) * 4
+        if b"=" in bytes(text[:n_letters]):
+            return self._decoded(text[n_letters:], False, min(promised, n + 1))
         return self._decoded(text, False, size + min(promised, n + 1))[size:]
 
     def _unpacked(self, text: memoryview | bytes, raw: bool, n: int) -> bytes:
@@ -210,10 +210,10 @@ class _Values:
         with broken(f"{self._name}: an array is no base64; save it again", binascii.Error):
             return base64.b64decode(letters[: len(letters) // 4 * 4])[:n]
 
-    def _raise_count(self, promised: int, found: int) -> NoReturn:
-        more = "more than " if found > promised else ""
+    def _raise_count(self, promised: int, n: int) -> NoReturn:
+        more = "more than " if n > promised else ""
         raise CCWSIMError(
-            f"{self._name} promises {promised} cells, but {more}{min(found, promised)} values of "
+            f"{self._name} promises {promised} cells, but {more}{min(n, promised)} values of "
             "an array follow; get the whole file"
         )
 

@@ -143,13 +143,13 @@ def columns_of(
     """
     named = asked_columns(file, {role: asked.get(role) for role in roles})
     free = [name for name in file.names if name not in (*named.values(), *taken)]
-    found = {}
+    columns = {}
     for role, kind in roles.items():
         column = named.get(role)
         if column is None and asked.get(role) is None:
             column = _first(free, kind.kind, kind.prefix)
         if column is not None:
-            found[role] = column
+            columns[role] = column
             free = [name for name in free if name != column]
     for one, others in ALTERNATIVE_ROLES.items():
         rivals = [other for other in others if other in named]
@@ -159,10 +159,10 @@ def columns_of(
                 "leave one out"
             )
         if one in named:
-            found = {role: column for role, column in found.items() if role not in others}
-        elif any(other in found for other in others):
-            found.pop(one, None)
-    return found
+            columns = {role: column for role, column in columns.items() if role not in others}
+        elif any(other in columns for other in others):
+            columns.pop(one, None)
+    return columns
 
 
 def asked_columns(file: DataFile, asked: Asked) -> dict[str, str]:

@@ -22,42 +22,30 @@ from ccwsim.model.errors import CCWSIMError, shown
 
 @dataclass(frozen=True)
 class PointColumns:
-    """The columns of hard data in a file; those that are not named are guessed by their names.
-
-    Attributes
-    ----------
-    x, y : str, optional
-        Columns of the places. With `coordinates="cells"`, x is the column and y the row of a cell.
-    facies : str, optional
-        Column, variable or array of the facies, as numbers or names. Columns of heights or names of
-        wells are never guessed.
-    well : str, optional
-        For a volume: the names of wells; "" for none.
-    z : str, optional
-        For a volume: the elevation of points, or, beside depths, of the collars of vertical wells;
-        with `coordinates="cells"` the layer.
-    depth_from, depth_to, depth : str, optional
-        For a volume: depths below z, two of intervals or one of points; "" for none.
-    coordinates : "world" or "cells", optional
-        Whether two columns of unclear names are x and y, or row and col.
-    up, slice_index : optional
-        For whole grids, as in `read_training_image`.
-    z_up : bool, optional
-        For whole grids of a volume: whether the first layer is the bottom, as it is by default.
-    """
+    """The columns of hard data in a file; those that are not named are guessed by their names."""
 
     x: str | None = None
     y: str | None = None
+    """The places. With `coordinates="cells"`, x is the column and y the row of a cell."""
     facies: str | None = None
+    """Column, variable or array of the facies, as numbers or names. Columns of heights or names of
+    wells are never guessed."""
     well: str | None = None
+    """For a volume: the names of wells; "" for none."""
     z: str | None = None
+    """For a volume: the elevation of points, or, beside depths, of the collars of vertical wells;
+    with `coordinates="cells"` the layer."""
     depth_from: str | None = None
     depth_to: str | None = None
     depth: str | None = None
+    """For a volume: depths below z, two of intervals or one of points; "" for none."""
     coordinates: str | None = None
+    """Whether two columns of unclear names are x and y ("world"), or row and col ("cells")."""
     up: bool | None = None
     slice_index: int | None = None
+    """For whole grids, as in `read_training_image`."""
     z_up: bool | None = None
+    """For whole grids of a volume: whether the first layer is the bottom, as it is by default."""
 
     def __post_init__(self) -> None:
         known = isinstance(self.coordinates, str) and self.coordinates in ("world", "cells")
@@ -75,33 +63,26 @@ GUESSED = PointColumns()
 
 @dataclass(frozen=True)
 class WellColumns:
-    """Columns of tables of wells; those that are not named are guessed, "" says that there is none.
-
-    Attributes
-    ----------
-    collar_well, x, y, z, collar_length : str, optional
-        In collars: names of the wells, places, elevations, and lengths if there are any.
-    well, depth_from, depth_to, depth, facies : str, optional
-        In intervals: names of the wells, ends of the intervals or depths, and facies.
-    survey_well, survey_depth, survey_azimuth, survey_inclination, survey_dip : str, optional
-        In surveys: names of the wells, depths along them, directions, and one kind of tilt.
-    """
+    """Columns of tables of wells; those that are not named are guessed; "" stands for none."""
 
     collar_well: str | None = None
     x: str | None = None
     y: str | None = None
     z: str | None = None
     collar_length: str | None = None
+    """In collars: names of the wells, places, elevations, and lengths if there are any."""
     well: str | None = None
     depth_from: str | None = None
     depth_to: str | None = None
     depth: str | None = None
     facies: str | None = None
+    """In intervals: names of the wells, ends of the intervals or depths, and facies."""
     survey_well: str | None = None
     survey_depth: str | None = None
     survey_azimuth: str | None = None
     survey_inclination: str | None = None
     survey_dip: str | None = None
+    """In surveys: names of the wells, depths along them, directions, and one kind of tilt."""
 
 
 GUESSED_WELLS = WellColumns()

@@ -25,6 +25,9 @@ def import_hard_data(
 ) -> HardDataImport:
     """Return the hard data of a file and a report of the import.
 
+    Raises `CCWSIMError` for a file that cannot be read, or data that do not fit and are not to be
+    dropped.
+
     Parameters
     ----------
     path_or_file : str, Path or binary file
@@ -37,11 +40,6 @@ def import_hard_data(
     **options
         Fields of `PointColumns`, such as `x="Easting"`, and of `Conversion`, such as
         `on_outside="drop"`.
-
-    Raises
-    ------
-    CCWSIMError
-        For a file that cannot be read, or data that do not fit and are not to be dropped.
 
     Examples
     --------
@@ -88,6 +86,8 @@ def write_hard_data(
 ) -> None:
     """Write hard data as points at the centres of their cells.
 
+    Raises `CCWSIMError` as `hard_data_as_bytes`, and for a path that cannot be written.
+
     Parameters
     ----------
     path_or_file : path or binary file
@@ -97,11 +97,6 @@ def write_hard_data(
         Places the cells in the world; by default cells have size 1 from the origin (0, 0).
     format : "csv", "gslib" or "dat", optional
         By default the ending of the path.
-
-    Raises
-    ------
-    CCWSIMError
-        As `hard_data_as_bytes`, and for a path that cannot be written.
 
     Examples
     --------
@@ -121,10 +116,7 @@ def hard_data_as_bytes(hard_data: HardData, format: str, grid: Grid | None = Non
     `csv` has the columns x, y, facies, of volumes x, y, z, facies; `gslib` and `dat` are a Geo-EAS
     table of x, y, z (0 of maps) and facies, as SGeMS and GSLIB programs take point sets.
 
-    Raises
-    ------
-    CCWSIMError
-        For another format, or no data.
+    Raises `CCWSIMError` for another format, or no data.
 
     Examples
     --------

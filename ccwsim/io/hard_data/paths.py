@@ -38,11 +38,11 @@ def positions(
         start, end = stations.depths[k - 1 : k + 1]
         starts.append(starts[-1] + _gone(stations, k - 1, np.array([end - start]))[0])
     which = np.maximum(np.searchsorted(stations.depths, depths, side="right") - 1, 0)
-    found = np.empty((len(depths), 3))
+    places = np.empty((len(depths), 3))
     for k in np.unique(which):
-        own = which == k
-        found[own] = starts[k] + _gone(stations, k, depths[own] - stations.depths[k])
-    return found
+        after_k = which == k
+        places[after_k] = starts[k] + _gone(stations, k, depths[after_k] - stations.depths[k])
+    return places
 
 
 def _gone(stations: Stations, k: int, along: NDArray[np.float64]) -> NDArray[np.float64]:

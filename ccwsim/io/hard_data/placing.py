@@ -27,28 +27,20 @@ FaciesNames = Mapping[str, int] | Sequence[tuple[str, int]]
 
 @dataclass(frozen=True)
 class Conversion:
-    """How values become facies, and what happens to data that do not fit.
-
-    Attributes
-    ----------
-    facies_names : dict of str to int, optional
-        The facies codes of names that the training image does not have, as
-        `{"Sand": 1, "Ton": 0}`; pairs do as well. The name of a number recodes it: `{"7": 1}`.
-    threshold, classes : optional
-        For continuous values, as in `classify`; classes as edges, those of the training image.
-    on_collision : "error", "drop", "majority" or "nearest"
-        For a cell of several facies: drop all its data, or keep the majority facies, or that of the
-        datum nearest to the centre. Ties go to the nearest, then to the first in the file.
-    on_outside, on_unknown : "error" or "drop"
-        For data outside the grid, and of a facies that the training image does not have.
-    """
+    """How values become facies, and what happens to data that do not fit."""
 
     facies_names: FaciesNames | None = None
+    """The facies codes of names that the training image does not have, as `{"Sand": 1, "Ton": 0}`
+    or pairs. The name of a number recodes it: `{"7": 1}`."""
     threshold: float | None = None
     classes: Classes = None
+    """For continuous values, as in `classify`; classes as edges, those of the training image."""
     on_collision: str = "error"
+    """For a cell of several facies: "error"; "drop" all its data; keep the "majority" facies, or
+    that of the datum "nearest" to the centre. Ties go to the nearest, then the first one."""
     on_outside: str = "error"
     on_unknown: str = "error"
+    """Data outside the grid, and of facies that the training image lacks: "error" or "drop"."""
 
     def __post_init__(self) -> None:
         if isinstance(self.classes, (int, np.integer)):
@@ -75,32 +67,22 @@ STRICT = Conversion()
 
 @dataclass(frozen=True, eq=False)
 class PlacedPoints:
-    """Imported points in cells of a grid, and the problems with them.
-
-    Attributes
-    ----------
-    points : ImportedPoints
-        The points; intervals in wells are one point a cell.
-    cells : ndarray of int64, shape (n, 2) or (n, 3)
-        (Layer,) row and column of each point, also outside the grid.
-    facies : ndarray of int64, shape (n,)
-        The facies code of each; the minimum of int64 if its name is not known.
-    offsets : ndarray of float64, shape (n,)
-        Distance from the centre of the cell, in cells.
-    outside, unknown : ndarray of int64
-        Indices of points outside the grid, and of those inside with a facies that the training
-        image does not have.
-    collisions : tuple of ndarray of int64
-        For each cell (inside, known facies) with two or more facies, the indices of its points.
-    """
+    """Imported points in cells of a grid, and the problems with them."""
 
     points: ImportedPoints
+    """Intervals in wells are one point a cell."""
     cells: NDArray[np.int64]
+    """Shape (n, 2) or (n, 3): (layer,) row and column of each point, also outside the grid."""
     facies: NDArray[np.int64]
+    """Shape (n,): facies codes; the minimum of int64 for an unknown name."""
     offsets: NDArray[np.float64]
+    """Shape (n,): distance from the centre of the cell, in cells."""
     outside: NDArray[np.int64]
+    """Indices of points outside the grid."""
     unknown: NDArray[np.int64]
+    """Indices of points inside, of a facies that the training image does not have."""
     collisions: tuple[NDArray[np.int64], ...]
+    """Indices of the points of each cell with two or more facies, inside and known."""
 
     @property
     def unknown_facies(self) -> tuple[str, ...]:
@@ -112,7 +94,7 @@ class PlacedPoints:
 
     @property
     def n_off_centre(self) -> int:
-        """How many points were moved to the centre of their cell."""
+        """The number of points moved to the centre of their cell."""
         return int(np.count_nonzero(self.offsets > 1e-6))
 
 
@@ -124,6 +106,9 @@ def place_points(
 ) -> PlacedPoints:
     """Place imported points in the cells of a grid and find the problems with them.
 
+    Raises `CCWSIMError` for rows and columns that are no whole numbers, or values that are no
+    facies codes.
+
     Parameters
     ----------
     points : ImportedPoints
@@ -134,11 +119,6 @@ def place_points(
         Has the known facies and their names, which a file may give in upper or lower case.
     conversion : Conversion
         How values become facies.
-
-    Raises
-    ------
-    CCWSIMError
-        For rows and columns that are no whole numbers, or values that are no facies codes.
 
     Examples
     --------
@@ -175,6 +155,8 @@ def fit_grid(
 ) -> Grid:
     """Return a grid whose cells hold all points of a file.
 
+    Raises `CCWSIMError` as `Grid.fit`.
+
     Parameters
     ----------
     points : ImportedPoints
@@ -182,11 +164,6 @@ def fit_grid(
         says; a whole grid with gaps is the grid.
     shape, cell_size
         As in `Grid.fit`, for points in world coordinates.
-
-    Raises
-    ------
-    CCWSIMError
-        As `Grid.fit`.
 
     Examples
     --------
@@ -342,40 +319,28 @@ def settled(
 
 @dataclass(frozen=True, eq=False)
 class HardDataImport:
-    """Hard data and a report of the import.
-
-    Attributes
-    ----------
-    hard_data : HardData
-        What is to be honoured.
-    n_read : int
-        Points with a value in the file.
-    n_missing, n_off_centre, n_outside, n_unknown, n_collisions, n_repeated : int
-        Rows without a value; points moved to the centre of their cell; points outside the grid and
-        of unknown facies; cells with more than one facies; points that say a cell's facies again.
-    n_dropped : int
-        Points that were left out because they are outside, unknown or lost a collision.
-    notes : tuple of str
-        All of it in sentences, for the screen.
-    wells : dict of str to ndarray of int64, shape (n, 3)
-        Of a volume, where the file names wells: the cells of the data of each.
-    """
+    """Hard data and a report of the import; counts are of points if nothing else is said."""
 
     hard_data: HardData
-    n_read: int
-    n_missing: int
-    n_off_centre: int
-    n_outside: int
-    n_unknown: int
-    n_collisions: int
-    n_repeated: int
-    n_dropped: int
+    n_read: int  # with a value in the file
+    n_missing: int  # rows without a value
+    n_off_centre: int  # moved to the centre of their cell
+    n_outside: int  # outside the grid
+    n_unknown: int  # of a facies that the training image does not have
+    n_collisions: int  # cells with more than one facies
+    n_repeated: int  # that repeat the facies of their cell
+    n_dropped: int  # left out: outside, unknown, or lost in a collision
     notes: tuple[str, ...]
+    """All of it in sentences, for the screen."""
     wells: Mapping[str, NDArray[np.int64]] = field(default_factory=dict)
+    """In a volume, if the file names wells: the cells of the data of each, shape (n, 3)."""
 
 
 def resolve_points(placed: PlacedPoints, conversion: Conversion = STRICT) -> HardDataImport:
     """Return hard data, with the problems settled as asked for.
+
+    Raises `CCWSIMError` if there are such data and the choice is "error"; the message names their
+    lines.
 
     Parameters
     ----------
@@ -383,11 +348,6 @@ def resolve_points(placed: PlacedPoints, conversion: Conversion = STRICT) -> Har
         From `place_points`.
     conversion : Conversion
         What happens to data that do not fit.
-
-    Raises
-    ------
-    CCWSIMError
-        If there are such data and the choice is "error"; the message names their lines.
 
     Examples
     --------

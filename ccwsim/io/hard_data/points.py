@@ -21,49 +21,35 @@ _FAR = 2.0**40
 
 @dataclass(frozen=True, eq=False)
 class ImportedPoints:
-    """Hard data of a file before they are placed in cells.
-
-    Attributes
-    ----------
-    places : ndarray of float64, shape (n, 2) or, in a volume, (n, 3)
-        x, y (and z) in the world if `world`, else (layer,) row (from the south) and column.
-    values : ndarray of float64, shape (n,)
-        A facies code or a continuous variable; never NaN.
-    lines : ndarray of int64, shape (n,)
-        The line of each datum in the file, from 1.
-    world : bool
-        Whether places are world coordinates.
-    counted : str
-        The unit of `lines`: "line" of a text, "row" or "cell" of an array.
-    name, variable : str
-        The file and the variable read.
-    n_missing : int
-        Rows without a value, which are left out.
-    notes : tuple of str
-        Assumptions, one sentence each.
-    words : tuple of str
-        The different names, if facies are given by name; `values` are then indices into it.
-    grid : Grid, optional
-        The placed grid of a file that is a whole grid with gaps.
-    spans : ndarray of float64, shape (n, 2), optional
-        z of bottom and top of intervals in vertical wells; z in `places` is the middle.
-    wells : dict of int to str
-        In a volume: the name of the well of each line, if the file has names of wells.
-    """
+    """Hard data of a file before they are placed in cells."""
 
     places: NDArray[np.float64]
+    """Shape (n, 2) or, in a volume, (n, 3): x, y (and z) in the world if `world`, else (layer,) row
+    (from the south) and column."""
     values: NDArray[np.float64]
+    """Shape (n,): a facies code or a continuous variable; never NaN."""
     lines: NDArray[np.int64]
+    """Shape (n,): the line of each datum in the file, from 1."""
     world: bool
+    """Whether places are world coordinates."""
     counted: str
+    """The unit of `lines`: "line" of a text, "row" or "cell" of an array."""
     name: str
     variable: str
+    """The file and the variable read."""
     n_missing: int = 0
+    """Rows without a value, which are left out."""
     notes: tuple[str, ...] = ()
+    """Assumptions, one sentence each."""
     words: tuple[str, ...] = ()
+    """The different names, if facies are given by name; `values` are then indices into it."""
     grid: Grid | None = None
+    """The placed grid of a file that is a whole grid with gaps."""
     spans: NDArray[np.float64] | None = None
+    """Shape (n, 2): z of bottom and top of intervals in vertical wells, of which `places` has the
+    middle."""
     wells: Mapping[int, str] = field(default_factory=dict)
+    """In a volume: the name of the well of each line, if the file has names of wells."""
 
     @property
     def n(self) -> int:
@@ -97,8 +83,8 @@ class ImportedPoints:
         last = f"{len(different) - 6} more" if len(different) > 6 else numbers.pop()
         return f"{self.counted}s {', '.join(numbers)} and {last}"
 
-    def taken(self, which: NDArray[np.bool_] | list[int]) -> ImportedPoints:
-        """Return some of the data."""
+    def taken(self, which: NDArray | list[int]) -> ImportedPoints:
+        """Return some of the data, by a mask or by their indices."""
         return replace(
             self,
             places=self.places[which],
@@ -208,13 +194,7 @@ def along_wells(points: ImportedPoints, grid: Grid | None) -> ImportedPoints:
     layers = first[which] + np.arange(n) - (np.cumsum(counts) - counts)[which]
     places = points.places[which]
     places[:, 2] = grid.origin[2] + (layers + 0.5) * grid.cell_size[2]
-    empty = int(np.count_nonzero(counts == 0))
-    notes = (f"Intervals of depth that hold no centre of a cell, left out: {empty}.",)
-    return replace(
-        points,
-        places=places,
-        values=points.values[which],
-        lines=points.lines[which],
-        spans=None,
-        notes=points.notes + (notes if empty else ()),
-    )
+    empty, notes = int(np.count_nonzero(counts == 0)), points.notes
+    if empty:
+        notes += (f"Intervals of depth that hold no centre of a cell, left out: {empty}.",)
+    return replace(points.taken(which), places=places, spans=None, notes=notes)

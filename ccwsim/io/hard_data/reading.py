@@ -39,6 +39,8 @@ def read_points(
     text of three columns that is not the grid itself is a list: row, col, facies in arrays, and
     x, y, facies (or x, y, z, facies) in texts.
 
+    Raises `CCWSIMError` for a file that cannot be read or has no columns of places and facies.
+
     Parameters
     ----------
     path_or_file : str, Path or binary file
@@ -48,11 +50,6 @@ def read_points(
     grid_shape : (ny, nx) or (nz, ny, nx), optional
         The simulation grid: a file that holds a whole grid must have this shape. For a volume, data
         have heights as well: z, or the layer of a cell.
-
-    Raises
-    ------
-    CCWSIMError
-        For a file that cannot be read or has no columns of places and facies.
 
     Examples
     --------
@@ -80,33 +77,21 @@ def read_points(
 
 @dataclass(frozen=True)
 class PointsPreview:
-    """The columns and first rows of a table of hard data, and the columns that are taken.
-
-    Attributes
-    ----------
-    name : str
-        The file.
-    columns : tuple of str
-        All columns in their order; empty if the file is a grid or a list without names.
-    numeric : tuple of str
-        The columns of numbers.
-    rows : tuple of tuple of str
-        The first rows, as they are read: a number written as 2,5 is 2.5 here.
-    lines : tuple of int
-        The line of each shown row in the file.
-    n_rows : int
-        The number of all rows.
-    assignment : Assignment
-        The columns that are taken, by role.
-    """
+    """The columns and first rows of a table of hard data, and the columns that are taken."""
 
     name: str
     columns: tuple[str, ...] = ()
+    """All columns in their order; empty if the file is a grid or a list without names."""
     numeric: tuple[str, ...] = ()
+    """The columns of numbers."""
     rows: tuple[tuple[str, ...], ...] = ()
+    """The first rows, as they are read: a number written as 2,5 is 2.5 here."""
     lines: tuple[int, ...] = ()
+    """The line of each shown row in the file."""
     n_rows: int = 0
+    """The number of all rows."""
     assignment: Assignment = NOTHING_ASSIGNED
+    """The columns that are taken, by role."""
 
     @property
     def guess(self) -> dict[str, str]:
@@ -128,17 +113,15 @@ def preview_points(
 ) -> PointsPreview:
     """Return the first rows of a table of hard data and the columns that are taken.
 
+    Raises `CCWSIMError` for a file that cannot be read; columns that cannot be guessed are no error
+    here.
+
     Parameters
     ----------
     path_or_file, columns, grid_shape
         As in `read_points`.
     n_rows : int
         The number of rows to show, at least 1.
-
-    Raises
-    ------
-    CCWSIMError
-        For a file that cannot be read; columns that cannot be guessed are no error here.
 
     Examples
     --------

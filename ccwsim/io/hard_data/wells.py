@@ -49,14 +49,16 @@ def import_wells(
 ) -> HardDataImport:
     """Return the hard data of wells and a report of the import.
 
+    Raises `CCWSIMError` for tables that cannot be read or contradict each other; the message names
+    their rows.
+
     Parameters
     ----------
     collars : path or binary file
         A table with one row a well: its name, x, y, z (the elevation of the collar) and, if known,
         its length (`length`, `total depth`, `EOH`).
     intervals : path or binary file
-        A table with the name of the well, `from` and `to` or one `depth`, and the facies. Depths
-        are along the well, from the collar on.
+        A table of the name of the well, `from` and `to` or one `depth` along it, and the facies.
     grid : Grid or triple of int
         The grid of the volume.
     training_image : TrainingImage, optional
@@ -64,9 +66,9 @@ def import_wells(
     surveys : path or binary file, optional
         A table of stations of deviated wells: name, `depth` along the well, `azimuth` (degrees from
         north, clockwise), and `inclination` (degrees from straight down) or `dip` (degrees from
-        horizontal, negative below it; dips of which none is negative are refused). Between
-        stations a well is an arc, by the method of minimum curvature [1]_; before the first and
-        after the last it keeps its direction. Wells without stations are vertical.
+        horizontal, below it negative; dips without a negative one are refused). Between stations a
+        well is an arc of minimum curvature [1]_; beyond them it keeps its direction. Wells without
+        stations are vertical.
     **options
         Fields of `WellColumns`, such as `collar_well="BHID"`, and of `Conversion`, such as
         `on_outside="drop"`.
@@ -75,12 +77,7 @@ def import_wells(
     -------
     HardDataImport
         A vertical well has a datum in every cell with its centre in an interval; a deviated one in
-        every cell that it goes through, with the facies at the middle of its way there.
-
-    Raises
-    ------
-    CCWSIMError
-        For tables that cannot be read or contradict each other; the message names their rows.
+        every cell on its way, with the facies at the middle of its way through the cell.
 
     References
     ----------
@@ -139,14 +136,9 @@ def read_well_points(
     Parameters
     ----------
     collars, intervals, grid, surveys
-        As in `import_wells`.
+        As in `import_wells`, which has the errors too.
     columns : WellColumns
         Columns that are named instead of guessed.
-
-    Raises
-    ------
-    CCWSIMError
-        For tables that cannot be read or contradict each other; the message names their rows.
 
     Examples
     --------
@@ -176,6 +168,9 @@ def preview_wells(
 ) -> PointsPreview:
     """Return the first rows of a table of wells and the columns that are taken.
 
+    Raises `CCWSIMError` for a file that is no table; columns that cannot be guessed are no error
+    here.
+
     Parameters
     ----------
     path_or_file : path or binary file
@@ -184,11 +179,6 @@ def preview_wells(
         Columns that are named instead of guessed; those of other tables are ignored.
     n_rows : int
         The number of rows to show, at least 1.
-
-    Raises
-    ------
-    CCWSIMError
-        For a file that is no table; columns that cannot be guessed are no error here.
 
     Examples
     --------
@@ -338,13 +328,11 @@ def _points(
     if n_empty:
         notes += (f"Intervals that hold no middle of a well's way through a cell: {n_empty}.",)
     notes += _notes_on_paths(points, names, end, wells)
-    return replace(
-        parts[0],
-        places=np.concatenate([part.places for part in parts]),
-        values=np.concatenate([part.values for part in parts]),
-        lines=np.concatenate([part.lines for part in parts]),
-        notes=notes,
-    )
+    arrays = {
+        name: [getattr(part, name) for part in parts] for name in ("places", "values", "lines")
+    }
+    joined = {name: np.concatenate(arrays_of_parts) for name, arrays_of_parts in arrays.items()}
+    return replace(parts[0], notes=notes, **joined)
 
 
 def _notes_on_paths(
@@ -358,16 +346,17 @@ def _notes_on_paths(
     surveyed = any(well.stations for well in wells.values())
     empty = [name for name in wells if name not in logged]
     straight = [name for name in wells if name in logged and not wells[name].stations and surveyed]
+    kinds = {
+        "Wells without intervals": empty,
+        "Wells without stations, taken as vertical": straight,
+    }
     notes = [
-        f"{what}: {len(which)} ({', '.join(which[:6])}{' …' if len(which) > 6 else ''})."
-        for what, which in (
-            ("Wells without intervals", empty),
-            ("Wells without stations, taken as vertical", straight),
-        )
+        f"{kind}: {len(which)} ({', '.join(which[:6])}{' …' if len(which) > 6 else ''})."
+        for kind, which in kinds.items()
         if which
     ]
-    surveys = [wells[name].stations for name in names.tolist()]
-    last = np.array([own[0].depths[-1] if own else np.inf for own in surveys])
+    stations = [wells[name].stations for name in names.tolist()]
+    last = np.array([known[0].depths[-1] if known else np.inf for known in stations])
     below = np.flatnonzero(end > last)
     if len(below):
         notes.append(f"Below its last station a well keeps its direction ({points.named(below)}).")
@@ -430,12 +419,6 @@ def _along_path(
     begins, ends = np.r_[0, changes], np.r_[changes, n] - 1
     edges = np.r_[depths[0], (depths[changes - 1] + depths[changes]) / 2, depths[-1]]
     middle = (edges[:-1] + edges[1:]) / 2
-    own = (middle > start) & (middle <= end) & (ends > begins)  # a single point may be of an edge
-    count = int(own.sum())
-    return replace(
-        point,
-        places=grid.centers_of(cells[begins[own]]),
-        values=np.repeat(point.values, count),
-        lines=np.repeat(point.lines, count),
-        spans=None,
-    )
+    inside = (middle > start) & (middle <= end) & (ends > begins)  # one point may be an edge's
+    points = point.taken([0] * int(inside.sum()))
+    return replace(points, places=grid.centers_of(cells[begins[inside]]), spans=None)

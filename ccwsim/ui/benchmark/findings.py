@@ -1,4 +1,4 @@
-"""What the measured times say: in words, as tables, as CSV; and what they cannot say."""
+"""Results of the measured times: in words, as tables, as CSV; and their limits."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ def describe_growth(name: str, timings: Sequence[Timing]) -> str:
 
 
 def growth_lines(timings: Sequence[Timing]) -> list[str]:
-    """Return what the times say of each setting, and of the levels; nothing of a single size."""
+    """Describe the times of each setting, and of the levels; nothing for a single size."""
     found = by_setting(timings)
     each = [describe_growth(name_of(setting, list(found)), own) for setting, own in found.items()]
     more = (describe_levels(timings), describe_volumes(timings))
@@ -110,7 +110,7 @@ def growth_lines(timings: Sequence[Timing]) -> list[str]:
 
 
 def describe_volumes(timings: Sequence[Timing]) -> str:
-    """Return what a cell of a volume costs against one of a map, each of its largest grid."""
+    """Compare the times of a cell of a volume and of a map, each of its largest grid."""
     found = by_setting(timings)
     both = [
         (setting, own[-1], found[(*setting[:2], False)][-1])
@@ -130,7 +130,7 @@ def describe_volumes(timings: Sequence[Timing]) -> str:
 
 
 def describe_levels(timings: Sequence[Timing]) -> str:
-    """Return what the finest wavelet level costs against the coarsest, here and in the paper."""
+    """Compare the times of the finest and the coarsest wavelet level, here and in the paper."""
     paper = {t.level: t.cpu_seconds or 0.0 for t in published.FIGURE_13}
     maps = [t for t in timings if t.parameters.method == "ccwsim" and len(t.grid_shape) == 2]
     own = {t.parameters.level: t for t in maps}
@@ -152,7 +152,7 @@ def describe_levels(timings: Sequence[Timing]) -> str:
 
 
 def describe_plan(n_cases: int, n_realizations: int, seconds: float) -> str:
-    """Return what a run will do and about how long it will take."""
+    """Describe a run and about how long it will take."""
     work = f"{plural(n_cases, 'setting')} × {plural(n_realizations, 'realization')}"
     duration = format_duration(max(seconds, 1.0))
     return f"{work} on one thread: about {duration}.{compilation_to_come()}"

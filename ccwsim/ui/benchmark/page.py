@@ -155,7 +155,7 @@ def _draw_start(state: State, kind: Kind) -> None:
 
 
 def _describe_plan(state: State, kind: Kind) -> str:
-    """Return what a run would do, or what must be chosen first."""
+    """Describe a run, or say which choice is missing."""
     page_state = state.page(Benchmark)
     try:
         cases = cases_of(state, kind)
@@ -171,7 +171,7 @@ def _describe_plan(state: State, kind: Kind) -> str:
 
 
 def _draw_part(state: State, kind: Kind) -> None:
-    """Draw what a run would do, and one measurement, followed while it runs."""
+    """Draw the description of a run, and one measurement, followed while it runs."""
     step_note(_describe_plan(state, kind))
     run = getattr(state.page(Benchmark), kind)
 

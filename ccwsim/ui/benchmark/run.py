@@ -1,4 +1,4 @@
-"""What is timed: the page's choices, the cases they give, and the run on a thread."""
+"""Measurements: the page's choices, the cases they give, and the run on a thread."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ class TimingRun(PageRun[None]):
 
 @dataclass
 class Benchmark:
-    """What the page remembers: its choices, the latest run of each kind, why one did not start.
+    """The state of the page: its choices, the latest run of each kind, why one did not start.
 
     `largest` is the side of the largest grid, `side` that of the grid on which the number of data
     changes, `largest_volume` and `side_volume` those of the layers of volumes; `maps` is whether

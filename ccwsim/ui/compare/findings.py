@@ -1,4 +1,4 @@
-"""What a comparison found: in sentences, as tables, and as CSV."""
+"""Results of a comparison: in sentences, as tables, and as CSV."""
 
 from __future__ import annotations
 

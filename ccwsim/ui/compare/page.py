@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import nullcontext
 from functools import partial
 from html import escape
@@ -104,7 +104,7 @@ GLYPHS = dict(zip(SYMBOLS, "●■▲✚", strict=True))
 
 
 def draw_page(state: State) -> None:
-    """Draw the settings and what the latest comparison gave; run one if there is none."""
+    """Draw the settings and the latest comparison; run one if there is none."""
     draw_style(STYLE)
     page_state = state.page(ComparePageState)
     problem = problem_of(state)
@@ -116,7 +116,7 @@ def draw_page(state: State) -> None:
     run = page_state.run
     _draw_settings(state)
     _draw_run_row(state, problem)
-    with st.container(key="news"):  # always there, so that what is below never moves
+    with st.container(key="news"):  # always there, so that the rest never moves
         if run is not None:
             follow_comparison(state, run)
             if page_state.found is not None and run.partial is None:
@@ -151,7 +151,7 @@ def problem_of(state: State) -> str:
 
 
 def _draw_settings(state: State) -> None:
-    """Draw one column a setting: what is common at once, the rest behind a menu."""
+    """Draw one column a setting: common parameters at once, the rest behind a menu."""
     settings = settings_of(state)
     with st.container(key="settings"):
         columns = st.columns(len(settings), gap="medium", wrap=False)
@@ -168,24 +168,21 @@ def _draw_parameters(state: State, k: int, p: Parameters) -> None:
     shape, prefix = image_of(state.choices.image).shape, f"{LETTERS[k]}_"
     change = partial(change_setting, state, k)
 
-    def draw(widget: Callable[..., Any], name: str, label: str, **options: Any) -> None:
-        options |= bound_to(p, name, change, help=help_of(name))
-        field(widget, label, key=f"{prefix}{name}", **options)
+    def draw_number(name: str, label: str, low: float, high: float, step: float) -> None:
+        number = bound_to(p, name, change, min_value=low, max_value=high, step=step)
+        field(st.number_input, label, key=f"{prefix}{name}", help=help_of(name), **number)
 
     left, right = pair()
     with left:
-        methods = PARAMETERS["method"]["allowed"].split(", ")
-        draw(st.selectbox, "method", "Method", options=methods, format_func=str.upper)
+        parameter_field(p, "method", change, prefix)
     with right:
-        best = {"min_value": 1, "max_value": MAX_CANDIDATES_OFFERED}
-        draw(st.number_input, "n_candidates", "Candidates K", **best)
+        draw_number("n_candidates", "Candidates K", 1, MAX_CANDIDATES_OFFERED, 1)
     free = size_fields(p, shape, change, prefix)
     with st.container(horizontal=True, vertical_alignment="center", key=f"last_{LETTERS[k]}"):
         parameter_field(p, "refine", change, prefix)
         with st.popover("More", key=f"more_{LETTERS[k]}"):
             with free or nullcontext():
-                share = {"min_value": 0.01, "max_value": 1.0, "step": 0.01}
-                draw(st.number_input, "search_fraction", "Search fraction", **share)
+                draw_number("search_fraction", "Search fraction", 0.01, 1.0, 0.01)
             for name in PARAMETERS:
                 if name not in SHOWN_AT_ONCE:
                     parameter_field(p, name, change, prefix)
@@ -216,7 +213,7 @@ def _draw_actions(state: State, k: int, n: int) -> None:
 
 
 def _draw_run_row(state: State, problem: str) -> None:
-    """Draw what else decides the comparison, the button that starts it, and its files."""
+    """Draw the number of realizations, the button that starts it, and its files."""
     page_state = state.page(ComparePageState)
     with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="compare_row"):
         limits = {"min_value": 1, "max_value": MAX_REALIZATIONS_COMPARED, "width": 140}
@@ -276,7 +273,7 @@ def _draw_found(state: State, found: Comparison, request: ComparisonRequest) -> 
     page_state = state.page(ComparePageState)
     page_state.shown = min(page_state.shown, found.ensembles[0].n - 1)
     state.facies = min(state.facies, image.n_facies - 1)
-    with st.container(key="said"):  # always there, so that what is below never moves
+    with st.container(key="said"):  # always there, so that the rest never moves
         if len(found.names) == len(request.settings) or page_state.run is None:
             left, right = st.columns(2, gap="medium")
             with left:

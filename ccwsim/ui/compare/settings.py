@@ -1,4 +1,4 @@
-"""Which settings are compared, the comparison on a thread, and what the page remembers."""
+"""The compared settings, the comparison on a thread, and the state of the page."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ from ccwsim.ui.study.study_column import set_parameters
 N_USUAL, N_USUAL_VOLUME = 12, 4
 """Realizations of each setting at first."""
 LETTERS: tuple[str, ...] = ("A", "B", "C", "D")
-"""What the settings are called; A is the study's own."""
+"""Names of the settings; A is the study's own."""
 
 
 @dataclass(frozen=True)
 class ComparisonRequest:
-    """What is compared: results are out of date if the page would request something else."""
+    """A comparison as asked for: results are out of date if the page would ask for another."""
 
     image: ImageChoice
     data: DataChoice
@@ -97,7 +97,7 @@ class ComparisonRun(PageRun[Comparison]):
 
 @dataclass
 class ComparePageState:
-    """What the page remembers.
+    """The state of the page.
 
     `others` are the settings beside the study's own; None is the usual one at that position, and
     follows the study. `n` is how many realizations each has; None until the page is first drawn.
@@ -143,7 +143,7 @@ def usual_others(own: Parameters, shape: Shape) -> list[Parameters]:
 
 
 def describe_setting(p: Parameters, own: Parameters) -> str:
-    """Say in what a setting differs from another.
+    """Describe the differences of a setting from another.
 
     Examples
     --------
@@ -223,7 +223,7 @@ def _describe(name: str, value: object) -> str:
 
 
 def request_of(state: State) -> ComparisonRequest:
-    """Return what the page would compare now."""
+    """Return the comparison that the page would ask for now."""
     c = state.choices
     return ComparisonRequest(c.image, c.data, c.grid, c.seed, n_of(state), settings_of(state))
 

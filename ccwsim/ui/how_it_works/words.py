@@ -8,7 +8,7 @@ from math import prod
 import numpy as np
 import streamlit as st
 
-from ccwsim.engine.stages.path import ORDERS, along_path
+from ccwsim.engine.stages.path import ORDERS, Triple, along_path
 from ccwsim.engine.trace import PlaceFate, ResimulatedWindow, Trace, TracedPatch
 from ccwsim.model.arrays import describe_shape as cells_along
 from ccwsim.model.arrays import listing
@@ -96,18 +96,18 @@ def describe_path(trace: Trace) -> str:
         order = ORDER_WORDS[[axes[0] for axes in ORDERS].index(ORDERS[trace.path.order][0])]
         way = f"the corner <b>{listing(corner)}</b> and goes {order}"
 
-    def along(lengths: tuple[int, int, int]) -> str:
+    def along(lengths: Triple) -> str:
         in_grid = along_path(lengths, trace.path.orientation)
         return cells_along(in_grid) if volume else str(in_grid[-1])
 
-    nz, ny, nx = (t - o for t, o in zip(search.template, search.overlap, strict=True))
+    z, y, x = (t - o for t, o in zip(search.template, search.overlap, strict=True))
     return (
         f"The path starts in {way} "
         f"({'drawn at random for each realization' if is_random else 'the same for all'}). "
-        f"Patches of T = {along(search.template)} cells are placed T − OR = {along((nz, ny, nx))} "
-        f"cells apart, so each overlaps earlier ones by OR = {along(search.overlap)}: the part in "
-        f"full colour. {'Left' if volume else 'Click the grid to jump to a patch; left'} and "
-        "right arrow keys step."
+        f"Patches of T = {along(search.template)} cells are placed T − OR = {along((z, y, x))} cells "
+        f"apart, so each overlaps earlier ones by OR = {along(search.overlap)}: the part in full "
+        f"colour. {'Left' if volume else 'Click the grid to jump to a patch; left'} and right "
+        "arrow keys step."
     )
 
 

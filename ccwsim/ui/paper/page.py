@@ -91,7 +91,7 @@ class PaperRun(PageRun[Reproduction]):
 
 @dataclasses.dataclass
 class PaperState:
-    """What the page remembers: whether the next run is the small one, its seed, the latest run."""
+    """The state of the page: whether the next run is the small one, its seed, the latest run."""
 
     quick: bool = False
     seed: int = 0
@@ -188,7 +188,7 @@ def _ended(run: PaperRun | None) -> None:
 
 
 def describe_inputs(inputs: PaperInputs) -> str:
-    """Return what the experiments are run on.
+    """Describe the images and data of the experiments.
 
     Examples
     --------

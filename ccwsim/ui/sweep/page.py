@@ -102,12 +102,12 @@ TILE_PIXELS = 124
 
 
 def draw_page(state: State) -> None:
-    """Draw ranges at the left, and what the sweep found at the right."""
+    """Draw ranges at the left, and results at the right."""
     draw_style(STYLE)
     with st.sidebar:
         _draw_controls(state)
     run = state.page(SweepState).run
-    with st.container(key="news"):  # always there, so that what is below never moves
+    with st.container(key="news"):  # always there, so that the rest never moves
         if run is not None and run.going:
             follow_sweep(state, time.monotonic())
         elif run is not None and not is_current(run, state):
@@ -335,7 +335,7 @@ def indices_of(realizations: NDArray[np.integer], image: TrainingImage) -> NDArr
 
 
 def draw_numbers(state: State, run: SweepRun, k: int) -> None:
-    """Draw what was judged, beside the best of all settings, and the button that takes it."""
+    """Draw the numbers of a setting, beside the best of all, and the button that takes it."""
     rows = run.found.rows
     panel_title("Its numbers")
     names = [name for name in RANGED if name != "search_fraction" or name in varied(run.settings)]
@@ -403,7 +403,7 @@ def minus(text: str) -> str:
 
 
 def use_button(state: State, parameters: Parameters, text: str, key: str) -> None:
-    """Draw a button that takes a setting into the study and goes to where it is simulated."""
+    """Draw a button that takes a setting into the study and goes to Simulate."""
     kind = "primary" if key == "use_setting" else "secondary"
     options: dict[str, Any] = {"on_click": use_setting, "args": (state, parameters), "type": kind}
     if button(text, key=key, help="Takes it into the study and goes to Simulate.", **options):

@@ -1,4 +1,4 @@
-"""Which settings a sweep tries, its run on a thread, and what the page remembers of it."""
+"""The settings that a sweep tries, its run on a thread, and the state of the page."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ class SweepRun(PageRun[Sweep]):
 
     @property
     def found(self) -> Sweep:
-        """What is known so far."""
+        """The result so far."""
         return self.result or Sweep(
             tuple(self.rows), (), len(self.settings), self.training_image.shape
         )
@@ -120,11 +120,11 @@ class SweepRun(PageRun[Sweep]):
 
 @dataclass
 class SweepState:
-    """What the page remembers.
+    """The state of the page.
 
     `ranges` are those that the user chose, by the name of the parameter; others follow the study.
-    `error` is what the chart shows over time, `chosen` the setting of the latest run that is large
-    (None for the recommended one), `shown` its realization; `message` is why none was started.
+    `error` is the error in the chart, `chosen` the setting of the latest run that is large (None
+    for the recommended one), `shown` its realization; `message` is why none was started.
     """
 
     ranges: dict[str, list[Any]] = field(default_factory=dict)
@@ -149,7 +149,7 @@ def follow_sweep(state: State, drawn_at: float) -> None:
 
 
 def describe_end(run: SweepRun) -> str:
-    """Say what is missing of a sweep that has ended, or nothing."""
+    """Say which settings an ended sweep lacks, or nothing."""
     found, sentences = run.found, []
     if run.error is not None:
         sentences.append(f"The sweep ended early: {reason(run.error)}.")

@@ -42,7 +42,7 @@ def failing(run) -> Outcome:
 
 
 def made(name: str, run=quick) -> Experiment:
-    return Experiment(name, f"{name} {ODD}", "Section 0", "shows", run)
+    return Experiment(f"{name} {ODD}", "Section 0", "shows", run)
 
 
 @pytest.fixture
