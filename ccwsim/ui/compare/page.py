@@ -313,16 +313,13 @@ def draw_maps(
     page_state = state.page(ComparePageState)
     image, grid, n = found.ensembles[0].training_image, request.grid, found.ensembles[0].n
 
-    def step(way: int) -> None:
-        page_state.shown = (page_state.shown + way) % n
-
     def write(option: int | str) -> None:
         choose(state, option)
         want_curves(state)
 
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="shown_row"):
         panel_title(f"Realization {page_state.shown + 1} of {n}")
-        step_buttons("shown", step, disabled=n == 1, note=" of all settings")
+        step_buttons("shown", page_state, n, " of all settings")
         st.html('<div class="panel below">E-type below</div>', width="content")
         e_type_field(state, image.facies_names, write)
     share = min(max(image.shape[-1] / grid.nx, MIN_IMAGE_SHARE), 1.0)

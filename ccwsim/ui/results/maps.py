@@ -196,10 +196,14 @@ def _sheet(ensemble: Ensemble, colours: tuple[str, ...], longest: int) -> tuple[
     return b64encode(png).decode(), columns
 
 
-def step_buttons(key: str, step: Callable[[int], None], *, disabled: bool, note: str = "") -> None:
-    """Draw two arrows; `step` is called with -1 or 1."""
+def step_buttons(key: str, page_state: Any, n: int, note: str = "") -> None:
+    """Draw two arrows that change which of `n` realizations a page has `shown`."""
+
+    def step(way: int) -> None:
+        page_state.shown = (page_state.shown + way) % n
+
     for way, sign, name in ((-1, "‹", "previous"), (1, "›", "next")):
-        options: dict = {"disabled": disabled, "help": f"The {name} realization{note}"}
+        options: dict = {"disabled": n == 1, "help": f"The {name} realization{note}"}
         button(sign, key=f"{key}_{name}", on_click=step, args=(way,), **options)
 
 
