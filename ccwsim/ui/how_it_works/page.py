@@ -35,8 +35,9 @@ from ccwsim.ui.how_it_works.run import (
 )
 from ccwsim.ui.how_it_works.words import say
 from ccwsim.ui.results.maps import colours_of
+from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.fragments import error_boundary
-from ccwsim.ui.session.resolve import cached, image_of, levels, overlap_sizes
+from ccwsim.ui.session.resolve import image_of, levels, overlap_sizes
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.study_column import size_fields
 from ccwsim.ui.widgets.fields import bound_to, button, field, help_of

@@ -19,7 +19,8 @@ from ccwsim.ui.frontend.cell_map import CellMap, facies_map, share_map
 from ccwsim.ui.frontend.cells import draw_cells
 from ccwsim.ui.results.maps import middle_layer
 from ccwsim.ui.session.address import go_to
-from ccwsim.ui.session.resolve import cached, image_of
+from ccwsim.ui.session.cached import cached
+from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.changes import image_name
 from ccwsim.ui.study.diagnosis_panel import draw_advice
@@ -40,7 +41,7 @@ MAX_FACIES = 12
 SIMULATE_PAGE = "pages/simulate.py"
 TURNS = {"flip_ew": "Flip E–W", "flip_ns": "Flip N–S", "transpose": "Transpose"}
 Write = Callable[[ImageChoice], None]
-_diagnosed = cached(16, "Looking at the training image …")(diagnose)
+_diagnosed = cached(max_entries=16, show_spinner="Looking at the training image …")(diagnose)
 
 
 def draw_image_import(state: State) -> None:

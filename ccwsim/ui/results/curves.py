@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from html import escape
-from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -16,15 +15,13 @@ from ccwsim.figures import Bundle, Theme, curves_chart, proportions_chart, times
 from ccwsim.metrics import (
     EType,
     Fit,
-    connectivity,
     etype,
     fit_curve,
     fit_vertical_proportions,
-    variogram,
 )
-from ccwsim.metrics.bands import Statistic
+from ccwsim.metrics.bands import Statistic, curves_of
 from ccwsim.metrics.lags import axes_of, max_lag
-from ccwsim.metrics.stack import Images, Stack
+from ccwsim.metrics.stack import Stack
 from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.numbers import seconds
@@ -38,54 +35,52 @@ from ccwsim.report.verdicts import (
     way_name,
 )
 from ccwsim.ui.results.charts import titled_chart
-from ccwsim.ui.session.resolve import cached
+from ccwsim.ui.session.cached import cached
 from ccwsim.ui.widgets.text import panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
 SMALL_SHARES = 4_000_000
 """Largest number of shares of an E-type, 8 bytes each, that is kept without its ensemble."""
 _large: WeakKeyDictionary[Ensemble, EType] = WeakKeyDictionary()
-_e_type = cached(8)(etype)
-_fit_curve = cached(256)(fit_curve)
-_fit_layers = cached(64)(fit_vertical_proportions)
-vertical_proportions_bundle = cached(64)(layers_bundle)
+_e_type = cached(max_entries=8)(etype)
 
 
-@cached(256)
+@cached(max_entries=192)
 def curve_bundle(ensemble: Ensemble, statistic: Statistic, facies: int, direction: str) -> Bundle:
     """Return a curve of a facies (a place in the codes) along an axis.
 
     In the connectivity function cells that touch at a corner are connected.
     """
     image = ensemble.training_image
-    lags = max_lag(direction, image.shape, ensemble.grid.shape)
-    kind = statistic, int(image.codes[facies]), direction, lags
-    reference = _curve_of_image(image, *kind)
-    each = _curve(Stack(ensemble.indices[:MAX_CURVES], image.codes), *kind)
+    code, lags = int(image.codes[facies]), max_lag(direction, image.shape, ensemble.grid.shape)
+    reference = _curve_of_image(image, statistic, code, direction, lags)
+    some = Stack(ensemble.indices[:MAX_CURVES], image.codes)
+    each = curves_of(statistic, some, code, direction, lags)
     return bundle_of_curves(np.arange(len(reference), dtype=float), reference, each)
 
 
-@cached(128)
-def _curve_of_image(image: TrainingImage, *kind: Any) -> NDArray[np.float64]:
-    """The curve of the image, the same for all its ensembles."""
-    return _curve(image, *kind).reshape(-1)
-
-
-def _curve(
-    images: Images, statistic: Statistic, code: int, direction: str, lags: int
+@cached(max_entries=64)
+def _curve_of_image(
+    image: TrainingImage, statistic: Statistic, code: int, direction: str, lags: int
 ) -> NDArray[np.float64]:
-    if statistic == "variogram":
-        return variogram(images, code, direction, lags).gamma
-    return connectivity(images, code, direction, lags).tau
+    """Return the image's own curve, the same for all its ensembles."""
+    return curves_of(statistic, image, code, direction, lags)[0]
 
 
+@cached(max_entries=64)
+def vertical_proportions_bundle(ensemble: Ensemble, facies: int) -> Bundle:
+    """Return the share of a facies in each layer of volumes."""
+    return layers_bundle(ensemble, facies)
+
+
+@cached(max_entries=192)
 def fit_of(ensemble: Ensemble, statistic: Statistic, facies: int, direction: str) -> Fit | None:
     """Return how a curve compares with crops of the training image."""
-    return _fit_curve(ensemble, statistic, int(ensemble.training_image.codes[facies]), direction)
+    return fit_curve(ensemble, statistic, int(ensemble.training_image.codes[facies]), direction)
 
 
 def e_type_of(ensemble: Ensemble) -> EType:
-    """Return the E-type of an ensemble.
+    """Return the E-type of an ensemble, computed once.
 
     Small ones are shared by all sessions; a large one goes with its ensemble.
     """
@@ -158,8 +153,13 @@ def _connectivity_both_ways(ensemble: Ensemble, facies: int) -> None:
 
 
 def _vertical_proportions(ensemble: Ensemble, facies: int) -> None:
-    fit = _fit_layers(ensemble, int(ensemble.training_image.codes[facies]))
-    draw_layers(ensemble, facies, vertical_proportions_bundle(ensemble, facies), fit)
+    bundle, fit = vertical_proportions_bundle(ensemble, facies), _fit_of_layers(ensemble, facies)
+    draw_layers(ensemble, facies, bundle, fit)
+
+
+@cached(max_entries=64)
+def _fit_of_layers(ensemble: Ensemble, facies: int) -> Fit | None:
+    return fit_vertical_proportions(ensemble, int(ensemble.training_image.codes[facies]))
 
 
 def draw_layers(

@@ -20,7 +20,8 @@ from ccwsim.ui.frontend.cell_map import CellMap, facies_map, points_of, share_ma
 from ccwsim.ui.frontend.cells import draw_cells
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.results.curves import e_type_of
-from ccwsim.ui.session.resolve import cached, image_of
+from ccwsim.ui.session.cached import cached
+from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.fields import button, field, options_of
 from ccwsim.ui.widgets.text import panel_title, step_note

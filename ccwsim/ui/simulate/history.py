@@ -10,7 +10,7 @@ from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.numbers import seconds
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.results.maps import middle_layers
-from ccwsim.ui.session.resolve import cached
+from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.state import PastRun, State
 from ccwsim.ui.study.changes import changes_between, study_name
 from ccwsim.ui.study.run import stop_run

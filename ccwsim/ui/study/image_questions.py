@@ -19,7 +19,8 @@ from ccwsim.io.opening import FileSummary, open_file, whole_shape
 from ccwsim.io.part import FilePart, thinning
 from ccwsim.sharing.choices import Answers, ImageChoice, Upload
 from ccwsim.ui.frontend.component import draw_component
-from ccwsim.ui.session.resolve import cached, opened
+from ccwsim.ui.session.cached import cached
+from ccwsim.ui.session.resolve import opened
 from ccwsim.ui.study.questions import (
     answered,
     ask_slice,
@@ -74,13 +75,13 @@ def _guessed(upload: Upload, answers: Answers) -> tuple[dict[str, Any], tuple[st
         return guess_answers(file, dict(answers))
 
 
-@cached()
+@cached(max_entries=32)
 def _colours(upload: Upload, answers: Answers) -> tuple[tuple[int, str], ...]:
     with opened(upload) as file:
         return tuple(sorted(read_colours(file, **dict(answers)).items()))
 
 
-@cached()
+@cached(max_entries=32)
 def _whole(upload: Upload) -> tuple[tuple[int, int] | None, int]:
     """The shape of a picture or an array, and how much it must be thinned."""
     with opened(upload) as file:

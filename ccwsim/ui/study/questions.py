@@ -20,8 +20,8 @@ from ccwsim.model.arrays import describe_shape
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.sharing.choices import Answers, Choices, DataChoice, Upload
+from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.resolve import (
-    cached,
     grid_for_data,
     image_of,
     opened,
@@ -332,15 +332,6 @@ def with_column(taken: Mapping[str, str | None], role: str, column: str) -> dict
 
     One column has one role: two roles change places. Of depths of intervals and of points there are
     the ones or the others, and so of inclination and dip.
-
-    Examples
-    --------
-    >>> with_column({"x": "a", "y": "b", "depth": "c"}, "x", "b")
-    {'x': 'b', 'y': 'a', 'depth': 'c'}
-    >>> with_column({"x": "a", "y": "b", "depth": "c"}, "x", "c")
-    {'x': 'c', 'y': 'b', 'depth': ''}
-    >>> with_column({"depth_from": "a", "depth_to": "b", "depth": None}, "depth", "c")
-    {'depth_from': None, 'depth_to': None, 'depth': 'c'}
     """
     new = {**taken, role: column}
     lack = _may_lack(taken)
