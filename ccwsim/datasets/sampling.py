@@ -44,14 +44,6 @@ def sample_wells(
 
     Directions are "N-S" (default) and "E-W" in a map, "vertical" in a volume; `every` is the
     distance between data along a well, in cells.
-
-    Examples
-    --------
-    >>> data = sample_wells(np.eye(40, dtype=int), 2, direction="E-W", every=4)
-    >>> data.n, len(set(data.cells[:, 0].tolist()))
-    (20, 2)
-    >>> sample_wells(np.zeros((12, 20, 30), int), 3).n
-    36
     """
     shape = _shape(field)
     ways = DIRECTIONS if len(shape) == 2 else (VERTICAL,)
@@ -73,15 +65,7 @@ def sample_wells(
 
 
 def sample_grid(field: NDArray[np.integer], every: int) -> HardData:
-    """Sample a map on a regular grid that is centred in it, a volume in vertical wells on one.
-
-    Examples
-    --------
-    >>> sample_grid(np.eye(10, dtype=int), 5).cells.tolist()
-    [[2, 2], [2, 7], [7, 2], [7, 7]]
-    >>> sample_grid(np.zeros((6, 10, 10), int), 5).n
-    24
-    """
+    """Sample a map on a regular grid that is centred in it, a volume in vertical wells on one."""
     *layers, ny, nx = _shape(field)
     every = min(check_int("every", every, 1), max(ny, nx))
     axes = [np.arange((length - 1) % every // 2, length, every) for length in (ny, nx)]

@@ -34,13 +34,6 @@ def typical_seconds(
 
     Right within a factor of about three, as the time of local re-simulation depends on how well
     image and data go together; the relation between settings is what matters.
-
-    Examples
-    --------
-    >>> image, grid = (256, 256), (512, 512)
-    >>> seconds = [typical_seconds(Parameters(wavelet_level=j), image, grid) for j in (0, 1, 2)]
-    >>> seconds == sorted(seconds, reverse=True)
-    True
     """
     if len(grid_shape) == 3:
         return _seconds_of_volume(parameters, image_shape, grid_shape, n_data, judged)

@@ -94,25 +94,13 @@ def plan_sweep(
 
 
 def varied(parameters: Iterable[Parameters]) -> list[str]:
-    """Return which of the ranged parameters are not the same in all settings.
-
-    Examples
-    --------
-    >>> varied([Parameters(), Parameters(template_size=48)])
-    ['template_size']
-    """
+    """Return which of the ranged parameters are not the same in all settings."""
     found = list(parameters)
     return [name for name in RANGED if len({value_of(p, name) for p in found}) > 1]
 
 
 def label(parameters: Parameters, names: Iterable[str]) -> str:
-    """Return a setting in one short line.
-
-    Examples
-    --------
-    >>> label(Parameters(), ["template_size", "wavelet_level"])
-    'T 32 · level 2'
-    """
+    """Return a setting in one short line."""
     parts = []
     for name in names:
         value = value_of(parameters, name)
@@ -130,14 +118,7 @@ def _canonical(p: Parameters) -> Parameters:
 
 
 def value_of(p: Parameters, name: str) -> Any:
-    """Return the value of a ranged parameter; None if it has none along z.
-
-    Examples
-    --------
-    >>> p = Parameters((16, 32, 32), (4, 8, 8), (1, 2, 2))
-    >>> value_of(p, "template_size"), value_of(p, "template_size_z")
-    (32, 16)
-    """
+    """Return the value of a ranged parameter; None if it has none along z."""
     along_z = name.endswith(ALONG_Z)
     own = getattr(p, name.removesuffix(ALONG_Z))
     if name.startswith("wavelet_level") and p.method == "ccsim":

@@ -44,27 +44,14 @@ class TimingCase:
 
 
 def grid_cases(sides: Sequence[int], parameters: Sequence[Parameters]) -> list[TimingCase]:
-    """Return square grids × parameters, the small grids first (Fig. 13).
-
-    Examples
-    --------
-    >>> cases = grid_cases([256, 64], [Parameters(wavelet_level=1), Parameters(wavelet_level=2)])
-    >>> [(c.grid_shape[0], c.parameters.level) for c in cases]
-    [(64, 1), (64, 2), (256, 1), (256, 2)]
-    """
+    """Return square grids × parameters, the small grids first (Fig. 13)."""
     return [TimingCase(p, (side, side)) for side in sorted(sides) for p in parameters]
 
 
 def data_cases(
     numbers: Sequence[int], parameters: Sequence[Parameters], grid_shape: Shape
 ) -> list[TimingCase]:
-    """Return numbers of data × parameters on one grid, the small numbers first (Table 2).
-
-    Examples
-    --------
-    >>> [c.n_data for c in data_cases([1000, 0], [Parameters()], (512, 512))]
-    [0, 1000]
-    """
+    """Return numbers of data × parameters on one grid, the small numbers first (Table 2)."""
     return [TimingCase(p, grid_shape, n) for n in sorted(numbers) for p in parameters]
 
 
@@ -96,13 +83,6 @@ def time_study(
     Arguments and errors are those of `simulate`. Kernels are compiled before the clock starts. The
     realizations are not kept; few are in memory at a time. Preparing the training image for a new
     orientation of the path counts.
-
-    Examples
-    --------
-    >>> stripes = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
-    >>> p = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
-    >>> time_study(stripes, (40, 50), p, n_realizations=2).cpu_seconds.shape
-    (2,)
     """
     grid, n = Grid.of(grid_shape), check_int("n_realizations", n_realizations, 1)
     batch = max(min(CELLS_AT_ONCE // grid.n_cells, n), 1)
@@ -149,13 +129,6 @@ def time_cases(
         For more data than cells, and as `simulate`.
     Cancelled
         If `cancel` returned True; times yielded before stay valid.
-
-    Examples
-    --------
-    >>> stripes = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
-    >>> cases = [TimingCase(Parameters(16, 4, 1), (40, 50), n) for n in (0, 9)]
-    >>> [t.n_data for t in time_cases(stripes, cases, n_realizations=1)]
-    [0, 9]
     """
     seed = check_int("seed", seed, 0)
     for case in cases:
@@ -187,14 +160,7 @@ def time_cases(
 
 
 def image_of_case(training_image: TrainingImage, case: TimingCase) -> TrainingImage:
-    """Return the training image of a case: for a map of a volume its middle layer.
-
-    Examples
-    --------
-    >>> beds = TrainingImage(np.arange(3)[:, None, None].repeat(8, 1).repeat(8, 2) // 2)
-    >>> image_of_case(beds, TimingCase(Parameters(8, 2, 1), (20, 20))).shape
-    (8, 8)
-    """
+    """Return the training image of a case: for a map of a volume its middle layer."""
     if training_image.n_dimensions == len(case.grid_shape):
         return training_image
     middle = training_image.array[training_image.shape[0] // 2]

@@ -52,13 +52,7 @@ def default_colour(index: int) -> str:
 
 
 def bytes_of(colours: Sequence[str]) -> list[tuple[int, int, int]]:
-    """Return colours "#rrggbb" as (red, green, blue) from 0 to 255.
-
-    Examples
-    --------
-    >>> bytes_of(["#173F6B"])
-    [(23, 63, 107)]
-    """
+    """Return colours "#rrggbb" as (red, green, blue) from 0 to 255."""
     return [(int(c[1:3], 16), int(c[3:5], 16), int(c[5:7], 16)) for c in colours]
 
 

@@ -138,13 +138,7 @@ def label_sides(
     room: tuple[float, float],
     blocked: Iterable[Box] = (),
 ) -> list[str | None]:
-    """Return the side of its point for each label, None if there is no room for it.
-
-    Examples
-    --------
-    >>> label_sides([[10, 50], [14, 50]], ["one", "two"], [0, 1], (100, 100))
-    ['top center', 'middle right']
-    """
+    """Return the side of its point for each label, None if there is no room for it."""
     centres = np.asarray(points, dtype=float).reshape(-1, 2)
     taken: list[Box] = [(x - 6, y - 6, x + 6, y + 6) for x, y in centres.tolist()]
     taken += blocked

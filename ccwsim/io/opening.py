@@ -59,14 +59,7 @@ _MAGIC = (
 
 
 def read_bytes(path_or_file: PathOrFile) -> tuple[bytes, str]:
-    """Return the content of a file and its name for messages.
-
-    Examples
-    --------
-    >>> from io import BytesIO
-    >>> read_bytes(BytesIO(b"0 1"))
-    (b'0 1', 'file')
-    """
+    """Return the content of a file and its name for messages."""
     is_path = isinstance(path_or_file, (str, os.PathLike))
     content, name = _of_path(Path(path_or_file)) if is_path else _of_object(path_or_file)
     check_bytes(name, len(content))
@@ -137,12 +130,6 @@ def open_file(
 
     With a `part`, a picture has only the pixels of the part (`up`: its first row is the south), and
     a NumPy array may be larger than otherwise.
-
-    Examples
-    --------
-    >>> from io import BytesIO
-    >>> open_file(BytesIO(b"2 1 1\\n1\\nfacies\\n0\\n1\\n")).kind
-    'SGeMS/GSLIB grid'
     """
     return open_content(*read_bytes(path_or_file), part, up=up)
 

@@ -76,11 +76,6 @@ def largest_without_gaps(known: NDArray[np.bool_]) -> tuple[int, int, int, int]:
     """Return the largest rectangle of known cells: row, column, rows, columns; all 0 for none.
 
     The largest rectangle under the histogram of known cells below each row, in linear time.
-
-    Examples
-    --------
-    >>> largest_without_gaps(np.array([[1, 1, 0], [1, 1, 1]], bool))
-    (0, 0, 2, 2)
     """
     ny, nx = known.shape
     heights = np.zeros(nx + 1, np.int64)  # a column of height 0 ends the last rectangle

@@ -73,14 +73,6 @@ def feature_size(ew: Spacing, ns: Spacing, side: int) -> tuple[int, str]:
     If features repeat along an axis, this is their spacing, unless it is larger than the largest
     template for that smaller `side` and no clear period of which more than three fit. Otherwise it
     is twice the geometric mean of both ranges.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from ccwsim.metrics.features import feature_spacing
-    >>> stripes = np.tile(np.arange(120) // 5 % 2, (120, 1))
-    >>> feature_size(*(feature_spacing(stripes, direction=d) for d in ("E-W", "N-S")), 120)
-    (10, 'Features repeat about every 10 cells')
     """
     largest = largest_template(side)
     spacings = [
@@ -193,13 +185,6 @@ def advise_along_z(
 
     The level is lower than within layers, as volumes are thin. The template has at most half of the
     layers, or all of them if they are few.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> beds = np.tile((np.arange(48) // 4 % 2)[:, None, None], (1, 20, 20))
-    >>> advise_along_z(2, 4, feature_spacing(beds, direction="vertical"), 48)
-    ((1, 8, 4), 'features repeat about every 8 layers')
     """
     largest = n_layers if n_layers < MIN_HALVED_LAYERS else min(n_layers // 2, MAX_TEMPLATE)
     by_feature = max(thinnest, 1).bit_length() - 1

@@ -38,11 +38,6 @@ def label(inside: NDArray[np.bool_], neighbours: int) -> tuple[NDArray[np.int32]
     """Number the connected sets of cells of a volume from 1 on, in the order of their first cells.
 
     Cells outside have 0.
-
-    Examples
-    --------
-    >>> label(np.eye(3, dtype=bool)[None], 4)[1], label(np.eye(3, dtype=bool)[None], 8)[1]
-    (3, 1)
     """
     from scipy import ndimage  # imported late: it loads slowly
 
@@ -59,13 +54,6 @@ def euler_number(inside: NDArray[np.bool_], neighbours: int) -> int:
     6, cells are the corners of the union instead, and touching ones span its edges, faces and
     cubes. With 18, each corner at which only two cells meet counts once more, as it does not join
     them.
-
-    Examples
-    --------
-    >>> ring = np.ones((1, 3, 3), bool)
-    >>> ring[0, 1, 1] = False
-    >>> euler_number(ring, 8)
-    0
     """
     cells = np.pad(inside[0] if len(inside) == 1 else inside, 1)
     only_sides = _SHARED_AXES[neighbours] == 1

@@ -49,15 +49,6 @@ def lag_offsets(
     A named direction and a pair (rows, columns) take `lag` steps; an azimuth takes `lag` cells,
     rounded to the nearest cell. For volumes, `n_axes` = 3, offsets are (layers, rows, columns);
     only "vertical" and three numbers go across layers.
-
-    Examples
-    --------
-    >>> lag_offsets("NE-SW", np.array([0, 2])).tolist()
-    [[0, 0], [2, 2]]
-    >>> lag_offsets(90.0, np.array([3])).tolist()
-    [[0, 3]]
-    >>> lag_offsets("vertical", np.array([3]), n_axes=3).tolist()
-    [[3, 0, 0]]
     """
     offsets = _offsets(direction, lags, n_axes)
     return np.pad(offsets, ((0, 0), (n_axes - offsets.shape[1], 0)))
@@ -91,15 +82,7 @@ def _offsets(direction: Direction, lags: NDArray[np.integer], n_axes: int) -> ND
 
 
 def max_lag(direction: Direction, *shapes: tuple[int, ...]) -> int:
-    """Return the largest useful lag: half of the common side of `shapes`, at most 100.
-
-    Examples
-    --------
-    >>> max_lag("E-W", (256, 256), (64, 60)), max_lag("N-S", (1, 60))
-    (30, 0)
-    >>> max_lag("vertical", (50, 256, 256)), max_lag((1, 2, 0), (50, 20, 256))
-    (25, 5)
-    """
+    """Return the largest useful lag: half of the common side of `shapes`, at most 100."""
     *layers, rows, columns = (min(sides) for sides in zip(*shapes, strict=True))
     if layers and (
         str(direction) == VERTICAL or as_array(direction, "direction").shape == (N_AXES,)
@@ -130,13 +113,7 @@ def as_lags(lags: Lags) -> NDArray[np.int64]:
 def distinct_lags(
     direction: Direction, n_lags: int
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return the lags from 0 to n_lags that reach different cells, and their distances.
-
-    Examples
-    --------
-    >>> distinct_lags(45.0, 2)
-    (array([0, 1]), array([0.        , 1.41421356]))
-    """
+    """Return the lags from 0 to n_lags that reach different cells, and their distances."""
     offsets = lag_offsets(direction, np.arange(n_lags + 1), N_AXES)
     _, first = np.unique(offsets, axis=0, return_index=True)
     lags = np.sort(first)

@@ -136,14 +136,7 @@ def _add_to(sums, values, weight):
 
 
 def table_of(codes: NDArray[np.uint64]) -> tuple[NDArray[np.uint64], NDArray[np.bool_]]:
-    """Return a hash table of different codes for `are_unknown`, and which places are taken.
-
-    Examples
-    --------
-    >>> table = table_of(np.array([3, 7], np.uint64))
-    >>> are_unknown(np.array([7, 8, 7, 3], np.uint64), *table)
-    array([False,  True, False, False])
-    """
+    """Return a hash table of different codes for `are_unknown`, and which places are taken."""
     n_places = 2 ** (4 * len(codes)).bit_length()
     keys, full = np.zeros(n_places, np.uint64), np.zeros(n_places, bool)
     _fill(codes, keys, full)

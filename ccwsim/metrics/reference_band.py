@@ -168,13 +168,7 @@ def crop_shape(image_shape: Shape, grid_shape: Shape) -> Shape | None:
 
 
 def largest_crop(image_shape: Shape, grid_shape: Shape) -> Shape:
-    """Return the shape of the largest window that training image and grid both hold.
-
-    Examples
-    --------
-    >>> largest_crop((256, 256), (100, 1024)), largest_crop((50, 300, 400), (80, 512, 100))
-    ((100, 256), (50, 200, 100))
-    """
+    """Return the shape of the largest window that training image and grid both hold."""
     if len(image_shape) != len(grid_shape):
         raise CCWSIMError(
             f"a training image of shape {tuple(image_shape)} and realizations of "
@@ -186,13 +180,7 @@ def largest_crop(image_shape: Shape, grid_shape: Shape) -> Shape:
 
 
 def crops_of(image: NDArray[np.uint8], shape: Shape) -> NDArray[np.uint8]:
-    """Return crops of an image at even distances, shape (n, *shape), at most (2 ×) 4 × 4.
-
-    Examples
-    --------
-    >>> crops_of(np.arange(12).reshape(1, 12), (1, 6))[:, 0, 0]
-    array([0, 3, 6])
-    """
+    """Return crops of an image at even distances, shape (n, *shape), at most (2 ×) 4 × 4."""
     starts = []
     most = (MAX_CROPS_ABOVE, MAX_CROPS_ALONG, MAX_CROPS_ALONG)[-len(shape) :]
     for side, own, largest in zip(image.shape, shape, most, strict=True):
@@ -208,13 +196,7 @@ def _window(start: Sequence[int], shape: Shape) -> tuple[slice, ...]:
 def pieces_of(
     realizations: NDArray[np.uint8], shape: Shape, max_pieces: int = MAX_PIECES
 ) -> NDArray[np.uint8]:
-    """Return some pieces of realizations that do not overlap, shape (m, *shape).
-
-    Examples
-    --------
-    >>> pieces_of(np.zeros((3, 40, 60), int), (20, 20)).shape
-    (18, 20, 20)
-    """
+    """Return some pieces of realizations that do not overlap, shape (m, *shape)."""
     along = (
         np.linspace(0, side - own, side // own).astype(int)
         for side, own in zip(realizations.shape[1:], shape, strict=True)

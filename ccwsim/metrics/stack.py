@@ -79,12 +79,6 @@ def as_stack(images: Images, codes: Codes | None = None) -> Stack:
 
     An array of two axes is a map, one of three a stack of maps, one of four a stack of volumes.
     Raises `CCWSIMError` for another shape or type, and for a cell with none of the given codes.
-
-    Examples
-    --------
-    >>> stack = as_stack([[7, 3], [3, 3]], codes=[3, 7, 9])
-    >>> stack.indices.tolist(), stack.codes
-    ([[[1, 0], [0, 0]]], array([3, 7, 9]))
     """
     wanted = None if codes is None else checked_codes(codes)
     if isinstance(images, Stack):

@@ -21,13 +21,7 @@ AXES = "x", "y", "z"
 
 
 def describe_shape(shape: Sequence[int]) -> str:
-    """Return the cells along x, y and, for a volume, z as text.
-
-    Examples
-    --------
-    >>> describe_shape((30, 40)), describe_shape((50, 30, 40))
-    ('40 × 30', '40 × 30 × 50')
-    """
+    """Return the cells along x, y and, for a volume, z as text."""
     return " × ".join(str(n) for n in reversed(shape))
 
 
@@ -106,11 +100,6 @@ def as_integers(values: ArrayLike, what: str) -> NDArray[np.int64]:
     """Return `values` as int64, or raise `CCWSIMError` for a value that is not an integer.
 
     Values within 1e-3 of an integer are rounded: MATLAB files have codes such as 0.9999.
-
-    Examples
-    --------
-    >>> as_integers([0.0, 0.9999, 2.0], "facies codes")
-    array([0, 1, 2])
     """
     array = as_array(values, what)
     if array.dtype.kind in "bui":

@@ -20,15 +20,7 @@ def plural(n: int, noun: str) -> str:
 
 
 def three_digits(value: float) -> str:
-    """Return a number with three significant digits, never in powers of ten; "–" for NaN.
-
-    Examples
-    --------
-    >>> three_digits(0.91234), three_digits(1234.5), three_digits(float("nan"))
-    ('0.912', '1234', '–')
-    >>> three_digits(999.7)
-    '1000'
-    """
+    """Return a number with three significant digits, never in powers of ten; "–" for NaN."""
     if math.isnan(value):
         return "–"
     if value == 0:

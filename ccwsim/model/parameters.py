@@ -188,13 +188,7 @@ class Parameters:
 
 
 def parameter_table() -> list[dict[str, str]]:
-    """Return a row per parameter: name, symbol, matlab, allowed, default, meaning.
-
-    Examples
-    --------
-    >>> parameter_table()[0]["symbol"]
-    'T'
-    """
+    """Return a row per parameter: name, symbol, matlab, allowed, default, meaning."""
     return [
         {"name": f.name, **f.metadata, "default": str(f.default), "meaning": MEANINGS[f.name]}
         for f in fields(Parameters)
@@ -202,13 +196,7 @@ def parameter_table() -> list[dict[str, str]]:
 
 
 def legal_sizes(level: int, smallest: int, largest: int) -> list[int]:
-    """Return the template or overlap sizes a level allows: multiples of 2^level.
-
-    Examples
-    --------
-    >>> legal_sizes(3, 5, 32)
-    [8, 16, 24, 32]
-    """
+    """Return the template or overlap sizes a level allows: multiples of 2^level."""
     block = 2**level
     return list(range(-(-smallest // block) * block, largest + 1, block))
 

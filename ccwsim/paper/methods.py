@@ -52,11 +52,6 @@ def paper_parameters(
     """Return the settings of the authors' script; with `exact` every datum is honoured.
 
     Patches are drawn as published and seams are not repaired, except with `default`.
-
-    Examples
-    --------
-    >>> paper_parameters("ccwsim", 1).overlap_size
-    8
     """
     own = {"method": method, "exact_data": exact}
     own |= {} if default else {"published_draw": True, "repair_seams": False}

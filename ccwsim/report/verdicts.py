@@ -87,18 +87,7 @@ def describe_curve(fit: Fit | None, statistic: Statistic) -> str:
 
 
 def describe_curves(fits: Mapping[str, Fit | None], statistic: Statistic) -> str:
-    """Describe which settings' curves are inside the band of crops, and how the others differ.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> one = np.ones(1)
-    >>> low, same = (Fit(one, v * one, one, one / 2, (9, 9)) for v in (0, 1))
-    >>> describe_curves({"A": same, "B": same}, "variogram")
-    'all inside the band of TI crops (9 × 9) up to 1 cell'
-    >>> describe_curves({"A": same, "B": low}, "variogram")
-    'B: variogram too low at all lags: γ(1) 0.000, TI 1.000 (crops of 9 × 9); A inside the band'
-    """
+    """Describe which settings' curves are inside the band of crops, and how the others differ."""
     judged = {name: fit for name, fit in fits.items() if fit is not None and fit.judged}
     if not judged:
         return NOT_JUDGED
@@ -143,13 +132,7 @@ def describe_proportion(ensemble: Ensemble, facies: int) -> str:
 
 
 def relative_text(value: float, reference: float) -> str:
-    """Return the difference of a value from a reference that is not 0, in percent of it.
-
-    Examples
-    --------
-    >>> relative_text(0.029, 0.049), relative_text(0.27, 0.27)
-    ('−41 %', '±0 %')
-    """
+    """Return the difference of a value from a reference that is not 0, in percent of it."""
     off = 100 * (value / reference - 1)
     return f"{off:+.0f} %".replace("-", "−") if round(off) else "±0 %"
 
@@ -185,14 +168,7 @@ def describe_geobodies(fit: Fit | None, name: str) -> list[str]:
 
 
 def describe_layers(fit: Fit | None, name: str) -> str:
-    """Describe whether a facies has its share of each layer, or in which layers it differs.
-
-    Examples
-    --------
-    >>> band = np.array([0.5, 0.3, 0.1]), np.full(3, 0.05), (3, 64, 128)
-    >>> describe_layers(Fit(np.arange(3.0), np.array([0.4, 0.3, 0.3]), *band), "sand")
-    'too much sand in layer 2: 30 %, TI 10 % (crops of 128 × 64 × 3)'
-    """
+    """Describe whether a facies has its share of each layer, or in which layers it differs."""
     if fit is None:
         return LAYERS_NOT_JUDGED
     if not fit.judged:
@@ -212,12 +188,6 @@ def describe_patterns(fit: Fit | None) -> list[tuple[str, bool]]:
     """Compare the pattern distances of each size with those of crops, and return if they are good.
 
     Nearer than crops is good: the distance of crops is due to their size.
-
-    Examples
-    --------
-    >>> one = np.array([3.0]), np.array([0.02]), np.array([0.005]), np.array([0.001]), (9, 64, 64)
-    >>> describe_patterns(Fit(*one))[0][0]
-    '3 × 3 × 3 patterns 4.0 times as far from the TI as its crops: 0.0200 bits, crops 0.0050'
     """
     if fit is None or not fit.judged:
         return [(f"patterns {NOT_JUDGED}", True)]
@@ -236,13 +206,7 @@ def describe_patterns(fit: Fit | None) -> list[tuple[str, bool]]:
 
 
 def describe_unseen(share: float, at_data: float | None, size: str = "3 × 3 × 3") -> str:
-    """Describe the share of patterns that do not occur in the image, of all and at hard data.
-
-    Examples
-    --------
-    >>> describe_unseen(0.0089, 0.0175)
-    '0.89 % of the 3 × 3 × 3 patterns, 1.75 % of those at data, do not occur in the TI'
-    """
+    """Describe the share of patterns that do not occur in the image, of all and at hard data."""
     data = "" if at_data is None else f", {100 * at_data:.2f} % of those at data,"
     return f"{100 * share:.2f} % of the {size} patterns{data} do not occur in the TI"
 

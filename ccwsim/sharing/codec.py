@@ -230,11 +230,5 @@ FIELDS = (
 
 
 def fields_of(part: str) -> tuple[FieldSpec, ...]:
-    """Return the rows of a part of a study.
-
-    Examples
-    --------
-    >>> [field.option for field in fields_of("grid")]
-    ['--grid', '--cell-size', '--origin']
-    """
+    """Return the rows of a part of a study."""
     return tuple(field for field in FIELDS if field.part == part)

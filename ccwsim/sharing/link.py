@@ -45,13 +45,7 @@ TOGETHER = ("method", "wavelet_level", "template_size", "overlap_size")
 
 
 def link_of(choices: Choices, shown: Shown | None = None) -> dict[str, list[str]]:
-    """Return a study as names and values of an address; defaults are left out.
-
-    Examples
-    --------
-    >>> link_of(Choices(image=ImageChoice("dunes"), seed=7))
-    {'ti': ['dunes'], 'data': ['channels_400_data'], 'seed': ['7']}
-    """
+    """Return a study as names and values of an address; defaults are left out."""
     names = own_choices(choices)
     query = {**_image_query(choices.image), **_data_query(choices)}
     for key, choice in names.items():
@@ -77,13 +71,7 @@ def usual_data(image: ImageChoice) -> DataChoice:
 
 
 def left_out(choices: Choices) -> tuple[str, ...]:
-    """Return the parts of a study that an address cannot carry, in words.
-
-    Examples
-    --------
-    >>> left_out(Choices())
-    ()
-    """
+    """Return the parts of a study that an address cannot carry, in words."""
     found = []
     for choice in own_choices(choices).values():
         what = "training image" if isinstance(choice, ImageChoice) else "hard data"
@@ -97,13 +85,7 @@ def left_out(choices: Choices) -> tuple[str, ...]:
 
 
 def own_choices(choices: Choices) -> dict[str, Own]:
-    """Return the parts of a study that an address cannot carry, by their names there.
-
-    Examples
-    --------
-    >>> own_choices(Choices())
-    {}
-    """
+    """Return the parts of a study that an address cannot carry, by their names there."""
     image, data, found = choices.image, choices.data, dict[str, Own]()
     if image.upload is not None:
         found[f"{OWN}-{image.digest}"] = image
@@ -125,14 +107,6 @@ def read_link(
 
     Unknown names are ignored; one that is nearly a known one is asked after. `own` holds images and
     data that are at hand though no address can carry them, as `own_choices` names them.
-
-    Examples
-    --------
-    >>> choices, shown, notes = read_link({"ti": ["dunes"], "seed": ["x"], "show": ["3"]})
-    >>> choices.image.bundled, choices.seed, shown.realization
-    ('dunes', 0, 2)
-    >>> notes
-    ('seed = x is no whole number from 0 to 2147483647: the usual 0 is taken.',)
     """
     reader, usual, shown = _Reader(query, own or {}), Choices(), Shown()
     parts = parts_of(usual, shown)
@@ -152,13 +126,7 @@ def read_link(
 
 
 def meant(name: str) -> str:
-    """Return which of our names a name is or nearly is, or an empty text.
-
-    Examples
-    --------
-    >>> meant("templte"), meant("utm_source")
-    ('template', '')
-    """
+    """Return which of our names a name is or nearly is, or an empty text."""
     close = get_close_matches(name, KEYS, n=1, cutoff=0.75)
     return close[0] if close else ""
 

@@ -80,14 +80,7 @@ def save_project(path_or_file: Any, project: Project) -> None:
 
 
 def project_as_bytes(project: Project) -> bytes:
-    """Return a project as the content of a file, for a download.
-
-    Examples
-    --------
-    >>> project = Project(Study(TrainingImage(np.eye(40)), Grid(50, 60), seed=7))
-    >>> read_project(BytesIO(project_as_bytes(project))).study.seed
-    7
-    """
+    """Return a project as the content of a file, for a download."""
     study = project.study
     data = np.column_stack([study.hard_data.cells, study.hard_data.facies])
     content = BytesIO()

@@ -29,17 +29,7 @@ class Recipe:
 
 
 def reproduction_recipe(choices: Choices, study: Study, project: str) -> Recipe:
-    """Return the script and the command of a study; `project` is the name of the project file.
-
-    Examples
-    --------
-    >>> from ccwsim.sharing.choices import DataChoice
-    >>> choices, grid = Choices(data=DataChoice(), seed=7), Grid(512, 512)
-    >>> study = Study(datasets.load("channels"), grid, seed=7)
-    >>> found = reproduction_recipe(choices, study, "a.ccwsim")
-    >>> print(found.command.removesuffix(" --output realizations.npz"))
-    python -m ccwsim simulate channels --grid 512x512 --realizations 12 --seed 7
-    """
+    """Return the script and the command of a study; `project` is the name of the project file."""
     lines, by_project = _python(choices, study, project)
     words, command_by_project = _command(choices, study, project)
     return Recipe("\n".join(lines), shlex.join(words), by_project, command_by_project)

@@ -62,13 +62,7 @@ class LruCache(Generic[Value]):
 
 
 def n_bytes(value: Any) -> int:
-    """Return the memory of the arrays and texts in a value.
-
-    Examples
-    --------
-    >>> n_bytes({"a": np.zeros(10), "b": [b"picture", 3]})
-    87
-    """
+    """Return the memory of the arrays and texts in a value."""
     if isinstance(value, np.ndarray):
         return value.nbytes
     if isinstance(value, str | bytes):

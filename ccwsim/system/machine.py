@@ -39,13 +39,7 @@ def n_cores() -> int:
 
 
 def this_machine() -> Machine:
-    """Return the machine that this runs on, with the memory that is available now.
-
-    Examples
-    --------
-    >>> this_machine().n_cores >= 1
-    True
-    """
+    """Return the machine that this runs on, with the memory that is available now."""
     system, python = platform.system(), platform.python_version()
     versions = version("numpy"), version("numba")
     return Machine(_processor(), n_cores(), system, python, *versions, free_memory())

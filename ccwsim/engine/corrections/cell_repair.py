@@ -102,11 +102,6 @@ def ends_of_walks(volume: bool, share: float) -> tuple[int, int]:
     """Return the limits of walks, `FURTHER` and `PATIENCE`.
 
     `share` is the share of cells with data for walks that start at data, 0 for all others.
-
-    Examples
-    --------
-    >>> [ends_of_walks(True, share) for share in (0, 0.001, 0.002, 0.1)]
-    [(14, 40), (200, 2000), (100, 1000), (14, 40)]
     """
     if not volume:
         return FURTHER, PATIENCE

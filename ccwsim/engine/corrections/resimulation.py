@@ -190,13 +190,7 @@ def make_honouring(bits: NDArray[np.uint64]) -> Honouring:
 def largest_window(
     template: Triple, image_shape: tuple[int, ...], grid_shape: tuple[int, ...]
 ) -> Triple:
-    """Return the lengths of the first window: the template, cut to image and grid, and square.
-
-    Examples
-    --------
-    >>> largest_window((16, 32, 32), (50, 300, 300), (8, 100, 24))
-    (8, 24, 24)
-    """
+    """Return the lengths of the first window: the template, cut to image and grid, and square."""
     side = min(*template[1:], *image_shape[1:], *grid_shape[1:])
     return min(template[0], image_shape[0], grid_shape[0]), side, side
 
@@ -205,13 +199,6 @@ def _halved(size: Triple, smallest: int) -> list[Triple]:
     """Return a window and its halves, down to `smallest` rows and columns.
 
     A window with many layers is tried with a quarter of them before rows and columns are halved.
-
-    Examples
-    --------
-    >>> _halved((1, 32, 32), 4), _halved((1, 20, 20), 8), _halved((1, 3, 3), 4)
-    ([(1, 32, 32), (1, 16, 16), (1, 8, 8), (1, 4, 4)], [(1, 20, 20), (1, 10, 10), (1, 8, 8)], [])
-    >>> _halved((16, 32, 32), 8)
-    [(16, 32, 32), (4, 32, 32), (2, 16, 16), (2, 8, 8)]
     """
     nz, side = size[0], size[1]
     sizes: list[Triple] = []

@@ -119,13 +119,6 @@ def window_lengths(template: Triple, room: Triple) -> tuple[Triple, Triple, Trip
     Windows of a map are half as long as the template, rings a quarter of that. Those of a volume
     have two layers, and three eighths of the rows and columns: the thinner, the more locations fit.
     Window and ring are whole blocks. Along a short axis the window has all cells, without a ring.
-
-    Examples
-    --------
-    >>> window_lengths((1, 32, 32), (1, 200, 200))
-    ((1, 16, 16), (0, 4, 4), (1, 4, 4))
-    >>> window_lengths((16, 32, 32), (48, 100, 100))
-    ((2, 12, 12), (0, 2, 2), (2, 2, 2))
     """
     volume = template[0] > 1
     n_layers = min(THIN if volume else 1, room[0])

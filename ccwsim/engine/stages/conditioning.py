@@ -89,13 +89,6 @@ def legal_splits(template: Triple, overlap: Triple, volume: bool = False) -> lis
     The parts keep the overlap: parts of (T − OR) / n + OR cells cover the tile of T cells. As for
     T itself, the overlap is at most half of a part. Rows and columns are split alike, layers as far
     as possible; tiles of a volume are first halved along only one axis, for data along a well.
-
-    Examples
-    --------
-    >>> legal_splits((1, 32, 32), (0, 8, 8))
-    [(1, 1, 1), (1, 2, 2), (1, 3, 3)]
-    >>> legal_splits((16, 32, 32), (4, 8, 8), volume=True)
-    [(1, 1, 1), (2, 1, 1), (1, 2, 1), (1, 1, 2), (2, 2, 2), (3, 3, 3)]
     """
     steps = [(t - o, o) for t, o in zip(template, overlap, strict=True)]
 

@@ -66,13 +66,7 @@ def inside_overlap(box):
 
 
 def in_layers(shape: tuple[int, ...]) -> Triple:
-    """Return the shape of a map or a volume with its layers.
-
-    Examples
-    --------
-    >>> in_layers((60, 100))
-    (1, 60, 100)
-    """
+    """Return the shape of a map or a volume with its layers."""
     nz, ny, nx = (1, *shape)[-3:]
     return nz, ny, nx
 
@@ -83,13 +77,7 @@ def in_three(cells: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def overlap_cells(template: Triple, overlap: Triple) -> int:
-    """Return the number of cells in the overlap of a patch that overlaps along each axis.
-
-    Examples
-    --------
-    >>> overlap_cells((1, 32, 32), (0, 8, 8))
-    448
-    """
+    """Return the number of cells in the overlap of a patch that overlaps along each axis."""
     inside = prod(t - o for t, o in zip(template, overlap, strict=True))
     return prod(template) - inside
 
@@ -111,13 +99,7 @@ def from_path(image: NDArray, orientation: int) -> NDArray:
 
 
 def along_path(lengths: tuple[T, T, T], orientation: int) -> tuple[T, T, T]:
-    """Return values along z, y and x of the grid in the order of the axes of the path.
-
-    Examples
-    --------
-    >>> along_path((8, 32, 16), 4)
-    (8, 16, 32)
-    """
+    """Return values along z, y and x of the grid in the order of the axes of the path."""
     z, y, x = lengths
     return (z, x, y) if orientation & 4 else (z, y, x)
 
@@ -139,13 +121,7 @@ def cells_to_path(
 def cells_from_path(
     cells: NDArray[np.int64], shape: tuple[int, ...], orientation: int
 ) -> NDArray[np.int64]:
-    """Return the grid coordinates of cells, shape (n, 3), of a path of `shape`.
-
-    Examples
-    --------
-    >>> cells_from_path(np.array([[0, 1, 2]]), (4, 5, 6), 4 | 1)
-    array([[0, 2, 3]])
-    """
+    """Return the grid coordinates of cells, shape (n, 3), of a path of `shape`."""
     layers, rows, columns = cells.T
     layers = shape[0] - 1 - layers if orientation & FROM_ABOVE else layers
     columns = shape[2] - 1 - columns if orientation & 2 else columns
@@ -183,12 +159,6 @@ def make_path(
 
     The first tile begins `offset` cells before the grid. If it always began with the grid, seams
     would be at the same cells in all realizations, and show in their mean.
-
-    Examples
-    --------
-    >>> path = make_path((1, 60, 100), 4, (1, 32, 32), (0, 8, 8))
-    >>> path.shape, path.tiles, path.full
-    ((1, 100, 60), (1, 4, 3), (1, 104, 80))
     """
     shape = along_path(grid_shape, orientation)
     covered = [n + before for n, before in zip(shape, offset, strict=True)]

@@ -57,12 +57,6 @@ def reconstruct(coefficients: list[Any], place: tuple[int, int], size: int) -> N
     Section 4.4; Algorithm 1, line 13. For Haar this is the slice of the image itself, so the
     simulation loop takes that; this function and its tests prove that it may. `place` is in
     coefficients; the size of the patch, in cells, is a multiple of 2^J.
-
-    Examples
-    --------
-    >>> image = np.arange(64.0).reshape(8, 8)
-    >>> np.allclose(reconstruct(decompose(image, 2), (1, 0), 4), image[4:8, 0:4])
-    True
     """
     level = len(coefficients) - 1
 
@@ -121,11 +115,6 @@ def upgrid(image, block_size):
     A tie goes to the facies that comes first in the block, by layer, row and column: no facies is
     favoured, and a boundary along the middle of blocks stays straight. Cells that do not fill a
     block are left out.
-
-    Examples
-    --------
-    >>> upgrid(np.array([[[1, 0, 2, 2, 1], [1, 1, 0, 0, 1]]], np.uint8), (1, 2, 2))
-    array([[[1, 2]]], dtype=uint8)
     """
     uz, uy, ux = block_size
     nz, ny, nx = image.shape[0] // uz, image.shape[1] // uy, image.shape[2] // ux
@@ -153,13 +142,6 @@ def upgrid_data(
     """Return the blocks of `block_size` cells with data, and the majority facies of these.
 
     A tie goes to the facies of the datum that comes first by layer, row and column.
-
-    Examples
-    --------
-    >>> cells = np.array([[0, 0, 0], [0, 0, 1], [0, 1, 1], [0, 5, 2]])
-    >>> upgrid_data(cells, np.array([0, 1, 1, 2]), (1, 2, 2))
-    (array([[0, 0, 0],
-           [0, 2, 1]]), array([1, 2], dtype=uint8))
     """
     if max(block_size) == 1 or not len(cells):
         return cells, facies.astype(np.uint8)

@@ -41,11 +41,6 @@ def vti_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
     """Return maps or volumes, row 0 at the south, as VTK XML ImageData: an array of cell data each.
 
     The grid of maps is one cell of size 1 thick, z from 0 to 1.
-
-    Examples
-    --------
-    >>> vti_as_bytes({"facies": np.eye(2)}, Grid(2, 2))[:50]
-    b'<?xml version="1.0"?>\\n<VTKFile type="ImageData" ve'
     """
     extent = f'"0 {grid.nx} 0 {grid.ny} 0 {grid.nz or 1}"'
     spacing = " ".join((*map(repr, grid.cell_size), "1")[:3])

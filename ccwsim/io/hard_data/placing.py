@@ -277,14 +277,7 @@ def _by_name(
 def colliding(
     cells: NDArray[np.int64], facies: NDArray[np.int64], among: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], ...]:
-    """Return, for each cell with more than one facies, the points in it.
-
-    Examples
-    --------
-    >>> cells = np.array([[0, 1], [2, 2], [0, 1]])
-    >>> [c.tolist() for c in colliding(cells, np.array([1, 1, 0]), np.arange(3))]
-    [[0, 2]]
-    """
+    """Return, for each cell with more than one facies, the points in it."""
     if not len(among):
         return ()
     order = among[np.lexsort((among, *cells[among].T[::-1]))]
@@ -298,13 +291,7 @@ def colliding(
 def settled(
     facies: NDArray[np.int64], offsets: NDArray[np.float64], choice: str
 ) -> tuple[int | None, bool]:
-    """Return the facies to keep in a cell and whether only the order in the file decided.
-
-    Examples
-    --------
-    >>> settled(np.array([0, 1, 1]), np.array([0.0, 0.2, 0.3]), "majority")
-    (1, False)
-    """
+    """Return the facies to keep in a cell and whether only the order in the file decided."""
     if choice == "drop":
         return None, False
     running = np.ones(len(facies), bool)

@@ -74,13 +74,7 @@ def name_of(setting: Setting, settings: Sequence[Setting]) -> str:
 
 
 def size_text(shape: Shape) -> str:
-    """Return the size of a grid.
-
-    Examples
-    --------
-    >>> size_text((512, 512)), size_text((48, 100, 100))
-    ('512²', '100 × 100 × 48')
-    """
+    """Return the size of a grid."""
     return f"{shape[0]}²" if len(shape) == 2 else describe_shape(shape)
 
 

@@ -143,15 +143,7 @@ def usual_others(own: Parameters, shape: Shape) -> list[Parameters]:
 
 
 def describe_setting(p: Parameters, own: Parameters) -> str:
-    """Describe the differences of a setting from another.
-
-    Examples
-    --------
-    >>> describe_setting(Parameters(48, 8, refine=False), Parameters())
-    'template 48, no refine'
-    >>> describe_setting(Parameters(location_weight=(2, 0, 0)), Parameters())
-    'location weight 2 along z'
-    """
+    """Describe the differences of a setting from another."""
     names = [f.name for f in fields(Parameters) if getattr(p, f.name) != getattr(own, f.name)]
     if p.method == "ccsim":  # it has no level
         names = [name for name in names if name != "wavelet_level"]

@@ -88,14 +88,7 @@ class Editor:
 
 
 def with_changes(data: HardData, changes: Mapping[Cell, int | None]) -> HardData:
-    """Return data with cells ((layer,) row, column) set to a facies code, or freed by None.
-
-    Examples
-    --------
-    >>> data = with_changes(HardData([[0, 0], [1, 1]], [5, 5]), {(0, 0): None, (2, 2): 7})
-    >>> data.cells.tolist(), data.facies.tolist()
-    ([[1, 1], [2, 2]], [5, 7])
-    """
+    """Return data with cells ((layer,) row, column) set to a facies code, or freed by None."""
     before = dict(zip(map(tuple, data.cells.tolist()), data.facies.tolist(), strict=True))
     known = {cell: code for cell, code in {**before, **changes}.items() if code is not None}
     return HardData(list(known), list(known.values()))

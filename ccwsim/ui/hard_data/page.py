@@ -221,17 +221,7 @@ def status_of(data: HardData, ensemble: Ensemble | None, shown: int | None) -> l
 
 
 def describe_data_status(data_status: NDArray[np.integer]) -> str:
-    """Say how one realization honours the data; takes a row of `Ensemble.data_status`.
-
-    Examples
-    --------
-    >>> describe_data_status(np.array([0, 0, 16, 8, -1]))
-    '2 honoured in the raster pass, 2 by local re-simulation in windows of 8 to 16 cells, 1 forced'
-    >>> describe_data_status(np.array([0, 0]))
-    'all 2 honoured in the raster pass'
-    >>> describe_data_status(np.array([0, -2]))
-    '1 honoured in the raster pass, 1 wrong, as “Honour data exactly” is off'
-    """
+    """Say how one realization honours the data; takes a row of `Ensemble.data_status`."""
     sizes = data_status[data_status > 0]
     n_raster, n_forced = np.count_nonzero(data_status == 0), np.count_nonzero(data_status == FORCED)
     n_wrong = np.count_nonzero(data_status == WRONG)

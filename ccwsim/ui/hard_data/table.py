@@ -82,13 +82,7 @@ def _edited(state: State, key: str, image: TrainingImage) -> None:
 
 
 def rows_of(data: HardData, grid: Grid, world: bool) -> pd.DataFrame:
-    """Return hard data as a table of x, y (cell centres) or row, col, and facies.
-
-    Examples
-    --------
-    >>> rows_of(HardData([[3, 4]], [1]), Grid(9, 9), True).values.tolist()
-    [[4.5, 3.5, 1.0]]
-    """
+    """Return hard data as a table of x, y (cell centres) or row, col, and facies."""
     if world:
         x, y = grid.centers_of(data.cells).T
         return pd.DataFrame({"x": x, "y": y, "facies": data.facies})
@@ -108,16 +102,7 @@ def painted(base: pd.DataFrame, edits: Mapping[str, Any], colour_of: Mapping[int
 
 
 def edited_rows(base: pd.DataFrame, edits: Mapping[str, Any]) -> pd.DataFrame:
-    """Return a table with the edits of `st.data_editor` applied.
-
-    Examples
-    --------
-    >>> base = pd.DataFrame({"row": [1, 2], "col": [1, 2], "facies": [0, 0]})
-    >>> edits = {"edited_rows": {1: {"facies": 1}}, "deleted_rows": [0],
-    ...          "added_rows": [{"row": 7, "col": 7}]}
-    >>> edited_rows(base, edits).to_dict("list")
-    {'row': [2.0, 7.0], 'col': [2.0, 7.0], 'facies': [1.0, nan]}
-    """
+    """Return a table with the edits of `st.data_editor` applied."""
     frame = base.astype(float)
     for row, changes in edits.get("edited_rows", {}).items():
         for name, value in changes.items():
@@ -133,14 +118,7 @@ def edited_rows(base: pd.DataFrame, edits: Mapping[str, Any]) -> pd.DataFrame:
 def data_of_rows(
     frame: pd.DataFrame, grid: Grid, image: TrainingImage, world: bool
 ) -> tuple[HardData, list[str]]:
-    """Return the hard data of the valid rows, and notes on the others.
-
-    Examples
-    --------
-    >>> frame = pd.DataFrame({"row": [1, 1, 99], "col": [1, 1, 0], "facies": [0, 1, 1]})
-    >>> data_of_rows(frame, Grid(8, 8), TrainingImage([[0, 1]]), False)[1]
-    ['Row 3 is outside the grid and is left out.', 'Row 2 counts, not row 1 in the same cell.']
-    """
+    """Return the hard data of the valid rows, and notes on the others."""
     values = frame.to_numpy(float)
     whole = np.isfinite(values).all(axis=1)
     notes = _noted(~whole, "is not complete yet", "are not complete yet")

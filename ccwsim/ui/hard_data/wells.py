@@ -48,15 +48,7 @@ class WellRows(NamedTuple):
 
 
 def rows_of_wells(data: HardData, wells: CellsOfWells = ()) -> WellRows:
-    """Return the wells of hard data: each named well, and each column of the other data.
-
-    Examples
-    --------
-    >>> data = HardData([[0, 3, 4], [1, 3, 5], [0, 1, 1], [2, 1, 1]], [0, 1, 1, 0])
-    >>> rows = rows_of_wells(data, (("A", ((0, 3, 4), (1, 3, 5), (9, 9, 9))),))
-    >>> rows.names, [data.cells[k].tolist() for k in rows.data]
-    (('A', ''), [[[0, 3, 4], [1, 3, 5]], [[0, 1, 1], [2, 1, 1]]])
-    """
+    """Return the wells of hard data: each named well, and each column of the other data."""
     place_of = {cell: k for k, cell in enumerate(map(tuple, data.cells.tolist()))} if wells else {}
     names, parts = [], []
     unnamed = np.ones(data.n, bool)
@@ -77,16 +69,7 @@ def rows_of_wells(data: HardData, wells: CellsOfWells = ()) -> WellRows:
 
 
 def table_of_wells(data: HardData, grid: Grid, rows: WellRows) -> pd.DataFrame:
-    """Return a table of wells: name, position of the highest datum, range of z, number of data.
-
-    Examples
-    --------
-    >>> data = HardData([[2, 3, 4], [5, 3, 4], [0, 1, 1]], [0, 1, 1])
-    >>> table_of_wells(data, Grid(8, 8, nz=6), rows_of_wells(data))
-         x    y  from z  to z  data
-    0  1.5  1.5     0.0   1.0     1
-    1  4.5  3.5     2.0   6.0     2
-    """
+    """Return a table of wells: name, position of the highest datum, range of z, number of data."""
     low = data.cells[[which[0] for which in rows.data]]
     high = data.cells[[which[-1] for which in rows.data]]
     places = grid.centers_of(high)
@@ -98,14 +81,7 @@ def table_of_wells(data: HardData, grid: Grid, rows: WellRows) -> pd.DataFrame:
 
 
 def describe_wells(data: HardData, rows: WellRows) -> str:
-    """Say how many wells there are.
-
-    Examples
-    --------
-    >>> data = HardData([[2, 3, 4], [5, 3, 4], [0, 1, 1]], [0, 1, 1])
-    >>> describe_wells(data, rows_of_wells(data))
-    '2 columns, 3 cells'
-    """
+    """Say how many wells there are."""
     n = sum(map(bool, rows.names))
     counts = {"well": n, "column": len(rows.names) - n, "cell": data.n}
     said = [f"{count} {what}{'' if count == 1 else 's'}" for what, count in counts.items() if count]

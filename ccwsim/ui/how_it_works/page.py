@@ -35,6 +35,7 @@ from ccwsim.ui.how_it_works.run import (
 )
 from ccwsim.ui.how_it_works.words import say
 from ccwsim.ui.results.maps import colours_of
+from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import image_of, levels, overlap_sizes
 from ccwsim.ui.session.state import State
@@ -363,7 +364,7 @@ def _draw_bands(how: How, view: PatchView) -> None:
         none = "At level 0 the image is compared as it is: there are no sub-bands."
         say(f"{none} Choose level 1 or more to see them.", words.PAPER["image"])
         return
-    bands = _bands(image.digest, how.facies, level, image)
+    bands = _bands(image, how.facies, level)
     box = view.trace.image_frame.box_to_grid(view.step.drawn_place, view.step.cells.shape)
     mark = maps.box_mark(box, view.theme.reference, "the drawn patch", cells=unit)
     with st.container(key="how_bands"):
@@ -393,11 +394,9 @@ def _band_scale(name: str, values: NDArray[np.float64], unit: int, theme: Theme)
     return ColourScale(name, -largest, largest, difference_colours(theme))
 
 
-@st.cache_resource(max_entries=16, show_spinner=False)
-def _bands(
-    digest: str, facies: int, level: int, _image: TrainingImage
-) -> dict[str, NDArray[np.float64]]:
-    approximation, details, *_ = decompose(_image.indices == facies, level)
+@cached(max_entries=16)
+def _bands(image: TrainingImage, facies: int, level: int) -> dict[str, NDArray[np.float64]]:
+    approximation, details, *_ = decompose(image.indices == facies, level)
     return dict(zip(BANDS, (approximation, *details), strict=True))
 
 

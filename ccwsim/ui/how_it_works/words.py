@@ -104,9 +104,9 @@ def describe_path(trace: Trace) -> str:
     return (
         f"The path starts in {way} "
         f"({'drawn at random for each realization' if is_random else 'the same for all'}). "
-        f"Patches of T = {along(search.template)} cells are placed T − OR = {along((z, y, x))} cells "
-        f"apart, so each overlaps earlier ones by OR = {along(search.overlap)}: the part in full "
-        f"colour. {'Left' if volume else 'Click the grid to jump to a patch; left'} and right "
+        f"Patches of T = {along(search.template)} cells are placed T − OR = {along((z, y, x))} "
+        f"cells apart, so each overlaps earlier ones by OR = {along(search.overlap)}: the part in "
+        f"full colour. {'Left' if volume else 'Click the grid to jump to a patch; left'} and right "
         "arrow keys step."
     )
 

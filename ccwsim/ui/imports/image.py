@@ -10,7 +10,7 @@ import streamlit as st
 
 from ccwsim import datasets
 from ccwsim.figures import facies_colours
-from ccwsim.metrics import Diagnosis, diagnose
+from ccwsim.metrics import diagnose
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
@@ -19,6 +19,7 @@ from ccwsim.ui.frontend.cell_map import CellMap, facies_map, share_map
 from ccwsim.ui.frontend.cells import draw_cells
 from ccwsim.ui.results.maps import middle_layer
 from ccwsim.ui.session.address import go_to
+from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.changes import image_name
@@ -40,6 +41,7 @@ MAX_FACIES = 12
 SIMULATE_PAGE = "pages/simulate.py"
 TURNS = {"flip_ew": "Flip E–W", "flip_ns": "Flip N–S", "transpose": "Transpose"}
 Write = Callable[[ImageChoice], None]
+_diagnosed = cached(max_entries=16, show_spinner="Looking at the training image …")(diagnose)
 
 
 def draw_image_import(state: State) -> None:
@@ -196,7 +198,7 @@ def draw_facies(choice: ImageChoice, image: TrainingImage, write: Write) -> None
 def draw_image_advice(state: State, choice: ImageChoice, image: TrainingImage) -> None:
     """Say which parameters suit the image; they are taken into the study, with the image."""
     try:
-        found = _diagnosed((image.digest, image.facies_names), image)
+        found = _diagnosed(image)
     except CCWSIMError as error:  # too small to judge, which is no fault of the study
         st.caption(plain(f"No advice: {error}."))
         return
@@ -206,9 +208,3 @@ def draw_image_advice(state: State, choice: ImageChoice, image: TrainingImage) -
         use_advice(state, advised)
 
     draw_advice(found, image, state.choices.parameters, take)
-
-
-@st.cache_data(max_entries=16, show_spinner="Looking at the training image …")
-def _diagnosed(key: tuple, _image: TrainingImage) -> Diagnosis:
-    """Return the diagnosis; it calls facies by names, which another user's may not share."""
-    return diagnose(_image)

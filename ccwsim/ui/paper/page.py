@@ -188,13 +188,7 @@ def _ended(run: PaperRun | None) -> None:
 
 
 def describe_inputs(inputs: PaperInputs) -> str:
-    """Describe the images and data of the experiments.
-
-    Examples
-    --------
-    >>> describe_inputs(PaperInputs())
-    'On the bundled training images and data, in place of the authors’.'
-    """
+    """Describe the images and data of the experiments."""
     if inputs.folder is None:
         return "On the bundled training images and data, in place of the authors’."
     return "On the authors’ training images and data, which this server has."
@@ -219,13 +213,7 @@ def ended_text(run: PaperRun) -> str:
 
 
 def verdict_list(finished: Sequence[Finished]) -> str:
-    """Return all experiments as a list in HTML: those to come are quiet, the others unfold.
-
-    Examples
-    --------
-    >>> verdict_list([]).count('class="coming"') == len(EXPERIMENTS)
-    True
-    """
+    """Return all experiments as a list in HTML: those to come are quiet, the others unfold."""
     items = []
     for k, experiment in enumerate(EXPERIMENTS):
         line = f"<b>{k + 1}</b><i>{escape(experiment.title)}</i><em>{escape(experiment.place)}</em>"

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from html import escape
-from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -16,18 +15,17 @@ from ccwsim.figures import Bundle, Theme, curves_chart, proportions_chart, times
 from ccwsim.metrics import (
     EType,
     Fit,
-    connectivity,
     etype,
     fit_curve,
     fit_vertical_proportions,
-    variogram,
 )
-from ccwsim.metrics.bands import Statistic
+from ccwsim.metrics.bands import Statistic, curves_of
 from ccwsim.metrics.lags import axes_of, max_lag
-from ccwsim.metrics.stack import Images, Stack
+from ccwsim.metrics.stack import Stack
 from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.numbers import seconds
+from ccwsim.model.training_image import TrainingImage
 from ccwsim.report.pictures import bundle_of_curves, layers_bundle, layers_chart
 from ccwsim.report.verdicts import (
     HOW_JUDGED,
@@ -37,56 +35,48 @@ from ccwsim.report.verdicts import (
     way_name,
 )
 from ccwsim.ui.results.charts import titled_chart
+from ccwsim.ui.session.cached import cached
 from ccwsim.ui.widgets.text import panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
 SMALL_SHARES = 4_000_000
 """Largest number of shares of an E-type, 8 bytes each, that is kept without its ensemble."""
 _large: WeakKeyDictionary[Ensemble, EType] = WeakKeyDictionary()
+_e_type = cached(max_entries=8)(etype)
 
 
-@st.cache_resource(max_entries=448, show_spinner=False)
-def _once(key: tuple, _work: Callable[[], Any]) -> Any:
-    """Return the result of work, computed once for each key."""
-    return _work()
-
-
+@cached(max_entries=192)
 def curve_bundle(ensemble: Ensemble, statistic: Statistic, facies: int, direction: str) -> Bundle:
-    """Return a curve of a facies (a place in the codes) along an axis, computed once.
+    """Return a curve of a facies (a place in the codes) along an axis.
 
     In the connectivity function cells that touch at a corner are connected.
     """
     image = ensemble.training_image
     code, lags = int(image.codes[facies]), max_lag(direction, image.shape, ensemble.grid.shape)
-
-    def curve(images: Images) -> NDArray[np.float64]:
-        if statistic == "variogram":
-            return variogram(images, code, direction, lags).gamma
-        return connectivity(images, code, direction, lags).tau
-
-    # the image's own curve is the same for all its ensembles
-    of_image = ("of image", statistic, image.digest, facies, direction, lags)
-    reference = _once(of_image, lambda: curve(image).reshape(-1))
-
-    def bundle() -> Bundle:
-        each = curve(Stack(ensemble.indices[:MAX_CURVES], image.codes))
-        return bundle_of_curves(np.arange(len(reference), dtype=float), reference, each)
-
-    return _once(("curves", statistic, ensemble.digest, image.digest, facies, direction), bundle)
+    reference = _curve_of_image(image, statistic, code, direction, lags)
+    some = Stack(ensemble.indices[:MAX_CURVES], image.codes)
+    each = curves_of(statistic, some, code, direction, lags)
+    return bundle_of_curves(np.arange(len(reference), dtype=float), reference, each)
 
 
+@cached(max_entries=64)
+def _curve_of_image(
+    image: TrainingImage, statistic: Statistic, code: int, direction: str, lags: int
+) -> NDArray[np.float64]:
+    """Return the image's own curve, the same for all its ensembles."""
+    return curves_of(statistic, image, code, direction, lags)[0]
+
+
+@cached(max_entries=64)
 def vertical_proportions_bundle(ensemble: Ensemble, facies: int) -> Bundle:
-    """Return the share of a facies in each layer of volumes, computed once."""
-    key = ("layers", ensemble.digest, ensemble.training_image.digest, ensemble.grid, facies)
-    return _once(key, lambda: layers_bundle(ensemble, facies))
+    """Return the share of a facies in each layer of volumes."""
+    return layers_bundle(ensemble, facies)
 
 
+@cached(max_entries=192)
 def fit_of(ensemble: Ensemble, statistic: Statistic, facies: int, direction: str) -> Fit | None:
-    """Return how a curve compares with crops of the training image, computed once."""
-    image = ensemble.training_image
-    code = int(image.codes[facies])
-    key = ("fit", ensemble.digest, image.digest, statistic, facies, direction)
-    return _once(key, lambda: fit_curve(ensemble, statistic, code, direction))
+    """Return how a curve compares with crops of the training image."""
+    return fit_curve(ensemble, statistic, int(ensemble.training_image.codes[facies]), direction)
 
 
 def e_type_of(ensemble: Ensemble) -> EType:
@@ -95,15 +85,10 @@ def e_type_of(ensemble: Ensemble) -> EType:
     Small ones are shared by all sessions; a large one goes with its ensemble.
     """
     if ensemble.grid.n_cells * ensemble.training_image.n_facies <= SMALL_SHARES:
-        return _e_type(ensemble.digest, ensemble)
+        return _e_type(ensemble)
     if ensemble not in _large:
         _large[ensemble] = etype(ensemble)
     return _large[ensemble]
-
-
-@st.cache_resource(max_entries=8, show_spinner=False)
-def _e_type(digest: str, _ensemble: Ensemble) -> EType:
-    return etype(_ensemble)
 
 
 def draw_curves(ensemble: Ensemble, facies: int, colours: Sequence[str] | None = None) -> None:
@@ -168,10 +153,13 @@ def _connectivity_both_ways(ensemble: Ensemble, facies: int) -> None:
 
 
 def _vertical_proportions(ensemble: Ensemble, facies: int) -> None:
-    image = ensemble.training_image
-    key = ("fit of layers", ensemble.digest, image.digest, facies)
-    fit = _once(key, lambda: fit_vertical_proportions(ensemble, int(image.codes[facies])))
-    draw_layers(ensemble, facies, vertical_proportions_bundle(ensemble, facies), fit)
+    bundle, fit = vertical_proportions_bundle(ensemble, facies), _fit_of_layers(ensemble, facies)
+    draw_layers(ensemble, facies, bundle, fit)
+
+
+@cached(max_entries=64)
+def _fit_of_layers(ensemble: Ensemble, facies: int) -> Fit | None:
+    return fit_vertical_proportions(ensemble, int(ensemble.training_image.codes[facies]))
 
 
 def draw_layers(

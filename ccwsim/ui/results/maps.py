@@ -20,6 +20,7 @@ from ccwsim.ui.frontend.cell_map import CellMap, facies_map, points_of, share_ma
 from ccwsim.ui.frontend.cells import draw_cells
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.results.curves import e_type_of
+from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.fields import button, field, options_of
@@ -184,17 +185,15 @@ def draw_gallery(
     width, height = tile_size(ensemble.grid.shape[-2:], longest)
     if ensemble.grid.nz is not None:
         step_note(f"Layer {ensemble.grid.nz // 2} of each realization; 0 is the bottom")
-    png, columns = _sheet(ensemble.digest, tuple(colours), 2 * longest, ensemble)
+    png, columns = _sheet(ensemble, tuple(colours), 2 * longest)
     data = {"png": png, "n": ensemble.n, "columns": columns, "shown": shown}
     data |= {"width": width, "height": height}
     draw_component("sheet", "gallery", data, "chosen", lambda r: choose(int(r)))
 
 
-@st.cache_data(max_entries=16, show_spinner=False)
-def _sheet(
-    digest: str, colours: tuple[str, ...], longest: int, _ensemble: Ensemble
-) -> tuple[str, int]:
-    png, columns = contact_sheet(middle_layers(_ensemble.indices), colours, longest=longest)
+@cached(max_entries=16)
+def _sheet(ensemble: Ensemble, colours: tuple[str, ...], longest: int) -> tuple[str, int]:
+    png, columns = contact_sheet(middle_layers(ensemble.indices), colours, longest=longest)
     return b64encode(png).decode(), columns
 
 

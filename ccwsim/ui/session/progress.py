@@ -50,13 +50,7 @@ def compilation_to_come() -> str:
 
 
 def format_duration(seconds: float) -> str:
-    """Return a time that is only approximate, without more digits than it deserves.
-
-    Examples
-    --------
-    >>> format_duration(4.7), format_duration(170.0), format_duration(9000.0)
-    ('5 s', '3 min', '2.5 h')
-    """
+    """Return a time that is only approximate, without more digits than it deserves."""
     if seconds < 90:
         return f"{seconds:.0f} s"
     return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from functools import partial
@@ -10,7 +10,6 @@ from io import BytesIO
 from typing import Any, TypeVar
 
 import numpy as np
-import streamlit as st
 
 from ccwsim import datasets
 from ccwsim.datasets.sampling import sample_random
@@ -51,6 +50,7 @@ from ccwsim.sharing.choices import (
     Upload,
     WellTables,
 )
+from ccwsim.ui.session.cached import CONTENT, cached
 
 Made = TypeVar("Made", PointColumns, WellColumns, Conversion)
 Moved = dict[str, tuple[Any, Any]]
@@ -59,21 +59,10 @@ OF_VOLUMES = ("z", "well", "depth_from", "depth_to", "depth", "z_up")
 OF_SURVEYS = tuple(name for name in vars(WellColumns()) if name.startswith("survey"))
 SETTLING = ("on_collision", "on_outside", "on_unknown")
 """Names of answers about hard data: to read volumes, to read surveys, to settle what is open."""
+BUT_NAMES = {**CONTENT, TrainingImage: lambda image: image.digest}
+"""What tells arguments apart if the names of facies decide nothing."""
 USUAL_VOLUME = 100, 100
 """Rows and columns of the grid of a volume; it has as many layers as its training image."""
-
-
-CONTENT: dict[str | type[Any], Callable[[Any], Any]] = {
-    Upload: lambda upload: upload.digest,
-    ImageChoice: lambda choice: choice.digest,
-    DataChoice: lambda choice: [choice.upload, choice.tables, choice.answers],
-    WellTables: vars,
-    TrainingImage: lambda image: (image.digest, image.facies_names),
-    Grid: repr,
-    Parameters: lambda parameters: parameters.digest,
-}
-"""How arguments are told apart: by their content."""
-cached = st.cache_resource(max_entries=32, show_spinner=False, hash_funcs=CONTENT)
 
 
 def study_of(choices: Choices) -> Study:
@@ -82,7 +71,7 @@ def study_of(choices: Choices) -> Study:
     return Study(image, choices.grid, choices.parameters, data_of(choices), choices.seed)
 
 
-@cached
+@cached(max_entries=32)
 def image_of(choice: ImageChoice) -> TrainingImage:
     """Return the training image of a choice; an error if a question about it is open."""
     if choice.upload is None:
@@ -228,25 +217,25 @@ def _settled(placed: PlacedPoints, choice: DataChoice) -> HardDataImport:
     return resolve_points(placed, Conversion(**answers))
 
 
-@cached
+@cached(max_entries=32)
 def _preview(upload: Upload | None, columns: PointColumns, shape: Shape) -> PointsPreview:
     with opened(upload) as file:
         return preview_points(file, columns, grid_shape=shape)
 
 
-@cached
+@cached(max_entries=32)
 def _preview_of_wells(upload: Upload, table: str, columns: WellColumns) -> PointsPreview:
     with opened(upload) as file:
         return preview_wells(file, table, columns)
 
 
-@cached
+@cached(max_entries=32)
 def _points(upload: Upload | None, columns: PointColumns, shape: Shape | None) -> ImportedPoints:
     with opened(upload) as file:
         return read_points(file, columns, grid_shape=shape)
 
 
-@cached
+@cached(max_entries=32)
 def _well_points(
     tables: WellTables, intervals: Upload | None, columns: WellColumns, grid: Grid | None
 ) -> ImportedPoints:
@@ -263,21 +252,17 @@ def _well_points(
         return read_well_points(collars, log, grid, columns, surveys=stations)
 
 
-@cached
+@cached(max_entries=32)
 def _placed(choice: DataChoice, grid: Grid, image: TrainingImage) -> PlacedPoints:
     return place_points(points_of(choice, grid), grid, image, _made(Conversion, choice))
 
 
-@cached
+@cached(max_entries=32)
 def _imported(choice: DataChoice, grid: Grid, image: TrainingImage) -> HardDataImport:
     return _settled(_placed(_without(choice, SETTLING), grid, image), choice)
 
 
-@st.cache_resource(
-    max_entries=32,
-    show_spinner="Simulating a reference to sample …",
-    hash_funcs={**CONTENT, TrainingImage: lambda image: image.digest},
-)
+@cached(max_entries=32, show_spinner="Simulating a reference to sample …", hash_funcs=BUT_NAMES)
 def _sampled(
     image: TrainingImage, shape: Shape, parameters: Parameters, n: int, seed: int
 ) -> HardData:
@@ -288,14 +273,7 @@ def _sampled(
 
 
 def same_realizations(study: Choices, other: Choices) -> bool:
-    """Return whether two studies give the same realizations: names and colours decide nothing.
-
-    Examples
-    --------
-    >>> renamed = replace(Choices(), image=ImageChoice(names=("mud", "channel")))
-    >>> same_realizations(Choices(), renamed), same_realizations(Choices(), Choices(seed=1))
-    (True, False)
-    """
+    """Return whether two studies give the same realizations: names and colours decide nothing."""
     try:
         return study == other or _what_decides(study) == _what_decides(other)
     except CCWSIMError:  # one of them cannot be simulated
@@ -309,15 +287,7 @@ def _what_decides(choices: Choices) -> tuple[object, ...]:
 
 
 def template_sizes(level: int, shape: Shape, along_z: bool = False) -> list[int]:
-    """Return the template sizes that a level and a training image allow, of a volume also along z.
-
-    Examples
-    --------
-    >>> template_sizes(3, (40, 60))
-    [16, 24, 32, 40]
-    >>> template_sizes(1, (9, 40, 60), along_z=True)
-    [2, 4, 6, 8]
-    """
+    """Return the template sizes that a level and a training image allow, of a volume also along z."""
     if along_z:
         sizes = legal_sizes(level, 1, min(shape[0], MAX_TEMPLATE))
         return [size for size in sizes if overlap_sizes(level, size, along_z=True)]
@@ -414,15 +384,7 @@ def fitted_to_image(choices: Choices, image: TrainingImage) -> Choices:
 
 
 def fitted_grid(grid: Grid, shape: Shape) -> Grid:
-    """Return a grid with the axes of a training image: the usual one, if it has others.
-
-    Examples
-    --------
-    >>> fitted_grid(Grid(512, 512), (48, 160, 160)).shape
-    (48, 100, 100)
-    >>> fitted_grid(Grid(50, 60), (256, 256)).shape
-    (50, 60)
-    """
+    """Return a grid with the axes of a training image: the usual one, if it has others."""
     if grid.n_dimensions == len(shape):
         return grid
     return Grid(*USUAL_VOLUME, nz=shape[0]) if len(shape) == 3 else Choices().grid

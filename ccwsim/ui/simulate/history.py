@@ -5,13 +5,12 @@ from __future__ import annotations
 from base64 import b64encode
 from typing import Any
 
-import streamlit as st
-
 from ccwsim.figures import contact_sheet, facies_colours, tile_size
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.numbers import seconds
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.results.maps import middle_layers
+from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.state import PastRun, State
 from ccwsim.ui.study.changes import changes_between, study_name
 from ccwsim.ui.study.run import stop_run
@@ -67,7 +66,7 @@ def entry(runs: list[PastRun], k: int) -> dict[str, Any]:
     stopped = f"{ensemble.n} of {run.choices.n_realizations} · " if missing else ""
     return {
         "key": run.key,
-        "png": _picture(ensemble.digest, tuple(colours), ensemble),
+        "png": _picture(ensemble, tuple(colours)),
         "width": width,
         "height": height,
         "label": " · ".join(changes) or study_name(run.choices),
@@ -75,7 +74,7 @@ def entry(runs: list[PastRun], k: int) -> dict[str, Any]:
     }
 
 
-@st.cache_data(max_entries=64, show_spinner=False)
-def _picture(digest: str, colours: tuple[str, ...], _ensemble: Ensemble) -> str:
-    png, _ = contact_sheet(middle_layers(_ensemble.indices[:1]), colours, longest=2 * LONGEST)
+@cached(max_entries=64)
+def _picture(ensemble: Ensemble, colours: tuple[str, ...]) -> str:
+    png, _ = contact_sheet(middle_layers(ensemble.indices[:1]), colours, longest=2 * LONGEST)
     return b64encode(png).decode()

@@ -30,13 +30,7 @@ VALUES = {
 
 
 def changes_between(before: Choices, after: Choices) -> list[str]:
-    """Return each difference of two studies as a short phrase; none for equal ones.
-
-    Examples
-    --------
-    >>> changes_between(Choices(), Choices(seed=3, parameters=Parameters(wavelet_level=1)))
-    ['level 2 → 1', 'seed 0 → 3']
-    """
+    """Return each difference of two studies as a short phrase; none for equal ones."""
     said = []
     if before.image != after.image:
         said.append(_image(before.image, after.image))
@@ -53,13 +47,7 @@ def changes_between(before: Choices, after: Choices) -> list[str]:
 
 
 def study_name(choices: Choices) -> str:
-    """Return a short name of a study.
-
-    Examples
-    --------
-    >>> study_name(Choices())
-    'channels, level 2, seed 0'
-    """
+    """Return a short name of a study."""
     level = describe_value("wavelet_level", choices.parameters.level)
     return f"{image_name(choices.image)}, level {level}, seed {choices.seed}"
 

@@ -19,13 +19,13 @@ from ccwsim.io.opening import FileSummary, open_file, whole_shape
 from ccwsim.io.part import FilePart, thinning
 from ccwsim.sharing.choices import Answers, ImageChoice, Upload
 from ccwsim.ui.frontend.component import draw_component
+from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.resolve import opened
 from ccwsim.ui.study.questions import (
     answered,
     ask_slice,
     ask_variable,
     ask_way,
-    cached,
     rounded,
     summary_of,
 )
@@ -69,19 +69,19 @@ def asked_of(choice: ImageChoice) -> tuple[str, ...]:
     return guessed[1] if guessed else ()
 
 
-@cached(max_entries=32, show_spinner="Reading the file …")
+@cached(show_spinner="Reading the file …")
 def _guessed(upload: Upload, answers: Answers) -> tuple[dict[str, Any], tuple[str, ...]]:
     with opened(upload) as file:
         return guess_answers(file, dict(answers))
 
 
-@cached(max_entries=32, show_spinner=False)
+@cached(max_entries=32)
 def _colours(upload: Upload, answers: Answers) -> tuple[tuple[int, str], ...]:
     with opened(upload) as file:
         return tuple(sorted(read_colours(file, **dict(answers)).items()))
 
 
-@cached(max_entries=16, show_spinner=False)
+@cached(max_entries=32)
 def _whole(upload: Upload) -> tuple[tuple[int, int] | None, int]:
     """The shape of a picture or an array, and how much it must be thinned."""
     with opened(upload) as file:
@@ -89,7 +89,7 @@ def _whole(upload: Upload) -> tuple[tuple[int, int] | None, int]:
         return shape, thinning(shape) if shape else 1
 
 
-@cached(max_entries=8, show_spinner=False)
+@cached(max_entries=8)
 def grid_of_file(upload: Upload, answers: Answers) -> NDArray[np.float64]:
     """Return the values of the file before they become facies, shape (ny, nx), row 0 in the south.
 
@@ -100,7 +100,7 @@ def grid_of_file(upload: Upload, answers: Answers) -> NDArray[np.float64]:
         return read_grid(file, **kept)
 
 
-@cached(max_entries=8, show_spinner=False)
+@cached(max_entries=8)
 def picture_of_file(upload: Upload, answers: Answers) -> tuple[NDArray[np.uint8], list[str]] | None:
     """Return a picture as places in a list of its colours, row 0 in the south; None for others."""
     known = dict(answers)

@@ -6,7 +6,6 @@ import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -21,6 +20,7 @@ from ccwsim.model.arrays import describe_shape
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.sharing.choices import Answers, Choices, DataChoice, Upload
+from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.resolve import (
     grid_for_data,
     image_of,
@@ -96,11 +96,7 @@ Write = Callable[..., None]
 """Takes answers to questions, as write(name=value); None takes an answer back."""
 
 
-cached = partial(st.cache_resource, hash_funcs={Upload: lambda upload: upload.digest})
-"""Decorates functions of an upload whose results all sessions share."""
-
-
-@cached(max_entries=8, show_spinner=False)
+@cached(max_entries=8)
 def _summary(upload: Upload, part: FilePart | None) -> FileSummary:
     with opened(upload) as file:
         return inspect(file, part)
@@ -336,15 +332,6 @@ def with_column(taken: Mapping[str, str | None], role: str, column: str) -> dict
 
     One column has one role: two roles change places. Of depths of intervals and of points there are
     the ones or the others, and so of inclination and dip.
-
-    Examples
-    --------
-    >>> with_column({"x": "a", "y": "b", "depth": "c"}, "x", "b")
-    {'x': 'b', 'y': 'a', 'depth': 'c'}
-    >>> with_column({"x": "a", "y": "b", "depth": "c"}, "x", "c")
-    {'x': 'c', 'y': 'b', 'depth': ''}
-    >>> with_column({"depth_from": "a", "depth_to": "b", "depth": None}, "depth", "c")
-    {'depth_from': None, 'depth_to': None, 'depth': 'c'}
     """
     new = {**taken, role: column}
     lack = _may_lack(taken)

@@ -236,13 +236,7 @@ def first_part(choices: Choices, latest: Ensemble | None) -> int:
 
 
 def part_size(left: int, fits: float) -> int:
-    """Return the size of the next part of `left` realizations, if there is time for `fits`.
-
-    Examples
-    --------
-    >>> part_size(100, 0.2), part_size(100, 31.0), part_size(12, 10.0)
-    (2, 30, 12)
-    """
+    """Return the size of the next part of `left` realizations, if there is time for `fits`."""
     cores = n_cores()
     size = max(int(fits) // cores * cores, cores, MIN_PART)
     return left if fits >= NEARLY_ALL * left else min(size, left)

@@ -54,6 +54,7 @@ from ccwsim.report.pictures import bundle_of, bundle_of_curves, layers_bundle
 from ccwsim.run.simulation import simulate
 from ccwsim.system.lru_cache import LruCache
 from ccwsim.ui.results.curves import e_type_of
+from ccwsim.ui.session.cached import CONTENT
 from ccwsim.ui.session.fragments import follow_tasks
 from ccwsim.ui.session.progress import queue_text
 from ccwsim.ui.session.state import State
@@ -121,18 +122,11 @@ def as_task(work: Callable[Concatenate[Fraction, Given], Value]) -> Callable[Giv
 
     @wraps(work)
     def task_of(*given: Given.args, **options: Given.kwargs) -> Task[Value]:
-        key = work.__name__, *map(content, (*given, *options.values()))
+        arguments = *given, *options.values()
+        key = work.__name__, *(CONTENT.get(type(one), repr)(one) for one in arguments)
         return Task(key, lambda progress: work(progress, *given, **options))
 
     return task_of
-
-
-def content(given: Any) -> Any:
-    """Return what tells something from another of its type."""
-    if isinstance(given, Ensemble):
-        run = given.parameters.digest, given.hard_data.digest, given.seed, given.sources is None
-        return given.digest, given.training_image.digest, given.grid, *run
-    return (given.digest, given.facies_names) if isinstance(given, TrainingImage) else given
 
 
 def code_of(ensemble: Ensemble, facies: int) -> int:

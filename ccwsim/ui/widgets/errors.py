@@ -23,13 +23,6 @@ def catch_callback_errors(act: Callable[..., Any]) -> Callable[..., None]:
     """Return a callback whose errors are shown when the page is drawn.
 
     Otherwise an error in a callback would leave the user without a page.
-
-    Examples
-    --------
-    >>> said = []
-    >>> catch_callback_errors(said.append)("taken")
-    >>> said
-    ['taken']
     """
 
     @wraps(act)

@@ -32,13 +32,6 @@ def volume_content(
     """Return the content of the component that draws a volume, with some of `OPTIONS` replaced.
 
     The browser keeps cursor, angle and mode under `key`, or under `link`.
-
-    Examples
-    --------
-    >>> cells = CellMap(np.zeros((2, 3, 4), np.uint8), ["#888888"], ["mud"], "A volume of mud")
-    >>> content = volume_content(cells, "mud", grid=Grid(3, 4, (25.0, 25.0, 0.5), nz=2))
-    >>> content["shape"], content["cell_size"], content["axes"]
-    ([4, 3, 2], [25.0, 25.0, 0.5], True)
     """
     indices = np.ascontiguousarray(cells.indices, np.uint8)
     digest = blake2b(indices.tobytes(), digest_size=16).hexdigest()
