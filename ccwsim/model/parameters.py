@@ -156,7 +156,7 @@ class Parameters:
         return tuple(t - overlap for t, overlap in sizes)
 
     def along(self, shape: Sequence[int]) -> Lengths:
-        """Return template, overlap and level along z, y and x of a map or volume of a shape.
+        """Return template, overlap and level along z, y and x for the shape of an image or grid.
 
         Raises `CCWSIMError` for a map if one of them is a triple.
 
