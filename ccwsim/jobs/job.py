@@ -106,7 +106,7 @@ class Job(Generic[Result]):
         self._queue.leave(self)
 
     def still_to_take(self) -> float:
-        """Return the bytes of memory that it was promised and has not allocated yet."""
+        """Return the bytes of memory that the job was promised and has not allocated yet."""
         if self.is_cancelled() or self.finished:
             return 0.0
         return self._n_bytes * (1 - min(self.fraction, 1.0))
@@ -144,7 +144,7 @@ class Job(Generic[Result]):
 
     @property
     def position(self) -> int:
-        """Position among the waiting jobs, 0 if it does not wait."""
+        """Position among the waiting jobs, 0 if this job does not wait."""
         return self._queue.position(self)
 
     @property

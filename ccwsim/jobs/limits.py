@@ -54,7 +54,7 @@ class ServerLimits:
         if self.data is not None and demand.n_data > self.data:
             raise CCWSIMError(
                 f"{demand.n_data:,} hard data are more than the {self.data:,} that this server "
-                "allows for one run: use fewer"
+                "allows for one run: use fewer data"
             )
 
     def __str__(self) -> str:
@@ -89,7 +89,9 @@ def _number(name: str) -> int | None:
         value = float(text)
         if value >= 0 and value == int(value):
             return int(value)
-    raise CCWSIMError(f"{name} = {text!r} of the server must be a whole number, or left out")
+    raise CCWSIMError(
+        f"{name} = {text!r} of the server must be a whole number; correct or unset it"
+    )
 
 
 def format_number(number: int) -> str:

@@ -33,7 +33,7 @@ class Failure:
 
 
 class StatisticsWorker:
-    """Computes tasks in order on one thread, which ends after the last."""
+    """Computes tasks in order on a thread, which ends after the last task."""
 
     def __init__(self, cache: LruCache) -> None:
         self.cache = cache

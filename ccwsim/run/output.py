@@ -36,7 +36,7 @@ def store_of(
     if not isinstance(out, (str, os.PathLike)):
         raise CCWSIMError(f"out = {shown(out)} must be the path of an npy file, or None")
     if keep_sources:
-        raise CCWSIMError("sources are not written to disk; leave out `out` or `keep_sources`")
+        raise CCWSIMError("sources cannot be written to disk; omit `out` or `keep_sources`")
     file = MapFile(out, study.training_image.codes, (n, *study.grid.shape))
     try:
         yield file
@@ -77,7 +77,7 @@ class MapFile:
     ) -> None:
         self._path = path = Path(out)
         if path.suffix.lower() != ".npy":
-            raise CCWSIMError(f"{path}: realizations go straight to disk as .npy only")
+            raise CCWSIMError(f"{path}: realizations can be written to disk only as .npy")
         self._codes, self._shape, self._lock = codes, shape, Lock()
         self._header = self._header_of(shape[0])
         self._size = prod(shape[1:]) * codes.itemsize
@@ -86,7 +86,7 @@ class MapFile:
             if size > (free := shutil.disk_usage(path.parent).free):
                 raise CCWSIMError(
                     f"realizations of {format_bytes(size)} do not fit into {path.parent}, which "
-                    f"has {format_bytes(free)} left; ask for fewer, or for another folder"
+                    f"has {format_bytes(free)} left; ask for fewer or use another folder"
                 )
             self._whole = WholeFile(path)
             self._file = self._whole.file

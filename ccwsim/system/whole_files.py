@@ -39,9 +39,9 @@ def check_replaceable(path: str | os.PathLike[str]) -> Path:
     with unwritable(path):
         target = Path(os.path.realpath(path))
         if target.exists() and not target.is_file():
-            raise OSError("it is no file; give another one")
+            raise OSError("it is no file; give another path")
         if target.exists() and not target.stat().st_mode & 0o222:
-            raise OSError("it is read-only; make it writable or give another one")
+            raise OSError("it is read-only; make it writable or give another path")
     return target
 
 

@@ -73,7 +73,7 @@ class BatchBackend:
             ) from error
         if isinstance(error, ImportError):
             raise CCWSIMError(
-                f"a worker cannot import what it needs ({error}); install ccwsim and its "
+                f"a worker cannot import a module ({error}); install ccwsim and its "
                 "requirements where the workers run"
             ) from error
         return False
@@ -151,7 +151,7 @@ class BatchRunner:
         return sum(self._backend.shares(sent).values())
 
     def _stop(self, take: Take) -> None:
-        """Cancel waiting batches, stop running ones, and collect what they return in time."""
+        """Cancel waiting batches, stop running batches, and collect replies that come in time."""
         self._backend.stop()
         done, _ = wait([future for future in self._out if not future.cancel()], STOP_SECONDS)
         for future in done:

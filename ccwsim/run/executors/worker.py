@@ -150,8 +150,8 @@ def simulate_batch(request: BatchRequest, content: bytes | None) -> Reply:
     """Simulate realizations; `content` is the study, or None if the worker may have it already."""
     if request.source != SOURCE:
         raise CCWSIMError(
-            "a worker has another version of ccwsim, which may draw other realizations; "
-            "install the same one everywhere"
+            "a worker has another version of ccwsim, which may give different realizations; "
+            "install the same version everywhere"
         )
     prepared = _recall(request.study, content)
     if prepared is None:

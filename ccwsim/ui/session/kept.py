@@ -23,7 +23,7 @@ COOKIE = "ccwsim_browser"
 KEPT_SECONDS = 4 * 3600
 """Seconds that images and data are kept after they were last on a page."""
 SHARE_OF_UPLOADS = 4
-"""Kept files take at most one part in this number of the server's memory for files."""
+"""Kept files take at most a quarter (one divided by this) of the server's memory for files."""
 MAX_OF_BROWSER = 8
 """Maximum number of images and data kept for a browser."""
 

@@ -94,7 +94,7 @@ def image_of(choice: ImageChoice) -> TrainingImage:
 def opened(upload: Upload | None) -> Iterator[BytesIO]:
     """Yield an upload as a file object with its name, within the limits for reading."""
     if upload is None:
-        raise CCWSIMError("there is no file yet; choose one")
+        raise CCWSIMError("there is no file yet; choose a file")
     file = BytesIO(upload.content)
     file.name = upload.name
     with limited(upload_limits()):
@@ -246,7 +246,7 @@ def _well_points(
         )
     for what, upload in (("collars", tables.collars), ("intervals", intervals)):
         if upload is None:
-            raise CCWSIMError(f"there is no table of {what} yet; choose one")
+            raise CCWSIMError(f"there is no table of {what} yet; choose a file")
     surveys: Any = nullcontext() if tables.surveys is None else opened(tables.surveys)
     with opened(tables.collars) as collars, opened(intervals) as log, surveys as stations:
         return read_well_points(collars, log, grid, columns, surveys=stations)
@@ -358,7 +358,7 @@ def _fitted_axis(
 
 
 def refitted(p: Parameters, shape: Shape, moved: Moved) -> tuple[Parameters, Moved]:
-    """Return parameters for another image, and those that are too large for it.
+    """Return parameters fitted to another image, and the parameters that were reduced for it.
 
     Values reduced for an earlier image (`moved`) are restored, unless they were changed since.
 

@@ -69,7 +69,7 @@ def _share(state: State) -> None:
             study = study_of(state.choices)
             how = reproduction_recipe(state.choices, study, file_name(state.choices))
         except CCWSIMError as error:
-            st.error(plain(f"{error}. Correct the study before it is shared."))
+            st.error(plain(f"{error}. Correct the study before you share it."))
         else:
             _link(state)
             _files(state)
@@ -253,4 +253,4 @@ def _notes(project: Project, name: str) -> tuple[str, ...]:
     made = project.versions.get("Program", own)
     if made == own:
         return ()
-    return (f"{name} was saved with {made}; this is {own}, which may draw other realizations.",)
+    return (f"{name} was saved with {made}; this is {own}, which may give different realizations.",)

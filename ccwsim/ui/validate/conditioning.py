@@ -82,7 +82,7 @@ def draw_data(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
         titled_chart("How the data are honoured", note, chart, "data_status", alt)
         step_note(
             "Raster pass: a patch with the right facies was found. Re-simulated: a window of that "
-            "size around the datum was simulated again. Forced: no window fits, so the cell alone "
+            "size around the datum was simulated again. Forced: no window fits, so only the cell "
             "is set, which may leave an isolated cell."
             if ensemble.parameters.exact_data
             else "Data are not honoured exactly: they condition the search only. Raster pass: a "
