@@ -269,7 +269,7 @@ def load_reference_field(name: str) -> TrainingImage:
 
 @cache
 def reference_field(image: str, shape: tuple[int, int]) -> TrainingImage:
-    """Return a field of the same kind as a training image, cut to a grid or as large as there is."""
+    """Return the reference field of a training image, cut to a grid or as large as stored."""
     sides = FIELD_SIDES[image]
     side = next((side for side in sides if side >= max(shape)), sides[-1])
     codes = read_image(field_path(image, side))[: shape[0], : shape[1]]

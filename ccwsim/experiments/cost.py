@@ -9,28 +9,17 @@ from ccwsim.engine.stages.conditioning import MAX_DATA
 from ccwsim.model.arrays import Shape
 from ccwsim.model.parameters import Parameters
 
-PER_CELL = 2.5e-8
-"""Seconds to cut and paste a cell of the grid."""
-PER_LOCATION = 4e-10
-"""Seconds to visit a location of the training image, and find the best."""
-PER_PRODUCT = 1e-12
-"""Seconds a coefficient of the overlap takes at a location, on average."""
-PER_IMAGE_CELL = 6e-9
-"""Seconds to turn a cell of the training image and prepare it."""
-PER_DATUM_SEEN = 5e-11
-"""Seconds to compare a datum with a location."""
-PER_WINDOW_ROW = 3e-10
-"""Seconds to compare a row of a window that is simulated anew with a location."""
-N_MISSED = 4
-"""Data of a tile that need such a window, at most: more data split the tile."""
-PER_CELL_OF_VOLUME = 2e-7
-"""Seconds to cut, paste and repair a cell of a volume."""
-PER_LOCATION_OF_VOLUME = 1e-8
-"""Seconds to compare an overlap with a location of a volume, by block sums."""
-PER_DATUM_OF_VOLUME = 3e-4
-"""Seconds a datum of a volume."""
-PER_JUDGED_CELL = 1e-7
-"""Seconds a cell to judge a realization, its copied pieces included."""
+PER_CELL = 2.5e-8  # seconds to cut and paste a cell of the grid
+PER_LOCATION = 4e-10  # seconds to visit a location of the training image, and find the best
+PER_PRODUCT = 1e-12  # seconds a coefficient of the overlap takes at a location, on average
+PER_IMAGE_CELL = 6e-9  # seconds to turn a cell of the training image and prepare it
+PER_DATUM_SEEN = 5e-11  # seconds to compare a datum with a location
+PER_WINDOW_ROW = 3e-10  # seconds to compare a row of a re-simulated window with a location
+N_MISSED = 4  # data of a tile that need such a window, at most: more data split the tile
+PER_CELL_OF_VOLUME = 2e-7  # seconds to cut, paste and repair a cell of a volume
+PER_LOCATION_OF_VOLUME = 1e-8  # seconds to compare an overlap with a location, by block sums
+PER_DATUM_OF_VOLUME = 3e-4  # seconds a datum of a volume
+PER_JUDGED_CELL = 1e-7  # seconds a cell to judge a realization, its copied pieces included
 
 
 def typical_seconds(

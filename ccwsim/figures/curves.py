@@ -78,8 +78,8 @@ def curves_chart(
     """Return the curves of one ensemble or of several settings, the training image red on top.
 
     One ensemble has grey realizations, a grey band and a dark median. Up to four settings by name
-    have a band and a median each, in the setting's colour and dash. Panels that are compared have
-    one `y_range`.
+    have a band and a median each, in the setting's colour and dash. Panels that are compared need
+    the same `y_range`.
 
     Examples
     --------

@@ -114,7 +114,7 @@ def timings_chart(
     """Return times on log axes, measured ones as lines, published ones as open red markers.
 
     A line of slope one means that time grows linearly with the cells. `ticks` are numbers of cells
-    on the axis with their labels; `unit` is that in hover texts.
+    on the axis with their labels; `unit` is shown in hover texts.
 
     Examples
     --------

@@ -179,9 +179,9 @@ def lag_map_chart(
 ) -> go.Figure:
     """Return a map of a statistic over all lags, lag 0 in the middle, north at the top.
 
-    `lags` are −m … m, of the rows and the columns. Hover texts have the name, such as "γ of sand".
-    Colours go from 0 to `largest`; those of a difference diverge from zero. A line marks `azimuth`,
-    in degrees from north.
+    `lags` are −m … m, of the rows and the columns. Hover texts show the name of the values, such as
+    "γ of sand". Colours go from 0 to `largest`; those of a difference diverge from zero. A line
+    marks `azimuth`, in degrees from north.
 
     Examples
     --------

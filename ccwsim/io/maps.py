@@ -33,8 +33,7 @@ def write_maps(
 ) -> None:
     """Write maps or volumes of a grid to a file, whole or not at all, placed in the world.
 
-    Raises `CCWSIMError` for another format or shape, a package that is not installed, or a path not
-    writable.
+    Raises `CCWSIMError` for another format or shape, a missing package, or a path not writable.
 
     Parameters
     ----------

@@ -25,8 +25,7 @@ def parameters_to_json(parameters: Parameters) -> str:
 def parameters_from_json(text: str | bytes) -> Parameters:
     """Return the parameters of a JSON object; names that are not in it keep their defaults.
 
-    Raises `CCWSIMError` for what is no JSON object, a name that is no parameter, or a value that is
-    not allowed.
+    Raises `CCWSIMError` for a text that is no JSON object, another name, or an illegal value.
 
     Examples
     --------

@@ -47,8 +47,7 @@ def write_realizations(
 ) -> None:
     """Write realizations to a file, whole or not at all.
 
-    Raises `CCWSIMError` for another format, a package that is not installed, or a place that cannot
-    be written.
+    Raises `CCWSIMError` for another format, a missing package, or a path not writable.
 
     Parameters
     ----------
@@ -128,8 +127,7 @@ def read_realizations(
 ) -> Ensemble:
     """Return the realizations of a file.
 
-    Raises `CCWSIMError` for a file without realizations, broken or too large, or facies not in the
-    training image.
+    Raises `CCWSIMError` for a file without realizations, broken or too large, or other facies.
 
     Parameters
     ----------

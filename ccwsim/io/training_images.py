@@ -58,8 +58,7 @@ def read_training_image(
     Read are pictures (PNG, JPEG, TIFF, GIF, BMP), SGeMS, MPSLIB, geone and classic GSLIB grids,
     ESRI ASCII grids, tables and matrices in text, VTK ImageData, and NumPy and MATLAB files.
 
-    Raises `CCWSIMError` for a file that cannot be read, or if a choice is needed; the message says
-    which.
+    Raises `CCWSIMError` for a file that cannot be read, or if a choice is needed, which it names.
 
     Parameters
     ----------

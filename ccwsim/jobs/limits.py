@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from contextlib import suppress
 from dataclasses import dataclass
 
 from ccwsim.model.errors import CCWSIMError
@@ -84,12 +85,10 @@ def _number(name: str) -> int | None:
     text = os.environ.get(name, "").strip()
     if not text:
         return None
-    try:
+    with suppress(ValueError, OverflowError):
         value = float(text)
         if value >= 0 and value == int(value):
             return int(value)
-    except (ValueError, OverflowError):
-        pass
     raise CCWSIMError(f"{name} = {text!r} of the server must be a whole number, or left out")
 
 

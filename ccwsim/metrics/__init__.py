@@ -52,7 +52,6 @@ from ccwsim.metrics.etype import (
     vertical_proportions,
 )
 from ccwsim.metrics.features import Granulometry, Spacing, feature_spacing, granulometry
-from ccwsim.metrics.fits import fit_patterns, fit_vertical_proportions
 from ccwsim.metrics.lags import STEPS, VERTICAL, Direction, axes_of
 from ccwsim.metrics.measures import MEASURES, Measure, Measured, measure
 from ccwsim.metrics.patterns import (
@@ -72,7 +71,9 @@ from ccwsim.metrics.reference_band import (
     crop_shape,
     fit_curve,
     fit_geobodies,
+    fit_patterns,
     fit_proportions,
+    fit_vertical_proportions,
 )
 from ccwsim.metrics.stationarity import QUARTERS, Stationarity, stationarity
 from ccwsim.metrics.streaming import RunningStatistics, RunningSummary

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.metrics.stack import N_AXES, Ensemble, Images, Stack, TrainingImage, as_values
+from ccwsim.metrics.stack import Images, as_values
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
@@ -39,13 +39,10 @@ def data_match(realizations: Images, hard_data: HardData) -> DataMatch:
     >>> match.n_wrong, match.map.tolist()
     (array([1]), [[1, -1], [-1, 0]])
     """
-    stack = as_values(realizations)
     if not isinstance(hard_data, HardData):
         raise CCWSIMError(f"hard_data: HardData is needed, not {shown(hard_data)}")
     cells = hard_data.cells
-    if not isinstance(realizations, (Ensemble, Stack, TrainingImage)):
-        n_axes = getattr(realizations, "ndim", stack.ndim)
-        stack = stack[None] if n_axes == N_AXES == cells.shape[1] else stack  # one volume
+    stack = as_values(realizations, hard_data.n_dimensions)
     shape = stack.shape[1:]
     hard_data.check(Grid.of(shape))
     if not len(cells):

@@ -11,17 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.engine.kernels import kernel
 from ccwsim.jobs.workers import check_stop
-from ccwsim.metrics.stack import (
-    N_AXES,
-    Codes,
-    Ensemble,
-    Images,
-    Stack,
-    TrainingImage,
-    as_image,
-    as_stack,
-    codes_or_places,
-)
+from ccwsim.metrics.stack import N_AXES, Codes, Images, as_stack, codes_or_places
 from ccwsim.model.arrays import as_array, as_floats
 from ccwsim.model.errors import CCWSIMError
 
@@ -57,12 +47,7 @@ def vertical_proportions(images: Images, codes: Codes | None = None) -> NDArray[
     array([[[1. , 0.5],
             [0. , 0.5]]])
     """
-    if isinstance(images, (Stack, Ensemble, TrainingImage)):
-        stack = as_stack(images, codes)
-    else:  # no stack of maps, which have no layers
-        array = as_array(images, "images")
-        is_one = array.ndim == N_AXES
-        stack = as_image(array, codes, N_AXES) if is_one else as_stack(array, codes)
+    stack = as_stack(images, codes, N_AXES)
     if not stack.is_volumes:
         raise CCWSIMError(
             "proportions by layer need volumes, shape (nz, ny, nx) or (n, nz, ny, nx), not "

@@ -170,18 +170,6 @@ def lags_of_map(max_lag: int, shape: tuple[int, ...]) -> NDArray[np.int64]:
     return np.arange(-max_lag, max_lag + 1)
 
 
-def pairs_of_map(shape: tuple[int, ...], max_lag: int) -> NDArray[np.int64]:
-    """Return the number of pairs x, x + h in an image by lag; lag 0 is in the middle.
-
-    Examples
-    --------
-    >>> pairs_of_map((3, 3), 1)
-    array([[4, 6, 4], [6, 9, 6], [4, 6, 4]])
-    """
-    lags = np.abs(np.arange(-max_lag, max_lag + 1))
-    return np.outer(shape[0] - lags, shape[1] - lags)
-
-
 def product_sums(tail: NDArray, head: NDArray, max_lag: int) -> NDArray[np.float64]:
     """Return Σ tail(x) · head(x + h) of two masks (ny, nx), by lag, exactly.
 

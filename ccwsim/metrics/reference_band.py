@@ -23,10 +23,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.metrics.bands import Statistic, band, curves_of
 from ccwsim.metrics.connectivity import geobody_statistics
-from ccwsim.metrics.etype import proportions
+from ccwsim.metrics.etype import proportions, vertical_proportions
 from ccwsim.metrics.lags import Direction, distinct_lags, max_lag
-from ccwsim.metrics.stack import Stack
-from ccwsim.model.arrays import as_floats, ratio
+from ccwsim.metrics.patterns import pattern_distance
+from ccwsim.metrics.stack import N_AXES, Stack
+from ccwsim.model.arrays import as_floats, check_int, ratio
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.training_image import TrainingImage
@@ -57,6 +58,8 @@ TAIL = 0.05
 """Share of such pieces that may reach the image's value although their mean misses it."""
 MIN_PROPORTION_GAP = 0.05
 """Smallest difference of a proportion, relative to the training image's."""
+PATTERN_SIZES = (2, 3)
+"""Sides of patterns in cells: 2 × 2 × 2 and 3 × 3 × 3 in volumes."""
 MIN_GAMMA_GAP, MIN_PERCOLATION_GAP = 0.1, 0.25
 """Smallest differences of Γ and of the share of pieces that percolate."""
 Floats = NDArray[np.float64]
@@ -322,6 +325,64 @@ def fit_proportions(ensemble: Ensemble) -> Fit | None:
     return fit_shares(ensemble, crops, ensemble.proportions, image.proportions)
 
 
+def fit_patterns(ensemble: Ensemble, sizes: Sequence[int] = PATTERN_SIZES) -> Fit | None:
+    """Compare the pattern distances of realizations and of crops from the training image.
+
+    The result has Jensen–Shannon divergences in bits at full resolution, `at` the sizes; those of
+    crops are due to their size only. It is None if the training image or the grid is too small for
+    crops.
+
+    Examples
+    --------
+    >>> from ccwsim import Parameters, simulate
+    >>> stripes = np.tile([[0], [0], [1], [1]], (16, 64))
+    >>> p = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
+    >>> fit_patterns(simulate(stripes, (40, 50), p)).at
+    array([2., 3.])
+    """
+    image, sides = ensemble.training_image, [check_int("pattern size", s, 1) for s in sizes]
+
+    def values(images: Stack) -> Floats:
+        each = (pattern_distance(images, image, None, side, (1,)) for side in sides)
+        return np.column_stack([distances[:, 0] for distances in each])
+
+    at, least = np.array(sides, float), np.zeros(len(sides))
+    return fit_values(ensemble, ("patterns", *sides), at, values, least)
+
+
+def fit_vertical_proportions(ensemble: Ensemble, facies: int) -> Fit | None:
+    """Compare the share of a facies in each layer of volumes with that of the training image.
+
+    `at` is the layer, 0 at the bottom; `reference` the share in the whole training image. The
+    result is None if that has another number of layers, or is too small for crops. Raises
+    `CCWSIMError` for maps.
+
+    Examples
+    --------
+    >>> from ccwsim import Parameters, simulate
+    >>> beds = np.tile([[[0]], [[0]], [[1]], [[1]]], (2, 32, 32))
+    >>> p = Parameters(template_size=8, overlap_size=2, wavelet_level=1)
+    >>> fit_vertical_proportions(simulate(beds, (8, 16, 16), p), 1).reference
+    array([0., 0., 1., 1., 0., 0., 1., 1.])
+    """
+    image, grid = ensemble.training_image, ensemble.indices.shape[1:]
+    index = image.index_of(facies)
+    if image.n_dimensions != len(grid) or len(grid) != N_AXES:
+        raise CCWSIMError("proportions by layer need volumes, not maps")
+    shape = crop_shape(image.shape, grid)
+    if shape is None or image.shape[0] != grid[0]:
+        return None
+
+    def values(images: Stack) -> Floats:
+        return vertical_proportions(images)[:, index]
+
+    p, layers = float(image.proportions[index]), np.arange(float(grid[0]))
+    least = np.full(grid[0], MIN_GAP * (p * (1 - p)) ** 0.5)
+    crops = band_of_crops(image, ("layers", index), shape, layers, values, CURVE_ERRORS, least)
+    own = vertical_proportions(ensemble)[:, index], vertical_proportions(image)[0, index]
+    return fit_shares(ensemble, crops, *own)
+
+
 def fit_shares(ensemble: Ensemble, crops: ReferenceBand, each: Floats, reference: Floats) -> Fit:
     """Compare shares of whole realizations (n, m) with the whole image's, by the crops' scatter."""
     n_pieces = ensemble.n * prod(ensemble.indices.shape[1:]) / prod(crops.crop_shape)
@@ -356,7 +417,7 @@ def band_of_crops(
 
 
 def _without_the_image(reference: ReferenceBand, each: Floats) -> Fit | None:
-    """Return a fit that is outside if nearly no piece has the image's value; None for few."""
+    """Return a fit, outside if nearly no piece has the image's value; None for too few pieces."""
     if len(each) < MIN_LARGE_PIECES:
         return None
     crops, pieces = band(reference.values, 0.0, 1.0), band(each, TAIL, 1 - TAIL)

@@ -74,10 +74,11 @@ Codes = ArrayLike
 """Facies codes, also those that do not occur."""
 
 
-def as_stack(images: Images, codes: Codes | None = None) -> Stack:
+def as_stack(images: Images, codes: Codes | None = None, n_axes: int = 2) -> Stack:
     """Return images as a stack, with `codes` or their own.
 
-    An array of two axes is a map, one of three a stack of maps, one of four a stack of volumes.
+    An array of two axes is a map, one of three a stack of maps, or with `n_axes` = 3 a volume, one
+    of four a stack of volumes.
     Raises `CCWSIMError` for another shape or type, and for a cell with none of the given codes.
     """
     wanted = None if codes is None else checked_codes(codes)
@@ -88,7 +89,7 @@ def as_stack(images: Images, codes: Codes | None = None) -> Stack:
     elif isinstance(images, TrainingImage):
         stack = Stack(images.indices[None], images.codes)
     else:
-        values = as_values(images)
+        values = as_values(images, n_axes)
         if wanted is None:  # a mask has both codes, even if none or all of its cells are set
             is_mask = getattr(images, "dtype", None) == np.bool_
             wanted = np.arange(2) if is_mask else _codes_in(values)
@@ -98,13 +99,13 @@ def as_stack(images: Images, codes: Codes | None = None) -> Stack:
     return Stack(_indices(stack.codes[stack.indices], wanted), wanted)
 
 
-def as_image(image: Images, codes: Codes | None = None, n_axes: int | None = None) -> Stack:
+def as_image(image: Images, codes: Codes | None = None, n_axes: int = 2) -> Stack:
     """Return a stack of one image; an array of layers, or with `n_axes` = 3, is a volume."""
     if not isinstance(image, (Stack, Ensemble, TrainingImage)):
         image = as_array(image, "images")
-        if image.ndim == N_AXES and (len(image) > 1 or n_axes == N_AXES):
-            image = image[None]
-    stack = as_stack(image, codes)
+        if image.ndim == N_AXES and len(image) > 1:
+            n_axes = N_AXES
+    stack = as_stack(image, codes, n_axes)
     if len(stack) > 1:
         raise CCWSIMError(
             f"one image of shape (ny, nx) or (nz, ny, nx) is needed, not {len(stack)} of them"
@@ -112,14 +113,15 @@ def as_image(image: Images, codes: Codes | None = None, n_axes: int | None = Non
     return stack
 
 
-def as_values(images: Images) -> NDArray[np.integer]:
+def as_values(images: Images, n_axes: int = 2) -> NDArray[np.integer]:
     """Return facies codes, shape (n, ny, nx) or (n, nz, ny, nx), or raise `CCWSIMError`."""
     if isinstance(images, Stack):
         return images.codes[images.indices]
     if isinstance(images, Ensemble):
         return images.realizations
-    one = isinstance(images, TrainingImage)
-    array = as_array(images.array[None] if one else images, "images")
+    if isinstance(images, TrainingImage):
+        return images.array[None]
+    array = as_array(images, "images")
     if array.ndim not in (2, N_AXES, N_AXES + 1) or array.size == 0:
         raise CCWSIMError(
             f"images of shape (ny, nx), (n, ny, nx) or (n, nz, ny, nx) are needed, not "
@@ -131,7 +133,8 @@ def as_values(images: Images) -> NDArray[np.integer]:
         )
     if array.dtype.kind == "b":
         array = array.view(np.uint8)
-    return array[None] if array.ndim == N_AXES - 1 else array
+    is_one = array.ndim == 2 or array.ndim == n_axes == N_AXES
+    return array[None] if is_one else array
 
 
 def as_volume(image: NDArray) -> NDArray:

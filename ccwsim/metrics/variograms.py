@@ -15,7 +15,6 @@ from ccwsim.metrics.lags import (
     lags_of_map,
     lags_within,
     overlap_sums,
-    pairs_of_map,
     product_sums,
 )
 from ccwsim.metrics.stack import Codes, Fraction, Images, as_stack, in_pieces, map_parallel
@@ -95,7 +94,8 @@ def variogram_map(
         return near + near[::-1, ::-1] - 2 * product_sums(inside, inside, reach)
 
     squares = np.array(map_parallel(one, len(stack), progress))
-    return VariogramMap(lags, squares / (2 * pairs_of_map(stack.shape, reach)))
+    n_pairs = overlap_sums(np.ones(stack.shape), reach)
+    return VariogramMap(lags, squares / (2 * n_pairs))
 
 
 @allocating_kernel

@@ -159,7 +159,7 @@ class Parameters:
         return tuple(t - overlap for t, overlap in sizes)
 
     def along(self, shape: Sequence[int]) -> Lengths:
-        """Return template, overlap and level along z, y and x, for a map or volume of `shape`.
+        """Return template, overlap and level along z, y and x for the shape of an image or grid.
 
         Raises `CCWSIMError` if `shape` is that of a map and any parameter is a triple.
 

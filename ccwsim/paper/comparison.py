@@ -27,15 +27,11 @@ from ccwsim.report.document import Block, Chart, Judgement, Row, Table, Text
 METHODS = ("ccwsim", "ms-ccsim")
 N_DATA = 1000
 LEVELS = (1, 3)
-LIKE_TAU = 0.02
-"""Largest difference of two relative connectivities that are alike."""
-LIKE_SHARE = 0.03
-"""Largest difference of two shares of wrong data that are alike."""
-LIKE_DISTANCE = 1.1
-"""Largest ratio of two pattern distances that are alike."""
+LIKE_TAU = 0.02  # largest difference of two relative connectivities that are alike
+LIKE_SHARE = 0.03  # largest difference of two shares of wrong data that are alike
+LIKE_DISTANCE = 1.1  # largest ratio of two pattern distances that are alike
 ANODI_LEVEL = 2
-COMPARABLE = 1.15
-"""Largest ratio that counts as comparable, and the inverse of the smallest."""
+COMPARABLE = 1.15  # largest ratio that counts as comparable, and the inverse of the smallest
 SYMBOLS = (
     "circle", "square", "triangle-up", "cross", "x", "star", "diamond", "triangle-down",
 )  # fmt: skip
@@ -202,9 +198,10 @@ def _against_published(study: Sampled) -> list[Judgement]:
         )
         orders = *pair[0].compare(pair[1]), int(wrong < theirs) - int(wrong > theirs)
         low, high = min(orders), max(orders)
-        word = verdicts.PART if low < 0 < high else verdicts.word_of(low or high)
         claim = f"The authors' CCWSIM code at level {level}, same data."
-        judgements.append(verdicts.judged(claim, found, word))
+        in_part = verdicts.judged(claim, found, verdicts.PART)
+        other = verdicts.of_order(claim, found, low or high)
+        judgements.append(in_part if low < 0 < high else other)
     return judgements
 
 
@@ -429,8 +426,7 @@ def _anodi_judgements(found: Anodi, image: str) -> list[Judgement]:
     if "published CCWSIM" in found.names:
         ratio = paper_ratio(found, "CCWSIM", "published CCWSIM")
         words = f"r = {ratio:.2f} relative to theirs: variety for the distance to the image."
-        word = verdicts.word_of(verdicts.order_of(ratio, COMPARABLE))
-        judgements.append(
-            verdicts.judged(f"The authors' CCWSIM code on the {image} image.", words, word)
-        )
+        claim = f"The authors' CCWSIM code on the {image} image."
+        order = verdicts.order_of(ratio, COMPARABLE)
+        judgements.append(verdicts.of_order(claim, words, order))
     return judgements

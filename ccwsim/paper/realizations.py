@@ -24,18 +24,14 @@ from ccwsim.report.pictures import bundle_chart, bundle_of, share_picture
 
 SHOWN = 3
 LEVEL = 2
-CLOSE_SHARE, CLOSE_TAU = 0.03, 0.85
-"""Limits of a reproduced proportion (difference) and connectivity (ratio)."""
-ENOUGH = 0.8
-"""Share of the lags at which the image's curve must be among the realizations'."""
+CLOSE_SHARE = 0.03  # largest difference of a reproduced proportion
+CLOSE_TAU = 0.85  # smallest ratio of a reproduced connectivity
+ENOUGH = 0.8  # share of the lags at which the image's curve must be among the realizations'
 SLACK = 0.02
-RECOVERED = 0.9
-"""Share of the cells of the reference image that dense data must recover."""
-TEMPLATE = 48
-"""Template of the authors' runs with three facies."""
+RECOVERED = 0.9  # share of the cells of the reference image that dense data must recover
+TEMPLATE = 48  # template of the authors' runs with three facies
 NONSTATIONARY = ("delta", "bend")
-KEPT = 0.5
-"""A trend is lost if realizations keep a smaller share of it on average."""
+KEPT = 0.5  # a trend is lost if realizations keep a smaller share of it on average
 
 
 def unconditional(run: ExperimentRun) -> Outcome:
@@ -264,8 +260,9 @@ def _against_codes(tau: dict[str, dict[int, float]]) -> list[Judgement]:
             continue
         theirs = found[lag]
         words = f"At {lag} cells {ours:.2f} of the image's connectivity; {name}: {theirs:.2f}."
-        word = verdicts.word_of(int(ours - theirs > SLACK) - int(theirs - ours > SLACK))
-        judgements.append(verdicts.judged(f"Connectivity of {name}, same study.", words, word))
+        order = int(ours - theirs > SLACK) - int(theirs - ours > SLACK)
+        claim = f"Connectivity of {name}, same study."
+        judgements.append(verdicts.of_order(claim, words, order))
     return judgements
 
 
@@ -291,7 +288,7 @@ def dense_data(run: ExperimentRun) -> Outcome:
     stacks = {"ours": e.indices} | ({"authors' code": other} if other is not None else {})
     rows = []
     for name, images in stacks.items():
-        as_reference = percent(recovered(images, truth))
+        as_reference = percent(np.mean(images == truth))
         wrong = percent(methods.wrong_share(images, image, data))
         tau = (f"{v:.2f}" for v in methods.relative_tau(images, image).values())
         rows.append((name, str(len(images)), as_reference, wrong, *tau))
@@ -303,37 +300,21 @@ def dense_data(run: ExperimentRun) -> Outcome:
     return Outcome((Row(tuple(pictures)), table), _dense_judgements(run, e, truth, other))
 
 
-def recovered(images: NDArray, reference: NDArray) -> float:
-    """Return the share of cells that agree with the reference image, mean over realizations.
-
-    Examples
-    --------
-    >>> recovered(np.array([[[0, 0]]]), np.array([[0, 1]]))
-    0.5
-    """
-    return float(np.mean(images == reference))
-
-
 def _dense_judgements(
     run: ExperimentRun, e: Ensemble, reference: NDArray, other: NDArray | None
 ) -> tuple[Judgement, ...]:
     image, data = e.training_image, e.hard_data
-    share = recovered(e.indices, reference)
-    wrong = float(e.n_mismatched.mean() / data.n)
+    share, missed = float(np.mean(e.indices == reference)), None
     found = f"{percent(share)} of the cells are those of the reference image."
     claim = "Fig. 14: a simulation with 4000 data beside its reference image."
-    if other is None:
-        judgements = (
-            verdicts.of_claim(claim, found, share >= RECOVERED),
-            verdicts.of_data(wrong, data.n, None),
-        )
-    else:
-        theirs, missed = recovered(other, reference), methods.wrong_share(other, image, data)
+    judgement = verdicts.of_claim(claim, found, share >= RECOVERED)
+    if other is not None:
+        theirs, missed = np.mean(other == reference), methods.wrong_share(other, image, data)
         found += f" With the authors' code {percent(theirs)}."
-        word = verdicts.word_of(1 if share > theirs else -1)
-        judgements = verdicts.judged(claim, found, word), verdicts.of_data(wrong, data.n, missed)
+        judgement = verdicts.of_order(claim, found, 1 if share > theirs else -1)
+    honoured = verdicts.of_data(float(e.n_mismatched.mean() / data.n), data.n, missed)
     what = "a realization with about 4000 data (mean)"
-    return (*judgements, _judged_time(run, e, what, "Fig. 14"))
+    return judgement, honoured, _judged_time(run, e, what, "Fig. 14")
 
 
 def three_facies(run: ExperimentRun) -> Outcome:

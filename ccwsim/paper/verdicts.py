@@ -37,9 +37,9 @@ def of_claim(claim: str, found: str, holds: bool) -> Judgement:
     return judged(claim, found, AGREES if holds else DIFFERS)
 
 
-def word_of(order: int) -> str:
-    """Return the word for our number being worse, −1, equal, 0, or better, 1, than the other."""
-    return {-1: BEHIND, 0: AGREES, 1: BETTER}[order]
+def of_order(claim: str, found: str, order: int) -> Judgement:
+    """Judge that our number is worse, −1, equal, 0, or better, 1, than the other."""
+    return judged(claim, found, {-1: BEHIND, 0: AGREES, 1: BETTER}[order])
 
 
 def compared(ours: float, theirs: float, *, more_is_better: bool, alike: float = ALIKE) -> str:
@@ -116,7 +116,7 @@ def of_data(wrong: float, n_data: int, theirs: float | None) -> Judgement:
     if theirs is None:
         return of_claim(claim, found, wrong == 0)
     found += f" Realizations of the authors' code miss {percent(theirs)}."
-    return judged(claim, found, word_of(int(wrong < theirs) - int(wrong > theirs)))
+    return of_order(claim, found, int(wrong < theirs) - int(wrong > theirs))
 
 
 def percent(share: float) -> str:

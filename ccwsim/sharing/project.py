@@ -58,19 +58,9 @@ class Project:
     def simulate(
         self, n_realizations: int | None = None, seed: int | None = None, **options: Any
     ) -> Ensemble:
-        """Return realizations of the study, as `ccwsim.simulate` does.
+        """Return realizations of the study, with the options and errors of `ccwsim.simulate`.
 
-        Parameters
-        ----------
-        n_realizations, seed : int, optional
-            By default those of the project.
-        **options
-            As in `ccwsim.simulate`: `n_workers`, `progress`, `out`, …
-
-        Raises
-        ------
-        CCWSIMError, Cancelled
-            As `ccwsim.simulate`.
+        `n_realizations` and `seed` are those of the project by default.
         """
         s = self.study
         return simulate(
@@ -109,15 +99,8 @@ def project_as_bytes(project: Project) -> bytes:
 def read_project(path_or_file: PathOrFile) -> Project:
     """Return the project of a file.
 
-    Parameters
-    ----------
-    path_or_file : str, Path or binary file
-
-    Raises
-    ------
-    CCWSIMError
-        For a file that is no project, broken, too large, or made by a newer version; the message
-        says which.
+    Raises `CCWSIMError` for a file that is no project, broken, too large, or made by a newer
+    version; the message says which.
     """
     content, name = read_bytes(path_or_file)
     members = _members(content, name)

@@ -81,11 +81,7 @@ def _top(title: str, state: State) -> None:
     if state.notes:
         with st.container(horizontal=True, vertical_alignment="center", key="told"):
             st.warning("\n".join(f"- {plain(note)}" for note in state.notes))
-            button("Close", key="told_close", on_click=_read, args=(state,))
-
-
-def _read(state: State) -> None:
-    state.notes = ()
+            button("Close", key="told_close", on_click=setattr, args=(state, "notes", ()))
 
 
 def _menu(title: str) -> None:

@@ -11,9 +11,8 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.sharing.link import link_of, own_choices, read_link
 from ccwsim.sharing.project import project_as_bytes
-from ccwsim.system.lru_cache import n_bytes
 from ccwsim.ui.session import kept
-from ccwsim.ui.session.kept import KeptChoices
+from ccwsim.ui.session.kept import KeptChoices, size_of
 from ccwsim.ui.session.resolve import data_of
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.share.menu import open_project, project_of
@@ -95,7 +94,7 @@ def test_what_is_kept_is_bounded_in_number_time_and_size():
         some.keep("ann", image(k))
     assert len(some.of("ann")) == kept.MAX_OF_BROWSER
     some.keep("bob", image(1, 990))
-    assert some.of("ann") == {} or sum(map(n_bytes, some.of("ann").values())) <= 10
+    assert some.of("ann") == {} or sum(map(size_of, some.of("ann").values())) <= 10
     assert some.of("bob") == image(1, 990)
     now[0] = 59.0
     some.keep("bob", image(1, 990))

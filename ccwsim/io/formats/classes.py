@@ -24,8 +24,7 @@ def classify(
 ) -> NDArray[np.int64]:
     """Return facies codes for values, none of which may be NaN.
 
-    Raises `CCWSIMError` for continuous values without threshold and classes, or edges that make no
-    classes.
+    Raises `CCWSIMError` for continuous values without classes, or edges that make no classes.
 
     Parameters
     ----------

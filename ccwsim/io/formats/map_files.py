@@ -69,8 +69,7 @@ def _packed(values: NDArray) -> bytes:
 def geotiff_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
     """Return maps as a GeoTIFF, north up: a named band each, all of one type.
 
-    Raises `CCWSIMError` if rasterio is not installed, codes do not fit a GeoTIFF, or maps are
-    volumes.
+    Raises `CCWSIMError` without rasterio, for codes that do not fit a GeoTIFF, and for volumes.
     """
     if grid.nz is not None:
         raise CCWSIMError("a GeoTIFF holds maps, not volumes; write vti, npz or gslib")

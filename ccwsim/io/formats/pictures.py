@@ -262,7 +262,7 @@ def main_colours(rgb: NDArray[np.uint8]) -> NDArray[np.float64]:
 
 
 def few_colours(picture: PictureFile, most: int = 200) -> tuple[NDArray[np.uint8], list[str]]:
-    """Return a picture in a few of its colours, to be shown: their places, and `#rrggbb` of each."""
+    """Return the indices of a few colours of a picture, and the `#rrggbb` of each, for display."""
     small = Image.fromarray(picture.rgb).quantize(most, dither=Image.Dither.NONE)
     palette = bytes(small.getpalette() or b"")
     return np.array(small), [f"#{palette[k : k + 3].hex()}" for k in range(0, len(palette), 3)]

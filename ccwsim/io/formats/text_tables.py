@@ -210,26 +210,26 @@ def read_delimited(content: bytes, name: str) -> DataFile:
         raise CCWSIMError(f"{name}: no values follow the header")
     sample = [line[:2000].decode("utf-8", "replace") for line in lines[1:21] or lines]
     separator = None if header.names else separator_of(sample)
-    decimal = decimal_of(sample, separator)
-    first = split_fields(lines[0].decode("utf-8", "replace"), separator)
-    headed = not header.names and any(field_number(field, decimal) is None for field in first)
+    marks = _Marks(separator, decimal_of(sample, separator))
+    first = marks.fields(lines[0])
+    headed = not header.names and any(field_number(f, marks.decimal) is None for f in first)
     names = first if headed else split_fields(remark, separator)
     body, numbers = (lines[1:], numbers[1:]) if headed else (lines, numbers)
-    if headed and len(body) > 1 and _units(body, separator, decimal):
-        second = split_fields(body[0].decode("utf-8", "replace"), separator)
+    if headed and len(body) > 1 and _units(body, marks):
+        second = marks.fields(body[0])
         names = names if len(second) <= len(names) else second  # below a title
         body, numbers = body[1:], numbers[1:]
     if not body:
         raise CCWSIMError(f"{name}: {lines[0][:40].decode('latin-1')!r} holds no numbers")
     names, headed = (list(header.names), True) if header.names else (names, headed)
-    n = len(names) if headed else len(split_fields(body[0].decode("latin-1"), separator))
+    n = len(names) if headed else len(marks.fields(body[0]))
     if headed and n > MAX_VARIABLES:
         raise CCWSIMError(f"{name}: {n} columns are more than {MAX_VARIABLES}")
     check_cells(name, (len(body), n))
     at = np.array(numbers, dtype=np.int64)
-    values, words = _fast(body, name, n, separator, decimal), {}
+    values, words = _fast(body, name, n, marks), {}
     if values is None:
-        values, words = _by_field(body, numbers, name, n, separator, decimal, headed)
+        values, words = _by_field(body, numbers, name, n, marks, headed)
     if not headed and len(names) != n:
         grid = {"matrix": values.reshape(1, len(body), n)}
         return DataFile("text matrix", name, grid, lines=at, south_first=False, asks_up=True)
@@ -245,11 +245,20 @@ def read_delimited(content: bytes, name: str) -> DataFile:
     return replace(table, columns=names, missing=header.missing)
 
 
-def _units(body: list[bytes], separator: str | None, decimal: str) -> bool:
+class _Marks(NamedTuple):
+    """The marks between fields and before decimals."""
+
+    separator: str | None
+    decimal: str
+
+    def fields(self, line: bytes) -> list[str]:
+        return split_fields(line.decode("utf-8", "replace"), self.separator)
+
+
+def _units(body: list[bytes], marks: _Marks) -> bool:
     """Whether the first row holds words and no number, and the second one numbers."""
-    rows = [split_fields(line.decode("utf-8", "replace"), separator) for line in body[:2]]
-    known = [[_counts(field, decimal) for field in row] for row in rows]
-    return not any(known[0]) and any(known[1])
+    first, second = ([_counts(f, marks.decimal) for f in marks.fields(row)] for row in body[:2])
+    return not any(first) and any(second)
 
 
 class _Header(NamedTuple):
@@ -307,15 +316,13 @@ def _filled_lines(content: bytes, name: str) -> tuple[list[bytes], list[int], st
     return lines, numbers, remark
 
 
-def _fast(
-    body: list[bytes], name: str, n: int, separator: str | None, decimal: str
-) -> NDArray[np.float64] | None:
+def _fast(body: list[bytes], name: str, n: int, marks: _Marks) -> NDArray[np.float64] | None:
     """All numbers at once; None if a field is empty, a text, missing or has thousands marked."""
-    sep = separator.encode() if separator else None
+    sep = marks.separator.encode() if marks.separator else None
     if any(len(line.split(sep)) != n for line in body):
         return None
     text = b"\n".join(body)
-    if decimal == ",":
+    if marks.decimal == ",":
         if b"." in text:
             return None
         text = text.replace(b",", b".")
@@ -328,18 +335,12 @@ def _fast(
 
 
 def _by_field(
-    body: list[bytes],
-    numbers: list[int],
-    name: str,
-    n: int,
-    separator: str | None,
-    decimal: str,
-    headed: bool,
+    body: list[bytes], numbers: list[int], name: str, n: int, marks: _Marks, headed: bool
 ) -> tuple[NDArray[np.float64], dict[int, tuple[str, ...]]]:
     """All fields: empty ones become NaN; columns with words are NaN and returned as words too."""
     table: list[list[str]] = []
     for line, number in zip(body, numbers, strict=True):
-        fields = split_fields(line.decode("utf-8", "replace"), separator)
+        fields = marks.fields(line)
         while len(fields) > n and not fields[-1]:
             fields.pop()
         if len(fields) != n:
@@ -351,7 +352,7 @@ def _by_field(
             check_time(name)
     columns, words = [], {}
     for k, fields in enumerate(zip(*table, strict=True)):
-        values = [field_number(field, decimal) for field in fields]
+        values = [field_number(field, marks.decimal) for field in fields]
         bad = [j for j, value in enumerate(values) if value is None or np.isinf(value)]
         if bad and not headed:
             raise CCWSIMError(not_a_number(name, numbers[bad[0]], fields[bad[0]]))

@@ -25,8 +25,7 @@ def import_hard_data(
 ) -> HardDataImport:
     """Return the hard data of a file and a report of the import.
 
-    Raises `CCWSIMError` for a file that cannot be read, or data that do not fit and are not to be
-    dropped.
+    Raises `CCWSIMError` for a file that cannot be read, or data that do not fit.
 
     Parameters
     ----------

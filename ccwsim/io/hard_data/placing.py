@@ -106,8 +106,7 @@ def place_points(
 ) -> PlacedPoints:
     """Place imported points in the cells of a grid and find the problems with them.
 
-    Raises `CCWSIMError` for rows and columns that are no whole numbers, or values that are no
-    facies codes.
+    Raises `CCWSIMError` for cells that are no whole numbers, or values that are no facies codes.
 
     Parameters
     ----------
@@ -326,8 +325,7 @@ class HardDataImport:
 def resolve_points(placed: PlacedPoints, conversion: Conversion = STRICT) -> HardDataImport:
     """Return hard data, with the problems settled as asked for.
 
-    Raises `CCWSIMError` if there are such data and the choice is "error"; the message names their
-    lines.
+    Raises `CCWSIMError`, with the lines, if there are such data and the choice is "error".
 
     Parameters
     ----------

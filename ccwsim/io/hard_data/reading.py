@@ -113,8 +113,7 @@ def preview_points(
 ) -> PointsPreview:
     """Return the first rows of a table of hard data and the columns that are taken.
 
-    Raises `CCWSIMError` for a file that cannot be read; columns that cannot be guessed are no error
-    here.
+    Raises `CCWSIMError` for a file that cannot be read, not for columns that cannot be guessed.
 
     Parameters
     ----------

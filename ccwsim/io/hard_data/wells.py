@@ -49,8 +49,7 @@ def import_wells(
 ) -> HardDataImport:
     """Return the hard data of wells and a report of the import.
 
-    Raises `CCWSIMError` for tables that cannot be read or contradict each other; the message names
-    their rows.
+    Raises `CCWSIMError`, with the rows, for tables that cannot be read or contradict each other.
 
     Parameters
     ----------
@@ -168,8 +167,7 @@ def preview_wells(
 ) -> PointsPreview:
     """Return the first rows of a table of wells and the columns that are taken.
 
-    Raises `CCWSIMError` for a file that is no table; columns that cannot be guessed are no error
-    here.
+    Raises `CCWSIMError` for a file that is no table, but not for columns that cannot be guessed.
 
     Parameters
     ----------

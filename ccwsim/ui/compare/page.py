@@ -31,7 +31,7 @@ from ccwsim.jobs.job import PATIENCE
 from ccwsim.jobs.limits import Demand, limits_of_environment
 from ccwsim.metrics.lags import axes_of
 from ccwsim.model.arrays import describe_shape
-from ccwsim.model.bounds import MAX_CANDIDATES_OFFERED, MAX_REALIZATIONS_COMPARED
+from ccwsim.model.bounds import MAX_REALIZATIONS_COMPARED
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.numbers import seconds, three_digits
 from ccwsim.model.parameters import Parameters
@@ -81,7 +81,7 @@ from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.news import draw_out_of_date
 from ccwsim.ui.study.study_column import parameter_field, size_fields
-from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, field, help_of
+from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, field
 from ccwsim.ui.widgets.text import pair, panel_title, plain, scrolled, step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
@@ -168,21 +168,17 @@ def _draw_parameters(state: State, k: int, p: Parameters) -> None:
     shape, prefix = image_of(state.choices.image).shape, f"{LETTERS[k]}_"
     change = partial(change_setting, state, k)
 
-    def draw_number(name: str, label: str, low: float, high: float, step: float) -> None:
-        number = bound_to(p, name, change, min_value=low, max_value=high, step=step)
-        field(st.number_input, label, key=f"{prefix}{name}", help=help_of(name), **number)
-
     left, right = pair()
     with left:
         parameter_field(p, "method", change, prefix)
     with right:
-        draw_number("n_candidates", "Candidates K", 1, MAX_CANDIDATES_OFFERED, 1)
+        parameter_field(p, "n_candidates", change, prefix, st.number_input)
     free = size_fields(p, shape, change, prefix)
     with st.container(horizontal=True, vertical_alignment="center", key=f"last_{LETTERS[k]}"):
         parameter_field(p, "refine", change, prefix)
         with st.popover("More", key=f"more_{LETTERS[k]}"):
             with free or nullcontext():
-                draw_number("search_fraction", "Search fraction", 0.01, 1.0, 0.01)
+                parameter_field(p, "search_fraction", change, prefix, st.number_input)
             for name in PARAMETERS:
                 if name not in SHOWN_AT_ONCE:
                     parameter_field(p, name, change, prefix)
@@ -313,16 +309,13 @@ def draw_maps(
     page_state = state.page(ComparePageState)
     image, grid, n = found.ensembles[0].training_image, request.grid, found.ensembles[0].n
 
-    def step(way: int) -> None:
-        page_state.shown = (page_state.shown + way) % n
-
     def write(option: int | str) -> None:
         choose(state, option)
         want_curves(state)
 
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="shown_row"):
         panel_title(f"Realization {page_state.shown + 1} of {n}")
-        step_buttons("shown", step, disabled=n == 1, note=" of all settings")
+        step_buttons("shown", page_state, n, " of all settings")
         st.html('<div class="panel below">E-type below</div>', width="content")
         e_type_field(state, image.facies_names, write)
     share = min(max(image.shape[-1] / grid.nx, MIN_IMAGE_SHARE), 1.0)

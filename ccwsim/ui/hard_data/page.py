@@ -121,7 +121,7 @@ def _draw(state: State) -> None:
         else:
             draw_wells(state, data)
     if ensemble is not None and grid.nz is None:
-        draw_gallery(ensemble, colours, state.shown, lambda r: setattr(state, "shown", r))
+        draw_gallery(state, ensemble, colours)
 
 
 def _draw_actions(state: State, data: HardData) -> None:

@@ -40,7 +40,7 @@ from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import image_of, levels, overlap_sizes
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.study_column import size_fields
-from ccwsim.ui.widgets.fields import button, field, help_of
+from ccwsim.ui.widgets.fields import bound_to, button, field, help_of
 from ccwsim.ui.widgets.text import pair, panel_title, plain
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
@@ -179,10 +179,8 @@ def _draw_setting(state: State) -> None:
     shape, is_ccsim = image_of(state.choices.image).shape, p.method == "ccsim"
 
     def parameter(widget, label: str, name: str, key: str, **options) -> None:
-        def write(value: int) -> None:
-            set_own(state, **{name: value})
-
-        field(widget, label, key=f"how_{key}", write=write, help=help_of(name), **options)
+        options = bound_to(p, name, partial(set_own, state), help=help_of(name)) | options
+        field(widget, label, key=f"how_{key}", **options)
 
     def follow(number: int) -> None:
         how.stop(number=number - 1, datum=0)
@@ -199,11 +197,9 @@ def _draw_setting(state: State) -> None:
             offered |= {"disabled": is_ccsim, "width": 96}
             parameter(st.selectbox, "Level J", "wavelet_level", "level", value=p.level, **offered)
             offered = {"options": overlap_sizes(p.level, p.template_size), "width": 116}
-            size = p.overlap_size
-            parameter(st.selectbox, "Overlap OR", "overlap_size", "overlap", value=size, **offered)
-        numbers = {"value": p.n_candidates, "min_value": 1, "max_value": MAX_CANDIDATES_OFFERED}
-        named = "n_candidates", "candidates"
-        parameter(st.number_input, "Candidates K", *named, width=136, **numbers)
+            parameter(st.selectbox, "Overlap OR", "overlap_size", "overlap", **offered)
+        numbers = {"min_value": 1, "max_value": MAX_CANDIDATES_OFFERED, "width": 136}
+        parameter(st.number_input, "Candidates K", "n_candidates", "candidates", **numbers)
         if how.parameters is not None:
             use = "Takes it to the study, and so to Simulate."
             button("Use this setting", key="how_use", on_click=use_own, args=(state,), help=use)

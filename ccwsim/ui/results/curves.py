@@ -43,6 +43,7 @@ SMALL_SHARES = 4_000_000
 """Largest number of shares of an E-type, 8 bytes each, that is kept without its ensemble."""
 _large: WeakKeyDictionary[Ensemble, EType] = WeakKeyDictionary()
 _e_type = cached(max_entries=8)(etype)
+vertical_proportions_bundle = cached(max_entries=64)(layers_bundle)
 
 
 @cached(max_entries=192)
@@ -65,12 +66,6 @@ def _curve_of_image(
 ) -> NDArray[np.float64]:
     """Return the image's own curve, the same for all its ensembles."""
     return curves_of(statistic, image, code, direction, lags)[0]
-
-
-@cached(max_entries=64)
-def vertical_proportions_bundle(ensemble: Ensemble, facies: int) -> Bundle:
-    """Return the share of a facies in each layer of volumes."""
-    return layers_bundle(ensemble, facies)
 
 
 @cached(max_entries=192)
@@ -107,6 +102,11 @@ def draw_curves(ensemble: Ensemble, facies: int, colours: Sequence[str] | None =
         ways = axes_of(ensemble.grid.shape)
         connected = [partial(_connectivity, ensemble, facies, way) for way in ways]
         rows = [[*variograms, layers, *shares], [*connected, times]]
+    draw_rows(rows)
+
+
+def draw_rows(rows: Sequence[Sequence[Callable[[], None]]]) -> None:
+    """Draw charts in rows of as many columns as the first has, and say how they are judged."""
     with st.container(key="charts"):
         places = [st.columns(len(rows[0]), gap="medium") for _ in rows]
     for row, columns in zip(rows, places, strict=True):

@@ -177,18 +177,16 @@ def draw_realization(
     draw_cells(shown, "realization", grid=grid, **options)
 
 
-def draw_gallery(
-    ensemble: Ensemble, colours: Sequence[str], shown: int, choose: Callable[[int], None]
-) -> None:
-    """Draw all realizations; `choose` is called with the number of the one that is clicked."""
+def draw_gallery(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
+    """Draw all realizations; the one that is clicked is shown large."""
     longest = min(96, max(48, ROW_WIDTH // ensemble.n - 8))
     width, height = tile_size(ensemble.grid.shape[-2:], longest)
     if ensemble.grid.nz is not None:
         step_note(f"Layer {ensemble.grid.nz // 2} of each realization; 0 is the bottom")
     png, columns = _sheet(ensemble, tuple(colours), 2 * longest)
-    data = {"png": png, "n": ensemble.n, "columns": columns, "shown": shown}
+    data = {"png": png, "n": ensemble.n, "columns": columns, "shown": state.shown}
     data |= {"width": width, "height": height}
-    draw_component("sheet", "gallery", data, "chosen", lambda r: choose(int(r)))
+    draw_component("sheet", "gallery", data, "chosen", lambda r: setattr(state, "shown", int(r)))
 
 
 @cached(max_entries=16)
@@ -197,10 +195,14 @@ def _sheet(ensemble: Ensemble, colours: tuple[str, ...], longest: int) -> tuple[
     return b64encode(png).decode(), columns
 
 
-def step_buttons(key: str, step: Callable[[int], None], *, disabled: bool, note: str = "") -> None:
-    """Draw two arrows; `step` is called with -1 or 1."""
+def step_buttons(key: str, page_state: Any, n: int, note: str = "") -> None:
+    """Draw two arrows that change which of `n` realizations a page has `shown`."""
+
+    def step(way: int) -> None:
+        page_state.shown = (page_state.shown + way) % n
+
     for way, sign, name in ((-1, "‹", "previous"), (1, "›", "next")):
-        options: dict = {"disabled": disabled, "help": f"The {name} realization{note}"}
+        options: dict = {"disabled": n == 1, "help": f"The {name} realization{note}"}
         button(sign, key=f"{key}_{name}", on_click=step, args=(way,), **options)
 
 

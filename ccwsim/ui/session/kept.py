@@ -60,12 +60,17 @@ class KeptChoices:
 
     def _forget(self) -> None:
         since = self._clock() - self._seconds
-        size = sum(n_bytes(choice) for _, choice in self._kept.values())
+        size = sum(size_of(choice) for _, choice in self._kept.values())
         for key, (at, choice) in list(self._kept.items()):
             if at >= since and size <= self._max_bytes:
                 return
-            size -= n_bytes(choice)
+            size -= size_of(choice)
             del self._kept[key]
+
+
+def size_of(choice: Own) -> int:
+    """Return about how many bytes an image or data take."""
+    return n_bytes([choice.files, getattr(choice, "placed", None)])
 
 
 @cache

@@ -287,7 +287,7 @@ def _what_decides(choices: Choices) -> tuple[object, ...]:
 
 
 def template_sizes(level: int, shape: Shape, along_z: bool = False) -> list[int]:
-    """Return the template sizes that a level and a training image allow, of a volume also along z."""
+    """Return the template sizes that a level and a training image allow; `along_z`: along z."""
     if along_z:
         sizes = legal_sizes(level, 1, min(shape[0], MAX_TEMPLATE))
         return [size for size in sizes if overlap_sizes(level, size, along_z=True)]

@@ -77,7 +77,7 @@ def _results(state: State, ensemble: Ensemble) -> None:
         draw_realization(ensemble, colours, state.shown, ensemble.grid)
     with right:
         draw_e_type(state, ensemble, colours)
-    draw_gallery(ensemble, colours, state.shown, lambda r: setattr(state, "shown", r))
+    draw_gallery(state, ensemble, colours)
     if beside is None:
         with st.container(key="volume_below"):
             beside, shares = st.columns(2, gap="medium")

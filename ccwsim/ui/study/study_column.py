@@ -46,13 +46,18 @@ WORLD = {
 SIDES = {"nx": "Cells E–W", "ny": "Cells N–S", "nz": "Layers"}
 ON_TOP = ("template_size", "overlap_size", "wavelet_level", "n_candidates")
 NUMBERS = {
+    "n_candidates": (1, MAX_CANDIDATES_OFFERED, 1),
     "search_fraction": (0.01, 1.0, 0.01),
     "co_template": (1, MAX_CO_TEMPLATE, 1),
     "template_variation": (0.0, MAX_TEMPLATE_VARIATION, 0.05),
     "location_weight": (0.0, MAX_LOCATION_WEIGHT, 0.5),
 }
-"""Minimum, maximum and step of the numbers under Advanced."""
-LABELS = {"co_template": "Look-ahead for data", "exact_data": "Honour data exactly"}
+"""Minimum, maximum and step."""
+LABELS = {
+    "n_candidates": "Candidates K",
+    "co_template": "Look-ahead for data",
+    "exact_data": "Honour data exactly",
+}
 SIZES = {"template_size": "Template", "overlap_size": "Overlap", "wavelet_level": "Level"}
 """Names of parameters on the screen; the others have their own."""
 
@@ -108,9 +113,7 @@ def method_step(state: State) -> None:
     p, shape = state.choices.parameters, image_of(state.choices.image).shape
     change = partial(set_parameters, state)
     with size_fields(p, shape, change) or nullcontext():
-        number = bound_to(p, "n_candidates", change, min_value=1, max_value=MAX_CANDIDATES_OFFERED)
-        tip = help_of("n_candidates")
-        field(st.number_input, "Candidates K", key="n_candidates", help=tip, **number)
+        parameter_field(p, "n_candidates", change, "", st.number_input)
     if not problem_of_data(state.choices):
         grid, n_data = state.choices.grid, data_of(state.choices).n
         if warning := warn_of_level(p, grid.shape, n_data):
@@ -182,7 +185,11 @@ def set_parameters(state: State, **changes: object) -> None:
 
 
 def parameter_field(
-    p: Parameters, name: str, change: Callable[..., None], prefix: str = "p_"
+    p: Parameters,
+    name: str,
+    change: Callable[..., None],
+    prefix: str = "p_",
+    of_numbers: Callable[..., Any] = st.slider,
 ) -> None:
     """Draw the control of one parameter, by the kind of its value; its key starts with `prefix`."""
     value = getattr(p, name)
@@ -203,7 +210,7 @@ def parameter_field(
 
             options |= {"value": max(value), "write": write_per_axis}
         low, high, step = NUMBERS[name]
-        field(st.slider, label, min_value=low, max_value=high, step=step, **options)
+        field(of_numbers, label, min_value=low, max_value=high, step=step, **options)
 
 
 def _reset(state: State) -> None:

@@ -314,13 +314,9 @@ def draw_realization(state: State, run: SweepRun, k: int) -> None:
     row, image = run.found.rows[k], run.training_image
     n = len(row.realizations)
     r = page_state.shown = min(page_state.shown, n - 1)
-
-    def step(way: int) -> None:
-        page_state.shown = (page_state.shown + way) % n
-
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="shown_row"):
         panel_title(f"Realization {r + 1} of {run.n_realizations}")
-        step_buttons("swept", step, disabled=n == 1, note=f"; the first {n} are kept")
+        step_buttons("swept", page_state, n, f"; the first {n} are kept")
     alt = f"Realization {r + 1} of {label(row.parameters, RANGED)}"
     own = row.realizations[r]
     shown = facies_map(indices_of(own, image), image, run.colours, alt)

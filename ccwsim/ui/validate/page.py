@@ -151,14 +151,9 @@ def _draw_realization(
     state: State, ensemble: Ensemble, colours: Sequence[str], here: ShownSlice
 ) -> None:
     image, r = ensemble.training_image, state.shown
-
-    def step(way: int) -> None:
-        if state.ensemble is not None:
-            state.shown = (state.shown + way) % state.ensemble.n
-
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="shown_row"):
         panel_title(f"Realization {ensemble.numbers[r] + 1} of {ensemble.n}", str(here))
-        step_buttons("shown", step, disabled=ensemble.n == 1)
+        step_buttons("shown", state, ensemble.n)
     shown = facies_map(ensemble.indices[r], image, colours, f"Realization {r + 1}")
     shown.points.extend(points_of(ensemble.hard_data, image, ensemble.realizations[r]))
     file = f"realization_{r + 1}"

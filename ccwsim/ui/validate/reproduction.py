@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from html import escape
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -26,7 +27,7 @@ from ccwsim.figures import (
     transiogram_chart,
 )
 from ccwsim.metrics import Anodi, Copying, Diagnosis, Measured
-from ccwsim.metrics.bands import Statistic
+from ccwsim.metrics.bands import STATISTICS, Statistic
 from ccwsim.metrics.lags import axes_of
 from ccwsim.model.arrays import describe_shape, listing
 from ccwsim.model.bounds import MAX_CURVES
@@ -34,7 +35,6 @@ from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.numbers import three_digits
 from ccwsim.report.pictures import bundle_of_curves
 from ccwsim.report.verdicts import (
-    HOW_JUDGED,
     HOW_MEASURED,
     MEASURES_HEAD,
     SIGNS,
@@ -51,7 +51,7 @@ from ccwsim.report.verdicts import (
 from ccwsim.ui.frontend.cell_map import CellMap
 from ccwsim.ui.frontend.cells import draw_cells
 from ccwsim.ui.results.charts import draw_chart, titled_chart
-from ccwsim.ui.results.curves import draw_band_key, draw_layers
+from ccwsim.ui.results.curves import draw_band_key, draw_layers, draw_rows
 from ccwsim.ui.results.tables import as_csv, csv_button, numbers_table
 from ccwsim.ui.session.file_names import study_part
 from ccwsim.ui.session.state import State
@@ -71,7 +71,6 @@ from ccwsim.ui.widgets.fields import bound_to, field, options_of
 from ccwsim.ui.widgets.text import panel_title, scrolled, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
-STATISTICS: tuple[Statistic, ...] = ("variogram", "connectivity")
 CURVE_HEIGHT = 190
 AREA, VOLUME = 10_000, 1_000_000
 """Cells to which counts are scaled, as grid and training image differ in size."""
@@ -96,18 +95,12 @@ def draw_curves_row(state: State, ensemble: Ensemble) -> None:
         n = len(curves) // 2
         layers, unseen = (partial(draw, state, ensemble) for draw in (_draw_layers, _draw_unseen))
         rows = [[*curves[:n], layers], [*curves[n:], unseen]]
-    with st.container(key="charts"):
-        places = [st.columns(len(row), gap="medium") for row in rows]
-    for row, columns in zip(rows, places, strict=True):
-        for draw, column in zip(row, columns, strict=True):
-            with column:
-                draw()
-    step_note(HOW_JUDGED)
+    draw_rows(rows)
 
 
 def axis_curves(ensemble: Ensemble) -> list[tuple[Statistic, str]]:
     """Return the statistics that are judged along each axis: variograms first."""
-    return [(statistic, way) for statistic in STATISTICS for way in axes_of(ensemble.grid.shape)]
+    return list(product(STATISTICS, axes_of(ensemble.grid.shape)))
 
 
 def _draw_layers(state: State, ensemble: Ensemble) -> None:

@@ -43,8 +43,8 @@ from ccwsim.metrics import (
     variogram_map,
 )
 from ccwsim.metrics.bands import Statistic
-from ccwsim.metrics.fits import PATTERN_SIZES
 from ccwsim.metrics.lags import Direction, distinct_lags, max_lag
+from ccwsim.metrics.reference_band import PATTERN_SIZES
 from ccwsim.metrics.stack import Stack
 from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.ensemble import Ensemble
