@@ -1,10 +1,10 @@
 """Seam repair by changing the facies of single cells (not in the paper).
 
 At the seams of patches single cells cause many unseen patterns: a step in a boundary, a notch, an
-isolated cell. In each unseen pattern the cell is changed that leaves the fewest unseen patterns. If
-no single change helps, a walk changes several cells one after another, even if unseen patterns
-increase at first; its changes up to the best state are kept. This is tabu search (Glover 1989).
-Cells with data do not change.
+isolated cell. For each unseen pattern, the change of one of its cells is made that leaves the
+fewest unseen patterns. If no single change helps, a walk changes several cells one after another,
+even if unseen patterns increase at first; its changes up to the best state are kept. This is tabu
+search (Glover 1989). Cells with data do not change.
 """
 
 from __future__ import annotations
