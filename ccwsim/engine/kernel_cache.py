@@ -20,7 +20,7 @@ import numba
 
 PACKAGE = Path(__file__).parents[1]
 FOLDER_VARIABLE = "_CCWSIM_KERNELS"
-"""Environment variable that gives a process that compiles for another one the folder to use."""
+"""Environment variable that tells a process that compiles for another process its folder."""
 DECORATED = re.compile(rb"^@\w*kernel$", re.MULTILINE)
 UNUSED_DAYS = 7
 """Days without use after which folders of other versions are removed."""

@@ -22,7 +22,7 @@ TESTED = "0.68"
 
 
 def are_known(version: str = numba.__version__) -> bool:
-    """Return whether a version of Numba is the one whose private parts were tested."""
+    """Return whether the private parts of a version of Numba were tested."""
     return version.split(".")[:2] == TESTED.split(".")
 
 

@@ -85,7 +85,7 @@ there are data), and before seam repair begins."""
 
 
 class Plan(NamedTuple):
-    """The inputs of a realization before its first patch."""
+    """The inputs of a realization, drawn before its first patch is simulated."""
 
     path: RasterPath
     lengths: tuple[ScaledLengths, ...]  # lengths along the path at each scale, the finest first

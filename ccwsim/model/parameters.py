@@ -16,8 +16,8 @@ METHODS = ("ccwsim", "ccsim", "ms-ccsim")
 SIMILARITIES = ("ssd", "correlation")
 CHOICES = {"method": METHODS, "similarity": SIMILARITIES}
 PER_AXIS = ("template_size", "overlap_size", "wavelet_level")
-"""Parameters that are one int for all axes or, for a volume, three along z, y and x. (Likewise,
-`location_weight` is one number or three.)"""
+"""Parameters with one integer for all axes or, in a volume, three integers along z, y and x.
+`location_weight` likewise has one or three numbers."""
 MEANINGS = {
     "template_size": "Side of the square patches in cells. Larger patches keep long shapes whole, "
     "but fewer of them fit and the training image is copied more.",
@@ -77,7 +77,7 @@ def _parameter(default: Any, symbol: str, matlab: str, allowed: str) -> Any:
 
 
 class Lengths(NamedTuple):
-    """Template, overlap and wavelet level along z, y and x; a map is one layer: 1, 0 and 0."""
+    """Template, overlap and wavelet level along z, y and x; along z, in a map, 1, 0 and 0."""
 
     template: tuple[int, int, int]
     overlap: tuple[int, int, int]
@@ -159,7 +159,7 @@ class Parameters:
         return tuple(t - overlap for t, overlap in sizes)
 
     def along(self, shape: Sequence[int]) -> Lengths:
-        """Return template, overlap and level along z, y and x, for a map or volume of `shape`.
+        """Return template, overlap and level along z, y and x for the shape of an image or grid.
 
         Raises `CCWSIMError` if `shape` is that of a map and any parameter is a triple.
 

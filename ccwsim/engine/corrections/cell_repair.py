@@ -1,10 +1,10 @@
 """Seam repair by changing the facies of single cells (not in the paper).
 
 At the seams of patches single cells cause many unseen patterns: a step in a boundary, a notch, an
-isolated cell. In each unseen pattern the cell is changed that leaves the fewest unseen patterns. If
-no single change helps, a walk changes several cells one after another, even if unseen patterns
-increase at first; its changes up to the best state are kept. This is tabu search (Glover 1989).
-Cells with data do not change.
+isolated cell. For each unseen pattern, the change of one of its cells is made that leaves the
+fewest unseen patterns. If no single change helps, a walk changes several cells one after another,
+even if unseen patterns increase at first; its changes up to the best state are kept. This is tabu
+search (Glover 1989). Cells with data do not change.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ PATIENCE, PATIENCE_VOLUME = 20, 40
 """A walk ends after this number of changes without a new best state."""
 FURTHER_DATA, PATIENCE_DATA, SHARE_OF_DATA = 200, 2000, 0.001
 """Values of FURTHER and PATIENCE for walks in volumes that start at data, if at most SHARE_OF_DATA
-of the cells have data. The limits are high because few changes suit both image and data; they can
-be, as such patterns are rare. With more data the limits decrease to those of other walks."""
+of the cells have data. They are high because few changes suit both image and data, and take little
+time because such patterns are rare. With more data they decrease to the limits of other walks."""
 STAYS = 4
 """Number of changes during which a changed cell must stay, unless another change of it would make
 the walk better than ever."""
@@ -59,7 +59,7 @@ class RepairedPart(NamedTuple):
     unseen: NDArray[np.uint32]  # list of the unseen patterns
     n_unseen: NDArray[np.uint8]  # number of unseen patterns that contain a cell
     was_tried: NDArray[np.bool_]  # whether no other facies of a cell reduces unseen patterns
-    stays: NDArray[np.uint16]  # number of the change of a walk until which a cell must stay
+    stays: NDArray[np.uint16]  # a cell must stay until a walk has this number of changes
     near: NDArray[np.uint64]  # shape (LONGEST,): patterns from which a walk chooses
     changed: NDArray[np.uint64]  # shape (LONGEST,): cells that a walk changed, in order
     before: NDArray[np.uint8]  # shape (LONGEST,): facies of these cells before the change
@@ -233,7 +233,7 @@ def copy_part(grid, data, origin, lengths, patterns, part):
 
 @part_of_kernel
 def find_unseen_patterns(patterns, part):
-    """Number all patterns of a part, and list the unseen ones; return their number."""
+    """Number all patterns of a part and list the unseen patterns; return the length of the list."""
     numbers, rows, steps = part.numbers, part.rows, part.steps
     is_unseen, n_unseen, was_tried = part.is_unseen, part.n_unseen, part.was_tried
     size, base = np.uint64(len(numbers)), patterns.row_base

@@ -32,7 +32,7 @@ MAX_PLACES = 4000
 N_TARGETS = 50
 """Number of targets drawn to estimate their variance."""
 FEW = 5
-"""Weight of the image in the estimated variance between columns, as a number of columns of data."""
+"""Weight of the image, as a number of columns of data, in the estimated variance of columns."""
 CONTRADICTED = 4
 """Squared distance between data and image, in squared standard errors, above which data contradict
 the image."""

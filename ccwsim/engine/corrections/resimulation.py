@@ -79,7 +79,7 @@ OnWindow = Callable[[int, Triple, bool], None]
 class Target(NamedTuple):
     """A realization to correct, and the training image; `grid` and `sources` change in place.
 
-    All arrays have layers; those of a map have one.
+    All arrays have three axes, z, y and x; in a map the first axis has length 1.
     """
 
     image: NDArray[np.uint8]  # shape (mz, my, mx): training image, facies indices
@@ -126,7 +126,7 @@ def resimulate(
 
     There are three steps: first, windows around missed data, from the size of the template down;
     second, forced cells if no patch fits even the smallest window; third, larger windows around
-    isolated data, whose number of cells of their own facies around them is less than
+    isolated data. A datum is isolated if the number of cells of its facies around it is less than
     `isolated_below`, by facies index. `report` is called with the share of windows that are done,
     and may raise to stop. `cells` has the shape (n, 3); the status is as in `Ensemble.data_status`.
     """
@@ -227,7 +227,7 @@ def isolated_datum_thresholds(image: NDArray[np.uint8]) -> NDArray[np.float64]:
 
 
 def _counts_around(marked: NDArray[np.bool_], layers: int) -> NDArray[np.uint8]:
-    """Return `own_counts` of all cells of one facies, one axis after the other."""
+    """Return `own_counts` of all cells of one facies, summed along one axis after another."""
     counts = marked.astype(np.uint8)
     for axis, reach in enumerate((layers, 2, 2)):
         wide = np.pad(counts, [(reach * (a == axis),) * 2 for a in range(3)], mode="edge")

@@ -274,7 +274,7 @@ def n_of(cells, first, n_cells, facies):
 
 @part_of_kernel
 def paste(image, place, box, keep_mask, counts, grid, sources):
-    """Paste the patch at a location of the image into a box, except where `keep_mask` is set.
+    """Paste the patch at a location of the image into a box, except in cells of `keep_mask`.
 
     `image` has the shape (mz, my, mx), `grid` (nz, ny, nx). `counts`, shape (n_facies,), has the
     number of cells by facies; `sources`, with the shape of the grid, has flat indices in the image.

@@ -145,7 +145,7 @@ class RasterPath(NamedTuple):
     shape: Triple  # shape of the grid in path coordinates
     tiles: Triple  # number of tiles along each axis
     full: Triple  # number of cells that all tiles cover, at least `offset` + `shape`
-    offset: Triple = (0, 0, 0)  # cells from the first cell of the first tile to that of the grid
+    offset: Triple = (0, 0, 0)  # cells from the beginning of the first tile to the grid
 
 
 def make_path(
