@@ -24,11 +24,11 @@ from ccwsim.report.pictures import bundle_chart, bundle_of, share_picture
 
 SHOWN = 3
 LEVEL = 2
-CLOSE_SHARE = 0.03  # largest difference of a reproduced proportion
-CLOSE_TAU = 0.85  # smallest ratio of a reproduced connectivity
-ENOUGH = 0.8  # share of the lags at which the image's curve must be among the realizations'
+CLOSE_SHARE = 0.03  # a proportion is reproduced within this difference
+CLOSE_TAU = 0.85  # smallest ratio to the image's connectivity that counts as reproduced
+ENOUGH = 0.8  # minimum share of lags at which the image's curve is among the realizations'
 SLACK = 0.02
-RECOVERED = 0.9  # share of the cells of the reference image that dense data must recover
+RECOVERED = 0.9  # minimum share of reference cells that dense data recover
 TEMPLATE = 48  # template of the authors' runs with three facies
 NONSTATIONARY = ("delta", "bend")
 KEPT = 0.5  # a trend is lost if realizations keep a smaller share of it on average
@@ -159,7 +159,7 @@ def _by_data(free: Ensemble, runs: list[Ensemble]) -> Table:
 
 
 def _varied(many: Ensemble) -> Judgement:
-    """Judge whether the E-type is certain at the data and open far from them."""
+    """Judge whether the E-type is certain at the data and uncertain far from them."""
     cells = many.hard_data.cells
     shares = many.probability(int(many.training_image.codes[-1]))
     at_data = shares[cells[:, 0], cells[:, 1]]
@@ -233,7 +233,7 @@ def _tau_table(tau: dict[str, dict[int, float]], stacks: dict[str, NDArray]) -> 
 
 
 def _surrounded(bundles: list[Bundle], statistic: Statistic) -> Judgement:
-    """Judge whether the image's curve is among those of the realizations, E–W and N–S."""
+    """Judge whether the image's curve lies among the realizations' curves, E–W and N–S."""
     shares = [_among(bundle) for bundle in bundles]
     what = "variograms" if statistic == "variogram" else "probabilities of connection"
     found = (
@@ -252,7 +252,7 @@ def _among(bundle: Bundle) -> float:
 
 
 def _against_codes(tau: dict[str, dict[int, float]]) -> list[Judgement]:
-    """Judge our connectivity against the published codes', at the largest lag."""
+    """Judge our connectivity against that of the published codes at the largest lag."""
     judgements = []
     lag, ours = list(tau["CCWSIM"].items())[-1]
     for name, found in tau.items():
@@ -362,7 +362,7 @@ def _facies_judgements(run: ExperimentRun, e: Ensemble) -> tuple[Judgement, ...]
 
 
 def limits(run: ExperimentRun) -> Outcome:
-    """Simulate bundled images whose quarters differ, and measure the difference that remains."""
+    """Simulate nonstationary bundled images and measure the remaining differences of quarters."""
     run.expect(2 * len(NONSTATIONARY))
     blocks: list[Block] = []
     judgements: list[Judgement] = []
@@ -400,7 +400,7 @@ def _quarter_maps(e: Ensemble, name: str) -> Row:
 def _quarters(
     name: str, image: TrainingImage, own: Stationarity, each: list[Stationarity]
 ) -> tuple[str, ...]:
-    """Return the shares of the facies that differs most between the quarters of the image."""
+    """Return the shares of the facies that differs most between the image's quarters."""
     k = int(np.argmax(own.proportions.std(axis=0)))
     kept = np.mean([one.proportions for one in each], axis=0)
     shown = [", ".join(percent(float(v)) for v in p[:, k]) for p in (own.proportions, kept)]
@@ -410,8 +410,8 @@ def _quarters(
 def kept_share(own: Stationarity, each: list[Stationarity]) -> float:
     """Return the share of the differences between the image's quarters that realizations keep.
 
-    It is the slope of the realizations' mean variograms of the quarters over the image's, both less
-    their mean over the quarters, along both axes.
+    Variograms of the quarters, minus their mean over the quarters, are compared along both axes;
+    the result is the slope of the realizations' mean values over the image's.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""All experiments in the order of the paper, their run, and their report."""
+"""All experiments of the paper in order, with their run and report."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ EXPERIMENTS = (
         limits,
     ),
 )
-"""In the order of the paper."""
+"""All experiments in the order of the paper."""
 
 TITLE = "CCWSIM: the paper's experiments, run again"
 PAPER = (
@@ -120,8 +120,8 @@ PAPER = (
 )
 KNOWN = (
     "Of the paper's numbers those of Tables 1 and 2, the CPU times of Figs. 6 to 8, 13, 14 and 16 "
-    "and the changes between levels of Fig. 13 are at hand; its curves, maps and the images of "
-    "Ganges and Sundarbans are not; the report says if a number is not known. Seconds of "
+    "and the changes between levels of Fig. 13 are known; its curves, maps and the images of "
+    "Ganges and Sundarbans are not available; the report says if a number is not known. Seconds of "
     "MATLAB on another machine (Core i7 at 2.6 GHz) are set beside ours for the record; only "
     "ratios within one run can be compared."
 )
@@ -142,7 +142,7 @@ WORDS = (
 
 @dataclass(frozen=True, eq=False)
 class Finished:
-    """A finished experiment: its outcome, or the problem that prevented it."""
+    """A finished experiment: its outcome, or the problem that stopped it."""
 
     experiment: Experiment
     outcome: Outcome | None
@@ -163,7 +163,7 @@ class Reproduction:
 
     @property
     def words(self) -> Counter[str]:
-        """Number of verdicts by their word."""
+        """Number of verdicts of each kind, by word."""
         outcomes = [f.outcome for f in self.finished if f.outcome is not None]
         return Counter(j.word for outcome in outcomes for j in outcome.judgements)
 
@@ -179,8 +179,8 @@ def reproduce(
 ) -> Reproduction:
     """Run the experiments of the paper, by default on the bundled images.
 
-    `progress` is called as progress(fraction, n_done) and `on_finished` with each finished
-    experiment; n_done counts them. `cancel` is called often and returns True to stop; finished
+    `progress` is called as progress(fraction, n_done), with the number of finished experiments, and
+    `on_finished` with each of them. `cancel` is called often and returns True to stop; finished
     experiments are kept.
 
     Examples
@@ -231,7 +231,7 @@ def with_largest_grid(extent: Extent, side: int | None) -> Extent:
 
 
 def _tried(experiment: Experiment, run: ExperimentRun) -> Finished:
-    """Run one experiment; errors are reported, and the other experiments continue."""
+    """Run one experiment; an error is reported and does not stop the other experiments."""
     start = time.perf_counter()
     outcome, problem = None, ""
     try:
@@ -248,7 +248,7 @@ def _tried(experiment: Experiment, run: ExperimentRun) -> Finished:
 
 
 def document_of(reproduction: Reproduction) -> Document:
-    """Return the report: all verdicts first, then a section for each experiment.
+    """Return the report: all verdicts, then a section for each experiment.
 
     Examples
     --------
@@ -289,7 +289,7 @@ def summary(r: Reproduction) -> str:
 
 
 def verdict_of(finished: Finished) -> str:
-    """Return the words of an experiment's verdicts, or the problem.
+    """Return the verdicts of an experiment as text, or its problem.
 
     Examples
     --------
