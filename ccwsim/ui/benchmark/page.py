@@ -51,7 +51,7 @@ LEVELS_HELP = (
     "single cells."
 )
 MIN_BYTES_TOLD = 50e6
-"""Bytes that are worth a word."""
+"""Memory use is stated from this number of bytes."""
 MICRO = 1e6
 
 
@@ -137,7 +137,7 @@ def _draw_choices(state: State, which: Literal["grid", "data"]) -> None:
 
 
 def _draw_pills(page_state: Benchmark, name: str, label: str, options: dict) -> None:
-    """Draw pills for a list of the choices; those chosen but not on offer now are not shown."""
+    """Draw pills for a list of choices; selected values that are unavailable are not shown."""
     options |= {"selection_mode": "multi", "width": "content"} | bound_to(page_state, name)
     options["value"] = [one for one in options["value"] if one in options["options"]]
     field(st.pills, label, key=name, **options)
@@ -155,7 +155,7 @@ def _draw_start(state: State, kind: Kind) -> None:
 
 
 def _describe_plan(state: State, kind: Kind) -> str:
-    """Describe a run, or say which choice is missing."""
+    """Describe the planned run, or name the missing choice."""
     page_state = state.page(Benchmark)
     try:
         cases = cases_of(state, kind)
@@ -171,7 +171,7 @@ def _describe_plan(state: State, kind: Kind) -> str:
 
 
 def _draw_part(state: State, kind: Kind) -> None:
-    """Draw the description of a run, and one measurement, followed while it runs."""
+    """Draw one measurement with its description, and update it while it runs."""
     step_note(_describe_plan(state, kind))
     run = getattr(state.page(Benchmark), kind)
 
@@ -192,7 +192,7 @@ def _draw_part(state: State, kind: Kind) -> None:
 
 
 def _draw_grids(state: State) -> None:
-    """Draw times against the size of the grid, empty before a run."""
+    """Draw times by size of the grid; empty before a run."""
     run = state.page(Benchmark).grids
     timings = list(run.timings) if run else []
     ticks = ticks_of(timings, layers_of(state) is not None)
@@ -225,12 +225,12 @@ def _draw_chart(
 
 
 def has_paper(timings: Sequence[Timing]) -> bool:
-    """Whether the paper's times can stand beside: it has no volumes."""
+    """Return whether the paper's times can be shown: they are for maps only."""
     return all(len(t.grid_shape) == 2 for t in timings)
 
 
 def ticks_of(timings: Sequence[Timing], volumes: bool) -> dict[int, str]:
-    """Return the numbers of cells on the axis: those of square grids, or powers of ten."""
+    """Return the ticks of the cell axis: sizes of square grids, or powers of ten."""
     if has_paper(timings) and not (volumes and not timings):
         sides = {t.grid_shape[0] for t in timings} | {SIDES[0], SIDES[1], SIDES[3], SIDES[-1]}
         return {side**2: f"{side}²" for side in sorted(sides)}
@@ -240,7 +240,7 @@ def ticks_of(timings: Sequence[Timing], volumes: bool) -> dict[int, str]:
 
 
 def _draw_data(state: State) -> None:
-    """Draw times against the number of data in the layout of Table 2."""
+    """Draw times by number of data in the layout of Table 2."""
     page_state, run = state.page(Benchmark), state.page(Benchmark).data
     if run:
         chosen = list(dict.fromkeys(map(findings.setting_of, run.cases)))
@@ -262,7 +262,7 @@ def _draw_data(state: State) -> None:
 
 
 def chosen_settings(state: State) -> list[findings.Setting]:
-    """Return the methods and levels that are chosen now, none if they do not fit."""
+    """Return the methods and levels chosen now; empty if they do not fit the study."""
     own = state.page(Benchmark)
     if not own.data_levels or not own.data_methods:
         return []
