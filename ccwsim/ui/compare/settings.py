@@ -101,7 +101,7 @@ class ComparePageState:
 
     `others` are the settings besides the study's own; None stands for the default at that position,
     which follows the study. `n` is the number of realizations per setting; None until the page is
-    first drawn. `run` is the running comparison; `found` is the latest result, `request` its inputs.
+    first drawn. `run` is the running comparison; `found` the latest result, `request` its inputs.
     """
 
     others: list[Parameters | None] = field(default_factory=lambda: [None, None])

@@ -71,9 +71,9 @@ def draw_editable(
     that the user clicks or draws over in a slice, or marks with Enter at the cross hairs, and
     `axis`, the axis across the slice.
 
-    `editing` has `ack` (the number of the last edit taken), `can_undo` and `can_redo`; for maps also
-    `brushes` (label and colour of each facies), `reads` (whether the map shows facies to place) and
-    `empty` (whether it shows nothing). `options` are those of the component's content.
+    `editing` has `ack` (the number of the last edit taken), `can_undo` and `can_redo`; maps have
+    also `brushes` (label and colour of each facies), `reads` (whether the map shows facies to
+    place) and `empty` (whether it shows nothing). `options` are those of the component's content.
     """
     if cells.indices.ndim == 3:
         key = "volume_editor"
