@@ -224,7 +224,7 @@ def pareto_front(times: ArrayLike, errors: ArrayLike) -> NDArray[np.int64]:
     """
     t, e = np.asarray(times, dtype=float), np.asarray(errors, dtype=float)
     if t.shape != e.shape or t.ndim != 1:
-        raise CCWSIMError(f"{t.size} times and {e.size} errors: one of each a setting is needed")
+        raise CCWSIMError(f"{t.size} times and {e.size} errors: give one of each per setting")
     front: list[int] = []
     best = np.inf
     for k in np.lexsort((e, t)):
@@ -255,7 +255,7 @@ def recommended(sweep: Sweep) -> Recommendation:
     among = np.flatnonzero(wrong == wrong.min())
     why: list[str] = []
     if wrong.min() > 0:
-        why.append("It does not honour all data; no setting does.")
+        why.append("No setting honours all data.")
     for rule in (_without_large_templates, _without_copies):
         among, sentence = rule(sweep, among)
         why += [sentence] if sentence else []
@@ -305,7 +305,7 @@ def _without_copies(sweep: Sweep, among: NDArray[np.int64]) -> Narrowed:
         least = among[np.argmin((copied / allowed)[among])]
         return np.array([least]), (
             f"It copies the least, yet its largest copied piece has {copied[least]:.0f} cells; "
-            f"those of all settings have more than {MAX_COPIED} templates."
+            f"in every setting this piece is larger than {MAX_COPIED} templates."
         )
     many = "setting copies" if len(out) == 1 else "settings copy"
     return among[~copies[among]], (
@@ -326,9 +326,9 @@ def _left_behind(sweep: Sweep, kind: str, good: NDArray[np.int64], out: NDArray[
     return {
         "proportions": f"{n} farther off in proportions: a facies by {100 * least:.2g} % or more, "
         f"the best {100 * best:.2g} %.",
-        "patterns": f"{n} farther off in patterns: {least:.3g} bits or more, the best {best:.3g}.",
+        "patterns": f"{n} farther off in patterns: {least:.3g} bits or more, best {best:.3g}.",
         "connection": f"{n} farther off in connectivity: the error of τ(h) is {least:.2g} or more, "
-        f"the best {best:.2g}.",
+        f"the best is {best:.2g}.",
     }[kind]
 
 

@@ -314,8 +314,8 @@ def variability(run: ExperimentRun) -> Outcome:
         judgements += _anodi_judgements(found, study.image)
     remark = (
         "The paper takes 8 × 8 patterns at three resolutions; here all 4 × 4 patterns are counted "
-        "exactly, because nearly every 8 × 8 pattern occurs once. Ratios of two methods can be set "
-        "beside the paper's, divergences cannot."
+        "exactly, because nearly every 8 × 8 pattern occurs once. Ratios of two methods can be "
+        "compared with the paper's; divergences cannot."
     )
     words = Text(remark, quiet=True), Text(methods.DEFAULT_WORDS, quiet=True)
     return Outcome((*blocks, Row(tuple(charts)), *words), tuple(judgements))
@@ -350,11 +350,11 @@ def _anodi_table(found: Anodi, title: str) -> Table:
             (name, str(n), *each, by_resolution, f"{paper_ratio(found, 'CCWSIM', name):.2f}")
         )
     at = (f"{what}, at 1, 1/2, 1/3" for what in ("between", "within"))
-    header = ("method", "n", *at, "CCWSIM's ratio to it", "r")
+    header = ("method", "n", *at, "ratio of CCWSIM to it", "r")
     caption = (
         f"{title[:1].upper()}{title[1:]}. Mean Jensen–Shannon divergence between realizations and "
-        "to the training image (bits); on the right between / within of our CCWSIM divided by that "
-        "of the method, at each resolution and weighted."
+        "to the training image (bits); on the right, between / within of our CCWSIM divided by "
+        "that of the method, at each resolution and as weighted sum r."
     )
     return Table(header, tuple(rows), caption)
 
@@ -370,7 +370,7 @@ def table_1(found: Anodi, image: str) -> Table:
     header = ("CCWSIM relative to MS-CCSIM", "between", "within", "r")
     caption = (
         f"Table 1 · {image} image. At three resolutions, the full one first; r = Σ w · between / "
-        "within: above 1 CCWSIM is the more varied for its distance to the image."
+        "within: above 1, CCWSIM is more varied relative to its distance to the image."
     )
     return Table(header, tuple(rows), caption)
 
@@ -425,7 +425,7 @@ def _anodi_judgements(found: Anodi, image: str) -> list[Judgement]:
         judgements.append(verdicts.of_ratio(claim, f"{own} r = {ratio:.2f}.", ratio, paper.ratio))
     if "published CCWSIM" in found.names:
         ratio = paper_ratio(found, "CCWSIM", "published CCWSIM")
-        words = f"r = {ratio:.2f} relative to theirs: variety for the distance to the image."
+        words = f"r = {ratio:.2f} relative to theirs: variety over distance to the image."
         claim = f"The authors' CCWSIM code on the {image} image."
         order = verdicts.order_of(ratio, COMPARABLE)
         judgements.append(verdicts.of_order(claim, words, order))

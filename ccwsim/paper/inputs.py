@@ -132,7 +132,7 @@ def inputs_in(folder: str | Path | None) -> PaperInputs:
         return PaperInputs()
     given = Path(folder)
     if not given.is_dir():
-        raise CCWSIMError(f"{folder}: there is no such folder; leave it out for the bundled images")
+        raise CCWSIMError(f"{folder}: no such folder; leave it out for the bundled images")
     for candidate in (given, given.parent):
         found = PaperInputs(candidate.resolve())
         if any(found.is_own(name) for name in IMAGES):

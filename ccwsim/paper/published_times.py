@@ -28,7 +28,7 @@ OCTAVE = Source(
     "The authors' CCWSIM and MS-CCSIM run unchanged but without their windows: T 32, OR 8, 20 "
     "candidates, prop 0.1, CT [2 2], 8 paths",
     "GNU Octave, one thread, on another machine than the paper's; 2.5 to 5.8 times the paper's "
-    "MATLAB times where both are known. The interpreted cut alone takes 5.4 of the 5.8 s of an "
+    "MATLAB times if both are known. The interpreted cut alone takes 5.4 of the 5.8 s of an "
     "unconditional run, so these times say little about levels",
 )
 

@@ -67,12 +67,12 @@ def unconditional(run: ExperimentRun) -> Outcome:
         "patterns (bits) from the training image; τ relative to the training image's."
     )
     remark = (
-        f"The grid of the paper's figure is not known to us; the one here is {side} × {side}, as "
-        "in its conditional runs."
+        f"The grid of the paper's figure is unknown; here it is {side} × {side}, as in the "
+        "paper's conditional runs."
     )
     table = Table(header, tuple(rows), caption)
     blocks = (Row(tuple(pictures)), table, Text(remark, quiet=True))
-    what = "a realization (mean); grid and level are not at hand"
+    what = "a realization (mean); grid and level are unknown"
     time = _judged_time(run, shown, what, "Fig. 6")
     return Outcome(blocks, (_reproduced(shown, image), time))
 
@@ -139,7 +139,7 @@ def _conditional_maps(
     if other is not None:
         shares = etype(Stack(other, image.codes)).probability[last]
         average.append(methods.paper_map(other[0], image, "The authors' code, same study", data))
-        average.append(share_picture(shares, f"E-type of its {len(other)} realizations at hand"))
+        average.append(share_picture(shares, f"E-type of its {len(other)} available realizations"))
     return Row(tuple(shown)), Row(tuple(average))
 
 
@@ -166,7 +166,7 @@ def _varied(many: Ensemble) -> Judgement:
     certain = float(np.mean((at_data == 0) | (at_data == 1)))
     open_cells = float(np.mean((shares > 0) & (shares < 1)))
     found = (
-        f"The E-type is certain at {percent(certain)} of the data and open at "
+        f"The E-type is certain at {percent(certain)} of the data and uncertain at "
         f"{percent(open_cells)} of all cells."
     )
     claim = "Fig. 7: three distinct realizations and their average, which follows the data."
@@ -181,9 +181,9 @@ def _conditional_times(run: ExperimentRun, free: Ensemble, many: Ensemble) -> li
     theirs = stated_seconds("Fig. 7") / stated_seconds("Fig. 6")
     claim = (
         f"Conditional realizations (2.42 s, Fig. 7) take {theirs:.2f} times as long as "
-        "unconditional ones (6.52 s, Fig. 6); grids and levels of the two are not at hand."
+        "unconditional ones (6.52 s, Fig. 6); grids and levels of both are unknown."
     )
-    found = f"On one grid and level, conditional ones take {ratio:.2f} times as long."
+    found = f"On the same grid and level, conditional realizations take {ratio:.2f} times as long."
     return [time, verdicts.of_ratio(claim, found, ratio, theirs)]
 
 
@@ -237,10 +237,10 @@ def _surrounded(bundles: list[Bundle], statistic: Statistic) -> Judgement:
     shares = [_among(bundle) for bundle in bundles]
     what = "variograms" if statistic == "variogram" else "probabilities of connection"
     found = (
-        f"The image's curve is among the realizations' at {percent(shares[0])} of the lags E–W "
-        f"and {percent(shares[1])} N–S."
+        f"The image's curve is among the realizations' curves at {percent(shares[0])} of the lags "
+        f"E–W and {percent(shares[1])} N–S."
     )
-    claim = f"Fig. 9: {what} of the image and of 100 realizations; its curves are not at hand."
+    claim = f"Fig. 9: {what} of the image and of 100 realizations; its curves are not available."
     return verdicts.judged(claim, found, "surrounded" if min(shares) >= ENOUGH else "in part")
 
 
@@ -259,7 +259,7 @@ def _against_codes(tau: dict[str, dict[int, float]]) -> list[Judgement]:
         if name == "CCWSIM":
             continue
         theirs = found[lag]
-        words = f"At {lag} cells {ours:.2f} of the image's connectivity; {name}: {theirs:.2f}."
+        words = f"At {lag} cells, part of the image's connectivity {ours:.2f}; {name} {theirs:.2f}."
         order = int(ours - theirs > SLACK) - int(theirs - ours > SLACK)
         claim = f"Connectivity of {name}, same study."
         judgements.append(verdicts.of_order(claim, words, order))
@@ -305,12 +305,12 @@ def _dense_judgements(
 ) -> tuple[Judgement, ...]:
     image, data = e.training_image, e.hard_data
     share, missed = float(np.mean(e.indices == reference)), None
-    found = f"{percent(share)} of the cells are those of the reference image."
+    found = f"{percent(share)} of the cells agree with the reference image."
     claim = "Fig. 14: a simulation with 4000 data beside its reference image."
     judgement = verdicts.of_claim(claim, found, share >= RECOVERED)
     if other is not None:
         theirs, missed = np.mean(other == reference), methods.wrong_share(other, image, data)
-        found += f" With the authors' code {percent(theirs)}."
+        found += f" With the authors' code: {percent(theirs)}."
         judgement = verdicts.of_order(claim, found, 1 if share > theirs else -1)
     honoured = verdicts.of_data(float(e.n_mismatched.mean() / data.n), data.n, missed)
     what = "a realization with about 4000 data (mean)"
@@ -383,7 +383,7 @@ def limits(run: ExperimentRun) -> Outcome:
     table = Table(header, tuple(rows), "Quarters SW, SE, NW, NE; mean of the realizations.")
     remark = Text(
         "The paper's nonstationary image (Sundarbans, Fig. 17) and its Ganges image (Fig. 8; 7.7 s "
-        "a realization) are not at hand; the images here are drawn by this program.",
+        "a realization) are not available; the images here are drawn by this program.",
         quiet=True,
     )
     return Outcome((*blocks, table, remark), tuple(judgements))

@@ -45,7 +45,7 @@ EXPERIMENTS = (
         "Variograms and probability of connection",
         "Section 5.3, Fig. 9",
         "Fig. 9 shows variograms and the probability of connection of the channel image and of "
-        "100 realizations (E–W and N–S); its curves are not at hand.",
+        "100 realizations (E–W and N–S); its curves are not available.",
         statistics,
     ),
     Experiment(
@@ -75,8 +75,8 @@ EXPERIMENTS = (
         "CPU time against grid size",
         "Section 5.6, Fig. 13",
         "Fig. 13 shows mean CPU times of 20 conditional realizations for five grids at levels 1, 2 "
-        "and 3: 56, 32 and 31 s at the largest, 25 million cells; averaged over the sizes −54.8 % "
-        "from level 1 to 2 and −17.4 % from 2 to 3.",
+        "and 3: 56, 32 and 31 s at the largest, 25 million cells; averaged over the sizes, time "
+        "changes by −54.8 % from level 1 to 2 and −17.4 % from 2 to 3.",
         grid_size,
     ),
     Experiment(
@@ -100,14 +100,14 @@ EXPERIMENTS = (
         "Three facies on a large grid",
         "Section 5.8, Fig. 16",
         "Fig. 16 shows three facies on 1000 × 1000 cells at level 2; CPU time 3.50 s. The number "
-        "of data, 400, is that of the authors' files.",
+        "of data, 400, comes from the authors' files.",
         three_facies,
     ),
     Experiment(
         "Limits: nonstationary training images",
         "Section 5.9, Fig. 17",
         "Section 5.9 names nonstationary training images as a limit of the method; Fig. 17 shows "
-        "the Sundarbans, an image that is not at hand.",
+        "the Sundarbans, an image that is not available.",
         limits,
     ),
 )
@@ -130,13 +130,13 @@ QUICK_RUN = (
     "Its verdicts are not results; take the full run for those."
 )
 WORDS = (
-    "“agrees”: the paper's statement is found here too. “better”, “behind”: our number against the "
-    "other one. “differs”: the paper's statement is not found. “in part”: one of two measures, "
-    "or some of the lags. “surrounded”: the image's curve is among the realizations'. "
-    "“less time”: on another machine. “not comparable”: our grid is not the paper's. Two ratios "
-    f"agree where both are below 1, above 1 or within {100 * NOISE - 100:.0f} % of it and they "
-    f"differ by less than a factor of {ALIKE}, or by less than {100 * NOISE - 100:.0f} %; “same "
-    "order”: the first without the second."
+    "“agrees”, “differs”: the paper's statement holds here, or does not. “better”, “behind”: our "
+    "number is better or worse than the other. “in part”: the statement holds for one of two "
+    "measures, or some lags. “surrounded”: the image's curve lies among the realizations' curves. "
+    "“less time”: the paper's machine differs. “not comparable”: our grid differs from the "
+    "paper's. Two ratios have the “same order” if both are below 1, above 1 or within "
+    f"{100 * NOISE - 100:.0f} % of 1. They agree if they have the same order and differ by less "
+    f"than a factor of {ALIKE}, or if they differ by less than {100 * NOISE - 100:.0f} %."
 )
 
 
@@ -269,7 +269,7 @@ def _opening(r: Reproduction) -> tuple[Block, ...]:
     if r.extent.name != "full":
         blocks.append(Text(QUICK_RUN))
     if r.stopped:
-        blocks.append(Text("The run was stopped: the experiments that are missing were not done."))
+        blocks.append(Text("The run was stopped; missing experiments were not run."))
     blocks.append(Text(WORDS, quiet=True))
     return tuple(blocks)
 
@@ -320,7 +320,7 @@ def _run_facts(r: Reproduction) -> tuple[tuple[str, str], ...]:
         folder = f"training images and data of the folder “{r.inputs.folder.name}”"
     x = r.extent
     extent = (
-        f"{x.name}: {x.n_many} realizations where the paper has 100, {x.n_few} to compare methods, "
+        f"{x.name}: {x.n_many} realizations if the paper has 100, {x.n_few} to compare methods, "
         f"{x.n_anodi} for distances, {x.n_timed} for times"
     )
     took = ", ".join(f"{f.experiment.title} {seconds(f.seconds)}" for f in r.finished)

@@ -52,8 +52,8 @@ def grid_size(run: ExperimentRun) -> Outcome:
     rows.append((f"paper, {PAPER_SIDE} × {PAPER_SIDE}", f"{PAPER_SIDE**2:,}", *theirs))
     header = ("grid", "cells", *(f"level {level}" for level in LEVELS))
     caption = (
-        f"CPU time of a realization, median of {n}, one thread, no data; the paper's are means of "
-        "20 conditional realizations, with a number of data that is not at hand."
+        f"CPU time of a realization, median of {n}, one thread, no data; the paper's times are "
+        "means of 20 conditional realizations, with an unknown number of data."
     )
     blocks = (_grid_chart(by_level, sides), Table(header, tuple(rows), caption))
     return Outcome(blocks, _grid_judgements(by_level))
@@ -128,7 +128,7 @@ def _growth(by_level: dict[int, list[Timing]]) -> Judgement:
     powers = {level: growth(times).exponent for level, times in by_level.items()}
     each = ", ".join(f"{power:.2f} (level {level})" for level, power in powers.items())
     worst = max(abs(power - 1) for power in powers.values())
-    claim = "Fig. 13: CPU time of five sizes; those of the four smaller ones are not at hand."
+    claim = "Fig. 13: CPU time of five sizes; those of the four smaller sizes are not available."
     found = f"Time grows with the power {each} of the cells."
     return verdicts.judged(claim, found, "linear" if worst <= LINEAR else "not linear")
 

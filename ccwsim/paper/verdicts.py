@@ -112,7 +112,7 @@ def of_data(wrong: float, n_data: int, theirs: float | None) -> Judgement:
         if wrong == 0
         else f"{percent(wrong)} of {n_data} data are not honoured."
     )
-    claim = "Section 4.4: candidates are searched for one that honours the data."
+    claim = "Section 4.4: a candidate that honours the data is looked for."
     if theirs is None:
         return of_claim(claim, found, wrong == 0)
     found += f" Realizations of the authors' code miss {percent(theirs)}."

@@ -23,11 +23,11 @@ VERDICTS: dict[Statistic, tuple[str, str]] = {
 }
 HOW_JUDGED = (
     "Titles compare pieces of the realizations with crops of the training image (TI) of the same "
-    "size, by how much the crops differ among themselves; lines are of whole images."
+    "size, relative to the spread of the crops; lines show whole images."
 )
 NOT_JUDGED = "not judged: the training image or the grid is too small for crops"
 LAYERS_NOT_JUDGED = (
-    "layers not judged: the training image has another number of them, or is too small for crops"
+    "layers not judged: the training image has another number of layers, or is too small for crops"
 )
 
 
@@ -223,9 +223,9 @@ class MeasureRow(NamedTuple):
 
 
 HOW_MEASURED = (
-    "Training image and realizations are whole; the last column compares pieces of realizations "
-    "with crops of the training image of the same size, as windows cut geobodies. ± is how far "
-    "pieces may be from crops before it counts, by how much crops differ among themselves."
+    "The TI and realizations columns are for whole images; the last column compares pieces of "
+    "realizations with crops of the training image of the same size, because windows cut "
+    "geobodies. ± is the tolerance, given by the spread of the crops."
 )
 MEASURES_HEAD = ("measure", "TI", "realizations, 5–95 %", "beside crops of the TI")
 

@@ -119,7 +119,7 @@ class FieldSpec:
             found = tuple(map(kind, re.split("[xX×]", text)))
             if self.low <= min(found) and max(found) <= self.high:
                 return found
-        raise CCWSIMError("is no pair such as 640x480, or three such as 100x100x48, that can be")
+        raise CCWSIMError("is not two or three numbers in range, such as 640x480 or 100x100x48")
 
     def _per_axis(self, text: str) -> tuple[Any, ...]:
         """Return numbers written in the order x, y, z in the order of parameters: z, y, x."""

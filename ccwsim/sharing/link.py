@@ -232,9 +232,9 @@ class _Reader:
             return kept
         if _is_own(name):
             self.notes.append(
-                "The training image of this link is a file of its sender's, which an address "
-                f"cannot carry and this server does not have: {usual.bundled} is taken. Open the "
-                "project file, or the image again."
+                "The training image of this link is the sender's own file, which an address "
+                f"cannot carry and this server does not have: {usual.bundled} is used. Open the "
+                "project file or the image again."
             )
             return usual
         known = datasets.all_image_names()
@@ -272,7 +272,7 @@ class _Reader:
                 found[int(match[1])] = f"#{match[2]}"
             else:
                 value = printable(text, MAX_LETTERS)
-                self.notes.append(f"colour = {value} is no code and #rrggbb: left out.")
+                self.notes.append(f"colour = {value} is not a code and #rrggbb; it is ignored.")
         return tuple(sorted(found.items()))
 
     def data(self, usual: DataChoice) -> DataChoice:
@@ -284,8 +284,8 @@ class _Reader:
         if _is_own(name):
             self.notes.append(
                 "The hard data of this link are the sender's own, which an address cannot carry "
-                "and this server does not have: there are none. Open the project file, or the data "
-                "again."
+                "and this server does not have: no data are used. Open the project file or the "
+                "data again."
             )
         if name == "none" or _is_own(name):
             return DataChoice()

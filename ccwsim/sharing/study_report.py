@@ -47,8 +47,8 @@ MAX_LISTED = 40
 """Maximum number of data or realizations listed; larger numbers are summarized."""
 MAX_MAPS = 24
 REVISED = (
-    "These realizations were re-simulated locally around edits of the hard data: link, script and "
-    "command simulate the study anew, which honours the same data and differs in other cells."
+    "These realizations were re-simulated locally around edits of the hard data. Link, script and "
+    "command simulate the study anew: the same data are honoured, other cells differ."
 )
 
 

@@ -25,23 +25,23 @@ from ccwsim.ui.widgets.text import scrolled
 
 TEACHING = (
     "Press Measure: a line for each level will show how the time of one realization grows with "
-    "the grid. Straight at slope one, and flat in the time a cell, is linear growth. The red "
+    "the grid. Linear growth is a straight line of slope one, or a constant time per cell. The red "
     "markers are the paper's times, on another machine."
 )
 WHAT_CAN_BE_COMPARED = (
-    "The paper's times are of MATLAB on its authors' machine, the times here are of compiled "
-    "kernels on this one. Seconds of one cannot be set against seconds of the other, and no "
-    "speed-up follows from them. What can be compared are ratios within one machine: of two "
-    "levels, of two methods, of two numbers of data, and whether time grows with the cells."
+    "The paper's times were measured with MATLAB on the authors' machine; the times here are of "
+    "compiled kernels on this machine. Their seconds cannot be compared, and no speed-up follows "
+    "from them. You can compare ratios within one machine: of two levels, two methods or two "
+    "numbers of data, and the growth of time with the cells."
 )
 DISTURBED = (
-    "Others were computing on this server at the same time: CPU times are longer than they would "
-    "be on a quiet machine. Measure again when it is."
+    "Others were computing on this server at the same time, so CPU times are longer than on an "
+    "idle machine. Measure again when the server is idle."
 )
 TABLE_2_NOTE = (
-    "wrong: data that a realization does not honour, here. paper: Table 2, channel training "
-    "image, 512 × 512 cells, MATLAB on another machine; compare the last two columns. Here both "
-    "methods are this program's own and compiled alike, and both re-simulate locally until the "
+    "wrong: number of data that a realization does not honour here. paper: Table 2, channel "
+    "training image, 512 × 512 cells, MATLAB on another machine; compare the last two columns. "
+    "Here both methods are compiled code of this program, and both re-simulate locally until the "
     "data are honoured, unless the study turns that off."
 )
 Setting = tuple[str, int, bool]

@@ -189,7 +189,7 @@ def _draw_actions(state: State, k: int, n: int) -> None:
     with st.container(horizontal=True, gap="small", key=f"actions_{letter}"):
         help_ = "Take this setting to Simulate."
         if k:
-            help_ = "Take this setting to Simulate; what the study had takes its place here."
+            help_ = "Take this setting to Simulate; the study's setting takes its place."
         act: dict[str, Any] = {"on_click": use_setting, "args": (state, k)}
         if button("Use these", key=f"use_{letter}", help=help_, **act):
             go_to("pages/simulate.py", "The study has this setting now.")
@@ -213,7 +213,7 @@ def _draw_run_row(state: State, problem: str) -> None:
     page_state = state.page(ComparePageState)
     with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="compare_row"):
         limits = {"min_value": 1, "max_value": MAX_REALIZATIONS_COMPARED, "width": 140}
-        options = {"help": "More make small differences between settings surer.", **limits}
+        options = {"help": "More realizations make small differences more certain.", **limits}
         n_of(state)
         n = bound_to(page_state, "n")
         field(st.number_input, "Realizations of each", key="n_compared", **n, **options)
@@ -420,17 +420,17 @@ def draw_patterns(state: State, found: Comparison) -> None:
     with left:
         _draw_mds(state, found)
     with right:
-        panel_title("ANODI ratios", "every setting against each one before it")
+        panel_title("ANODI ratios", "each setting against those before it")
         st.html(scrolled(findings.ratio_table(found), "ANODI ratios"))
         weights = ", ".join(three_digits(w) for w in found.anodi.weights)
         image, side = found.ensembles[0].training_image, found.anodi.pattern_size
         size = describe_shape((side,) * image.n_dimensions)
         step_note(
             "Between: how varied the realizations are; within: how far they are from the training "
-            "image; each is the first setting's over the second one's at full, half and third "
+            "image; each is the first setting's value / the second's, at full, half and third "
             f"resolution, weighted {weights}; ratio = between / within. Above 1 the first setting "
-            f"is the better one (Tan et al. 2014, on exact histograms of all {size} patterns). "
-            "Called different: by more than two standard errors (jackknife)."
+            f"is better (Tan et al. 2014, on exact histograms of all {size} patterns). Differences "
+            "count if they exceed two standard errors (jackknife)."
         )
 
 

@@ -289,7 +289,7 @@ def collect_comparison(state: State) -> None:
 def _stopped(found: Comparison | None, n: int, has_older: bool) -> str:
     if found is not None:
         all_ = "all" if len(found.names) == n else f"{len(found.names)} of {n}"
-        return f"Stopped after {all_} settings were simulated; what was worked out is shown."
+        return f"Stopped after {all_} settings were simulated; the results so far are shown."
     return "Stopped before two settings were simulated." + (
         " The earlier comparison is still shown." if has_older else ""
     )

@@ -43,8 +43,8 @@ STYLE = Path(__file__).with_name("paper.css")
 EXTENTS = {False: "Full", True: "Quick"}
 INTRODUCTION = (
     "Runs the experiments of Bavandsavadkoohi et al. (2024), sections 5.1 to 5.9, in this program, "
-    "and writes one report: each figure and table next to what the paper says, with agreement or "
-    "difference in words. The report is one HTML file that works offline and prints."
+    "and writes one report: each figure and table next to what the paper says, with a "
+    "verdict in words. The report is one HTML file that works offline and prints."
 )
 DURATIONS = {False: "some minutes on two cores", True: "under a minute, on smaller grids"}
 BYTES_PER_CELL = 8

@@ -121,7 +121,7 @@ def draw_page(state: State) -> None:
                 _sweep_button(state, "sweep_first")
             if not problem_of(state):
                 plan = plan_of(state).fitting
-                panel_title("Settings", "what will be tried: one realization of each will be here")
+                panel_title("Settings", "to be tried; one realization of each will appear here")
                 tiles = _to_come(plan, names_of(plan), "")
                 _draw_tiles(tiles, -1, state.choices.grid, lambda _: None)
     with st.container(key="run_bar"):
@@ -144,7 +144,7 @@ def _draw_controls(state: State) -> None:
         button("Back to what suits the study", key="ranges_back", on_click=reset, args=({},))
     step_title(3, "Realizations")
     limits = {"min_value": 1, "max_value": MAX_REALIZATIONS_OF_SWEEP}
-    help_ = "More tell closer settings apart, and take proportionally longer."
+    help_ = "More realizations distinguish closer settings and take proportionally longer."
     options = {**bound_to(page_state, "n_realizations"), **limits, "help": help_}
     field(st.number_input, "Of each setting", key="n_swept", **options)
     problem = problem_of(state) or page_state.message
@@ -197,7 +197,7 @@ def _draw_found(state: State) -> None:
         if run.n_drawn:
             _draw_rows(state, run, found)
         elif run.going:
-            panel_title("Settings", "they appear as they are finished")
+            panel_title("Settings", "they appear when they are finished")
             draw_tiles(run, names_of(run.settings), (-1, -1), lambda _: None)
 
 
@@ -271,7 +271,7 @@ def _draw_outlines() -> None:
     shape = f"height: {CHART_HEIGHT}px"
     with left:
         text = (
-            "Each setting as a point: how long a realization takes, and how far it is from the "
+            "Each setting as a point: the time of a realization and its distance from the "
             "training image. The line is the Pareto front: no other setting is both faster and "
             "nearer."
         )
@@ -402,7 +402,7 @@ def use_button(state: State, parameters: Parameters, text: str, key: str) -> Non
     """Draw a button that applies a setting to the study and opens Simulate."""
     kind = "primary" if key == "use_setting" else "secondary"
     options: dict[str, Any] = {"on_click": use_setting, "args": (state, parameters), "type": kind}
-    if button(text, key=key, help="Takes it into the study and goes to Simulate.", **options):
+    if button(text, key=key, help="Uses this setting in the study and opens Simulate.", **options):
         go_to("pages/simulate.py", "The study has this setting now.")
 
 

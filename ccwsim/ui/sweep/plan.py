@@ -269,7 +269,7 @@ def describe_plan(state: State, plan: SweepPlan) -> str:
         n = len(plan.left_out)
         text += f"\n{n} left out: {plan.left_out[0][1]}" + (" …" if n > 1 else ".")
     if plan.n_equal:
-        text += f"\n{plan.n_equal} left out that mean the same: CCSIM has no level."
+        text += f"\n{plan.n_equal} left out because they simulate the same: CCSIM has no level."
     return text
 
 
