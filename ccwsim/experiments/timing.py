@@ -236,7 +236,7 @@ def _typical(training_image: TrainingImage, case: TimingCase) -> float:
 
 
 def _slowdown(training_image: TrainingImage, case: TimingCase, measured: Sequence[Timing]) -> float:
-    """Return measured time / typical time of the most similar measured case."""
+    """Return measured time / expected time of the most similar measured case."""
     if not measured:
         return 1.0
 

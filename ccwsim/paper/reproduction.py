@@ -119,11 +119,11 @@ PAPER = (
     "CCWSIM, sections 5.1 to 5.9, Figs. 6 to 17, Tables 1 and 2"
 )
 KNOWN = (
-    "Of the paper's numbers those of Tables 1 and 2, the CPU times of Figs. 6 to 8, 13, 14 and 16 "
-    "and the changes between levels of Fig. 13 are known; its curves, maps and the images of "
-    "Ganges and Sundarbans are not available; the report says if a number is not known. Seconds of "
-    "MATLAB on another machine (Core i7 at 2.6 GHz) are set beside ours for the record; only "
-    "ratios within one run can be compared."
+    "Known are the paper's Tables 1 and 2, the CPU times of Figs. 6 to 8, 13, 14 and 16 and the "
+    "changes between levels of Fig. 13. The paper's curves, maps and images of Ganges and "
+    "Sundarbans are not available; the report says if a number is unknown. Seconds of MATLAB on "
+    "another machine (Core i7 at 2.6 GHz) are shown for the record; only ratios within one run "
+    "can be compared."
 )
 QUICK_RUN = (
     "This was a quick run, on small grids with few realizations: it shows that everything works. "

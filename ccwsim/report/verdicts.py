@@ -63,7 +63,7 @@ def size_text(fit: Fit) -> str:
 
 
 def describe_curve(fit: Fit | None, statistic: Statistic) -> str:
-    """Describe whether a curve is inside the band of crops, else the lags and differences.
+    """Describe whether a curve is inside the band of crops; if not, at which lags it differs.
 
     Examples
     --------
@@ -168,7 +168,7 @@ def describe_geobodies(fit: Fit | None, name: str) -> list[str]:
 
 
 def describe_layers(fit: Fit | None, name: str) -> str:
-    """Describe whether the share of a facies fits in all layers, else the wrong layers."""
+    """Describe whether a facies' share fits in all layers; if not, name the wrong layers."""
     if fit is None:
         return LAYERS_NOT_JUDGED
     if not fit.judged:
@@ -271,7 +271,7 @@ def _spread(values: NDArray[np.float64]) -> tuple[float, float, float]:
 
 
 def describe_variety(differing: float, proportions: Sequence[float]) -> str:
-    """Describe the share of cells that differ between realizations, and if independent.
+    """Describe the share of cells that differ between realizations and between random images.
 
     Examples
     --------
