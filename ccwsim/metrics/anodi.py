@@ -21,9 +21,9 @@ from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.training_image import TrainingImage
 
 HISTOGRAM_SHARE = 0.5
-"""Share of the time taken by counting, for the progress bar; comparing takes the rest."""
+"""Share of the progress bar for counting patterns; comparing histograms takes the rest."""
 MIN_JACKKNIFE = 3
-"""Realizations of an ensemble from which one can be left out and pairs remain."""
+"""Minimum number of realizations for a jackknife: without one of them, a pair remains."""
 Part = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
@@ -32,16 +32,16 @@ class Scaling:
     """Positions that approximate given distances."""
 
     positions: NDArray[np.float64]
-    """Shape (n, n_dimensions), centred on 0; the axis with the largest variance first."""
+    """Coordinates, shape (n, n_dimensions), centred on 0; the axis of largest variance is first."""
     explained: NDArray[np.float64]
-    """Share of the variance along each axis, in the sum of all positive eigenvalues."""
+    """Share of the variance along each axis: its eigenvalue / sum of the positive eigenvalues."""
 
 
 def classical_scaling(distances: NDArray[np.float64], n_dimensions: int = 2) -> Scaling:
     """Return positions from a symmetric matrix of distances (Torgerson 1952).
 
-    Eigenvectors of −½ J D² J, with J = I − 1/n, times the roots of their eigenvalues. The sign of
-    each axis is chosen so that its largest coordinate is positive.
+    Positions are the eigenvectors of −½ J D² J, with J = I − 1/n, times the square roots of their
+    eigenvalues. Each axis is flipped, if needed, to make its largest coordinate positive.
 
     Examples
     --------
@@ -69,28 +69,29 @@ def classical_scaling(distances: NDArray[np.float64], n_dimensions: int = 2) -> 
 
 @dataclass(frozen=True, eq=False)
 class Anodi:
-    """Analysis of distances of ensembles with one training image."""
+    """Pattern distances within ensembles, and between ensembles and their training image."""
 
     names: tuple[str, ...]
     factors: tuple[int, ...]
-    """Resolution g is 1 / factors[g] of the full one."""
+    """Coarsening factors: resolution g is 1 / factors[g] of the full resolution."""
     weights: NDArray[np.float64]
-    """Weights of the resolutions, with sum 1."""
+    """Weights of the resolutions; their sum is 1."""
     pattern_size: int
     """Side of the patterns in cells."""
     divergence: NDArray[np.float64]
-    """Jensen–Shannon divergence (log₂) of the training image (first) and all realizations, shape
-    (n_factors, 1 + n_all, 1 + n_all)."""
+    """Jensen–Shannon divergence (log₂) of each pair of images, shape (n_factors, 1 + n_all,
+    1 + n_all); the training image is first, followed by all realizations."""
     owner: NDArray[np.int64]
-    """Index of the ensemble of each row, shape (1 + n_all,); −1 for the training image."""
+    """Index of the ensemble of each image, shape (1 + n_all,); −1 for the training image."""
     between: NDArray[np.float64]
-    """Mean divergence of pairs of realizations, shape (n_ensembles, n_factors); NaN for one."""
+    """Mean divergence between realizations of an ensemble, shape (n_ensembles, n_factors); NaN for
+    a single realization."""
     within: NDArray[np.float64]
-    """Mean divergence of realizations from the training image, of the same shape."""
+    """Mean divergence of realizations from the training image, shape (n_ensembles, n_factors)."""
 
     @property
     def ratio(self) -> NDArray[np.float64]:
-        """Between / within, shape (n_ensembles, n_factors): more is better."""
+        """Between / within, shape (n_ensembles, n_factors): larger is better."""
         return ratio(self.between, self.within)
 
     @property
@@ -99,10 +100,11 @@ class Anodi:
         return self.ratio @ self.weights
 
     def relative(self, name: str, other: str) -> tuple[float, float, float]:
-        """Return Σ w between / between, Σ w within / within, and their ratio, `name` to `other`.
+        """Return between and within of `name` relative to those of `other`, and their ratio.
 
-        The ratio is above 1 if `name` is the better one: more varied for its distance to the
-        training image (Tan et al. 2014). Raises `CCWSIMError` for an unknown name.
+        The first two are weighted means over resolutions. The last is above 1 if `name` is better:
+        more varied for its distance to the training image (Tan et al. 2014). Raises `CCWSIMError`
+        for an unknown name.
         """
         a, b = (self._row(n) for n in (name, other))
         return self._relative((self.between[a], self.within[a]), (self.between[b], self.within[b]))
@@ -110,8 +112,8 @@ class Anodi:
     def relative_errors(self, name: str, other: str) -> tuple[float, float, float]:
         """Return the standard errors of the logarithms of the results of `relative`, by jackknife.
 
-        Each realization of both ensembles is left out in turn. NaN if an ensemble has fewer than
-        three. Raises `CCWSIMError` for an unknown name.
+        Each realization of both ensembles is left out in turn. Errors are NaN if an ensemble has
+        fewer than three realizations. Raises `CCWSIMError` for an unknown name.
         """
         a, b = (self._row(n) for n in (name, other))
         if a == b:
@@ -132,14 +134,14 @@ class Anodi:
         return first, second, third
 
     def _relative(self, one: Part, other: Part) -> tuple[float, float, float]:
-        """Return the weighted ratios of (between, within) by resolution to those of another."""
+        """Return the weighted ratios of between and of within of two ensembles, and their ratio."""
         with np.errstate(divide="ignore", invalid="ignore"):
             between = float(self.weights @ (one[0] / other[0]))
             within = float(self.weights @ (one[1] / other[1]))
             return between, within, float(np.divide(between, within))
 
     def _without_each(self, k: int) -> Part:
-        """Return between and within of an ensemble without each realization, shape (n, factors)."""
+        """Return between and within with each realization left out in turn, shape (n, factors)."""
         own = np.flatnonzero(self.owner == k)
         n = len(own)
         if n < MIN_JACKKNIFE:
@@ -175,15 +177,15 @@ def anodi(
 ) -> Anodi:
     """Compare ensembles with their training image and among themselves (Tan et al. 2014).
 
-    Histograms of all patterns are exact at each resolution of a pyramid (see `coarsened`). Section
-    5.5 of the paper takes 8 × 8 windows, nearly all of which occur once when counted exactly; so 4
-    × 4 is the default, as in the public code of ANODI.
+    Patterns are counted exactly at each resolution of a pyramid (see `coarsened`). Section 5.5 of
+    the paper uses 8 × 8 windows; nearly every exact 8 × 8 pattern occurs only once, so the default
+    is 4 × 4, as in the public code of ANODI.
 
     Parameters
     ----------
-    ensembles : images, or mapping of str to images
+    ensembles : images, or mapping of names to images
     weights : sequence of float, optional
-        Weights of the resolutions, scaled to sum to 1; 2^−g for the g-th by default.
+        Weights of the resolutions, scaled to sum to 1; by default 2^−g for resolution g.
 
     Examples
     --------
@@ -234,7 +236,7 @@ def _weights(given: Sequence[float] | None, n: int) -> NDArray[np.float64]:
 
 
 def _part(progress: Fraction | None, begin: float, end: float) -> Fraction | None:
-    """Return the progress of a part of the work, from `begin` to `end` of the whole."""
+    """Return a progress function for the part of the work between shares `begin` and `end`."""
     if progress is None:
         return None
     return lambda share: progress(begin + (end - begin) * share)

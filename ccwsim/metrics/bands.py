@@ -1,4 +1,4 @@
-"""Bands of curves over realizations, from all curves at once or one by one."""
+"""Mean and quantiles of curves over realizations, computed at once or as curves are added."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def curves_of(
     lags: Lags,
     progress: Fraction | None = None,
 ) -> NDArray[np.float64]:
-    """Return γ or τ of a facies (a code) along a direction, one row for each image."""
+    """Return γ(h) or τ(h) of a facies (a code) along a direction, one row for each image."""
     if statistic == "variogram":
         return variogram(images, facies, direction, lags, progress).gamma
     return connectivity(images, facies, direction, lags, progress=progress).tau
@@ -37,7 +37,7 @@ def curves_of(
 class Band:
     """Mean and quantiles of curves over realizations, each of the shape of one curve.
 
-    NaN if no realization has a value.
+    Values are NaN at points that are missing in all realizations.
     """
 
     mean: NDArray[np.float64]
@@ -49,7 +49,7 @@ class Band:
 
 
 def band(curves: ArrayLike, low: float = 0.1, high: float = 0.9) -> Band:
-    """Return the band of curves of realizations, such as `Variogram.gamma`.
+    """Return the band of the curves of realizations, such as `Variogram.gamma`.
 
     `curves` have shape (n, …) and NaN for missing values. `low` and `high` are the probabilities of
     the lower and the upper quantile; `CCWSIMError` is raised unless 0 ≤ low ≤ high ≤ 1.
@@ -82,10 +82,10 @@ def _check_quantiles(low: float, high: float) -> None:
 
 
 class RunningCurves:
-    """Counts the values of each point of a curve in bins, as curves are added.
+    """A histogram of values for each point of a curve, updated as curves are added.
 
-    Values are from `low` to `high`. Mean, smallest and largest value are exact; quantiles to one
-    bin, (high − low) / n_bins.
+    Values must be from `low` to `high`. Mean, smallest and largest value are exact; quantiles are
+    accurate to one bin, (high − low) / n_bins.
 
     Examples
     --------
@@ -110,7 +110,7 @@ class RunningCurves:
 
     @property
     def nbytes(self) -> int:
-        """Memory in bytes, the same for any number of curves."""
+        """Memory in bytes; it does not grow with the number of curves."""
         arrays = (self._counts, self._sums, self._smallest, self._largest)
         return sum(array.nbytes for array in arrays)
 
@@ -134,7 +134,7 @@ class RunningCurves:
         self._largest[points] = np.maximum(self._largest[points], present)
 
     def band(self, low: float = 0.1, high: float = 0.9) -> Band:
-        """Return the band of the curves added so far; NaN if there were none."""
+        """Return the band of the curves added so far; NaN if no curve was added."""
         _check_quantiles(low, high)
         n = self._counts.sum(axis=1)
         known = n > 0
@@ -146,7 +146,7 @@ class RunningCurves:
         return Band(mean, quantiles[0], quantiles[1], quantiles[2], smallest, largest)
 
     def _quantile(self, p: float, n: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the middle of the bin, or two bins, of the value of rank p."""
+        """Return the quantile p of each point, interpolated between the centres of bins."""
         ranks = p * np.maximum(n - 1, 0)
         below = np.floor(ranks)
         cumulated = self._counts.cumsum(axis=1)

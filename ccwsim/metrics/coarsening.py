@@ -13,22 +13,22 @@ from ccwsim.model.arrays import as_array, check_int
 from ccwsim.model.errors import CCWSIMError, shown
 
 TIE = 1e-9
-"""Shares that differ by less are equal, so that rounding does not decide."""
+"""Smallest difference between shares; smaller differences are ties, as they may be rounding."""
 
 
 def coarsened(
     image: Images, factor: int | Sequence[int], codes: Codes | None = None
 ) -> NDArray[np.integer]:
-    """Return an image at 1 / factor of its resolution: the facies with the largest weight.
+    """Return an image at 1 / factor of its resolution: each cell has the facies of largest share.
 
-    The indicator of each facies is smoothed by a Gaussian of standard deviation (factor − 1) / 2
-    cells, mirrored at the edges, and interpolated linearly at the centres of ⌊ny / factor⌋ × ⌊nx /
-    factor⌋ new cells (the usual anti-aliased resizing). The largest share wins, of equal ones the
-    smaller code.
+    Shares come from the usual anti-aliased resizing: the indicator of each facies is smoothed by a
+    Gaussian of standard deviation (factor − 1) / 2 cells, mirrored at the edges, and interpolated
+    linearly at the centres of ⌊ny / factor⌋ × ⌊nx / factor⌋ new cells. In a tie, the smaller code
+    is used.
 
     Parameters
     ----------
-    factor : int, or three along layers, rows and columns of a volume
+    factor : int, or for volumes three along layers, rows and columns
         From 1, which returns a copy, to the side of the image.
 
     Examples
@@ -74,7 +74,7 @@ def coarsened_volume(
 
 
 def _taps(n: int, factor: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return which cells, and with which weights, make each coarse cell along one axis."""
+    """Return the cells that contribute to each coarse cell along one axis, and their weights."""
     n_coarse = n // factor
     ratio = n / n_coarse
     centers = (np.arange(n_coarse) + 0.5) * ratio - 0.5

@@ -26,11 +26,12 @@ class Connectivity:
     """Connectivity function of one facies."""
 
     lags: NDArray[np.int64]
-    """Shape (n_lags,), in steps of the direction."""
+    """Lags in steps of the direction, shape (n_lags,)."""
     tau: NDArray[np.float64]
-    """P(x and x + h in one geobody | both in the facies), shape (n, n_lags); NaN without pairs."""
+    """τ(h) = P(x and x + h in one geobody | both in the facies), shape (n, n_lags); NaN without
+    pairs."""
     unconditional: NDArray[np.float64]
-    """P(x and x + h in one geobody), over all pairs of cells, shape (n, n_lags)."""
+    """P(x and x + h in one geobody) over all pairs of cells, shape (n, n_lags)."""
     neighbours: int
 
 
@@ -42,7 +43,7 @@ def connected_geobodies(
     Returns
     -------
     labels : ndarray of int32, shape of the image
-        0 outside the facies, otherwise the number of the geobody from 1 on.
+        Number of the geobody in each cell, from 1 on; 0 outside the facies.
     n_geobodies : int
 
     Examples
@@ -66,8 +67,8 @@ def connectivity(
 ) -> Connectivity:
     """Return the connectivity function τ(h) of a facies (Renard & Allard 2013).
 
-    Two cells are connected if a chain of touching cells of the facies joins them anywhere in the
-    image. Pairs are counted exactly.
+    Two cells are connected if they are in one geobody, joined by touching cells of the facies
+    anywhere in the image. Pairs are counted exactly.
 
     Examples
     --------
@@ -91,7 +92,7 @@ def connectivity(
 
 @allocating_kernel
 def _count_pairs(labels, offsets):
-    """Count, for each lag, the pairs with both cells in the facies and those in one geobody."""
+    """Count for each lag the pairs with both cells in the facies, and with both in one geobody."""
     nz, ny, nx = labels.shape
     counts = np.zeros((len(offsets), 2), np.int64)
     for lag in range(len(offsets)):
@@ -112,28 +113,28 @@ def _count_pairs(labels, offsets):
 
 @dataclass(frozen=True, eq=False)
 class Geobodies:
-    """Geobodies of one facies, one value for each of n images."""
+    """Geobodies of one facies; arrays have one value for each of n images."""
 
     n_geobodies: NDArray[np.int64]
     sizes: tuple[NDArray[np.int64], ...]
-    """Cells of each geobody of each image, largest first."""
+    """Sizes in cells of the geobodies of each image, largest first."""
     gamma: NDArray[np.float64]
     """Γ = Σ nᵢ² / m², the probability that two random cells of the facies are connected; NaN if the
     facies does not occur."""
     percolates_ew: NDArray[np.bool_]
-    """Whether one geobody touches the west and the east edge."""
+    """Whether one geobody touches both the west and the east edge."""
     percolates_ns: NDArray[np.bool_]
-    """Whether one geobody touches the south and the north edge."""
+    """Whether one geobody touches both the south and the north edge."""
     euler_number: NDArray[np.int64]
     """Geobodies minus holes; in volumes geobodies − tunnels + cavities."""
     neighbours: int
     percolates_vertical: NDArray[np.bool_] | None = None
-    """Whether one geobody touches the lowest and the highest layer; None for maps."""
+    """Whether one geobody touches both the lowest and the highest layer; None for maps."""
 
     def share_in(self, at_least: ArrayLike) -> NDArray[np.float64]:
         """Return the share of the facies in geobodies of at least `at_least` cells, shape (n, m).
 
-        It falls from 1 for one cell to 0, and is NaN if the facies does not occur.
+        `at_least` has m sizes. The share is 1 for one cell, and NaN if the facies does not occur.
 
         Examples
         --------
@@ -144,7 +145,7 @@ class Geobodies:
         shares = np.full((len(self.sizes), len(smallest)), np.nan)
         for row, sizes in zip(shares, self.sizes, strict=True):
             if len(sizes):
-                cells = np.append(0, np.cumsum(sizes))  # of the largest 0, 1, 2, … geobodies
+                cells = np.append(0, np.cumsum(sizes))  # total of the largest 0, 1, 2, … geobodies
                 row[:] = cells[np.searchsorted(-sizes, -smallest, side="right")] / cells[-1]
         return shares
 

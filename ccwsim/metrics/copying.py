@@ -1,4 +1,4 @@
-"""Pieces of a realization that are copied from the training image."""
+"""Pieces of a realization that were copied from the training image."""
 
 from __future__ import annotations
 
@@ -17,31 +17,30 @@ from ccwsim.model.grid import Grid
 
 @dataclass(frozen=True, eq=False)
 class Copying:
-    """Origin of the cells of a realization in the training image."""
+    """Copied pieces of a realization, and the use of each cell of the training image."""
 
     copied: float
-    """Share of the pairs of touching cells that touch in the same way in the training image."""
+    """Share of the pairs of adjacent cells whose sources are adjacent in the same way."""
     largest_square: int
-    """Side in cells of the largest square, in volumes cube, copied verbatim."""
+    """Side in cells of the largest copied square, or cube in volumes."""
     square_at: tuple[int, ...]
-    """Its (layer,) row and column: those of its lowest south-west cell."""
+    """(Layer,) row and column of the lowest south-west cell of the largest copied square."""
     largest_block: int
-    """Cells of the largest piece, joined by sides, copied verbatim."""
+    """Size in cells of the largest copied piece; its cells are joined by sides."""
     uses: NDArray[np.int64]
     """Number of uses of each cell of the training image."""
     used: float
-    """Share of its cells that were used."""
+    """Share of the cells of the training image that were used."""
     seams: NDArray[np.bool_]
-    """Cells whose eastern, northern or upper neighbour was not their neighbour in the training
-    image; shape of the realization."""
+    """Mask of cells whose source is not adjacent to that of the eastern, northern or upper
+    neighbour; shape of the realization."""
     n_unknown: int
-    """Cells without a source (a position below 0)."""
+    """Number of cells without a source (a position below 0)."""
     seam_sides: NDArray[np.uint8]
-    """Seams by side: the sum of 1 for the eastern, 2 for the northern and 4 for the upper
-    neighbour."""
+    """Sides of each cell with a seam: the sum of 1 (east), 2 (north) and 4 (up)."""
 
     def seams_within(self, axis: int) -> NDArray[np.bool_]:
-        """Return the seams of a volume without those between its slices along an axis.
+        """Return the seams within the slices of a volume along an axis, without those between them.
 
         Examples
         --------
@@ -54,13 +53,13 @@ class Copying:
 
 
 def copying(positions: ArrayLike, ti_shape: tuple[int, ...]) -> Copying:
-    """Return the copied pieces, from the locations of the cells in the training image.
+    """Return the copied pieces of a realization, given the source of each cell.
 
     Parameters
     ----------
     positions : array_like of int, shape (ny, nx) or (nz, ny, nx)
-        Row · nx + column in the training image of each cell, in a volume (layer · ny + row) · nx +
-        column; below 0 without a source.
+        Source of each cell in the training image: row · nx + column, or in a volume
+        (layer · ny + row) · nx + column; below 0 for cells without a source.
     ti_shape : tuple of int
         (Layers,) rows and columns of the training image.
 
@@ -105,7 +104,7 @@ def copying(positions: ArrayLike, ti_shape: tuple[int, ...]) -> Copying:
 
 @allocating_kernel
 def _shifts(source, ti_ny, ti_nx):
-    """Return a number for each cell, equal for cells shifted by the same offset."""
+    """Return the offset of each cell from its source, as one number."""
     nz, ny, nx = source.shape
     shift = np.full(source.shape, -1)
     for k in range(nz):
@@ -121,7 +120,7 @@ def _shifts(source, ti_ny, ti_nx):
 
 @kernel
 def _mark_seams(shift, sides):
-    """Mark the sides of cells with a neighbour of another shift; return the pairs of the same."""
+    """Mark sides between cells of different shifts; return the number of pairs of equal shift."""
     nz, ny, nx = shift.shape
     n_copied = 0
     for k in range(nz):
@@ -143,7 +142,7 @@ def _mark_seams(shift, sides):
 
 @allocating_kernel
 def _largest_cube(shift, n_axes):
-    """Grow squares, or cubes, of one shift from the lowest south-west cell, a row at a time."""
+    """Return side and position of the largest square, or cube, of one shift, row by row."""
     nz, ny, nx = shift.shape
     depth = n_axes - 1
     sides = np.zeros((2, ny, nx), np.int64)
@@ -173,7 +172,7 @@ def _largest_cube(shift, n_axes):
 
 @allocating_kernel
 def _largest_block(shift):
-    """Return the cells of the largest piece of one shift, joined by sides, by a union of cells."""
+    """Return the size of the largest piece of one shift, joined by sides, by union-find."""
     nz, ny, nx = shift.shape
     own = shift.ravel()
     parents = np.arange(len(own))
@@ -195,7 +194,7 @@ def _largest_block(shift):
                     root = min(root, other)
     sizes = np.zeros(len(own), np.int64)
     for cell in range(len(own)):
-        if own[cell] >= 0:  # a parent comes first: its own root is known
+        if own[cell] >= 0:  # a parent comes before its cell, so its root is known
             parents[cell] = parents[parents[cell]]
             sizes[parents[cell]] += 1
     return sizes.max()

@@ -1,4 +1,4 @@
-"""Hard data that realizations honour or miss."""
+"""Comparison of realizations with the hard data."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ class DataMatch:
     """Hard data that realizations do not honour."""
 
     wrong: NDArray[np.bool_]
-    """Which data each realization misses, shape (n, n_data), in the order of the hard data."""
+    """Mask of the data that each realization misses, shape (n, n_data)."""
     n_wrong: NDArray[np.int64]
     """Number of data that each realization misses, shape (n,)."""
     times_wrong: NDArray[np.int64]
     """Number of realizations that miss each datum, shape (n_data,)."""
     map: NDArray[np.int64]
-    """`times_wrong` in the cells with data, −1 elsewhere; shape of a realization."""
+    """`times_wrong` as a map: −1 in cells without data; shape of a realization."""
 
 
 def data_match(realizations: Images, hard_data: HardData) -> DataMatch:
     """Compare realizations with the hard data, cell by cell at full resolution.
 
-    An array of shape (nz, ny, nx) is one volume if data have layers. Raises `CCWSIMError` if a
-    datum is outside the realizations, or has a layer in maps or none in volumes.
+    An array of shape (nz, ny, nx) is one volume if the data have layers. Raises `CCWSIMError` if a
+    datum is outside the realizations, if data of maps have layers, or data of volumes have none.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Properties of a training image, and the template, overlap and level that suit it."""
+"""Properties of a training image, and advice on template size, overlap and wavelet level."""
 
 from __future__ import annotations
 
@@ -23,26 +23,26 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 
 MIN_ACROSS = 6
-"""Templates that should fit along the smaller side; with fewer, realizations repeat the image."""
+"""Minimum number of templates along the smaller side; with fewer, realizations copy the image."""
 MIN_ACROSS_PERIOD = 4
-"""Templates that should fit if features repeat: smaller patches would lose the period."""
+"""The minimum if features repeat: smaller templates would lose the period."""
 MAX_ADVISED_LEVEL = 3
 COARSE_LEVEL = 3
-"""From this level on, dense data break shapes: `docs/quality.md` has the figures."""
+"""Lowest level at which dense data break shapes; `docs/quality.md` has the measurements."""
 MIN_HALVED_LAYERS = 16
-"""Volumes of fewer layers are simulated with templates that have all of them."""
+"""Number of layers below which templates are as high as the volume."""
 MIN_LAYERS = 8
-"""Least layers of a template, if the image has as many."""
+"""Minimum height of a template in layers, unless the image has fewer."""
 TREND_WEIGHT = 0.5
-"""Location weight along z of volumes with a vertical trend; more changes little."""
+"""Location weight along z for volumes with a vertical trend; larger weights change little."""
 TREND_REASON = "The upper layers differ from the lower ones: patches come from about their height."
 PERIODIC = 0.5
-"""Strength of the spacing from which the image counts as periodic."""
+"""Minimum strength of the spacing of a periodic image."""
 
 
 @dataclass(frozen=True)
 class Advice:
-    """A value for a parameter, along layers, rows and columns of a volume, and why."""
+    """An advised value of a parameter (for volumes along layers, rows, columns), and the reason."""
 
     parameter: str
     value: Any
@@ -68,11 +68,11 @@ def templates_that_fit(shape: tuple[int, ...], template_size: int | tuple[int, i
 
 
 def feature_size(ew: Spacing, ns: Spacing, side: int) -> tuple[int, str]:
-    """Return how many cells a template needs to hold a feature, and the reason in words.
+    """Return the side in cells of a template that holds a feature, and the reason in words.
 
-    If features repeat along an axis, this is their spacing, unless it is larger than the largest
-    template for that smaller `side` and no clear period of which more than three fit. Otherwise it
-    is twice the geometric mean of both ranges.
+    If features repeat along an axis, this is their spacing. A spacing larger than the largest
+    template for the smaller `side` is used only if the period is clear and more than three fit.
+    Otherwise the side is twice the geometric mean of both ranges.
     """
     largest = largest_template(side)
     spacings = [
@@ -93,7 +93,7 @@ def feature_size(ew: Spacing, ns: Spacing, side: int) -> tuple[int, str]:
 
 
 def largest_template(side: int) -> int:
-    """Return the largest template to advise for an image by its smaller side."""
+    """Return the largest template advised for an image with this smaller side."""
     return min(max(side // MIN_ACROSS, MIN_TEMPLATE), MAX_TEMPLATE)
 
 
@@ -118,9 +118,9 @@ def advise_level(thinnest: int, side: int) -> Advice:
 def advise_template(
     wanted: int, why: str, side: int, level: int, is_period: bool = False
 ) -> Advice:
-    """Advise the smallest template that holds a feature, as long as enough templates fit.
+    """Advise the smallest template that holds a feature, if enough such templates fit.
 
-    Fewer need to fit if features repeat with a period.
+    Fewer templates need to fit if features are periodic.
 
     Examples
     --------
@@ -139,7 +139,7 @@ def advise_template(
 
 
 def advise_overlap(template: int, thinnest: int, level: int) -> Advice:
-    """Advise an overlap of a quarter of the template, or the thinnest facies if it is thicker.
+    """Advise an overlap: a quarter of the template, or the smallest thickness if that is larger.
 
     Examples
     --------
@@ -157,9 +157,9 @@ def advise_overlap(template: int, thinnest: int, level: int) -> Advice:
 
 
 def warn_of_level(parameters: Parameters, grid_shape: tuple[int, ...], n_data: int) -> str:
-    """Return why a level is too coarse for `n_data` hard data, in one sentence, or an empty text.
+    """Return a warning, one sentence, if a level is too coarse for the hard data; otherwise "".
 
-    It is too coarse if a template has more data, on average, than a tile that is not split.
+    It is too coarse if a template holds more data, on average, than an unsplit tile may have.
 
     Examples
     --------
@@ -183,8 +183,8 @@ def advise_along_z(
 ) -> tuple[tuple[int, int, int], str]:
     """Return level, template and overlap along z of a volume, and the reason in words.
 
-    The level is lower than within layers, as volumes are thin. The template has at most half of the
-    layers, or all of them if they are few.
+    The level is lower than along rows and columns, as volumes are thin. The template has at most
+    half of the layers, or all layers of a thin volume.
     """
     largest = n_layers if n_layers < MIN_HALVED_LAYERS else min(n_layers // 2, MAX_TEMPLATE)
     by_feature = max(thinnest, 1).bit_length() - 1
@@ -207,21 +207,21 @@ def advise_along_z(
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """Properties of a training image, and advice."""
+    """Properties of a training image, and advised parameters."""
 
     stationarity: Stationarity
     thickness: tuple[int, ...]
-    """By facies: side of the largest square, in cells, that fits into 95 % of the facies; geobodies
-    are continued beyond the border."""
+    """Thickness of each facies in cells: side of the largest squares that cover 95 % of the facies;
+    geobodies at the border are continued beyond it."""
     spacing_ew: Spacing
     spacing_ns: Spacing
     feature_size: int
-    """Cells that a template needs to hold a feature."""
+    """Side in cells of a template that holds a feature."""
     n_templates: int
-    """Templates of the advised size that fit without overlap."""
+    """Number of templates of the advised size that fit into the image without overlap."""
     advice: tuple[Advice, ...]
-    """For wavelet_level, template_size and overlap_size, which fit each other, and for
-    location_weight if a volume has a vertical trend."""
+    """Consistent values of wavelet_level, template_size and overlap_size, and a location_weight if
+    a volume has a vertical trend."""
     warnings: tuple[str, ...]
     """Possible problems, one sentence each."""
     vertical_thickness: tuple[int, ...] = ()
@@ -285,7 +285,7 @@ def diagnose(training_image: TrainingImage | ArrayLike) -> Diagnosis:
 
 
 def _thickness(image: Stack, vertical: bool = False) -> tuple[int, ...]:
-    """Return the thickness of each facies, within layers or across them."""
+    """Return the thickness of each facies within layers, or vertically."""
     return tuple(
         granulometry(
             image, int(code), down_to=THICK_SHARE, extend=True, vertical=vertical
@@ -332,7 +332,7 @@ def _warnings(
 
 
 def _trend(ti: Stack, named: tuple[str, ...], found: Stationarity) -> str:
-    """Describe the facies that differs the most between the upper and the lower half."""
+    """Describe the facies whose proportion differs most between the upper and the lower half."""
     assert found.vertical_differences is not None
     sizes = np.where(found.vertical_trend, np.abs(found.vertical_differences), 0)
     facies = int(sizes.argmax())
@@ -345,7 +345,7 @@ def _trend(ti: Stack, named: tuple[str, ...], found: Stationarity) -> str:
 
 
 def _drift(ti: Stack, named: tuple[str, ...], found: Stationarity) -> str:
-    """Describe the part that differs the most in a proportion."""
+    """Describe the part of the image whose proportion differs most from the whole."""
     p = found.proportions.mean(axis=0)
     sizes = np.abs(found.differences) / np.sqrt(np.maximum(p * (1 - p), 1e-12))
     part, facies = divmod(int(np.where(found.drifting, sizes, 0).argmax()), ti.n_facies)

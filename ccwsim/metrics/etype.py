@@ -16,7 +16,7 @@ from ccwsim.model.arrays import as_array, as_floats
 from ccwsim.model.errors import CCWSIMError
 
 CELLS_OF_ENTROPY = 1_000_000
-"""Cells whose entropy is computed at a time."""
+"""Number of cells whose entropy is computed at a time."""
 
 
 def proportions(images: Images, codes: Codes | None = None) -> NDArray[np.float64]:
@@ -38,8 +38,8 @@ def proportions(images: Images, codes: Codes | None = None) -> NDArray[np.float6
 def vertical_proportions(images: Images, codes: Codes | None = None) -> NDArray[np.float64]:
     """Return vertical proportion curves: the share of each facies in each layer of volumes.
 
-    The result has shape (n, n_facies, nz), layer 0 at the bottom; for each image and layer the
-    shares sum to 1. An array may be one volume, (nz, ny, nx). Raises `CCWSIMError` for maps.
+    The result has shape (n, n_facies, nz), layer 0 at the bottom; the shares in each layer sum to
+    1. An array of shape (nz, ny, nx) is one volume. Raises `CCWSIMError` for maps.
 
     Examples
     --------
@@ -86,28 +86,28 @@ class EType:
     """Probability of each facies in each cell."""
 
     probability: NDArray[np.float64]
-    """Share of n realizations, shape (n_facies, ny, nx) or (n_facies, nz, ny, nx)."""
+    """Share of the realizations, shape (n_facies, ny, nx) or (n_facies, nz, ny, nx)."""
     n: int
     codes: NDArray[np.integer]
 
     @cached_property
     def most_likely(self) -> NDArray[np.integer]:
-        """Code of the most probable facies by cell, the smallest if there are several."""
+        """Code of the most probable facies in each cell; in a tie the smallest code."""
         return self.codes[self.most_likely_indices]
 
     @cached_property
     def most_likely_indices(self) -> NDArray[np.uint8]:
-        """Index in `codes` of the most probable facies, by cell."""
+        """Index in `codes` of the most probable facies in each cell."""
         return self.probability.argmax(axis=0).astype(np.uint8)
 
     @property
     def most_likely_probability(self) -> NDArray[np.float64]:
-        """Probability of the most probable facies, by cell."""
+        """Probability of the most probable facies in each cell."""
         return self.probability.max(axis=0)
 
     @property
     def maps(self) -> dict[str, NDArray]:
-        """All maps, or volumes, by name, as `ccwsim.io.write_maps` takes them."""
+        """All maps, or volumes, by name, for `ccwsim.io.write_maps`."""
         each = zip(self.codes.tolist(), self.probability, strict=True)
         return {
             **{f"probability_{code}": values for code, values in each},
@@ -118,12 +118,12 @@ class EType:
 
     @cached_property
     def entropy(self) -> NDArray[np.float64]:
-        """−Σ p log p / log(n_facies), from 0 (certain) to 1 (all equally likely)."""
+        """Entropy −Σ p log p / log(n_facies), from 0 (certain) to 1 (all facies equally likely)."""
         return entropy(self.probability)
 
 
 def etype(images: Images, codes: Codes | None = None) -> EType:
-    """Return probability, most likely facies and entropy of each cell.
+    """Return the E-type of images: probability, most likely facies and entropy of each cell.
 
     Examples
     --------
@@ -154,9 +154,9 @@ def facies_counts(images: Images, codes: Codes | None = None) -> NDArray[np.int3
 
 
 def etype_of_counts(counts: NDArray[np.integer], codes: Codes | None = None) -> EType:
-    """Return the E-type of counts, as `facies_counts` returns them.
+    """Return the E-type from the counts of `facies_counts`.
 
-    The codes are 0 … n_facies − 1 by default. Raises `CCWSIMError` if nothing was counted yet.
+    The codes are 0 … n_facies − 1 by default. Raises `CCWSIMError` if all counts are 0.
 
     Examples
     --------
@@ -179,7 +179,7 @@ def etype_of_counts(counts: NDArray[np.integer], codes: Codes | None = None) -> 
 def entropy(probability: ArrayLike) -> NDArray[np.float64]:
     """Return −Σ p log p / log(n_facies) over the first axis of probabilities, shape (n_facies, …).
 
-    It goes from 0 (certain) to 1 (all facies equally likely), and is 0 for a single facies.
+    The entropy is from 0 (certain) to 1 (all facies equally likely), and 0 for a single facies.
 
     Examples
     --------
@@ -201,7 +201,7 @@ def entropy(probability: ArrayLike) -> NDArray[np.float64]:
 
 
 def add_counts(image: NDArray[np.uint8], counts: NDArray[np.int32]) -> None:
-    """Add one realization to counts, shape (n_facies, *image.shape), in place."""
+    """Add one realization to counts of shape (n_facies, *image.shape), in place."""
     _add_counts(np.ascontiguousarray(image).reshape(-1), counts.reshape(len(counts), -1))
 
 

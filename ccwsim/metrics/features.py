@@ -14,9 +14,9 @@ from ccwsim.model.arrays import check_int
 
 SILL_SHARE = 0.95
 PROMINENCE = 0.1
-"""Least prominence of a peak of the correlation; lower peaks are noise."""
+"""Minimum prominence of a peak of the correlation; lower peaks are noise."""
 THICK_SHARE = 0.95
-"""Share of a facies that squares of its thickness keep."""
+"""Share of a facies that must be covered by squares as large as its thickness."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,12 +25,12 @@ class Spacing:
 
     lags: NDArray[np.int64]
     correlation: NDArray[np.float64]
-    """1 − Σ γ / Σ sill, pooled over facies, shape (n_lags,)."""
+    """Correlation 1 − Σ γ / Σ sill, with sums over facies, shape (n_lags,)."""
     range: int | None
-    """First lag at which γ reaches 95 % of the sill; None if it does not."""
+    """First lag at which γ reaches 95 % of the sill; None if γ stays below."""
     spacing: int | None
-    """Lag of the first peak of the correlation: the distance from feature to feature; None without
-    a peak."""
+    """Lag of the first peak of the correlation, the distance between features; None if there is no
+    peak."""
     strength: float
     """Prominence of that peak, from 0 (no repetition) to about 2 (strict period)."""
 
@@ -38,9 +38,9 @@ class Spacing:
 def feature_spacing(
     image: Images, codes: Codes | None = None, direction: Direction = "E-W"
 ) -> Spacing:
-    """Return range and spacing of the features, from lags up to half the smaller side.
+    """Return range and spacing of the features, from lags up to half of the smaller side.
 
-    In a volume that side is the smaller one of rows and columns, or the layers for "vertical".
+    In a volume, the sides are rows and columns, or only the height for "vertical".
 
     Examples
     --------
@@ -71,9 +71,9 @@ class Granulometry:
     """Share of a facies that remains when parts thinner than a size are removed."""
 
     sizes: NDArray[np.int64]
-    """1, 2, … cells."""
+    """Sides of squares: 1, 2, … cells."""
     kept: NDArray[np.float64]
-    """Share of the facies' cells in squares of each size inside the facies."""
+    """Share of the facies' cells that are covered by squares of each size inside the facies."""
 
     def thickness(self, share: float = THICK_SHARE) -> int:
         """Return the largest size that keeps at least `share` of the facies; 0 if it is absent."""
@@ -88,21 +88,21 @@ def granulometry(
     extend: bool = False,
     vertical: bool = False,
 ) -> Granulometry:
-    """Open a facies with squares of growing size (Matheron 1975), until nothing is left.
+    """Open a facies with squares of growing size (Matheron 1975), until no cell remains.
 
-    Squares are inside the image and, in volumes, within layers; a geobody cut by the edge counts as
-    thin as it appears, unless the image is extended.
+    Squares are inside the image and, in volumes, within layers. A geobody cut by the edge has the
+    thickness of its visible part, unless the image is extended.
 
     Parameters
     ----------
     max_size : int
         Largest square.
     down_to : float
-        Stop after the first size that keeps a smaller share.
+        Stop after the first size at which a smaller share remains.
     extend : bool
-        Repeat the cells at the edge beyond it.
+        Extend the image by repeating its edge cells.
     vertical : bool
-        Open a volume with columns of 1, 2, … layers.
+        Use vertical columns of 1, 2, … layers instead of squares, for volumes.
 
     Examples
     --------
@@ -139,7 +139,7 @@ def granulometry(
 def _combined(
     operation: np.ufunc, mask: NDArray[np.bool_], size: int, axis: int
 ) -> NDArray[np.bool_]:
-    """Return `operation` over each run of `size` cells along an axis, at its first cell."""
+    """Apply `operation` to each run of `size` cells along an axis; store it at the first cell."""
     length = 1
     mask = np.moveaxis(mask, axis, 0)
     while length < size:

@@ -1,4 +1,4 @@
-"""Connected cells of a map or volume, and the Euler number of their union."""
+"""Connected sets of cells in a map or volume, and the Euler number of a set of cells."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from ccwsim.metrics.stack import N_AXES
 from ccwsim.model.errors import CCWSIMError, shown
 
 NEIGHBOURS = {2: (8, 4), 3: (26, 18, 6)}
-"""Which cells may count as touching, by the number of axes; the first is the default."""
+"""Allowed numbers of neighbours of a cell, by number of axes; the first is the default."""
 _SHARED_AXES = {4: 1, 6: 1, 18: 2, 8: 3, 26: 3}
-"""Along how many axes a cell and its neighbour may differ."""
+"""Maximum number of axes along which a cell and its neighbour differ."""
 
 
 def neighbours_of(shape: tuple[int, ...], neighbours: int | None) -> int:
-    """Return how many cells count as touching in images of a shape; 8 or 26 by default.
+    """Check the number of neighbours of a cell in images of a shape; 8 or 26 by default.
 
     Examples
     --------
@@ -35,9 +35,9 @@ def neighbours_of(shape: tuple[int, ...], neighbours: int | None) -> int:
 
 
 def label(inside: NDArray[np.bool_], neighbours: int) -> tuple[NDArray[np.int32], int]:
-    """Number the connected sets of cells of a volume from 1 on, in the order of their first cells.
+    """Label the connected sets of cells of a volume 1, 2, … in the order of their first cells.
 
-    Cells outside have 0.
+    Cells outside the mask are 0. The second result is the number of sets.
     """
     from scipy import ndimage  # imported late: it loads slowly
 
@@ -50,10 +50,9 @@ def label(inside: NDArray[np.bool_], neighbours: int) -> tuple[NDArray[np.int32]
 def euler_number(inside: NDArray[np.bool_], neighbours: int) -> int:
     """Return geobodies minus holes; in a volume geobodies − tunnels + cavities.
 
-    With 8 or 26 neighbours: corners − edges + faces − cells of the union of closed cells. With 4 or
-    6, cells are the corners of the union instead, and touching ones span its edges, faces and
-    cubes. With 18, each corner at which only two cells meet counts once more, as it does not join
-    them.
+    With 8 or 26 neighbours, it is corners − edges + faces − cells of the union of closed cells.
+    With 4 or 6, cell centres are the corners, and adjacent cells span edges, faces and cubes. With
+    18, the number of corners at which only two cells touch is added, as these cells are not joined.
     """
     cells = np.pad(inside[0] if len(inside) == 1 else inside, 1)
     only_sides = _SHARED_AXES[neighbours] == 1
@@ -66,7 +65,7 @@ def euler_number(inside: NDArray[np.bool_], neighbours: int) -> int:
 
 
 def _alternating_sum(cells: NDArray[np.bool_], combine: np.ufunc, axis: int = 0) -> int:
-    """Count cells, less those combined in pairs along an axis, and so on along all axes."""
+    """Return the number of cells − the number of pairs combined along an axis, for all axes."""
     if axis == cells.ndim:
         return int(np.count_nonzero(cells))
     lines = np.moveaxis(cells, axis, 0)
@@ -75,7 +74,7 @@ def _alternating_sum(cells: NDArray[np.bool_], combine: np.ufunc, axis: int = 0)
 
 
 def _count_corner_contacts(cells: NDArray[np.bool_]) -> int:
-    """Count blocks of 2 × 2 × 2 cells that have only two, which share no more than the corner."""
+    """Count the 2 × 2 × 2 blocks in which only two cells are set, at opposite corners."""
     n_cells = cells.view(np.uint8)
     for axis in range(N_AXES):
         lines = np.moveaxis(n_cells, axis, 0)

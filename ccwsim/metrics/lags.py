@@ -1,4 +1,4 @@
-"""Lags: the pairs of cells x, x + h of two-point statistics, and sums over them."""
+"""Lags h of two-point statistics, and sums over the pairs of cells x and x + h."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from ccwsim.model.bounds import MAX_LAG
 from ccwsim.model.errors import CCWSIMError, shown
 
 STEPS = {"E-W": (0, 1), "N-S": (1, 0), "NE-SW": (1, 1), "NW-SE": (1, -1)}
-"""One lag of each named direction in rows (to the north) and columns (to the east)."""
+"""Offset of one step in each named direction: rows to the north, columns to the east."""
 
 VERTICAL = "vertical"
-"""The direction of one layer up, in volumes."""
+"""Name of the upward direction in volumes; one step is one layer."""
 
 MAX_STEPS = 1_000_000
-"""Largest lag in steps."""
+"""Maximum lag in steps."""
 
 Direction = str | float | tuple[int, ...]
 """A name of `STEPS`, an azimuth in degrees clockwise from north, or (rows, columns) of one lag; in
 volumes also "vertical" and (layers, rows, columns)."""
 
 Lags = int | Sequence[int] | NDArray[np.integer]
-"""The largest lag, or the lags."""
+"""The largest lag, or a list of lags."""
 
 
 def axes_of(shape: tuple[int, ...]) -> tuple[str, ...]:
@@ -44,18 +44,18 @@ def axes_of(shape: tuple[int, ...]) -> tuple[str, ...]:
 def lag_offsets(
     direction: Direction, lags: NDArray[np.integer], n_axes: int = 2
 ) -> NDArray[np.int64]:
-    """Return the (rows, columns) from x to x + h for each lag, shape (n_lags, 2).
+    """Return the offset (rows, columns) from x to x + h for each lag, shape (n_lags, 2).
 
-    A named direction and a pair (rows, columns) take `lag` steps; an azimuth takes `lag` cells,
-    rounded to the nearest cell. For volumes, `n_axes` = 3, offsets are (layers, rows, columns);
-    only "vertical" and three numbers go across layers.
+    Along a named direction or a pair (rows, columns), lags are numbers of steps; along an azimuth
+    they are distances in cells, rounded to the nearest cell. For volumes, `n_axes` = 3, offsets are
+    (layers, rows, columns); only "vertical" and triples change the layer.
     """
     offsets = _offsets(direction, lags, n_axes)
     return np.pad(offsets, ((0, 0), (n_axes - offsets.shape[1], 0)))
 
 
 def _offsets(direction: Direction, lags: NDArray[np.integer], n_axes: int) -> NDArray[np.int64]:
-    """Return the offsets along as many axes as a direction has."""
+    """Return the offsets of lags along a direction; they have two or three columns like it."""
     if isinstance(direction, str):
         if direction == VERTICAL:
             if n_axes < N_AXES:
@@ -82,7 +82,7 @@ def _offsets(direction: Direction, lags: NDArray[np.integer], n_axes: int) -> ND
 
 
 def max_lag(direction: Direction, *shapes: tuple[int, ...]) -> int:
-    """Return the largest useful lag: half of the common side of `shapes`, at most 100."""
+    """Return the largest useful lag: half of the smallest side along a direction, at most 100."""
     *layers, rows, columns = (min(sides) for sides in zip(*shapes, strict=True))
     if layers and (
         str(direction) == VERTICAL or as_array(direction, "direction").shape == (N_AXES,)
@@ -95,7 +95,7 @@ def max_lag(direction: Direction, *shapes: tuple[int, ...]) -> int:
 
 
 def as_lags(lags: Lags) -> NDArray[np.int64]:
-    """Return 0 … lags for a number, otherwise the lags as an array.
+    """Return the lags as an array; a single number n stands for 0 … n.
 
     Examples
     --------
@@ -113,7 +113,7 @@ def as_lags(lags: Lags) -> NDArray[np.int64]:
 def distinct_lags(
     direction: Direction, n_lags: int
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return the lags from 0 to n_lags that reach different cells, and their distances."""
+    """Return the lags from 0 to n_lags that have different offsets, and their distances."""
     offsets = lag_offsets(direction, np.arange(n_lags + 1), N_AXES)
     _, first = np.unique(offsets, axis=0, return_index=True)
     lags = np.sort(first)
@@ -123,7 +123,7 @@ def distinct_lags(
 def lags_within(
     shape: tuple[int, ...], direction: Direction, lags: Lags
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return lags and their offsets (layers, rows, columns), shape (n_lags, 3).
+    """Return the lags as an array, and their offsets (layers, rows, columns), shape (n_lags, 3).
 
     Raises `CCWSIMError` for a lag longer than the image.
     """
@@ -143,7 +143,7 @@ def lags_within(
 def lags_that_fit(
     shape: tuple[int, ...], direction: Direction, lags: NDArray[np.int64]
 ) -> NDArray[np.int64]:
-    """Return the lags with pairs of cells inside an image.
+    """Return the lags for which an image has pairs of cells.
 
     Examples
     --------
@@ -160,7 +160,7 @@ def count_pairs(shape: tuple[int, ...], offsets: NDArray[np.int64]) -> NDArray[n
 
 
 def lags_of_map(max_lag: int, shape: tuple[int, ...]) -> NDArray[np.int64]:
-    """Return −max_lag … max_lag; raise `CCWSIMError` if they do not fit the image."""
+    """Return the lags −max_lag … max_lag; raise `CCWSIMError` if they do not fit the image."""
     if len(shape) == N_AXES:
         raise CCWSIMError(
             f"lags of a map need a map, not a volume of {shape[0]} layers; give some of its layers "
@@ -171,7 +171,7 @@ def lags_of_map(max_lag: int, shape: tuple[int, ...]) -> NDArray[np.int64]:
 
 
 def product_sums(tail: NDArray, head: NDArray, max_lag: int) -> NDArray[np.float64]:
-    """Return Σ tail(x) · head(x + h) of two masks (ny, nx), by lag, exactly.
+    """Return the exact sum Σ tail(x) · head(x + h) of two masks (ny, nx) for each lag h.
 
     Examples
     --------
@@ -186,7 +186,7 @@ def product_sums(tail: NDArray, head: NDArray, max_lag: int) -> NDArray[np.float
 
 
 def overlap_sums(inside: NDArray, max_lag: int) -> NDArray[np.float64]:
-    """Return, by lag, Σ inside(x) over the cells x of a mask (ny, nx) that also holds x + h.
+    """Return Σ inside(x) for each lag h, over the cells x with x + h inside the map (ny, nx).
 
     Examples
     --------

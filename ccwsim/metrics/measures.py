@@ -1,6 +1,6 @@
-"""Measures with one number for each image, in one table, of realizations and crops of their image.
+"""Measures of one facies: one number for each realization and for each crop of the training image.
 
-`MEASURES` has the title, the computation and the smallest difference of each; the page *Validate*,
+`MEASURES` lists them with title, function and smallest reported difference; the page *Validate*,
 reports and CSV files show all of them.
 """
 
@@ -22,16 +22,16 @@ from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.training_image import TrainingImage
 
 MAX_IMAGES = 200
-"""Realizations that are measured at most, from the first on."""
+"""Maximum number of measured realizations; only the first ones are measured."""
 PER_CELLS, PER_CELLS_VOLUME = 10_000, 1_000_000
-"""Cells per which geobodies are counted, as images differ in size."""
+"""Geobodies are counted per this number of cells, as images differ in size."""
 PATTERN_SIDE = 3
 Values = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class OfFacies:
-    """A facies of images, to be measured."""
+    """A stack of images, and the facies that is measured in them."""
 
     images: Stack
     code: int
@@ -39,7 +39,7 @@ class OfFacies:
 
     @cached_property
     def inside(self) -> NDArray[np.bool_]:
-        """Cells of the facies, shape (n, nz, ny, nx); maps have one layer."""
+        """Mask of the facies, shape (n, nz, ny, nx); maps have one layer."""
         cells = self.images.indices == self.images.index_of(self.code)
         return cells if self.images.is_volumes else cells[:, None]
 
@@ -50,32 +50,32 @@ class OfFacies:
 
     @property
     def n_cells(self) -> int:
-        """Cells of one image."""
+        """Number of cells of one image."""
         return self.inside[0].size
 
 
 @dataclass(frozen=True)
 class Measure:
-    """One entry of the table."""
+    """One entry of `MEASURES`."""
 
     title: str
     """Name, with the unit."""
     definition: str
     values: Callable[[OfFacies], Values]
-    """Takes an `OfFacies`, returns one value for each image, shape (n,), which may be NaN."""
+    """Function of an `OfFacies` that returns one value for each image, shape (n,), or NaN."""
     least: float
-    """Smallest difference that is reported, in units of the value."""
+    """Smallest reported difference, in units of the value."""
     words: tuple[str, str] = ("too low", "too high")
-    """Verdicts on a value below that of crops, and above it."""
+    """Verdicts on values below and above those of crops."""
     factor: float = 1.0
-    """Factor by which shown values are multiplied."""
+    """Factor applied to values on screen, such as 100 for percent."""
     digits: int = 2
-    """Decimals shown."""
+    """Number of decimals on screen."""
     volumes: bool | None = None
     """True for volumes only, False for maps only, None for both."""
 
     def text(self, value: float) -> str:
-        """Return a value as shown.
+        """Return a value as text.
 
         Examples
         --------
@@ -92,7 +92,7 @@ def _share(of: OfFacies) -> Values:
 
 
 def _boundary(of: OfFacies) -> Values:
-    """Return the share of unequal pairs of cells side by side; NaN for a single cell."""
+    """Return the share of adjacent pairs with one cell in the facies; NaN for a single cell."""
     unequal, n_pairs = np.zeros(len(of.inside)), 0
     for axis in (1, 2, 3):
         here, next_to = (np.delete(of.inside, end, axis) for end in (-1, 0))
@@ -102,7 +102,7 @@ def _boundary(of: OfFacies) -> Values:
 
 
 def _chord(axis: int) -> Callable[[OfFacies], Values]:
-    """Return the measure of the mean chord along an axis of (n, nz, ny, nx)."""
+    """Return a function for the mean chord length along an axis of (n, nz, ny, nx)."""
 
     def values(of: OfFacies) -> Values:
         lines = np.moveaxis(of.inside, axis, -1)
@@ -130,7 +130,7 @@ def _counted(
     count: Callable[[OfFacies], NDArray[np.int64]],
     words: tuple[str, str],
 ) -> tuple[Measure, Measure]:
-    """Return a count per cells of maps, and one per cells of volumes."""
+    """Return a measure that counts geobodies per 10,000 cells of maps, and one for volumes."""
 
     def entry(per: int, volumes: bool) -> Measure:
         def values(of: OfFacies) -> Values:
@@ -209,11 +209,11 @@ class Measured:
     reference: Values
     """Values of the whole training image, shape (m,)."""
     fit: Fit | None
-    """Means over pieces of the realizations beside crops of the training image, by measure."""
+    """Comparison of pieces of the realizations with crops of the training image, by measure."""
 
 
 def measure(ensemble: Ensemble, facies: int, progress: Fraction | None = None) -> Measured:
-    """Return all measures of a facies of at most 200 realizations, beside crops of their image.
+    """Measure a facies in at most 200 realizations, and compare with crops of the training image.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Codes of patterns of cells, and their counts."""
+"""Codes and counts of the patterns of cells in an image."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from ccwsim.engine.kernels import allocating_kernel, kernel, part_of_kernel
 from ccwsim.jobs.workers import check_stop
 
 CELLS_OF_STRIP = 4_000_000
-"""Cells whose patterns are counted at a time."""
+"""Number of cells whose patterns are counted at a time."""
 MAX_TABLE = 2**20
-"""Largest number of possible patterns that are counted in a table; more are sorted."""
+"""Maximum number of possible patterns for counting in a table; with more, codes are sorted."""
 
 
 def count_patterns(
     volume: NDArray[np.uint8], n_facies: int, height: int, size: int
 ) -> tuple[NDArray[np.uint64], NDArray[np.int64]]:
-    """Return the codes of the patterns of height × size × size cells, sorted, and their counts.
+    """Return the sorted codes of the patterns of height × size × size cells, and their counts.
 
     See `PatternHistogram` for the codes.
 
@@ -48,7 +48,7 @@ def count_patterns(
 def codes_in(
     volume: NDArray[np.uint8], n_facies: int, height: int, size: int
 ) -> Iterator[NDArray[np.uint64]]:
-    """Yield the codes of all patterns, some layers and rows at a time to save memory."""
+    """Yield the codes of all patterns, for some layers and rows at a time to save memory."""
     fits = height * size * size * np.log2(max(n_facies, 2)) < 64
     nz, ny, nx = volume.shape
     n_layers = max(CELLS_OF_STRIP // (ny * nx), 1)
@@ -63,7 +63,7 @@ def codes_in(
 
 @part_of_kernel
 def _mixed(value):
-    """Spread a number over 64 bits (splitmix64)."""
+    """Return a 64-bit hash of a number (splitmix64)."""
     value = value + np.uint64(0x9E3779B97F4A7C15)
     value = (value ^ (value >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     value = (value ^ (value >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
@@ -72,7 +72,7 @@ def _mixed(value):
 
 @allocating_kernel
 def _pattern_codes(image, height, size, base):
-    """Return the code of the pattern at each location: digits in `base`, or hashed for base 0."""
+    """Return the code of each location's pattern: its cells as digits in `base`, or a hash if 0."""
     nz, ny, nx = image.shape
     digit = np.uint64(base) if base else np.uint64(0x9E3779B97F4A7C15)
     row_weight = np.uint64(1)
@@ -103,7 +103,7 @@ def _pattern_codes(image, height, size, base):
                     line[j] = _mixed(line[j])
             weight = np.uint64(
                 1
-            )  # the row is the last one of the pattern that begins size − 1 below
+            )  # this row is the last row of the pattern that begins size − 1 rows below
             for t in range(size - 1, -1, -1):
                 if 0 <= i - t < shape[0]:
                     _add_to(plane[i - t], line, _power(row_weight, size - 1 - t))
@@ -136,7 +136,7 @@ def _add_to(sums, values, weight):
 
 
 def table_of(codes: NDArray[np.uint64]) -> tuple[NDArray[np.uint64], NDArray[np.bool_]]:
-    """Return a hash table of different codes for `are_unknown`, and which places are taken."""
+    """Return a hash table of distinct codes for `are_unknown`, and the mask of its used places."""
     n_places = 2 ** (4 * len(codes)).bit_length()
     keys, full = np.zeros(n_places, np.uint64), np.zeros(n_places, bool)
     _fill(codes, keys, full)
@@ -145,7 +145,7 @@ def table_of(codes: NDArray[np.uint64]) -> tuple[NDArray[np.uint64], NDArray[np.
 
 @part_of_kernel
 def _place(code, keys, full):
-    """Return the place of a code in a table whose size is a power of two, or its free place."""
+    """Return the place of a code, or a free place for it; the table's size is a power of two."""
     last = np.uint64(len(keys) - 1)
     place = _mixed(code) & last
     while full[place] and keys[place] != code:
@@ -162,7 +162,7 @@ def _fill(codes, keys, full):
 
 @allocating_kernel
 def are_unknown(codes, keys, full):
-    """Return which codes are not in a table."""
+    """Return the mask of the codes that are not in a table."""
     unknown = np.empty(len(codes), np.bool_)
     for k in range(len(codes)):
         if k and codes[k] == codes[k - 1]:

@@ -1,4 +1,4 @@
-"""Patterns: histograms on a pyramid of resolutions, their divergence, and unseen patterns."""
+"""Histograms of patterns on a pyramid of resolutions, their divergence, and unseen patterns."""
 
 from __future__ import annotations
 
@@ -27,25 +27,25 @@ from ccwsim.model.training_image import TrainingImage
 PATTERN_SIZE, VOLUME_PATTERN_SIZE = 4, 3
 """Side of patterns in cells, in maps and in volumes."""
 FACTORS = (1, 2, 3)
-"""Full, half and third resolution."""
+"""Coarsening factors of full, half and third resolution."""
 
 
 @dataclass(frozen=True, eq=False)
 class PatternHistogram:
-    """How often each pattern of size × size cells, in volumes size × size × size, occurs."""
+    """Frequency of each pattern of size × size cells, in volumes size × size × size."""
 
     codes: NDArray[np.uint64]
-    """The patterns that occur, sorted. A code has the pattern's cells as digits in base n_facies if
-    these fit 64 bits; otherwise it is a 64-bit hash."""
+    """Sorted codes of the patterns that occur. The digits of a code in base n_facies are the cells
+    of the pattern; if they do not fit 64 bits, it is a 64-bit hash."""
     frequencies: NDArray[np.float64]
-    """Their shares, with sum 1."""
+    """Share of each pattern; the sum is 1."""
     size: int
     """Side of the patterns in cells."""
     facies: tuple[int, ...] = ()
-    """Facies codes of the digits, sorted."""
+    """Sorted facies codes; digit k stands for facies[k]."""
     layers: int = 1
-    """Height of the patterns in cells: 1 in maps; `size` in volumes, or all layers if there are
-    fewer."""
+    """Height of the patterns in cells: 1 in maps; `size` in volumes, or all layers of a thinner
+    volume."""
 
 
 def pattern_histogram(
@@ -67,14 +67,14 @@ def pattern_histogram(
 
 
 def size_of(stack: Stack, size: int | None) -> int:
-    """Return the side of patterns, or the usual one of maps or volumes."""
+    """Return the checked side of patterns, by default 4 in maps and 3 in volumes."""
     if size is None:
         return VOLUME_PATTERN_SIZE if stack.is_volumes else PATTERN_SIZE
     return check_int("pattern size", size, 1, 2**31)
 
 
 def layers_of(stack: Stack, *others: Stack) -> int:
-    """Return the layers of the thinnest of volumes, 1 for maps."""
+    """Return the number of layers of the thinnest volume, 1 for maps."""
     for other in others:
         if other.is_volumes != stack.is_volumes:
             raise CCWSIMError(
@@ -102,8 +102,8 @@ def pyramid_histograms(
 ) -> list[list[PatternHistogram]]:
     """Return the pattern histograms of each image, one for each resolution.
 
-    Volumes are coarsened along z only as far as patterns fit their layers, or `layers`, those of
-    the thinnest volume with which these are compared.
+    Along z, factors are reduced so that patterns fit into `layers`: the number of layers of the
+    thinnest compared volume, by default that of these images.
 
     Examples
     --------
@@ -130,9 +130,9 @@ def pyramid_histograms(
 def js_divergence(a: PatternHistogram, b: PatternHistogram) -> float:
     """Return the Jensen–Shannon divergence of two histograms in bits, from 0 to 1.
 
-    JS = ½ Σ a log₂(a / m) + ½ Σ b log₂(b / m), m = (a + b) / 2 (Lin 1991): 0 for equal histograms,
-    1 without a common pattern. Its square root is a distance. Raises `CCWSIMError` for histograms
-    of different pattern sizes or facies codes.
+    JS = ½ Σ a log₂(a / m) + ½ Σ b log₂(b / m) with m = (a + b) / 2 (Lin 1991): 0 for equal
+    histograms, 1 if no pattern is in both. Its square root is a distance. Raises `CCWSIMError` for
+    histograms of different pattern sizes or facies codes.
 
     Examples
     --------
@@ -167,9 +167,9 @@ def pattern_distance(
     factors: Sequence[int] = FACTORS,
     progress: Fraction | None = None,
 ) -> NDArray[np.float64]:
-    """Return the Jensen–Shannon divergence of each image's patterns from the training image's.
+    """Return the Jensen–Shannon divergence between patterns of each image and the training image.
 
-    The shape is (n, n_factors).
+    The result has shape (n, n_factors), in bits.
 
     Examples
     --------
@@ -197,13 +197,13 @@ def unseen_patterns(
 ) -> NDArray[np.float64]:
     """Return the share of the patterns of each image that do not occur in the training image.
 
-    Patterns of volumes have as many layers as the thinner image, at most `size`. The result has
-    shape (n,); it is NaN for a mask without cells.
+    Patterns of volumes have `size` layers, or all layers of the thinner image. The result has shape
+    (n,); it is NaN for a mask without cells.
 
     Parameters
     ----------
     mask : ndarray of bool, shape of one image, optional
-        Only patterns with one of these cells count, for example cells with hard data.
+        Only patterns that contain a cell of the mask count, such as a cell with hard data.
 
     Examples
     --------
@@ -232,7 +232,7 @@ def unseen_patterns(
 def _containing(
     mask: NDArray[np.bool_], shape: tuple[int, ...], height: int, size: int
 ) -> NDArray[np.bool_]:
-    """Return, flat like the codes, which patterns have a cell of the mask."""
+    """Return the flat mask of the patterns that contain a cell of `mask`, in the codes' order."""
     mask = as_array(mask, "mask")
     if mask.shape != shape or mask.dtype != np.bool_:
         raise CCWSIMError(
@@ -249,9 +249,9 @@ def _containing(
 def divergences(
     histograms: list[list[PatternHistogram]], progress: Fraction | None = None
 ) -> NDArray[np.float64]:
-    """Return the Jensen–Shannon divergence of all pairs in bits, shape (n_factors, n, n).
+    """Return the Jensen–Shannon divergence of all pairs of images in bits, shape (n_factors, n, n).
 
-    `histograms` are by image, then factor, as `pyramid_histograms` returns them.
+    `histograms` are the result of `pyramid_histograms`: by image, then by factor.
 
     Examples
     --------
@@ -264,7 +264,7 @@ def divergences(
     joined = [_joined([row[g] for row in histograms]) for g in range(n_factors)]
 
     def fill(k: int) -> None:
-        # rows k and n − 1 − k together are equally long for every k
+        # rows k and n − 1 − k together have the same length for every k
         for row in {k, n - 1 - k}:
             for g in range(n_factors):
                 _fill_row(*joined[g], row, result[g])
@@ -281,7 +281,7 @@ def _joined(histograms: list[PatternHistogram]) -> tuple[NDArray, NDArray, NDArr
 
 @kernel
 def _fill_row(codes, shares, starts, row, result):
-    """Compare a histogram with all later ones."""
+    """Compare one histogram with all later histograms."""
     a, b = starts[row], starts[row + 1]
     for other in range(row + 1, len(starts) - 1):
         c, d = starts[other], starts[other + 1]
@@ -290,7 +290,7 @@ def _fill_row(codes, shares, starts, row, result):
 
 @part_of_kernel
 def _js_of(codes_a, shares_a, codes_b, shares_b):
-    """Merge two sorted histograms; a pattern in only one of them adds half its share."""
+    """Return the divergence of two sorted histograms; an unshared pattern adds half its share."""
     total, i, j = 0.0, 0, 0
     while i < len(codes_a) and j < len(codes_b):
         if codes_a[i] == codes_b[j]:

@@ -1,4 +1,4 @@
-"""Quality of an ensemble in a few numbers, to compare settings and methods."""
+"""Quality of an ensemble in a few numbers, for comparing settings and methods."""
 
 from __future__ import annotations
 
@@ -19,61 +19,62 @@ from ccwsim.metrics.stack import Codes, Images, Stack, as_stack
 from ccwsim.model.ensemble import Ensemble
 
 CELLS_COMPARED = 1_000_000
-"""Cells of each realization that are compared at a time."""
+"""Number of cells of each realization that are compared at a time."""
 
 
 @dataclass(frozen=True)
 class Quality:
-    """How close an ensemble comes to its training image and its data, and at what cost.
+    """Similarity of an ensemble to its training image, its match with the data, and its CPU time.
 
-    Hard data are counted as in `Ensemble`, mean over realizations. Spreads are standard deviations
-    between realizations, NaN for one.
+    Counts of hard data are those of `Ensemble`, averaged over realizations. Spreads are standard
+    deviations between realizations, NaN for a single realization.
     """
 
     n: int
     pattern_distances: tuple[float, float, float]
-    """Jensen–Shannon divergence in bits between the 4 × 4 patterns, in volumes 3 × 3 × 3, of
-    realizations and training image at full, half and third resolution, mean over realizations."""
+    """Jensen–Shannon divergence in bits of patterns from the training image at full, half and third
+    resolution, mean over realizations. Patterns are 4 × 4, in volumes 3 × 3 × 3 cells."""
     pattern_spread: float
-    """Spread of the mean over the three."""
+    """Spread of the mean over the three resolutions."""
     tau_errors: tuple[float, ...]
-    """|mean over realizations of τ(h) − τ(h) of the training image|, mean over the lags at which
-    both are known, E–W, N–S and, in volumes, vertically; NaN if there is no such lag."""
+    """|mean τ(h) of the realizations − τ(h) of the training image|, mean over the lags with both
+    values, E–W, N–S and, in volumes, vertical; NaN if there is no such lag."""
     facies: int
-    """Code of the facies of τ."""
+    """Code of the facies whose τ(h) is compared."""
     differing: float
-    """Share of the cells in which two realizations differ, mean over all pairs; NaN for one."""
+    """Share of the cells in which two realizations differ, mean over all pairs; NaN for a single
+    realization."""
     n_resimulated: float
     n_forced: float
     n_mismatched: float
     cpu_seconds: float
-    """CPU time of a realization, median."""
+    """Median CPU time of a realization."""
     proportion_error: float = nan
-    """(Mean proportion of the realizations − proportion of the training image) / the latter, of the
-    facies with the largest error: −0.4 for 40 % too little."""
+    """Relative error of the mean proportion of the facies with the largest error: −0.4 if
+    realizations have 40 % less of it than the training image."""
     proportion_facies: int = 0
-    """Code of that facies."""
+    """Code of the facies with the largest error of its proportion."""
     proportion_spread: float = nan
     tau_spreads: tuple[float, ...] = (nan, nan)
-    """Spread of τ(h), mean over the lags, along the same axes."""
+    """Spread of τ(h), mean over the lags, along the axes of `tau_errors`."""
     largest_copied: float = nan
-    """Cells of the largest piece copied verbatim from the training image, mean over realizations;
+    """Size in cells of the largest piece copied from the training image, mean over realizations;
     NaN if the ensemble does not keep its sources."""
     copied_spread: float = nan
 
     @property
     def pattern_distance(self) -> float:
-        """Mean of the distances at full, half and third resolution, in bits."""
+        """Mean of `pattern_distances` over the three resolutions, in bits."""
         return float(np.mean(self.pattern_distances))
 
     @property
     def tau_error(self) -> float:
-        """The largest of the errors along all axes."""
+        """Largest of `tau_errors`."""
         return self._of_worse_axis(self.tau_errors)
 
     @property
     def tau_spread(self) -> float:
-        """The spread along the axis of `tau_error`."""
+        """Spread of τ(h) along the axis with the largest error."""
         return self._of_worse_axis(self.tau_spreads)
 
     def _of_worse_axis(self, values: tuple[float, ...]) -> float:
@@ -84,8 +85,8 @@ class Quality:
 def judge(ensemble: Ensemble, facies: int | None = None) -> Quality:
     """Judge an ensemble by patterns, connectivity, proportions, copying, data and CPU time.
 
-    Copied pieces are measured if the ensemble was made with `keep_sources`. τ is that of `facies`,
-    by default of the last one. Raises `CCWSIMError` for a grid too small for patterns.
+    Copied pieces are measured if the ensemble was made with `keep_sources`. τ(h) is computed for
+    `facies`, by default the last one. Raises `CCWSIMError` for a grid too small for patterns.
 
     Examples
     --------
@@ -129,7 +130,7 @@ def _spread(each: NDArray[np.floating]) -> float:
 
 
 def _copied(ensemble: Ensemble) -> NDArray[np.float64]:
-    """Return the cells of the largest copied piece of each realization, if sources are kept."""
+    """Return the size in cells of each realization's largest copied piece, if sources are kept."""
     sources = () if ensemble.sources is None else ensemble.sources
     shape = ensemble.training_image.array.shape
     return np.array([copying(one, shape).largest_block for one in sources], float)
@@ -138,8 +139,8 @@ def _copied(ensemble: Ensemble) -> NDArray[np.float64]:
 def differing_share(images: Images, codes: Codes | None = None) -> float:
     """Return the share of cells in which two realizations differ, mean over all pairs.
 
-    Counted by cell: Σ c (c − 1) / 2 pairs agree if c realizations have each facies. NaN for one
-    realization.
+    In each cell, Σ c (c − 1) / 2 pairs agree, where c is the number of realizations with each
+    facies. The share is NaN for a single realization.
 
     Examples
     --------
@@ -161,7 +162,7 @@ def differing_share(images: Images, codes: Codes | None = None) -> float:
 
 
 def lags_of(ensemble: Ensemble, way: Direction = "E-W") -> NDArray[np.int64]:
-    """Return the lags at which τ(h) is compared, 1 up to half of the smaller side or the layers."""
+    """Return the lags at which τ(h) is compared: 1 to the largest useful lag of grid and image."""
     shapes = ensemble.indices.shape[1:], ensemble.training_image.array.shape
     ways = (VERTICAL,) if way == VERTICAL else ("E-W", "N-S")
     return np.arange(1, min(max_lag(way, *shapes) for way in ways) + 1)

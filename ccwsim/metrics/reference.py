@@ -19,30 +19,31 @@ class ReferenceScores:
     """Scores of probabilities against the reference field."""
 
     accuracy: float
-    """Share of the cells whose most likely facies is that of the reference field."""
+    """Share of the cells whose most likely facies is the true one, that of the reference field."""
     brier: float
-    """Mean of Σ (p − o)² over facies, o = 1 for the true one; 0 is perfect, 2 the worst."""
+    """Brier score: mean of Σ (p − o)² over facies, with o = 1 for the true facies and 0 otherwise;
+    0 is perfect, 2 the worst."""
     log_score: float
-    """Mean of −ln p of the true facies; 0 is perfect. A share of n realizations counts as (n p + ½)
-    / (n + n_facies / 2), so that p is never 0."""
+    """Mean of −ln p of the true facies; 0 is perfect. The probability p from n realizations is
+    replaced by (n p + ½) / (n + n_facies / 2), so that it is never 0."""
     n_cells: int
     """Number of scored cells."""
     right: NDArray[np.bool_]
-    """Cells whose most likely facies is the true one, also those that are not scored."""
+    """Mask of the cells, scored or not, whose most likely facies is the true one."""
 
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """Predicted probabilities and the shares of cells in which they came true."""
+    """Predicted probabilities, and the observed shares of cells that have the facies."""
 
     edges: NDArray[np.float64]
-    """Bins of probability, shape (n_bins + 1,)."""
+    """Edges of the bins of probability, shape (n_bins + 1,)."""
     forecast: NDArray[np.float64]
-    """Mean probability in each bin, shape (n_bins,); NaN for an empty one."""
+    """Mean probability in each bin, shape (n_bins,); NaN for an empty bin."""
     observed: NDArray[np.float64]
-    """Share that came true, shape (n_bins,); NaN for an empty one."""
+    """Share of each bin's cells that have the facies, shape (n_bins,); NaN for an empty bin."""
     count: NDArray[np.int64]
-    """Cells (times facies) in each bin, shape (n_bins,)."""
+    """Number of probabilities in each bin, shape (n_bins,): one for each cell and facies."""
     error: float
     """Expected calibration error: mean of |forecast − observed| over all cells."""
 
@@ -54,22 +55,22 @@ def score_reference(
     scored: NDArray[np.bool_] | None = None,
     codes: Codes | None = None,
 ) -> ReferenceScores:
-    """Score probabilities, as `etype` gives them, against a reference field.
+    """Score probabilities, such as the result of `etype`, against a reference field.
 
-    Raises `CCWSIMError` for shapes that do not fit, no realization, or no scored cell.
+    Raises `CCWSIMError` for different shapes, no realization, or no scored cell.
 
     Parameters
     ----------
     probability : EType or array_like, shape (n_facies, ny, nx) or (n_facies, nz, ny, nx)
-        The sum in each cell is 1.
+        Probabilities, whose sum in each cell is 1.
     truth : image
         The reference field.
     n_realizations : int, optional
-        Number of realizations; known for an `EType`.
+        Number of realizations; an `EType` has it.
     scored : ndarray of bool, shape of `truth`, optional
-        Cells that count; exclude those with hard data, which every realization honours.
+        Mask of the scored cells; exclude cells with hard data, which every realization honours.
     codes : array_like of int, shape (n_facies,), optional
-        The facies codes of an array of probabilities, 0 … n_facies − 1 by default.
+        Facies codes of an array of probabilities, 0 … n_facies − 1 by default.
 
     Examples
     --------
@@ -104,7 +105,7 @@ def calibration(
 ) -> Calibration:
     """Return the reliability of probabilities in bins of equal width.
 
-    The other arguments are those of `score_reference`. All facies are pooled by default.
+    By default, all facies are pooled. The other arguments are explained in `score_reference`.
 
     Examples
     --------

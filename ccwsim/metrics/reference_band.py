@@ -1,13 +1,13 @@
-"""Whether realizations have the statistics of crops of their training image.
+"""Comparison of realizations with crops of their training image.
 
-Crops of one training image differ, and statistics depend on the size of the window (a smaller one
-cuts geobodies). So pieces of the realizations are compared with crops of the same size, and the
-spread between crops is the measure of a difference; the realizations' own spread is not used, as it
-grows when they get worse. With s the standard deviation between crops, the mean over m pieces may
-differ from the mean over crops, of which k are independent, by c · s · √(1/k + 1/m).
+Statistics vary between crops of one training image, and depend on the size of the window (a smaller
+window cuts geobodies). So pieces of the realizations are compared with crops of the same size. The
+allowed difference follows from the standard deviation s between crops; the spread of realizations
+is not used, as it grows when they get worse. The means over m pieces and over the crops, of which k
+are independent, may differ by c · s · √(1/k + 1/m).
 
-There are too few crops as large as the training image for that. There a curve is outside if nearly
-no piece of the realizations has the image's value and their mean is far from it.
+Windows nearly as large as the training image give too few crops for this rule. For them, a curve is
+outside if nearly no piece of the realizations reaches the image's value and their mean is far away.
 """
 
 from __future__ import annotations
@@ -33,35 +33,35 @@ from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.training_image import TrainingImage
 
 MIN_SIDE, MAX_SIDE = 8, 512
-"""Rows and columns of a crop: smaller ones hold no pattern, larger ones take long."""
+"""Rows and columns of a crop: smaller crops hold no pattern, larger crops take long."""
 MAX_CROP_CELLS = 2_000_000
-"""Cells of a crop of a volume."""
+"""Maximum number of cells of a crop of a volume."""
 MAX_CROPS_ALONG = 4
-"""Crops along an axis; they overlap by about half or less."""
+"""Maximum number of crops along an axis; they overlap by about half or less."""
 MAX_CROPS_ABOVE = 2
-"""Crops above each other in a volume."""
+"""Maximum number of crops along z in a volume."""
 MIN_CROPS = 3
-"""A value is judged if it is known in this number of crops."""
+"""Minimum number of crops with a known value; with fewer, the value is not judged."""
 MAX_PIECES = 32
-"""Pieces of realizations; with more the crops limit the precision."""
+"""Maximum number of pieces; more would not help, as the number of crops limits the precision."""
 CURVE_ERRORS, VALUE_ERRORS = 4.0, 2.0
-"""Allowed differences in standard errors: larger for curves, which have many lags."""
+"""Allowed differences in standard errors; larger for curves, as they are judged at many lags."""
 STATISTICS = ("connectivity", "variogram")
 MIN_GAP = 0.1
-"""Smallest difference of a curve that is reported: of τ, and of γ in sills p (1 − p)."""
+"""Smallest reported difference of a curve: of τ, and of γ in sills p (1 − p)."""
 MIN_LARGE_GAP = 0.5
-"""Smallest difference in pieces as large as the training image, whose scatter is not known."""
+"""Smallest reported difference for large pieces, nearly the size of the training image."""
 MIN_LARGE_PIECES, MAX_LARGE_PIECES = 10, 16
 LARGE_STEP = 3
-"""Step between the lags that are compared in them, to save time."""
+"""Step between the lags that are compared in large pieces, to save time."""
 TAIL = 0.05
-"""Share of such pieces that may reach the image's value although their mean misses it."""
+"""Maximum share of large pieces that reach the image's value if a curve is outside."""
 MIN_PROPORTION_GAP = 0.05
-"""Smallest difference of a proportion, relative to the training image's."""
+"""Smallest reported difference of a proportion, relative to the training image's proportion."""
 PATTERN_SIZES = (2, 3)
 """Sides of patterns in cells: 2 × 2 × 2 and 3 × 3 × 3 in volumes."""
 MIN_GAMMA_GAP, MIN_PERCOLATION_GAP = 0.1, 0.25
-"""Smallest differences of Γ and of the share of pieces that percolate."""
+"""Smallest reported differences of Γ and of the share of pieces that percolate."""
 Floats = NDArray[np.float64]
 Shape = tuple[int, ...]
 ValuesOf = Callable[[Stack], Floats]
@@ -69,16 +69,16 @@ ValuesOf = Callable[[Stack], Floats]
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """Values of realizations beside those of crops of their training image, each of shape (m,)."""
+    """Values of realizations and of crops of their training image; arrays have shape (m,)."""
 
     at: Floats
-    """Lags in cells for a curve, facies codes for proportions, otherwise 0, 1, …."""
+    """Position of each value: lag in cells for a curve, facies code for proportions, or index."""
     found: Floats
-    """Mean over pieces of the realizations; NaN if unknown."""
+    """Mean over pieces of the realizations; NaN if it is unknown."""
     reference: Floats
     """Mean over crops of the training image."""
     tolerance: Floats
-    """Allowed difference of `found` from `reference`; NaN if it cannot be judged."""
+    """Allowed difference of `found` from `reference`; NaN if the value cannot be judged."""
     crop_shape: Shape
     """(Layers,) rows and columns of crops and pieces."""
 
@@ -89,7 +89,7 @@ class Fit:
 
     @property
     def outside(self) -> NDArray[np.bool_]:
-        """Which values are outside the band, shape (m,)."""
+        """Mask of the values outside the band, shape (m,)."""
         return self._excess > 1
 
     @property
@@ -99,19 +99,19 @@ class Fit:
 
     @property
     def worst(self) -> int:
-        """Index of the value farthest from the reference, in tolerances; 0 if none is known."""
+        """Index of the value with the largest difference / tolerance; 0 if none is known."""
         return int(np.argmax(np.nan_to_num(self._excess, nan=-1.0)))
 
     @property
     def _excess(self) -> Floats:
-        """Differences in tolerances; NaN if unknown."""
+        """Differences divided by tolerances; NaN if unknown."""
         with np.errstate(divide="ignore", invalid="ignore"):  # a constant image has no tolerance
             return np.abs(self.found - self.reference) / self.tolerance
 
 
 @dataclass(frozen=True, eq=False)
 class ReferenceBand:
-    """Values of crops of a training image, with which realizations are compared.
+    """Values of crops of a training image, for comparison with realizations.
 
     Examples
     --------
@@ -122,15 +122,15 @@ class ReferenceBand:
     """
 
     at: Floats
-    """As in `Fit`."""
+    """Position of each value, see `Fit`."""
     values: Floats
     """Values of each crop, shape (n_crops, m); NaN counts as missing."""
     n_independent: float
-    """Number of crops without overlap that the training image holds."""
+    """Number of crops that fit into the training image without overlap."""
     n_errors: float
     """Allowed difference in standard errors."""
     min_gap: Floats
-    """Smaller differences are inside the band, shape (m,)."""
+    """Smallest reported difference of each value, shape (m,)."""
     crop_shape: Shape
 
     def compare(self, found: ArrayLike, n_pieces: float) -> Fit:
@@ -149,12 +149,12 @@ class ReferenceBand:
 
 
 def crop_shape(image_shape: Shape, grid_shape: Shape) -> Shape | None:
-    """Return the shape of the crops in which a training image and realizations are compared.
+    """Return the shape of crops and pieces for comparing a training image with realizations.
 
-    A crop is as long as the grid, but at most half as long as the training image, so that several
-    crops differ, and at most 512 cells. In volumes, which are thin, it has all common layers and at
-    most two million cells. None if crops would have fewer than 8 rows or columns. Raises
-    `CCWSIMError` for a map and a volume.
+    A crop is as long as the grid, but at most half as long as the training image, so that crops
+    differ, and at most 512 cells. In volumes, which are thin, it has all common layers and at most
+    two million cells. The result is None if crops would have fewer than 8 rows or columns. Raises
+    `CCWSIMError` if one shape is of a map and the other of a volume.
 
     Examples
     --------
@@ -171,7 +171,7 @@ def crop_shape(image_shape: Shape, grid_shape: Shape) -> Shape | None:
 
 
 def largest_crop(image_shape: Shape, grid_shape: Shape) -> Shape:
-    """Return the shape of the largest window that training image and grid both hold."""
+    """Return the shape of the largest window that fits into both training image and grid."""
     if len(image_shape) != len(grid_shape):
         raise CCWSIMError(
             f"a training image of shape {tuple(image_shape)} and realizations of "
@@ -183,7 +183,7 @@ def largest_crop(image_shape: Shape, grid_shape: Shape) -> Shape:
 
 
 def crops_of(image: NDArray[np.uint8], shape: Shape) -> NDArray[np.uint8]:
-    """Return crops of an image at even distances, shape (n, *shape), at most (2 ×) 4 × 4."""
+    """Return evenly spaced crops of an image, shape (n, *shape), at most (2 ×) 4 × 4 crops."""
     starts = []
     most = (MAX_CROPS_ABOVE, MAX_CROPS_ALONG, MAX_CROPS_ALONG)[-len(shape) :]
     for side, own, largest in zip(image.shape, shape, most, strict=True):
@@ -199,7 +199,7 @@ def _window(start: Sequence[int], shape: Shape) -> tuple[slice, ...]:
 def pieces_of(
     realizations: NDArray[np.uint8], shape: Shape, max_pieces: int = MAX_PIECES
 ) -> NDArray[np.uint8]:
-    """Return some pieces of realizations that do not overlap, shape (m, *shape)."""
+    """Return at most `max_pieces` pieces of realizations, without overlap, shape (m, *shape)."""
     along = (
         np.linspace(0, side - own, side // own).astype(int)
         for side, own in zip(realizations.shape[1:], shape, strict=True)
@@ -216,11 +216,11 @@ def pieces_of(
 def fit_curve(
     ensemble: Ensemble, statistic: Statistic, facies: int, direction: Direction = "E-W"
 ) -> Fit | None:
-    """Compare a curve of realizations with that of crops of their training image.
+    """Compare a curve of realizations with the curves of crops of their training image.
 
     `statistic` is "variogram" or "connectivity". Lags go up to half of a crop, or half of the
-    largest common window if the curve is farther outside there. None if the training image or the
-    grid is too small.
+    largest common window if the curve deviates more there. The result is None if the training image
+    or the grid is too small.
 
     Examples
     --------
@@ -267,7 +267,7 @@ def fit_curve(
 
 
 def fit_geobodies(ensemble: Ensemble, facies: int, neighbours: int | None = None) -> Fit | None:
-    """Compare Γ of a facies, and how often it percolates, with crops of the training image.
+    """Compare Γ and the percolation of a facies with crops of the training image.
 
     The values are Γ and the shares of pieces that percolate E–W, N–S and, in volumes, vertically.
     """
@@ -288,11 +288,11 @@ def fit_geobodies(ensemble: Ensemble, facies: int, neighbours: int | None = None
 def fit_values(
     ensemble: Ensemble, name: tuple, at: Floats, values: ValuesOf, least: Floats
 ) -> Fit | None:
-    """Compare values of pieces of realizations with those of crops of the training image.
+    """Compare m values of pieces of realizations with the values of crops of the training image.
 
     `name` is a unique key of these values; `values` takes a stack of n images and returns an array
-    of shape (n, m); `at` and `least` are those of `ReferenceBand`. None if the training image or
-    the grid is too small for crops.
+    of shape (n, m); `at` and `least` are `at` and `min_gap` of the `ReferenceBand`. The result is
+    None if the training image or the grid is too small for crops.
     """
     image = ensemble.training_image
     shape = crop_shape(image.array.shape, ensemble.indices.shape[1:])
@@ -304,9 +304,9 @@ def fit_values(
 
 
 def fit_proportions(ensemble: Ensemble) -> Fit | None:
-    """Compare the mean facies proportions with the training image's, by the scatter of its crops.
+    """Compare the mean facies proportions with those of the whole training image, as `reference`.
 
-    `reference` is the proportion in the whole training image.
+    The tolerance follows from the scatter of the crops.
 
     Examples
     --------
@@ -326,11 +326,11 @@ def fit_proportions(ensemble: Ensemble) -> Fit | None:
 
 
 def fit_patterns(ensemble: Ensemble, sizes: Sequence[int] = PATTERN_SIZES) -> Fit | None:
-    """Compare the pattern distances of realizations and of crops from the training image.
+    """Compare the pattern distance of realizations from the training image with that of crops.
 
-    The result has Jensen–Shannon divergences in bits at full resolution, `at` the sizes; those of
-    crops are due to their size only. It is None if the training image or the grid is too small for
-    crops.
+    Values are Jensen–Shannon divergences in bits at full resolution; `at` has the pattern sizes.
+    Crops differ from the image only because they are smaller. The result is None if the training
+    image or the grid is too small for crops.
 
     Examples
     --------
@@ -351,11 +351,11 @@ def fit_patterns(ensemble: Ensemble, sizes: Sequence[int] = PATTERN_SIZES) -> Fi
 
 
 def fit_vertical_proportions(ensemble: Ensemble, facies: int) -> Fit | None:
-    """Compare the share of a facies in each layer of volumes with that of the training image.
+    """Compare the share of a facies in each layer of volumes with the training image.
 
-    `at` is the layer, 0 at the bottom; `reference` the share in the whole training image. The
-    result is None if that has another number of layers, or is too small for crops. Raises
-    `CCWSIMError` for maps.
+    `at` is the layer, 0 at the bottom; `reference` is the share in the layer of the whole training
+    image. The result is None if the image has a different number of layers or is too small for
+    crops. Raises `CCWSIMError` for maps.
 
     Examples
     --------
@@ -384,7 +384,7 @@ def fit_vertical_proportions(ensemble: Ensemble, facies: int) -> Fit | None:
 
 
 def fit_shares(ensemble: Ensemble, crops: ReferenceBand, each: Floats, reference: Floats) -> Fit:
-    """Compare shares of whole realizations (n, m) with the whole image's, by the crops' scatter."""
+    """Compare shares of whole realizations (n, m) with the image; crops give the tolerance."""
     n_pieces = ensemble.n * prod(ensemble.indices.shape[1:]) / prod(crops.crop_shape)
     found = each.mean(axis=0)
     tolerance = crops.compare(found, n_pieces).tolerance
@@ -393,7 +393,7 @@ def fit_shares(ensemble: Ensemble, crops: ReferenceBand, each: Floats, reference
 
 _bands: WeakKeyDictionary[TrainingImage, dict] = WeakKeyDictionary()
 MAX_BANDS = 256
-"""Bands kept for each training image, some kilobytes each."""
+"""Maximum number of bands kept for each training image; each takes some kilobytes."""
 
 
 def band_of_crops(
@@ -405,7 +405,7 @@ def band_of_crops(
     n_errors: float,
     min_gap: Floats,
 ) -> ReferenceBand:
-    """Return the band of crops of an image, computed once for a name and a shape of crops."""
+    """Return the band of crops of an image; it is computed once for each name and crop shape."""
     bands, key = _bands.setdefault(image, {}), (*name, shape)
     if key not in bands:
         if len(bands) >= MAX_BANDS:
@@ -417,7 +417,7 @@ def band_of_crops(
 
 
 def _without_the_image(reference: ReferenceBand, each: Floats) -> Fit | None:
-    """Return a fit, outside if nearly no piece has the image's value; None for too few pieces."""
+    """Judge large pieces: outside if nearly none reaches the image's value; None if too few."""
     if len(each) < MIN_LARGE_PIECES:
         return None
     crops, pieces = band(reference.values, 0.0, 1.0), band(each, TAIL, 1 - TAIL)
@@ -433,6 +433,6 @@ def _gap(fit: Fit) -> float:
 
 
 def _mean(values: Floats) -> Floats:
-    """Return the mean over rows of known values; NaN if there is none."""
+    """Return the mean of the known values of each column; NaN if there are none."""
     known = ~np.isnan(values)
     return ratio(np.where(known, values, 0.0).sum(axis=0), known.sum(axis=0))

@@ -1,4 +1,4 @@
-"""Images as all metrics take them: an ensemble, a training image or an array of facies codes."""
+"""Conversion of ensembles, training images and arrays to one type, `Stack`, for all metrics."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from ccwsim.system.machine import n_cores
 N_AXES = 3
 """Axes of a volume: layers from the bottom, rows from the south, columns from the west."""
 CELLS_A_PIECE = 200_000_000
-"""Cells compared between two checks for cancelling: some tenths of a second."""
+"""Number of cells compared between two checks for cancelling: some tenths of a second."""
 Result = TypeVar("Result")
 Fraction = Callable[[float], None]
-"""Called as progress(fraction) in the caller's own thread."""
+"""Progress function, called as progress(fraction) in the caller's thread."""
 
 
 @dataclass(frozen=True, eq=False)
 class Stack:
-    """Images as facies indices, and the codes of these; images may lack some of them."""
+    """Images as facies indices, with the codes of all facies; some may not occur in the images."""
 
     indices: NDArray[np.uint8]  # shape (n, ny, nx), or (n, nz, ny, nx) for volumes
     codes: NDArray[np.integer]  # shape (n_facies,): sorted
@@ -38,7 +38,7 @@ class Stack:
 
     @property
     def n_facies(self) -> int:
-        """Number of known facies."""
+        """Number of facies, including those that do not occur."""
         return len(self.codes)
 
     @property
@@ -52,7 +52,7 @@ class Stack:
         return len(self.shape) == N_AXES
 
     def volume(self, k: int) -> NDArray[np.uint8]:
-        """Return an image as kernels take it, shape (nz, ny, nx): a map has one layer."""
+        """Return image k as a volume, shape (nz, ny, nx); a map has one layer."""
         return as_volume(self.indices[k])
 
     def index_of(self, code: int, name: str = "facies") -> int:
@@ -69,16 +69,16 @@ def index_of(codes: NDArray[np.integer], code: int, name: str = "facies") -> int
 
 
 Images = Stack | Ensemble | TrainingImage | ArrayLike
-"""The codes of an array are those that occur in it, unless the caller names them."""
+"""Types of images; the codes of an array are those that occur in it, unless they are given."""
 Codes = ArrayLike
-"""Facies codes, also those that do not occur."""
+"""Codes of all facies, including those that do not occur."""
 
 
 def as_stack(images: Images, codes: Codes | None = None, n_axes: int = 2) -> Stack:
-    """Return images as a stack, with `codes` or their own.
+    """Return images as a stack with the given codes, by default those that occur.
 
-    An array of two axes is a map, one of three a stack of maps, or with `n_axes` = 3 a volume, one
-    of four a stack of volumes.
+    An array with two axes is a map; with three axes a stack of maps, or a volume if `n_axes` = 3;
+    with four axes a stack of volumes.
     Raises `CCWSIMError` for another shape or type, and for a cell with none of the given codes.
     """
     wanted = None if codes is None else checked_codes(codes)
@@ -100,7 +100,7 @@ def as_stack(images: Images, codes: Codes | None = None, n_axes: int = 2) -> Sta
 
 
 def as_image(image: Images, codes: Codes | None = None, n_axes: int = 2) -> Stack:
-    """Return a stack of one image; an array of layers, or with `n_axes` = 3, is a volume."""
+    """Return one image as a stack; an array of several layers is a volume."""
     if not isinstance(image, (Stack, Ensemble, TrainingImage)):
         image = as_array(image, "images")
         if image.ndim == N_AXES and len(image) > 1:
@@ -143,7 +143,7 @@ def as_volume(image: NDArray) -> NDArray:
 
 
 def listed(codes: NDArray[np.integer]) -> str:
-    """Return codes as text, at most the first ten.
+    """Return the first ten codes as text.
 
     Examples
     --------
@@ -204,9 +204,9 @@ def _indices(values: NDArray[np.integer], codes: NDArray[np.integer]) -> NDArray
 def in_pieces(
     function: Callable[[NDArray], NDArray], rows: NDArray, cells: int
 ) -> NDArray[np.integer]:
-    """Return function(rows), computed in pieces of rows, between which it can be cancelled.
+    """Return function(rows), computed for some rows at a time so that it can be cancelled.
 
-    `function` returns one row for each row, and reads `cells` for it.
+    `function` returns one row for each row, and reads `cells` cells for each.
     """
     at_once = max(CELLS_A_PIECE // max(cells, 1), 1)
     if len(rows) <= at_once:

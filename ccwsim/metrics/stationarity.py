@@ -1,4 +1,4 @@
-"""Whether parts of a training image differ by more than chance explains."""
+"""Test whether parts of a training image differ by more than chance explains."""
 
 from __future__ import annotations
 
@@ -27,18 +27,18 @@ WEIGHTS = (
 )
 """Weights of the quarters' means in the difference of each part from the whole, shape (8, 4)."""
 PROPORTION_LIMIT = 0.15
-"""Allowed difference of a part's proportion in √(p (1 − p)), the spread of the indicator."""
+"""Allowed difference of a part's proportion, in units of √(p (1 − p))."""
 VARIOGRAM_LIMIT = 0.2
-"""Allowed difference of a quarter's variogram in sills, as a root mean square over lags."""
+"""Allowed root mean square difference of a quarter's variogram over lags, in sills."""
 PROPORTION_DOUBT, VARIOGRAM_DOUBT = 3.0, 4.0
-"""Standard errors that a difference must also exceed: 90 % and more of stationary images then count
-as stationary, even if their features are an eighth of the image."""
+"""Number of standard errors that a difference must also exceed. At least 90 % of stationary images
+then pass, even if their features are an eighth of the image."""
 LEAST = 0.1
 """Smallest correlation that is not noise."""
 BLOCKS = 32
-"""Largest number of blocks along a side of a quarter, for its covariance."""
+"""Maximum number of blocks along a side of a quarter when its covariance is computed."""
 SLOPES = 0.5
-"""Degrees of freedom of a plane's two slopes, shared by four quarters."""
+"""Degrees of freedom per quarter of a plane: two slopes, common to four quarters."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,49 +51,50 @@ class Stationarity:
     """|p of the quarter − p| / √(p (1 − p)), shape (4, n_facies)."""
     lags: NDArray[np.int64]
     variograms: NDArray[np.float64]
-    """[quarter, facies, E-W or N-S, lag], shape (4, n_facies, 2, n_lags)."""
+    """γ(h) of each quarter, shape (4, n_facies, 2, n_lags), E-W first, then N-S."""
     variogram_shift: NDArray[np.float64]
-    """Root mean square over lags of γ of the quarter − γ, in sills, shape (4, n_facies, 2)."""
+    """Root mean square over lags of (γ of the quarter − γ of the image), in sills, shape
+    (4, n_facies, 2)."""
     differences: NDArray[np.float64]
     """Proportion of each of the `PARTS` − mean of the quarters, shape (8, n_facies)."""
     errors: NDArray[np.float64]
     """Standard errors of the differences in a stationary image of the same covariance."""
     variogram_scores: NDArray[np.float64]
-    """|Difference of the variogram's mean over lags| of each part, in standard errors, shape (8,
-    n_facies, 2)."""
+    """|Difference of each part's mean variogram from the whole image|, in standard errors, shape
+    (8, n_facies, 2)."""
     vertical_differences: NDArray[np.float64] | None = None
     """Proportion of the upper half of the layers − mean of both halves, shape (n_facies,); None for
     maps."""
     vertical_errors: NDArray[np.float64] | None = None
-    """Standard errors of these differences, from their variation between columns."""
+    """Standard errors of `vertical_differences`, from their variation between columns."""
 
     @property
     def vertical_trend(self) -> NDArray[np.bool_]:
-        """Which proportions differ between the halves of a volume, shape (n_facies,)."""
+        """Mask of the facies whose proportion differs between the halves of a volume."""
         if self.vertical_differences is None or self.vertical_errors is None:
             return np.zeros(self.proportions.shape[1], bool)
         return self._differ(self.vertical_differences, self.vertical_errors)
 
     @property
     def drifting(self) -> NDArray[np.bool_]:
-        """Which proportions differ by more than limit and chance, shape (8, n_facies)."""
+        """Mask of proportions that differ by more than limit and chance, shape (8, n_facies)."""
         return self._differ(self.differences, self.errors)
 
     def _differ(self, differences: NDArray, errors: NDArray) -> NDArray[np.bool_]:
-        """Return which differences of proportions exceed both limits."""
+        """Return the mask of the differences of proportions that exceed limit and chance."""
         p = self.proportions.mean(axis=0)
         limit = np.maximum(PROPORTION_LIMIT * np.sqrt(p * (1 - p)), PROPORTION_DOUBT * errors)
         return np.abs(differences) > limit
 
     @property
     def changing(self) -> NDArray[np.bool_]:
-        """Which variograms differ by more than limit and chance, shape (4, n_facies, 2)."""
+        """Mask of variograms that differ by more than limit and chance, shape (4, n_facies, 2)."""
         certain = self.variogram_scores.max(axis=0) > VARIOGRAM_DOUBT
         return (self.variogram_shift > VARIOGRAM_LIMIT) & certain
 
     @property
     def stationary(self) -> bool:
-        """Whether no part differs."""
+        """Whether no part differs from the whole image."""
         drifts = self.drifting.any() or self.vertical_trend.any()
         return not drifts and not self.changing.any()
 
@@ -101,13 +102,14 @@ class Stationarity:
 def stationarity(image: Images, codes: Codes | None = None) -> Stationarity:
     """Compare quarters and halves of an image with the whole.
 
-    The standard error of a mean over a quarter follows from the covariance within the quarters,
-    less their means and a common plane, summed over the lags around 0 at which the correlation is
-    at least 0.1. For variograms it is the mean of ½ (I(x) − I(x + h))², averaged over lags.
+    The standard error of a quarter's mean is estimated from the covariance within the quarters,
+    after removing their means and a common plane. The covariance is summed over the lags around 0
+    with a correlation of at least 0.1. For variograms, the field ½ (I(x) − I(x + h))², averaged
+    over lags, is used in place of the indicator.
 
-    Quarters of a volume have all layers; means over columns of cells are compared. The upper half
-    of the layers is compared with the lower one in the same way. Raises `CCWSIMError` for an image
-    of fewer than 8 rows or columns.
+    Quarters of a volume have all layers; means over columns of cells are compared. The upper and
+    the lower half of the layers are compared in the same way. Raises `CCWSIMError` for an image of
+    fewer than 8 rows or columns.
 
     Examples
     --------
@@ -172,7 +174,7 @@ def _quarters(image: NDArray) -> list[NDArray]:
 
 
 def _half_squares(facies: NDArray[np.bool_], axis: int) -> NDArray[np.float32]:
-    """Return ½ (I(x) − I(x + h))² of each cell, mean over ±h and lags 1, 2, 4, …"""
+    """Return ½ (I(x) − I(x + h))² of each cell, averaged over ±h and the lags 1, 2, 4, …"""
     image = facies.T if axis == 0 else facies
     n, total = image.shape[1], np.zeros(image.shape, np.float32)
     lags = [2**k for k in range(20) if 2**k <= max(min(image.shape) // 4, 1)]
@@ -198,10 +200,10 @@ def _compare_parts(field: NDArray) -> tuple[NDArray[np.float64], NDArray[np.floa
 
 
 def _mean_variance(field: NDArray) -> float:
-    """Return the variance of the mean of a field over a quarter, from its own covariance.
+    """Return the variance of the mean of a field over a quarter, from the field's covariance.
 
-    The sum is corrected for the quarters' means and the common plane, which are removed and make
-    the covariance smaller by this variance and by half of it.
+    Removing the quarters' means reduces the covariance by this variance, and removing the common
+    plane by half of it; the sum is corrected for both.
     """
     from scipy.ndimage import label  # imported late: it loads slowly
 
@@ -224,7 +226,7 @@ def _mean_variance(field: NDArray) -> float:
 
 
 def _blocks(quarter: NDArray) -> NDArray[np.float64]:
-    """Return means of blocks, at most `BLOCKS` along a side."""
+    """Return the means of blocks of a quarter, at most `BLOCKS` along a side."""
     ny, nx = quarter.shape
     down, along = -(-ny // BLOCKS), -(-nx // BLOCKS)
     whole = quarter[: ny // down * down, : nx // along * along]
@@ -232,7 +234,7 @@ def _blocks(quarter: NDArray) -> NDArray[np.float64]:
 
 
 def _without_plane(parts: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return quarters, shape (4, ny, nx), less their means and their common slopes."""
+    """Return the quarters, shape (4, ny, nx), minus their means and their common slopes."""
     centred = parts - parts.mean(axis=(1, 2), keepdims=True)
     for axis in (1, 2):
         shape = [1, 1, 1]
@@ -244,7 +246,7 @@ def _without_plane(parts: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _lag_sums(images: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return Σ z(x) z(x + h) at all lags, of images of shape (n, ny, nx)."""
+    """Return Σ z(x) z(x + h) for all lags h of images of shape (n, ny, nx)."""
     shape = 2 * images.shape[1], 2 * images.shape[2]
     spectra = np.fft.rfft2(images, shape)
     return np.fft.irfft2(np.abs(spectra) ** 2, shape)

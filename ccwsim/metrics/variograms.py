@@ -1,4 +1,4 @@
-"""Two-point statistics: indicator variograms and transiograms, by direction and as maps."""
+"""Two-point statistics: indicator variograms and transiograms, along a direction and as maps."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Variogram:
     """Indicator variograms of one facies."""
 
     lags: NDArray[np.int64]
-    """Shape (n_lags,), in steps of the direction."""
+    """Lags in steps of the direction, shape (n_lags,)."""
     gamma: NDArray[np.float64]
     """γ(h) of each image, shape (n, n_lags)."""
     sill: NDArray[np.float64]
@@ -38,7 +38,7 @@ class VariogramMap:
     """Indicator variograms of one facies for all lags."""
 
     lags: NDArray[np.int64]
-    """−max_lag … max_lag: rows (to the north) and columns (to the east) of the map."""
+    """Lags −max_lag … max_lag of the rows (to the north) and the columns (to the east)."""
     gamma: NDArray[np.float64]
     """γ(h) of each image, shape (n, 2 max_lag + 1, 2 max_lag + 1)."""
 
@@ -74,10 +74,10 @@ def variogram(
 def variogram_map(
     images: Images, facies: int, max_lag: int = 50, progress: Fraction | None = None
 ) -> VariogramMap:
-    """Return γ(h) of a facies in maps for all lags up to max_lag rows and columns, exact, by FFT.
+    """Return the exact γ(h) of a facies in maps for all lags up to max_lag rows and columns.
 
-    Σ (I(x) − I(x + h))² = Σ I(x) + Σ I(x + h) − 2 Σ I(x) I(x + h) over the pairs that lie inside;
-    the last sum is an autocorrelation (Marcotte 1996).
+    Over the pairs inside the map, Σ (I(x) − I(x + h))² = Σ I(x) + Σ I(x + h) − 2 Σ I(x) I(x + h);
+    the last sum is an autocorrelation, computed by FFT (Marcotte 1996).
 
     Examples
     --------
@@ -100,7 +100,7 @@ def variogram_map(
 
 @allocating_kernel
 def _count_unequal(inside, offsets):
-    """Return the number of pairs with one cell in the facies and one outside, by lag."""
+    """Return for each lag the number of pairs with one cell in the facies and one outside."""
     nz, ny, nx = inside.shape
     counts = np.zeros(len(offsets), np.int64)
     for lag in range(len(offsets)):
@@ -122,10 +122,10 @@ class Transiograms:
     """Transition probabilities between all facies."""
 
     lags: NDArray[np.int64]
-    """Shape (n_lags,), in steps of the direction."""
+    """Lags in steps of the direction, shape (n_lags,)."""
     probability: NDArray[np.float64]
-    """[image, tail, head, lag]: P(x + h in head | x in tail), shape (n, n_facies, n_facies,
-    n_lags); NaN if no x is in the tail."""
+    """P(x + h in head | x in tail), shape (n, n_facies, n_facies, n_lags) for image, tail, head and
+    lag; NaN if no x is in the tail."""
 
 
 def transiograms(
@@ -137,7 +137,8 @@ def transiograms(
 ) -> Transiograms:
     """Return P(x + h in head | x in tail) for all pairs of facies (Li 2007).
 
-    x + h is east or north of x, or above it, so the matrix of a lag need not be symmetric.
+    The head x + h is east or north of the tail x, or above it, so the matrix of a lag need not be
+    symmetric.
 
     Examples
     --------
@@ -160,10 +161,10 @@ def transiograms(
 def transition_map(
     images: Images, tail: int, head: int, max_lag: int = 50, progress: Fraction | None = None
 ) -> NDArray[np.float64]:
-    """Return P(x + h in head | x in tail) in maps for all lags up to max_lag, exact, by FFT.
+    """Return the exact P(x + h in head | x in tail) in maps for all lags up to max_lag, by FFT.
 
-    `tail` and `head` are facies codes. The shape is (n, 2 max_lag + 1, 2 max_lag + 1): rows to the
-    north, columns to the east, lag 0 in the middle.
+    `tail` and `head` are facies codes. The result has shape (n, 2 max_lag + 1, 2 max_lag + 1): rows
+    to the north, columns to the east, lag 0 in the middle.
 
     Examples
     --------
@@ -184,7 +185,7 @@ def transition_map(
 
 @allocating_kernel
 def _count_transitions(image, n_facies, offsets):
-    """Return the number of pairs from facies to facies, shape (n_lags, n_facies, n_facies)."""
+    """Return the number of pairs by tail and head facies, shape (n_lags, n_facies, n_facies)."""
     nz, ny, nx = image.shape
     counts = np.zeros((len(offsets), n_facies, n_facies), np.int64)
     for lag in range(len(offsets)):
