@@ -119,7 +119,7 @@ class Comparison:
 
     @cached_property
     def distances(self) -> tuple[NDArray[np.float64], ...]:
-        """Divergence of each realization from the training image in bits, over resolutions."""
+        """Divergence of each realization from the training image (bits, all resolutions)."""
         if self.anodi is None:
             return ()
         mixed = self.anodi.weights @ self.anodi.divergence[:, 0]
@@ -127,12 +127,12 @@ class Comparison:
 
     @property
     def distance(self) -> NDArray[np.float64]:
-        """Mean divergence of each setting from the training image in bits, over resolutions."""
+        """Mean divergence of each setting from the training image (bits, all resolutions)."""
         return self._mixed("within")
 
     @property
     def variety(self) -> NDArray[np.float64]:
-        """Mean divergence between realizations of each setting in bits, over resolutions."""
+        """Mean divergence between realizations of each setting (bits, all resolutions)."""
         return self._mixed("between")
 
     def _mixed(self, kind: str) -> NDArray[np.float64]:

@@ -213,7 +213,7 @@ class Recommendation:
 
 
 def pareto_front(times: ArrayLike, errors: ArrayLike) -> NDArray[np.int64]:
-    """Return the Pareto front: points that no other point beats in time or error without loss.
+    """Return the Pareto front: no other point is as good in both values and better in one.
 
     Raises `CCWSIMError` if there are not as many times as errors.
 
@@ -315,7 +315,7 @@ def _without_copies(sweep: Sweep, among: NDArray[np.int64]) -> Narrowed:
 
 
 def _left_behind(sweep: Sweep, kind: str, good: NDArray[np.int64], out: NDArray[np.int64]) -> str:
-    """Return a sentence on how much worse the left out settings are in one error."""
+    """Return a sentence that says how much larger one error of the excluded settings is."""
     errors = sweep.errors(kind)
     best, other = np.nanmin(errors[good]), errors[out]
     known = other[~np.isnan(other)]

@@ -94,7 +94,7 @@ class Sampled:
     def pairs(
         self, first: tuple[str, str], second: tuple[str, str]
     ) -> Iterator[tuple[int, Case, Case]]:
-        """Yield each level that has both cases, with the cases; a case is (method, origin)."""
+        """Yield each level that has both cases, and the cases, given as (method, origin)."""
         by_key = {case[:3]: case for case in self.cases}
         for level in LEVELS:
             keys = [(method, level, whose) for method, whose in (first, second)]
