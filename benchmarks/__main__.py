@@ -43,7 +43,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         other, before = load(options.against) if options.against else ("", [])
     except (OSError, ValueError, KeyError, TypeError) as error:
-        parser.error(f"{options.against} is not a file of measurements from --json: {error}")
+        parser.error(f"{options.against} has no measurements; give a file of --json ({error})")
     image = load_study()[0]
     name = f"{image.name} ({image.digest})"
     print(f"{name}; {machine()}", flush=True)

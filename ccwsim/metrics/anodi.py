@@ -230,7 +230,7 @@ def _weights(given: Sequence[float] | None, n: int) -> NDArray[np.float64]:
     fits = weights.shape == (n,) and n > 0 and np.isfinite(weights).all()
     if not fits or weights.min() < 0 or not weights.sum() > 0:
         raise CCWSIMError(
-            f"weights {shown(given)} must be one number from 0 on for each of {n} factors"
+            f"weights {shown(given)} must be {n} numbers that are not negative, one for each factor"
         )
     return weights / weights.sum()
 

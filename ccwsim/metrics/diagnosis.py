@@ -150,8 +150,8 @@ def advise_overlap(template: int, thinnest: int, level: int) -> Advice:
     largest = max(template // 2 // block_size, 1)
     n_blocks = min(max(round(template / 4 / block_size), -(-thinnest // block_size), 1), largest)
     reason = (
-        "A quarter of the template, and where it can be the "
-        f"{plural(thinnest, 'cell')} of the thinnest facies, lets geobodies continue."
+        "Geobodies continue if the overlap is a quarter of the template and, if possible, has the "
+        f"{plural(thinnest, 'cell')} of the thinnest facies."
     )
     return Advice("overlap_size", n_blocks * block_size, reason)
 
@@ -317,7 +317,8 @@ def _warnings(
         where = QUARTERS[int(shift.max(axis=(1, 2)).argmax())]
         warnings.append(
             f"The variogram of the {where} quarter differs from that of the whole image by more "
-            "than chance explains: sizes or directions change across it, and realizations mix them."
+            "than chance explains: sizes or directions of features change across the image, and "
+            "realizations mix them."
         )
     if quarters.vertical_trend.any():
         warnings.append(_trend(ti, named, quarters))
@@ -339,8 +340,8 @@ def _trend(ti: Stack, named: tuple[str, ...], found: Stationarity) -> str:
     share, difference = proportions(ti)[0, facies], found.vertical_differences[facies]
     return (
         f"The upper half of the layers has {share + difference:.0%} of {named[facies]}, the lower "
-        f"half {share - difference:.0%}: there is a vertical trend, and realizations keep it only "
-        "where templates have all layers, or with a location weight along z."
+        f"half {share - difference:.0%}: there is a vertical trend. Realizations keep it only if "
+        "templates have all layers, or with a location weight along z."
     )
 
 
@@ -352,7 +353,7 @@ def _drift(ti: Stack, named: tuple[str, ...], found: Stationarity) -> str:
     share, error = p[facies] + found.differences[part, facies], found.errors[part, facies]
     return (
         f"The {PARTS[part]} has {share:.0%} of {named[facies]}, the whole image "
-        f"{proportions(ti)[0, facies]:.0%}, where chance explains ±{2 * error:.1%}: it is not "
-        "stationary, and realizations mix the patterns of its parts, unless a location weight "
-        "keeps them in their places."
+        f"{proportions(ti)[0, facies]:.0%}, but chance explains ±{2 * error:.1%} at most: the "
+        "image is not stationary. Realizations mix the patterns of its parts, unless a location "
+        "weight is used."
     )

@@ -46,7 +46,7 @@ def as_array(values: ArrayLike, what: str) -> NDArray:
     except ValueError:
         raise CCWSIMError(f"{what}: a regular array is needed; the rows differ in length") from None
     except (TypeError, OverflowError, MemoryError):
-        raise CCWSIMError(f"{what}: {shown(values)} is no array of numbers") from None
+        raise CCWSIMError(f"{what}: {shown(values)} is not an array of numbers") from None
 
 
 def as_floats(values: ArrayLike, what: str) -> NDArray[np.float64]:
@@ -59,7 +59,7 @@ def as_floats(values: ArrayLike, what: str) -> NDArray[np.float64]:
     """
     array = as_array(values, what)
     if array.dtype.kind not in "buif":
-        raise CCWSIMError(f"{what}: {shown(values)} is no array of real numbers")
+        raise CCWSIMError(f"{what}: {shown(values)} is not an array of real numbers")
     return array.astype(np.float64)
 
 

@@ -189,7 +189,7 @@ class Grid:
         named = zip(given, names, strict=True)
         points = [np.atleast_1d(as_floats(p, f"{name} of points")) for p, name in named]
         if any(p.ndim != 1 or p.shape != points[0].shape for p in points):
-            raise CCWSIMError(f"as many {' as '.join(names)} of points are needed, each in one row")
+            raise CCWSIMError(f"{listing(names)} of points must be lists of the same length")
         if not all(np.isfinite(p).all() for p in points):
             raise CCWSIMError(f"{listing(names)} of every point must be known numbers")
         sides = zip(points, self.origin, self.cell_size, self.shape[::-1], strict=True)
@@ -198,7 +198,7 @@ class Grid:
             with np.errstate(over="ignore"):
                 places = (along - corner) / width
             if not (np.abs(places) < 2.0**62).all():
-                raise CCWSIMError("some points are absurdly far from the grid; correct them")
+                raise CCWSIMError("some points are too far from the grid; check their coordinates")
             places[places == n] = n - 1
             cells[:, -axis] = np.floor(places)
         return cells
