@@ -75,7 +75,7 @@ def curves_chart(
     x_title: str = "lag (cells)",
     height: int = 196,
 ) -> go.Figure:
-    """Return a chart of the curves of one ensemble or of several settings; the image's is red.
+    """Return a chart of the curves of an ensemble or several settings; the training image is red.
 
     For one ensemble, realizations and their band are grey, and the median is dark. For up to four
     settings by name, band and median have the setting's colour and dash. Use the same `y_range` for

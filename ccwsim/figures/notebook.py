@@ -130,7 +130,7 @@ def _middle(shape: Sequence[int]) -> tuple[tuple[int, ...], str]:
 
 
 def _middle_of_data(data: HardData) -> tuple[NDArray[np.bool_], str]:
-    """Return the mask of the data in the middle one of the layers with data, and a description."""
+    """Return the mask of the data in the middle layer with data, and a description of the layer."""
     if data.n_dimensions == 2:
         return np.ones(data.n, bool), ""
     layers = np.unique(data.cells[:, 0])

@@ -138,7 +138,7 @@ def label_sides(
     room: tuple[float, float],
     blocked: Iterable[Box] = (),
 ) -> list[str | None]:
-    """Return for each label the side of its point on which it is written, or None without room."""
+    """Return the side of the point for each label, or None if there is no room for the label."""
     centres = np.asarray(points, dtype=float).reshape(-1, 2)
     taken: list[Box] = [(x - 6, y - 6, x + 6, y + 6) for x, y in centres.tolist()]
     taken += blocked

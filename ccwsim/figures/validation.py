@@ -136,7 +136,7 @@ def divergence_chart(
 ) -> go.Figure:
     """Return a chart of ANODI's between and within: two joined dots for each resolution.
 
-    Resolutions are 1 / factor; divergences are in bits, NaN for an undefined one.
+    Resolutions are 1 / factor; divergences are in bits, and NaN if undefined.
 
     Examples
     --------

@@ -23,7 +23,7 @@ from ccwsim.model.training_image import TrainingImage
 HISTOGRAM_SHARE = 0.5
 """Share of the progress bar for counting patterns; comparing histograms takes the rest."""
 MIN_JACKKNIFE = 3
-"""Minimum number of realizations for a jackknife: without one of them, a pair remains."""
+"""Minimum number of realizations for a jackknife: a pair must remain when one is left out."""
 Part = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 

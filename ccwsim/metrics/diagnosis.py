@@ -30,7 +30,7 @@ MAX_ADVISED_LEVEL = 3
 COARSE_LEVEL = 3
 """Lowest level at which dense data break shapes; `docs/quality.md` has the measurements."""
 MIN_HALVED_LAYERS = 16
-"""Number of layers below which templates are as high as the volume."""
+"""Volumes with fewer layers are simulated with templates as high as the volume."""
 MIN_LAYERS = 8
 """Minimum height of a template in layers, unless the image has fewer."""
 TREND_WEIGHT = 0.5
