@@ -283,7 +283,7 @@ def test_all_formats_hold_the_same_realizations(tmp_path):
         (["channels", "--realizations", "0"], "at least 1"),
         (["channels", "--workers", "0"], "at least 1"),
         (["channels", "--seed", "-1"], "at least 0"),
-        (["channels", "--grid", "0x5"], "at least 1"),
+        (["channels", "--grid", "0x5"], "from 1 to"),
         (["channels", "--cell-size", "0", "1"], "positive"),
         (["channels", "--threshold", "3"], "./channels"),
         (["channels", "--hard-data", "no_such_file.csv"], "channels_60_wells"),
