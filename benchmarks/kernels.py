@@ -58,7 +58,7 @@ class Measured:
 
 @kernel
 def add(a, b, c, d, row):
-    """The simplest loop like that of the scores: four numbers are added to each."""
+    """Run the simplest loop of the same kind as the scores: add four numbers to each number."""
     for _ in range(REPEATS):
         for x in range(np.uint64(len(row))):
             row[x] += a[x] + b[x] + c[x] + d[x]
@@ -66,7 +66,7 @@ def add(a, b, c, d, row):
 
 @kernel
 def compare(a, b):
-    """The simplest loop like that of cut and refinement: how many bytes differ."""
+    """Run the simplest loop of the same kind as cut and refinement: count different bytes."""
     wrong = 0
     for _ in range(REPEATS):
         for x in range(len(a)):
@@ -82,7 +82,7 @@ def box_of(b):
 
 @kernel
 def all_terms(grid, boxes, block, running, terms, n_terms):
-    """Take the terms of each patch."""
+    """Compute the overlap terms of each patch."""
     for i in range(len(boxes)):
         n_groups = overlap_terms(grid, box_of(boxes[i]), block, running, terms)
         n_terms[i] = terms.ends[n_groups - 1]
@@ -90,14 +90,14 @@ def all_terms(grid, boxes, block, running, terms, n_terms):
 
 @kernel
 def all_energies(squares, boxes, block, energy):
-    """Sum up the energies of each patch."""
+    """Compute the overlap energies of each patch."""
     for i in range(len(boxes)):
         overlap_energies(squares, box_of(boxes[i]), block, energy)
 
 
 @kernel
 def all_scores(grid, boxes, block, running, terms, energy, scores):
-    """Take the terms of each patch, and score all places for it."""
+    """Compute the terms of each patch, and the scores of all locations for it."""
     for i in range(len(boxes)):
         n_groups = overlap_terms(grid, box_of(boxes[i]), block, running, terms)
         score_places(running, terms, n_groups, energy, scores[i])
@@ -105,7 +105,7 @@ def all_scores(grid, boxes, block, running, terms, energy, scores):
 
 @kernel
 def all_best(scores, rng, ranking, places):
-    """Find the best places of each patch."""
+    """Find the best locations of each patch."""
     for i in range(len(scores)):
         best_places(scores[i].reshape(-1), rng, ranking)
         places[i, :] = ranking.places
@@ -113,7 +113,7 @@ def all_best(scores, rng, ranking, places):
 
 @kernel
 def all_refined(image, square_bits, grid, data, missed, boxes, block, at, strips, at_stake):
-    """Refine the place of each patch; return something that depends on all."""
+    """Refine the location of each patch; the result depends on all, so that no call is dropped."""
     total = 0
     for i in range(len(boxes)):
         place, box = (at[i, 0], at[i, 1], at[i, 2]), box_of(boxes[i])

@@ -1,4 +1,4 @@
-"""The same algorithm in plain NumPy, SciPy and Python, to verify the compiled kernels.
+"""The simulation in plain NumPy, SciPy and Python, for verifying the compiled kernels.
 
 It simulates one unconditional realization in the way of the paper: the score map by FFT of block
 sums, the K best by partition, and the cut by dynamic programming, line by line. It shares no kernel

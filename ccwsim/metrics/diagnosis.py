@@ -35,7 +35,6 @@ MIN_LAYERS = 8
 """Minimum height of a template in layers, unless the image has fewer."""
 TREND_WEIGHT = 0.5
 """Location weight along z for volumes with a vertical trend; larger weights change little."""
-TREND_REASON = "The upper layers differ from the lower ones: patches come from about their height."
 PERIODIC = 0.5
 """Minimum strength of the spacing of a periodic image."""
 
@@ -271,9 +270,7 @@ def diagnose(training_image: TrainingImage | ArrayLike) -> Diagnosis:
         )
         if quarters.vertical_trend.any() and along_z[1] < image.shape[0]:
             weight = TREND_WEIGHT, 0.0, 0.0
-            why = (
-                "The upper layers differ from the lower ones: patches come from about their height."
-            )
+            why = "The upper layers differ from the lower ones: patches come from similar heights."
             advice = *advice, Advice("location_weight", weight, why)
     n_fit = templates_that_fit(image.shape, advice[1].value)
     boxes = wanted if vertical is None else (advice[1].value[0], wanted, wanted)

@@ -196,7 +196,7 @@ MEASURES = (
         _unseen, 0.01, ("", "too many"), 100,
     ),
 )  # fmt: skip
-"""All measures in the order in which they are shown."""
+"""All measures, in the order on screen."""
 
 
 @dataclass(frozen=True, eq=False)
