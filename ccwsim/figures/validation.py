@@ -180,7 +180,7 @@ def lag_map_chart(
     """Return a map of a statistic over all lags, with lag 0 in the middle and north at the top.
 
     `lags` are −m … m, for both rows and columns. Hover texts show `name`, such as "γ of sand".
-    Colours go from 0 to `largest`; colours of a difference diverge from zero. A line marks
+    Colours go from 0 to `largest`, or from −`largest` to `largest` for a difference. A line marks
     `azimuth`, in degrees from north.
 
     Examples

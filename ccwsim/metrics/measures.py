@@ -92,7 +92,7 @@ def _share(of: OfFacies) -> Values:
 
 
 def _boundary(of: OfFacies) -> Values:
-    """Return the share of adjacent pairs with one cell in the facies; NaN for a single cell."""
+    """Return the share of adjacent pairs with only one cell in the facies; NaN for one cell."""
     unequal, n_pairs = np.zeros(len(of.inside)), 0
     for axis in (1, 2, 3):
         here, next_to = (np.delete(of.inside, end, axis) for end in (-1, 0))
@@ -151,7 +151,7 @@ MEASURES = (
     ),
     Measure(
         "Boundary, %",
-        "Share of adjacent pairs with one cell in the facies; rough boundaries give large values.",
+        "Share of adjacent pairs of cells with only one in the facies; larger values are rougher.",
         _boundary, 0.003, ("too smooth", "too rough"), 100,
     ),
     Measure(
