@@ -20,7 +20,8 @@ If CCWSIM_DATA is a folder of published data, its images are measured too.
 ``--drawn N`` measures N other maps of each generator of bundled images instead, none of them used
 for any choice; "chosen" are the generators whose bundled image was used.
 
-``--data`` measures studies with hard data instead: a row each, ratios of default to published way:
+``--data`` measures studies with hard data instead. Ratios compare the default way with the
+published way. The columns:
 
 - ends, JS, variety: ratios of the columns above
 - Brier: ratio of the scores of every fifth datum, which is not used for conditioning

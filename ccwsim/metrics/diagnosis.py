@@ -25,7 +25,7 @@ from ccwsim.model.training_image import TrainingImage
 MIN_ACROSS = 6
 """Minimum number of templates along the smaller side; with fewer, realizations copy the image."""
 MIN_ACROSS_PERIOD = 4
-"""The minimum if features repeat: smaller templates would lose the period."""
+"""Minimum number of templates along the smaller side of a periodic image."""
 MAX_ADVISED_LEVEL = 3
 COARSE_LEVEL = 3
 """Lowest level at which dense data break shapes; `docs/quality.md` has the measurements."""
@@ -49,7 +49,7 @@ class Advice:
 
 
 def templates_that_fit(shape: tuple[int, ...], template_size: int | tuple[int, int, int]) -> int:
-    """Return how many templates fit into an image without overlap.
+    """Return the number of templates that fit into an image without overlap.
 
     `shape` is (layers,) rows and columns of the image; `template_size` the side of the template in
     cells, or its layers, rows and columns.

@@ -47,7 +47,7 @@ def gaussian_field(
     length : float
         Correlation length along the main axis, in cells.
     rng : RandomState
-        Where the noise comes from.
+        Source of the noise.
     ratio : float
         Correlation length across the main axis, as a share of `length`.
     azimuth : float
@@ -100,7 +100,7 @@ def wave(n: int, wavelength: float, damping: float, rng: RandomState) -> Floats:
     damping : float
         From near 0 (regular) to 1 (no memory of the last bend).
     rng : RandomState
-        Where the disturbances come from.
+        Source of the disturbances.
     """
     k = 2 * np.pi / wavelength
     a1 = 2 * np.exp(-damping * k) * np.cos(k * np.sqrt(1 - damping**2))
