@@ -202,7 +202,7 @@ def test_matlab_integers_logicals_and_other_variables():
     assert read(sample.mat(a=FACIES > 0)).tolist() == (FACIES > 0).tolist()
     mixed = sample.mat(compress=True, text="sand", cell={"a": 1}, z=FACIES * 1j, v=FACIES)
     assert read(mixed).tolist() == FACIES.tolist()
-    with pytest.raises(CCWSIMError, match="not an array of real numbers"):
+    with pytest.raises(CCWSIMError, match="no array of real numbers"):
         read(sample.mat(text="sand"))
 
 
