@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ccwsim.engine.corrections.proportions import Steering, closest_to_target, draw_towards
 from ccwsim.engine.corrections.refinement import data_at_stake, refine_place
-from ccwsim.engine.kernels import kernel, part_of_kernel
+from ccwsim.engine.kernels import inlined_part_of_kernel, kernel, part_of_kernel
 from ccwsim.engine.prepared_image import OrientedImage
 from ccwsim.engine.stages.bits import Strips, make_strips, take_strips
 from ccwsim.engine.stages.candidates import (
@@ -220,7 +220,7 @@ def simulate_patches(first, last, inputs, work, simulated, rng):
         cut_and_paste(number, box, place, image, data, placing.cut, simulated)
 
 
-@part_of_kernel
+@inlined_part_of_kernel  # called apart, it takes a tenth longer at level 1
 def unconditional_candidates(scores, slack, ranking, rng):
     """Fill `ranking.places` with the K best locations; return the number of candidates.
 
@@ -232,7 +232,7 @@ def unconditional_candidates(scores, slack, ranking, rng):
     return keep_within(flat, places, slack) if slack >= 0 else len(places)
 
 
-@part_of_kernel
+@inlined_part_of_kernel
 def conditional_candidates(box, has_data, is_split, slack, grid, inputs, work, rng):
     """Do as `unconditional_candidates`, with the costs of missed data and of location (Fig. 5).
 
