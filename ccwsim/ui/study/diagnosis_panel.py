@@ -67,7 +67,7 @@ def draw_advice(
     parameters: Parameters,
     use: Callable[[dict[str, Any]], None] | None = None,
 ) -> None:
-    """Draw only warnings and advice; the arguments are those of `draw_diagnosis`."""
+    """Draw only warnings and advice; the arguments are as in `draw_diagnosis`."""
     panel_title("What suits it", f"{diagnosis.n_templates} templates of that size fit")
     for warning in diagnosis.warnings:
         st.html(f'<p class="odd">{escape(warning)}</p>')
@@ -98,7 +98,7 @@ def advice_table(diagnosis: Diagnosis, parameters: Parameters) -> str:
 
 
 def describe_repetition(diagnosis: Diagnosis) -> str:
-    """Say how far features are from each other."""
+    """Say how far apart features are."""
     ways = (("E–W", diagnosis.spacing_ew), ("N–S", diagnosis.spacing_ns))
     said = [f"every {way.spacing} cells {name}" for name, way in ways if way.spacing is not None]
     if diagnosis.vertical_spacing is not None and diagnosis.vertical_spacing.spacing is not None:
