@@ -46,9 +46,9 @@ from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 STYLE = Path(__file__).with_name("how.css")
 DRAWING = "drawing"
-"""Value of `How.resimulated` while the whole page is drawn."""
+"""Value of `How.resimulated` during a drawing of the whole page."""
 PLAY_SECONDS = 0.8
-"""Seconds that a patch is shown while the page plays."""
+"""Seconds between patches while the page plays."""
 WIDTHS = [1.25, 0.72, 1.25, 1.0]
 WIDTHS_VOLUME = [1.2, 1.0]
 MAX_HEIGHT = 460
@@ -65,7 +65,7 @@ BANDS = {
 
 
 def draw_how(state: State) -> None:
-    """Draw the page; while it plays, it draws itself again and again."""
+    """Draw the page; while it plays, it redraws itself."""
     how = state.page(How)
     draw_style(STYLE, f":root {{ --drawn: {chart_theme().reference} }}")
     how.resimulated = DRAWING
@@ -85,7 +85,7 @@ def _draw(state: State, timed: bool) -> None:
 
 @st.fragment
 def _after(state: State) -> None:
-    """Draw the local re-simulation: the same for all patches, so stepping does not redraw it."""
+    """Draw the local re-simulation; it is the same for all patches, so steps do not redraw it."""
     how = state.page(How)
     how.resimulated = how.traced
     with error_boundary():
@@ -115,7 +115,7 @@ def _draw_top(state: State) -> None:
 
 
 def tick(how: How, n: int) -> None:
-    """While it plays, go on to the next patch when it is time; stop at the last one."""
+    """While the page plays, show the next patch when it is due; stop at the last patch."""
     if not how.playing or time.monotonic() - how.ticked < 0.7 * PLAY_SECONDS:
         return
     how.ticked = time.monotonic()
@@ -125,7 +125,7 @@ def tick(how: How, n: int) -> None:
 
 
 def _draw_player(how: How, trace: Trace) -> None:
-    """Draw the row that steps through the patches: buttons, a slider, play, arrow keys."""
+    """Draw the controls that step through the patches: buttons, a slider, play, arrow keys."""
     n = len(trace.patches)
 
     def step(by: int) -> None:
@@ -174,7 +174,7 @@ def _position(trace: Trace, patch: Patch) -> str:
 
 
 def _draw_setting(state: State) -> None:
-    """Draw the controls of this page's own setting, and a way to take it to the study."""
+    """Draw the controls of this page's setting, and a button that puts it into the study."""
     how, p = state.page(How), parameters_of(state)
     shape, is_ccsim = image_of(state.choices.image).shape, p.method == "ccsim"
 
@@ -252,7 +252,7 @@ def _draw_grid(how: How, view: PatchView) -> None:
 
 
 def _small(view: PatchView) -> dict[str, Any]:
-    """How a part of the patch is drawn; those of a volume share the cursor."""
+    """Draw a map or volume of the patch; all volumes of the page share the cursor."""
     return SLICES | {"link": "how_patch"} if view.is_volume else SMALL_MAP
 
 
@@ -327,7 +327,7 @@ def _draw_pasting(view: PatchView) -> None:
         "pasted": view.patch_map(step.after[view.part], "The grid with the patch pasted"),
     }
     if view.is_volume:
-        del shown["error surface"]  # the cut shows it too
+        del shown["error surface"]  # the cut shows the overlap too
     elif shown["pasted"].indices.shape == tuple(side.stop - side.start for side in part):
         shown["pasted"].points.extend(maps.data_in(view.trace, part))  # a patch within the grid
     with st.container(key="how_small_maps"):
@@ -397,7 +397,7 @@ def _bands(image: TrainingImage, facies: int, level: int) -> dict[str, NDArray[n
 
 
 def _largest_difference(how: How, view: PatchView) -> float:
-    """Return how far the inverse transform is from the slice of the image."""
+    """Return the largest difference between the inverse transform and the slice of the image."""
     patch = view.trace.reconstructed(view.step, how.facies)
     (ty, tx), n = view.step.drawn_place, len(patch)
     sliced = view.trace.oriented.pyramid.image[0, ty : ty + n, tx : tx + n] == how.facies
