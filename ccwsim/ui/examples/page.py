@@ -85,9 +85,9 @@ def _draw_class_link(choices: Choices) -> None:
     """Draw the menu that gives the link of the study for a class."""
     with st.popover("Link for a class", key="class_menu"):
         step_note(
-            "Whoever opens this link gets your present study with a seed of their own, drawn once "
-            "and shown. Put the pictures side by side: what all have in common is the image's and "
-            "the data's, what differs is uncertainty."
+            "Everybody who opens this link gets your present study with a different random seed, "
+            "which is shown. Compare the pictures: common features come from the image and the "
+            "data, differences show the uncertainty."
         )
         st.code(class_link(choices, st.context.url or ""), language=None, wrap_lines=True)
         missing = left_out(choices)
@@ -107,9 +107,9 @@ def class_link(choices: Choices, page: str) -> str:
 
 def _draw_plan(state: State) -> None:
     step_note(
-        "Each opens with one click; your own study is kept, and comes back with one. The pictures "
-        "are realizations made just now, on a grid of at most 300 × 300 cells, of volumes 80 × 80 "
-        "in all layers."
+        "A click opens an example; your own study is kept, and another click restores it. The "
+        "pictures are new realizations on a grid of at most 300 × 300 cells, or 80 × 80 cells in "
+        "all layers of a volume."
     )
     deadline = time.monotonic() + PATIENCE
     number, waiting = 0, []

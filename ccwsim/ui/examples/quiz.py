@@ -363,12 +363,12 @@ def describe_seams(shown: Round, k: int) -> list[str]:
         f"Picture {k + 1} is put together from pieces of the training image: "
         f"{100 * found.seams.mean():.0f} % of its cells are at a seam, and the largest square of "
         f"one piece has {found.largest_square} × {found.largest_square} cells.",
-        "Most seams cannot be seen. One shows where it makes a shape that the training image has "
-        f"nowhere (red): {100 * own:.1f} % of the windows of {SIDE} × {SIDE} cells here, {low} to "
+        "Most seams cannot be seen. A seam is visible if it makes a shape absent from the training "
+        f"image (red): {100 * own:.1f} % of the windows of {SIDE} × {SIDE} cells here, {low} to "
         f"{high} % in the realizations of this round. Look there for banks with a step, and for "
-        "geobodies that end or change their width at once.",
-        "The training image has no such windows, by definition. A higher level, more candidates "
-        "or refine off make more of them.",
+        "geobodies that end or change their width abruptly.",
+        "The training image has no such windows, by definition. Their number grows with a higher "
+        "level, more candidates or refine off.",
     ]
 
 
@@ -384,8 +384,8 @@ def seam_map(shown: Round, k: int, colours: Sequence[str]) -> CellMap:
     return CellMap(
         indices=marked,
         colours=[*colours, *(_greyed(colour) for colour in colours), theme.reference],
-        labels=[*names, *(f"{name}, at a seam" for name in names), "a shape that is new"],
-        alt=f"Seams of picture {k + 1}, and shapes that the training image does not have",
+        labels=[*names, *(f"{name}, at a seam" for name in names), "a new shape"],
+        alt=f"Seams of picture {k + 1}, and shapes absent from the training image",
         keys=[("a seam", _greyed(colours[0])), ("a new shape", theme.reference)],
     )
 
@@ -401,7 +401,7 @@ def piece_map(shown: Round, k: int, colours: Sequence[str]) -> CellMap:
         indices=np.where(used, image.indices, n + image.indices).astype(np.uint8),
         colours=[*colours, *(_greyed(colour, 0.25) for colour in colours)],
         labels=[*image.facies_names, *(f"{name}, not used" for name in image.facies_names)],
-        alt=f"The training image; what picture {k + 1} has of it is in full colour",
+        alt=f"The training image; its cells in picture {k + 1} are in full colour",
     )
 
 

@@ -131,7 +131,7 @@ def draw_sampling(state: State) -> None:
 
     with st.popover("Sample", key="sample_menu"):
         st.caption(
-            "Reads data off a reference field, which is kept hidden to score realizations against."
+            "Samples data from a hidden reference field, with which realizations are then compared."
         )
         choice = page_state.reference_choice
         origin = {"value": choice is not None, "write": read_from, **options_of(ORIGINS)}

@@ -52,8 +52,8 @@ REST, REST_VOLUME = 0.4, 0.6
 """Seconds after the last edit until a run with all edits begins."""
 TOOLS = "“draw” places and moves a datum; “straight” and “freehand” place a line of them."
 TOOLS_VOLUME = (
-    "Click the map: a vertical well through the layers chosen. Press and draw in a section: cells. "
-    "With the keyboard: arrow keys move the slices, Enter does what a click does, Ctrl+Z undoes it."
+    "A click on the map places a vertical well in the chosen layers; a drag in a section, cells. "
+    "Keyboard: arrow keys move the slices, Enter acts like a click, Ctrl+Z undoes an edit."
 )
 
 
@@ -150,7 +150,7 @@ def describe_answer(state: State, answered: Ensemble | None) -> str:
     if state.page(Editor).ground == "e_type" and answered is not state.ensemble:
         return "E-type of the data before your edits, until the run with all data is finished."
     if answered is None:
-        return f"{number} of the data before: data were taken away, so it is simulated anew."
+        return f"{number} of the earlier data; data were removed, so a new run is needed."
     if not answered.hard_data.n:
         return TOOLS if state.choices.grid.nz is None else ""
     text = f"{number}: {describe_data_status(answered.data_status[state.shown])}."

@@ -187,7 +187,7 @@ def _draw_setting(state: State) -> None:
 
     with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="how_setting"):
         numbers = {"value": how.number + 1, "min_value": 1, "max_value": MAX_REALIZATIONS}
-        look = {"help": "Each has its own random numbers; numbered as on Simulate.", "width": 124}
+        look = {"help": "Index of the realization, as on Simulate.", "width": 124}
         field(st.number_input, "Realization", key="how_number", write=follow, **numbers, **look)
         if len(shape) == 3:
             with st.popover("Sizes", key="how_sizes"):
@@ -201,7 +201,7 @@ def _draw_setting(state: State) -> None:
         numbers = {"min_value": 1, "max_value": MAX_CANDIDATES_OFFERED, "width": 136}
         parameter(st.number_input, "Candidates K", "n_candidates", "candidates", **numbers)
         if how.parameters is not None:
-            use = "Takes it to the study, and so to Simulate."
+            use = "Puts this setting into the study, for Simulate as well."
             button("Use this setting", key="how_use", on_click=use_own, args=(state,), help=use)
             button("Back to the study's", key="how_back", on_click=forget_own, args=(state,))
 
@@ -374,9 +374,8 @@ def _draw_bands(how: How, view: PatchView) -> None:
             linked: dict[str, Any] = {"scale": "how_bands", "link": "how_bands", "name": name}
             draw_cells(shown, f"how_{name}", max_height=300, **linked)
     say(
-        f"Each block of {unit} × {unit} cells gives one number a band. The approximation is what "
-        f"the search compares; the three details are what it leaves out, and what the inverse "
-        f"transform puts back.",
+        f"Each block of {unit} × {unit} cells gives one number per band. The search compares only "
+        f"the approximation; the inverse transform adds the three details again.",
         words.PAPER["image"],
     )
     largest = _largest_difference(how, view)

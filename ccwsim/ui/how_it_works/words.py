@@ -105,7 +105,7 @@ def describe_path(trace: Trace) -> str:
         f"The path starts in {way} "
         f"({'drawn at random for each realization' if is_random else 'the same for all'}). "
         f"Patches of T = {along(search.template)} cells are placed T − OR = {along((z, y, x))} "
-        f"cells apart, so each overlaps earlier ones by OR = {along(search.overlap)}: the part in "
+        f"cells apart, so each overlaps earlier ones by OR = {along(search.overlap)}, shown in "
         f"full colour. {'Left' if volume else 'Click the grid to jump to a patch; left'} and right "
         "arrow keys step."
     )
@@ -135,7 +135,7 @@ def describe_overlap(view: PatchView) -> str:
     n = int(np.isfinite(view.step.approximation[0]).sum())
     level = view.level if isinstance(view.level, int) else cells_along(view.level)
     return (
-        f"{cells} Its Haar approximation at level {level} keeps one number a block of "
+        f"{cells} Its Haar approximation at level {level} keeps one number per block of "
         f"{cells_along(view.block)} cells, {prod(view.block) ** 0.5:.3g} times their mean: "
         f"<b>{format_count(n, 'coefficient')}</b> instead of {format_count(n_cells, 'number')}."
     )
@@ -169,14 +169,14 @@ def describe_draw(view: PatchView) -> str:
     step, n = view.step, view.step.n_candidates
     how = "all equally likely"
     if step.steered:
-        how = "the likelier the nearer it brings the proportions to their target (not in the paper)"
-    chance = f"One of {n} candidates, {how}: that is where realizations differ."
+        how = "likelier if it brings the proportions nearer to their target (not in the paper)"
+    chance = f"One of {n} candidates, {how}: this choice makes realizations differ."
     if n == 1:
         chance = "It is the only candidate."
     elif step.n_drawn > 1:
         chance = (
             f"Of {n} candidates, {how}, {step.n_drawn} are drawn, and the best at full resolution "
-            "is taken (not in the paper): that is where realizations differ."
+            "is taken (not in the paper): this choice makes realizations differ."
         )
     return f"Drawn: CCW {view.locations[0].ccw:.4g}. {chance}"
 
@@ -195,7 +195,7 @@ def describe_cut(view: PatchView) -> str:
         return "Nothing to cut: the whole patch is pasted."
     n_cells, kept = int(step.in_overlap.sum()), format_count(int(step.keep_mask.sum()), "cell")
     how = (
-        "The cheapest boundary through that error surface is found by dynamic programming: before "
+        "The cheapest boundary through this error surface is found by dynamic programming: before "
         f"it {kept} stay as they were; the rest of the patch is pasted."
     )
     if view.is_volume:
@@ -213,7 +213,7 @@ def describe_inverse(step: TracedPatch, largest: float) -> str:
     shown = "0" if largest == 0 else f"{largest:.0e}"
     return (
         f"The drawn patch is {n} × {n} approximation coefficients and their details. The inverse "
-        f"DWT puts back all {size} × {size} cells; for Haar it equals the slice of the image "
+        f"DWT restores all {size} × {size} cells; for Haar it equals the slice of the image "
         f"(largest difference {shown}): the search compares only the approximation, and the patch "
         "still has every detail."
     )
@@ -230,7 +230,7 @@ def describe_fate(location: PlaceFate, step: TracedPatch, search_fraction: float
         "copy": "rejected: it merely continues the patch beside it",
         "data": f"rejected: {_misses(location)}",
         "location": "rejected: too far from its own position in the image",
-        "tie": "rejected: others of equal score were chosen at random",
+        "tie": "rejected: others with an equal score were chosen at random",
     }[location.fate]
 
 
@@ -307,13 +307,13 @@ def _choice_without_data(view: PatchView) -> str:
     assert step.slack is not None
     cells = round(step.slack / view.trace.search.cell_cost)
     text = (
-        f"Of them the draw is among those within {cells} wrong cells of the very best: "
+        f"The location is drawn from those within {cells} wrong cells of the very best: "
         f"<b>{step.n_candidates}</b>."
     )
     if n_copies:
         text += (
             " Left out, so that long stretches of the image are not copied: "
-            f"{format_count(n_copies, 'location')} where a patch beside this one goes on."
+            f"{format_count(n_copies, 'location')} that would continue a neighbouring patch."
         )
     return text
 
@@ -348,8 +348,8 @@ def _choice_with_data(view: PatchView) -> str:
     rejected = f" Rejected: {format_count(n_rejected, 'location')} that fit the overlap."
     return (
         f"Here each datum that a location would miss costs as much as {missed} wrong "
-        f"cells of overlap ({held} where the grid has it right already, {ahead} ahead). "
-        f"Of the K = {len(view.step.places)} best, the draw is among those within "
+        f"cells of overlap ({held} if the grid honours it already, {ahead} ahead). "
+        f"The location is drawn from those of the K = {len(view.step.places)} best within "
         f"{round(d.slack / search.cell_cost)} cells of the very best: "
         f"<b>{view.step.n_candidates}</b>.{rejected if n_rejected else ''}"
     )

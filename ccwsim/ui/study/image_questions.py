@@ -193,7 +193,7 @@ def _ask_gaps(upload: Upload, known: Mapping[str, Any], answer: Callable[..., No
     n = int(np.isnan(values).sum())
     step_note(
         f"{n:,} of {values.size:,} cells have no value, and a training image has no gaps: the "
-        "largest piece without any is taken."
+        "largest piece without gaps is used."
     )
     _crop(known["crop"], values.shape[-2:], lambda crop: answer("gaps", crop=crop))
 
@@ -217,10 +217,10 @@ def _ask_layers(
     chosen["write"] = lambda way: answer("slice", volume=way == VOLUME)
     field(st.segmented_control, f"The file has {n} layers. Take", key="ask_layers", **chosen)
     if volume:
-        step_note(f"All {n} layers are taken, as a volume; choose “{LAYER}” for a map.")
+        step_note(f"All {n} layers are used, as a volume; choose “{LAYER}” for a map.")
     else:
         layer = known["slice_index"] + 1
-        step_note(f"Layer {layer} of {n} is taken, as a map; choose “{VOLUME}” for all of them.")
+        step_note(f"Layer {layer} of {n} is used, as a map; choose “{VOLUME}” for all of them.")
         ask_slice(n, known["slice_index"], lambda k: answer("slice", slice_index=k), slider=True)
     if volume and summary.asks_up:
         ends = options_of({True: "the bottom", False: "the top"})

@@ -45,8 +45,8 @@ MIN_PART = 2
 COPIES_OF_PARTS = 3
 """Copies of the realizations in memory: the earlier parts, the next part, and both joined."""
 NEARLY_ALL = 0.7
-"""A part of at least this share of the remaining realizations takes all of them."""
-MORE = "More show the uncertainty better and take proportionally longer."
+"""Share of the remaining realizations from which a part includes all of them."""
+MORE = "More realizations show the uncertainty better and take proportionally longer."
 SAME_SEED = "The same seed gives the same realizations, on any machine."
 SimulateRange = Callable[[int, int, Progress, Cancel], Ensemble]
 """A function f(first, n, progress, cancel) that simulates realizations first … first + n − 1."""
@@ -139,7 +139,7 @@ def question_of(state: State) -> str:
         return ""
     return (
         f"This study takes about {format_duration(seconds)} on this machine, so it waits for you: "
-        "run it as it is, or ask for fewer realizations or a smaller grid first."
+        "run it as it is, or first choose fewer realizations or a smaller grid."
     )
 
 
