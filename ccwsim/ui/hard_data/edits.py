@@ -50,7 +50,7 @@ class History:
 
 @dataclass(frozen=True)
 class Sampling:
-    """How to sample a reference field: at random, along wells, or on a regular grid."""
+    """The way to sample a reference field: at random, along wells, or on a regular grid."""
 
     way: Way = "random"
     n: int = 100  # data, or wells

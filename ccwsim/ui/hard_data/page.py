@@ -110,7 +110,7 @@ def _draw(state: State) -> None:
     with middle:
         if ensemble is None:
             panel_title("Realizations and E-type")
-            step_note("They answer every edit here, once the study has been simulated.")
+            step_note("They respond to every edit here, once the study has been simulated.")
         elif ground == "e_type" and grid.nz is None:
             draw_realization(ensemble, colours, state.shown)
         else:

@@ -78,7 +78,7 @@ def _draw(state: State, timed: bool) -> None:
     how = state.page(How)
     with error_boundary():
         _draw_top(state)
-    # a fragment's clock is wound up, and what lies below it drawn anew, only from outside of it
+    # only code outside a fragment can start its timer and redraw the elements below it
     if how.playing != timed or how.resimulated not in (DRAWING, how.traced):
         st.rerun()
 

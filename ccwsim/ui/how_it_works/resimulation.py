@@ -214,7 +214,7 @@ def say_windows(windows: list[ResimulatedWindow]) -> None:
     """Say the outcome of the windows in which no patch fitted."""
     captions = [describe_window(window) for window in windows if not window.fits]
     if not any(w.fits for w in windows) and not all(w.isolated for w in windows):
-        captions.append("Then the window of a nearby datum corrected this one too.")
+        captions.append("Then the window of a nearby datum corrected this datum too.")
     if captions:
         st.html("".join(f'<p class="caption">{text}</p>' for text in captions))
 

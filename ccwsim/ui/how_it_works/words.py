@@ -41,8 +41,8 @@ PAPER = {
 LAYER_ROW_COLUMN = ("layer", "row", "column")
 ORDER_WORDS = (
     "layer after layer",
-    "its rows through all layers, one after the other",
-    "its columns through all layers, one after the other",
+    "row by row through all layers",
+    "column by column through all layers",
 )
 """The order of patches in a volume, by the slowest axis of `ORDERS`."""
 
@@ -58,7 +58,7 @@ def referred(text: str, source: str) -> str:
 
 
 def format_count(n: int, one: str, many: str = "") -> str:
-    """Return a number with its noun.
+    """Return a number with its noun in the right form.
 
     Examples
     --------
@@ -224,7 +224,7 @@ def describe_fate(location: PlaceFate, step: TracedPatch, search_fraction: float
     best = f"{100 * search_fraction:.3g}"
     return {
         "drawn": "drawn",
-        "candidate": "a candidate that was not taken",
+        "candidate": "a candidate that was not drawn",
         "fraction": f"rejected: its overlap is not among the best {best} %",
         "slack": "rejected: much worse than the best",
         "copy": "rejected: it merely continues the patch beside it",

@@ -44,7 +44,7 @@ FORMATS = (
 
 
 TABLES = {
-    "collars": ("Collars", "One row a well: name, x, y, z and, if known, its length."),
+    "collars": ("Collars", "One row per well: name, x, y, z and, if known, its length."),
     "intervals": ("Intervals", "Name of the well, from, to (or one depth), facies."),
     "surveys": ("Surveys, if wells deviate", "Name, depth, azimuth, and inclination or dip."),
 }

@@ -45,7 +45,7 @@ def draw_diagnosis(
         chart = repetition_chart(ew.lags, ew.correlation, ns.correlation, marks, chart_theme())
         alt = "Correlation of the training image with itself over the lag, E–W and N–S"
         titled_chart("Repetition", describe_repetition(diagnosis), chart, "repetition", alt)
-        step_note("E–W solid, N–S dashed; dotted, the template as it is set.")
+        step_note("E–W solid, N–S dashed; the dotted line is the present template.")
     with right:
         stationarity = diagnosis.stationarity
         alike = "no part differs by more than chance explains"
@@ -79,7 +79,7 @@ def draw_advice(
     advised = {advice.parameter: advice.value for advice in diagnosis.advice}
     differs = any(getattr(parameters, name) != value for name, value in advised.items())
     if use is not None and differs:
-        tip = "Takes them into the study; run it to see what they change."
+        tip = "Puts them into the study; run it to see their effect."
         button("Use these values", key="use_advice", on_click=use, args=(advised,), help=tip)
 
 

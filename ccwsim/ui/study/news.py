@@ -25,7 +25,7 @@ WAIT_SECONDS = 0.05
 
 
 def draw_news(state: State, *, parts: bool = True, wait: bool = True) -> None:
-    """Follow the run that is going, dim results that are out of date, and say what failed.
+    """Follow the present run, dim results that are out of date, and report failures.
 
     If `parts` is false, earlier results stay until the run is finished. If `wait` is false, the
     page does not wait for a run that has just begun.
@@ -69,10 +69,11 @@ def _outdated(text: str, question: str = "") -> Iterator[None]:
 
 
 def _wait_and_dim(state: State, parts: bool, patience: float) -> str:
-    """Wait a moment for results of a run, with older ones dimmed; return what `out_of_date` says.
+    """Wait a moment for results of a run, with older results dimmed; return the text of
+    `out_of_date`.
 
-    The mark that dims them is replaced in place, so that nothing on the page moves; `style.css` has
-    the look of each state.
+    The mark that dims results is replaced in place, so that nothing on the page moves; `style.css`
+    defines the style of each state.
     """
     place, job = st.empty(), state.job
     if job is not None:

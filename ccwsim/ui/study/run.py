@@ -251,7 +251,7 @@ def demand_of_run(state: State, copies: int = 1) -> Demand:
 
 
 def stop_run(state: State) -> None:
-    """Stop the run, if there is one; its further results are dropped."""
+    """Stop the run, if there is one, and drop its further results."""
     if state.job is not None:
         state.job.cancel()
         state.job = None
