@@ -1,8 +1,8 @@
 """Time and memory of a realization: ``python -m benchmarks``.
 
-512 × 512 cells, T 32, OR 8, K 20, channels, one thread, median of several realizations; beside the
-same algorithm in plain NumPy and Python, measured in the same run. Conditional rows have 400 hard
-data and are compared with the row without data of the same level.
+Channels on 512 × 512 cells with T 32, OR 8, K 20 on one thread; the median of several realizations.
+The same algorithm in plain NumPy and Python is measured in the same run. Conditional rows have 400
+hard data and are compared with the unconditional row of the same level.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from benchmarks.table import load, machine, save, table, warnings
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Measure, print the table and store it where asked."""
+    """Measure the cases, print the table, and store it if a file is given."""
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks",
         description=__doc__,
@@ -29,13 +29,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         " With CCWSIM_DATA set to a folder of published data, the paper's image and data are used.",
     )
     parser.add_argument("--json", type=Path, metavar="FILE", help="store the measurements")
-    parser.add_argument("--against", type=Path, metavar="FILE", help="compare with stored ones")
+    parser.add_argument("--against", type=Path, metavar="FILE", help="compare with a stored file")
     parser.add_argument(
         "--realizations",
         type=int,
         default=N_REALIZATIONS,
         metavar="N",
-        help="how many a row (default: %(default)s)",
+        help="number of realizations in each row (default: %(default)s)",
     )
     options = parser.parse_args(arguments)
     if options.realizations < 1:
@@ -43,7 +43,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         other, before = load(options.against) if options.against else ("", [])
     except (OSError, ValueError, KeyError, TypeError) as error:
-        parser.error(f"{options.against} holds no measurements: {error}")
+        parser.error(f"{options.against} has no measurements; give a file of --json ({error})")
     image = load_study()[0]
     name = f"{image.name} ({image.digest})"
     print(f"{name}; {machine()}", flush=True)
@@ -57,7 +57,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def measured(n_realizations: int) -> list[Row]:
-    """Return one row a case, each from a process of its own."""
+    """Return one row for each case, each measured in a separate process."""
     with ProcessPoolExecutor(1, get_context("spawn"), max_tasks_per_child=1) as fresh:
         fresh.submit(compile_kernels).result()
         rows = []

@@ -1,9 +1,9 @@
 """ANODI beside other codes: python -m benchmarks.anodi DATA
 
-Prints, as a Markdown table, the mean Jensen–Shannon divergence between realizations and of
-realizations from the training image at full, half and third resolution (4×4 patterns), and ANODI's
-ratio: between over between, divided by within over within, of our realizations against each other
-code's. Over 1 is better for ours. DATA holds training images and realizations of the other codes.
+Prints a Markdown table of the mean Jensen–Shannon divergence between realizations, and between
+realizations and training image, at full, half and third resolution (4 × 4 patterns). ANODI's ratio
+is (our between / other between) / (our within / other within) for each other code; above 1, ours is
+better. The folder DATA has training images and realizations of the other codes.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The cases of the table and how one of them is measured."""
+"""The cases of the table, and the measurement of one case."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ N_REFERENCE = 3
 
 @dataclass(frozen=True)
 class Case:
-    """One row: the level of the search, and whether there are hard data."""
+    """One row of the table: the level of the search, and whether there are hard data."""
 
     level: int
     conditional: bool = False
@@ -33,7 +33,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Row:
-    """What was measured for a case; times in ms of CPU, memory in MB."""
+    """Measurements of a case: CPU times in ms and memory in MB."""
 
     data: int
     level: int
@@ -71,10 +71,10 @@ def compile_kernels() -> None:
 def measure(
     case: Case, n_realizations: int = N_REALIZATIONS, n_reference: int = N_REFERENCE
 ) -> Row:
-    """Measure one case on one thread; meant for a process of its own, because of the memory.
+    """Measure one case on one thread; call it in a separate process to measure its memory.
 
-    The first realizations of each of the 8 orientations also turn the training image, which the
-    median leaves out.
+    The first realization of each of the 8 orientations also rotates the training image; the median
+    is hardly affected by these.
     """
     image, data = load_study()
     data = data if case.conditional else HardData()
@@ -92,7 +92,7 @@ def measure(
 
 
 def _warm_up(case: Case, image: TrainingImage) -> None:
-    """Run the same types through all kernels: all orientations, more data than a patch may hold."""
+    """Compile all kernels for these types: all orientations, and dense data, which split tiles."""
     rows, columns = np.divmod(np.arange(0, 64 * 64, 37), 64)
     data = HardData(np.stack([rows, columns], axis=1), image.array[rows, columns])
     simulate(image, (64, 64), case.parameters, data if case.conditional else None, 24)

@@ -1,30 +1,31 @@
 """Bias, lattice and dead ends of realizations: ``python -m benchmarks.fidelity``.
 
 Prints a row for each training image and each way of drawing patches, and means as ratios to the
-published way (`published_draw`, no seam repair). Images that had a part in the choice of settings
-("chosen") and those that had none ("confirmed") are apart. The columns:
+published way (`published_draw`, no seam repair). The means of images that were used to choose the
+default settings ("chosen") and of all other images ("confirmed") are separate. The columns:
 
-- bias: the largest difference of a mean proportion to that of the image, in percentage points
-- spread: standard deviation of the proportions, over that of pieces of the image
-- JS: distance of the patterns of 4 × 4 cells (3 × 3 × 3 in volumes) to those of the image
+- bias: largest difference of a mean proportion from that of the image, in percentage points
+- spread: standard deviation of the proportions / that of pieces of the image
+- JS: divergence of the patterns of 4 × 4 cells (3 × 3 × 3 in volumes) from the image
 - tau: mean error of the connectivity functions E-W and N-S
-- ends: dead ends of the facies but the most frequent, over those of the image (maps alone)
-- lattice: peak to peak of the mean of many realizations, folded at the distance of patches (maps)
-- unseen: share of patterns of 3 × 3 (× 3) cells that the image never has
-- copied: side of the largest square, or cube, copied verbatim, over the template
+- ends: dead ends of all but the most frequent facies / those of the image (only maps)
+- lattice: range of the mean of many realizations over positions in a patch (only maps)
+- unseen: share of patterns of 3 × 3 (× 3) cells that do not occur in the image
+- copied: side of the largest copied square, or cube / side of the template
 - variety: share of cells that differ between two realizations
-- CPU: time of a realization, measured in turns
+- CPU: time of a realization; the ways are measured in turns
 
-With CCWSIM_DATA set to a folder of published data, its images are measured too.
+If CCWSIM_DATA is a folder of published data, its images are measured too.
 
-``--drawn N`` measures as many other maps of each generator of bundled images instead, none of which
-had a part in any choice; "chosen" are those whose bundled one had.
+``--drawn N`` measures N other maps of each generator of bundled images instead, none of them used
+for any choice; "chosen" are the generators whose bundled image was used.
 
-``--data`` measures studies with hard data instead, a row each, by default over as published:
+``--data`` measures studies with hard data instead. Ratios compare the default way with the
+published way. The columns:
 
-- ends, JS, variety: as above, as ratios
-- Brier: score of every fifth datum, which is held back, as a ratio
-- wrong, forced: data not honoured by default, and share of those of which a cell alone was set, %
+- ends, JS, variety: ratios of the columns above
+- Brier: ratio of the scores of every fifth datum, which is not used for conditioning
+- wrong, forced: by default, % of data that are not honoured, and % whose single cell was set
 """
 
 from __future__ import annotations
@@ -51,7 +52,7 @@ CHOSEN = (
     *("channels", "stone_wall", "fractures", "levees", "bend", "ti_channel_256x256"),
     *("sinuous_channels", "stacked_lenses", "folded_layers", "ti_maules_creek_340x200x80"),
 )
-"""Images that had a part in the choice of settings; all others had none."""
+"""Images that were used to choose the default settings."""
 WAYS: dict[str, dict[str, bool]] = {
     "published": {"published_draw": True, "repair_seams": False},
     "no repair": {"repair_seams": False},
@@ -61,7 +62,7 @@ COLUMNS = (
     "bias", "spread", "JS", "tau", "ends", "lattice", "unseen", "copied", "variety", "CPU",
 )  # fmt: skip
 RATIOS = ("JS", "tau", "variety", "CPU")
-"""Columns whose means are of ratios to the published way."""
+"""Columns that are averaged as ratios to the published way."""
 GEOMETRIC = ("ends",)
 N, N_LATTICE, N_VOLUMES, N_DATA = 40, 300, 6, 24
 OF_DATA = ("ends", "JS", "Brier", "variety", "wrong", "forced")
@@ -71,7 +72,7 @@ VOLUME = Parameters((16, 32, 32), (4, 8, 8), (1, 2, 2))
 
 
 def drawn(n: int) -> Iterator[tuple[str, TrainingImage]]:
-    """Yield other images of the generators, with the names of these."""
+    """Yield new images of the generators, with the names of the generators."""
     for seed, name in product(range(101, 101 + n), datasets.names()):
         yield name, generate(name, seed=seed)
 
@@ -110,7 +111,7 @@ RING = ((1, 0), (1, -1), (0, -1), (-1, -1), (-1, 0), (-1, 1), (0, 1), (1, 1))
 
 
 def dead_ends(maps: NDArray[np.uint8], facies: int) -> float:
-    """Return the ends of the skeleton of a facies, by its length, away from the edge."""
+    """Return the number of ends of a facies' skeleton away from the edge, divided by its length."""
     ends = length = 0
     for each in maps:
         thin = skeleton(each == facies)
@@ -122,7 +123,10 @@ def dead_ends(maps: NDArray[np.uint8], facies: int) -> float:
 
 
 def lattice(image: TrainingImage, p: Parameters) -> float:
-    """Return how much the mean of realizations changes with the place in the lattice, over p."""
+    """Return the range of the mean over positions in a patch, divided by the proportion.
+
+    Both are of the rarest facies, and the mean is over many realizations.
+    """
     step, overlap = p.step, p.overlap_size
     n = max(min(image.shape) // step, 2) * step + overlap
     e = simulate(image, (n, n), p, n_realizations=N_LATTICE, seed=5)
@@ -134,7 +138,7 @@ def lattice(image: TrainingImage, p: Parameters) -> float:
 
 
 def spread_of_pieces(image: TrainingImage, shape: tuple[int, ...]) -> NDArray[np.float64]:
-    """Return the standard deviation of the proportions of pieces as large as a grid."""
+    """Return the standard deviation of the proportions in pieces as large as the grid."""
     rng, index = np.random.default_rng(0), np.asarray(image.indices)
     own = [min(n, -(-m // 2)) for n, m in zip(shape, index.shape, strict=True)]
     found = []
@@ -162,7 +166,7 @@ def _own(image: TrainingImage) -> NDArray:
 
 
 def judged(image: TrainingImage, p: Parameters, data: HardData | None = None) -> dict[str, float]:
-    """Return the columns of one row, but the time."""
+    """Return the columns of one row, without the time."""
     volume = len(image.shape) == 3
     shape = (48, 100, 100) if volume else image.shape
     n = N_VOLUMES if volume else N
@@ -256,7 +260,7 @@ def print_studies(only: str) -> None:
 
 
 def times(image: TrainingImage, ways: dict[str, Parameters]) -> dict[str, float]:
-    """Return the CPU seconds of a realization of each way, run in turns."""
+    """Return the CPU seconds of a realization for each way, measured in turns."""
     shape = (48, 100, 100) if len(image.shape) == 3 else (512, 512)
     found: dict[str, list[float]] = {name: [] for name in ways}
     for seed in range(5):
@@ -269,9 +273,9 @@ def times(image: TrainingImage, ways: dict[str, Parameters]) -> dict[str, float]
 def main() -> None:
     """Measure and print the tables."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.fidelity", description=__doc__)
-    parser.add_argument("--only", metavar="TEXT", default="", help="images whose name has this")
-    parser.add_argument("--template", type=int, default=32, help="of maps; default: 32")
-    parser.add_argument("--data", action="store_true", help="studies with hard data")
+    parser.add_argument("--only", metavar="TEXT", default="", help="only images with this in names")
+    parser.add_argument("--template", type=int, default=32, help="template of maps; default: 32")
+    parser.add_argument("--data", action="store_true", help="measure studies with hard data")
     parser.add_argument("--drawn", type=int, default=0, metavar="N", help="maps of each generator")
     options = parser.parse_args()
     if options.data:

@@ -1,12 +1,12 @@
 """Operations, time and limit of each kernel for one patch: python -m benchmarks.kernels
 
-Inner patches (L-shaped overlap) of a finished realization of channels on 512 × 512 cells, T 32,
-OR 8, K 20, without data; levels 1 to 3; the mean. The limit is the number of operations
-over what this machine does in a second of the simplest loop of the same kind: for the scores, one
-addition for each coefficient, of numbers of the smallest type that holds block sums and lie in the
-cache; comparison of two bytes for the rest. Each kernel goes over all patches in compiled code, as
-a call from Python costs as much as many of them; times are the CPU time of the best of many rounds,
-so that other work on the machine disturbs them little.
+Numbers are means over the inner patches (L-shaped overlap) of an unconditional realization of
+channels on 512 × 512 cells with T 32, OR 8, K 20, at levels 1 to 3. The limit is the number of
+operations divided by the speed of the simplest loop of the same kind on this machine: for scores,
+one addition for each coefficient, in the cache and in the smallest type of block sums; for other
+kernels, a comparison of two bytes. Each kernel loops over all patches in compiled code, as a call
+from Python takes as long as many patches. Times are the smallest CPU times of many rounds, so that
+other work on the machine has little influence.
 """
 
 from __future__ import annotations
@@ -37,16 +37,16 @@ from ccwsim.model.study import Study
 
 ROUNDS = 30
 REPEATS = 10_000
-"""Repeats of the simplest loops in one call."""
+"""Number of repetitions of the simplest loops in one call."""
 CELLS_A_BYTE = 8
-"""Cells of two facies that are compared with one byte."""
+"""Number of cells of two facies in one byte."""
 ROWS = COLUMNS = np.arange(24, 24 * 20, 24)
-"""First cells of the patches: all that have an overlap on two sides."""
+"""First rows and columns of the inner patches, which have an overlap on two sides."""
 
 
 @dataclass(frozen=True)
 class Measured:
-    """One row: operations and seconds of a call, and operations a second of the simplest loop."""
+    """One row: operations and seconds of a call, and operations per second of the simplest loop."""
 
     level: int
     name: str
@@ -58,7 +58,7 @@ class Measured:
 
 @kernel
 def add(a, b, c, d, row):
-    """The simplest loop like that of the scores: four numbers are added to each."""
+    """Run the simplest loop of the same kind as the scores: add four numbers to each number."""
     for _ in range(REPEATS):
         for x in range(np.uint64(len(row))):
             row[x] += a[x] + b[x] + c[x] + d[x]
@@ -66,7 +66,7 @@ def add(a, b, c, d, row):
 
 @kernel
 def compare(a, b):
-    """The simplest loop like that of cut and refinement: how many bytes differ."""
+    """Run the simplest loop of the same kind as cut and refinement: count different bytes."""
     wrong = 0
     for _ in range(REPEATS):
         for x in range(len(a)):
@@ -82,7 +82,7 @@ def box_of(b):
 
 @kernel
 def all_terms(grid, boxes, block, running, terms, n_terms):
-    """Take the terms of each patch."""
+    """Compute the overlap terms of each patch."""
     for i in range(len(boxes)):
         n_groups = overlap_terms(grid, box_of(boxes[i]), block, running, terms)
         n_terms[i] = terms.ends[n_groups - 1]
@@ -90,14 +90,14 @@ def all_terms(grid, boxes, block, running, terms, n_terms):
 
 @kernel
 def all_energies(squares, boxes, block, energy):
-    """Sum up the energies of each patch."""
+    """Compute the overlap energies of each patch."""
     for i in range(len(boxes)):
         overlap_energies(squares, box_of(boxes[i]), block, energy)
 
 
 @kernel
 def all_scores(grid, boxes, block, running, terms, energy, scores):
-    """Take the terms of each patch, and score all places for it."""
+    """Compute the terms of each patch, and the scores of all locations for it."""
     for i in range(len(boxes)):
         n_groups = overlap_terms(grid, box_of(boxes[i]), block, running, terms)
         score_places(running, terms, n_groups, energy, scores[i])
@@ -105,7 +105,7 @@ def all_scores(grid, boxes, block, running, terms, energy, scores):
 
 @kernel
 def all_best(scores, rng, ranking, places):
-    """Find the best places of each patch."""
+    """Find the best locations of each patch."""
     for i in range(len(scores)):
         best_places(scores[i].reshape(-1), rng, ranking)
         places[i, :] = ranking.places
@@ -113,7 +113,7 @@ def all_best(scores, rng, ranking, places):
 
 @kernel
 def all_refined(image, square_bits, grid, data, missed, boxes, block, at, strips, at_stake):
-    """Refine the place of each patch; return something that depends on all."""
+    """Refine the location of each patch; the result depends on all, so that no call is dropped."""
     total = 0
     for i in range(len(boxes)):
         place, box = (at[i, 0], at[i, 1], at[i, 2]), box_of(boxes[i])
@@ -152,7 +152,7 @@ def seconds_of(call: Callable[[], object]) -> float:
 
 
 def rates(kind: np.dtype) -> tuple[float, float]:
-    """Return additions of a type and comparisons that this machine does in a second."""
+    """Return the numbers of additions of a type and of comparisons per second on this machine."""
     row, *others = (np.ones(1024, kind) for _ in range(5))
     additions = len(others) * REPEATS * row.size / seconds_of(lambda: add(*others, row))
     b, c = np.ones(1024, np.uint8), np.ones(1024, np.uint8)
@@ -160,7 +160,7 @@ def rates(kind: np.dtype) -> tuple[float, float]:
 
 
 def measure(level: int) -> list[Measured]:
-    """Return a row for each kernel of an unconditional patch, the mean of all."""
+    """Return a row for each kernel: means over all unconditional patches."""
     ti, p = datasets.load("channels"), Parameters(wavelet_level=level, random_path=False)
     grid = np.array(simulate(ti, (512, 512), p).indices)
     lengths = lengths_of(p, (512, 512))[0]

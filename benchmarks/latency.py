@@ -1,11 +1,11 @@
-"""From a changed control to the new picture in a browser: ``python -m benchmarks.latency``.
+"""Time from a changed control to the new picture in a browser: ``python -m benchmarks.latency``.
 
-A headless browser changes the seed and the level on the page Simulate, Live on, of a server on this
-machine. Times in milliseconds, median and 95 % quantile: from the key or click to the first frame
-with the new realization, and until the page is complete and at rest; what of the first the server
-took (the request's way there and the picture's back included) and what the browser took after; and
-all bytes that the server sent. With --against DIR another checkout is measured in turns. Before
-that, the time from the start of a server to its first page.
+A headless browser changes seed and level on the page Simulate, with Live on, of a local server.
+Times are in ms, median and 95 % quantile: from the key or click to the first frame with the new
+realization ("picture"), and until the page is complete. The time to the picture is split into
+"server", including both ways through the network, and "browser"; "kB" is all that the server sent.
+With --against DIR, another checkout is measured in turns. First, the time from the start of a
+server to its first page is printed.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ CanvasRenderingContext2D.prototype.drawImage = function (picture, ...all) {
   }));
 };
 """
-"""A picture is new if it was not drawn before; it is seen when its frame is complete."""
+"""Script that records when new pictures are drawn; each is recorded when its frame is complete."""
 COMPLETE = """
 (facts) => [...document.querySelectorAll('.facts')].some((e) => e.innerText.includes(facts))
   && ['map_realization', 'map_e_type'].every((key) => trace.drawn.some(
@@ -85,7 +85,7 @@ class Case:
 
     @property
     def title(self) -> str:
-        """What the table calls it."""
+        """Name of the case in the table."""
         return f"{self.n} of {self.side} × {self.side}"
 
 
@@ -117,7 +117,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def starts(chromium: Any) -> str:
-    """Return how long a server takes to its first page with results, kernels compiled before."""
+    """Return the times from the start of a server to its first pages, with compiled kernels."""
     began = time.monotonic()
     with served(ROOT) as address:
         seconds = [time.monotonic() - began]
@@ -154,7 +154,7 @@ def opened(chromium: Any, address: str, case: Case) -> Any:
 def measured(
     pages: dict[str, Any], case: Case, control: str, n: int
 ) -> dict[str, list[list[float]]]:
-    """Return the rows of numbers of each checkout; the first three, which compile, are dropped."""
+    """Return the rows of numbers of each checkout; the first three, with compiling, are dropped."""
     rows: dict[str, list[list[float]]] = {name: [] for name in pages}
     changes = new_values(control)
     for k in range(n + 3):
@@ -167,7 +167,7 @@ def measured(
 
 
 def new_values(control: str) -> Iterator[str]:
-    """Return values that differ from one to the next."""
+    """Return values of a control, each different from the one before."""
     for k in count(1):
         yield str(k) if control == "seed" else LEVELS[k % 3]
 
@@ -193,7 +193,7 @@ def changed(page: Any, case: Case, control: str, value: str) -> list[float]:
 
 
 def report(case: Case, control: str, rows: dict[str, list[list[float]]]) -> None:
-    """Print a line a checkout."""
+    """Print a line for each checkout."""
     for name, own in rows.items():
         first, complete, server, drawing, sent = np.array(own).T
         shown = [

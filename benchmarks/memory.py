@@ -1,4 +1,4 @@
-"""The most memory this process ever used."""
+"""Peak memory of this process."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def peak_megabytes() -> float | None:
     True
     """
     status = Path("/proc/self/status")
-    if status.exists():  # ru_maxrss would also count the process that started this one
+    if status.exists():  # ru_maxrss would include the memory of the parent process
         lines = [line for line in status.read_text().splitlines() if line.startswith("VmHWM")]
         if lines:
             return int(lines[0].split()[1]) / 1024

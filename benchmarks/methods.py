@@ -1,9 +1,9 @@
-"""The methods side by side: python -m benchmarks.methods DATA
+"""Comparison of the methods: python -m benchmarks.methods DATA
 
-Prints, as a Markdown table, likeness to the channel training image, connectivity, variety, data
-that are wrong and CPU time of "ccwsim", "ms-ccsim" and "ccsim" in the same engine, by level,
-without data and with 397 to 2000, with `exact_data` on and off. The columns are those of
-`benchmarks.quality`; DATA is the same folder.
+Prints a Markdown table of similarity to the channel training image, connectivity, variety, wrong
+data and CPU time of "ccwsim", "ms-ccsim" and "ccsim" in the same engine, by level, without data and
+with 397 to 2000 data, with `exact_data` on and off. Columns and the folder DATA are explained in
+`benchmarks.quality`.
 """
 
 from __future__ import annotations

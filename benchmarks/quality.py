@@ -1,10 +1,10 @@
 """Quality of conditional realizations: python -m benchmarks.quality DATA
 
-Prints, as a Markdown table, the pattern distance to the training image at full, half and third
-resolution, the connectivity function τ E–W at lags 21, 41, 61 and 81 relative to the TI, the
-share of cells that differ between seeds, how the data were honoured, and the CPU time of a
-realization beside the unconditional one of the same run. "All phases" is the pattern distance if
-the coarse cells of image and realization may begin at any cell. DATA holds the published training
+Prints a Markdown table of the pattern distance to the training image at full, half and third
+resolution, the connectivity function τ E–W at lags 21, 41, 61 and 81 relative to the TI, the share
+of cells that differ between seeds, the status of the data, and the CPU time of a realization,
+compared with unconditional ones of the same run. "All phases" is the pattern distance with coarse
+cells that begin at any cell of image and realization. The folder DATA has the published training
 images, hard data and, optionally, realizations of other codes for the same studies.
 """
 
@@ -33,7 +33,7 @@ N_REALIZATIONS = 10
 
 @dataclass(frozen=True)
 class Case:
-    """One study of the table: files of the data folder and sizes in cells."""
+    """One study of the table: names of files in the data folder, and sizes in cells."""
 
     title: str
     image: str
@@ -141,7 +141,7 @@ def _others(file: Path, ti: TrainingImage, data: HardData, level: int) -> None:
 
 
 def columns_of(images: NDArray, ti: TrainingImage) -> str:
-    """Return the columns patterns, all phases, τ and differ of realizations in facies codes."""
+    """Return the columns "patterns", "all phases", "τ" and "differ" of realizations."""
     images = np.asarray(images[:N_REALIZATIONS])
     patterns = pattern_distance(images, ti).mean(axis=0)
     phases = [distance_of_all_phases(images, ti, factor) for factor in (2, 3)]
@@ -156,9 +156,9 @@ def columns_of(images: NDArray, ti: TrainingImage) -> str:
 def distance_of_all_phases(images: NDArray, ti: TrainingImage, factor: int) -> float:
     """Return the mean pattern distance to the image at 1 / factor of the resolution, in any phase.
 
-    Coarse cells that begin elsewhere give other patterns of the same image: the stone wall without
-    its first and last row is farther from the whole at half resolution than realizations are.
-    Patches copied from even cells to even cells keep the phase of the image, shifted ones do not.
+    If coarse cells begin at another cell (phase), the same image has other patterns: at half
+    resolution, the stone wall without its first and last row differs more from the whole than
+    realizations do. Patches copied from even to even cells keep the phase; shifted patches do not.
     """
     target = histogram_of_all_phases(np.asarray(ti.array), ti, factor)
     found = [js_divergence(histogram_of_all_phases(own, ti, factor), target) for own in images]
@@ -166,8 +166,8 @@ def distance_of_all_phases(images: NDArray, ti: TrainingImage, factor: int) -> f
 
 
 def histogram_of_all_phases(image: NDArray, ti: TrainingImage, factor: int) -> PatternHistogram:
-    """Return the mean of the histograms at 1 / factor of the resolution, from each first cell."""
-    # whole coarse cells: others would be stretched
+    """Return the mean histogram at 1 / factor of the resolution over all first coarse cells."""
+    # only whole coarse cells, as incomplete cells would be stretched
     ny, nx = (n // factor * factor for n in np.subtract(image.shape, factor - 1))
     starts = product(range(factor), repeat=2)
     parts = [image[y : y + ny, x : x + nx] for y, x in starts]

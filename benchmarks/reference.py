@@ -1,8 +1,8 @@
-"""The same algorithm in plain NumPy, SciPy and Python, to verify the compiled kernels.
+"""The simulation in plain NumPy, SciPy and Python, for verifying the compiled kernels.
 
-One unconditional realization, written as a reader of the paper would write it: the score map by FFT
-on block sums, the K best by partition, the cut by dynamic programming a line at a time. It shares
-no kernel with `ccwsim`.
+It simulates one unconditional realization in the way of the paper: the score map by FFT of block
+sums, the K best by partition, and the cut by dynamic programming, line by line. It shares no kernel
+with `ccwsim`.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from ccwsim.engine.stages.path import N_ORIENTATIONS, from_path, n_tiles, to_pat
 
 
 def block_sums(image: NDArray, level: int, n_facies: int) -> NDArray[np.float64]:
-    """Return how many cells of each block of 2^level cells have each facies.
+    """Return the number of cells of each facies in each block of 2^level × 2^level cells.
 
-    Two facies need one plane, that of facies 1.
+    For two facies, only the plane of facies 1 is returned.
 
     Parameters
     ----------
@@ -44,14 +44,14 @@ def block_sums(image: NDArray, level: int, n_facies: int) -> NDArray[np.float64]
 
 
 def score_map(sums: NDArray, overlap: NDArray, mask: NDArray) -> NDArray[np.int64]:
-    """Return ΣA² − 2·ΣA·B over the overlap at every place of the training image, by FFT.
+    """Return ΣA² − 2·ΣA·B over the overlap for every location of the training image, by FFT.
 
     Parameters
     ----------
     sums : ndarray, shape (n_planes, my, mx)
         Block sums A of the training image.
     overlap : ndarray, shape (n_planes, t, t)
-        Block sums B of a tile, looked at only where `mask`.
+        Block sums B of a tile; only those in `mask` are used.
     mask : ndarray of bool, shape (t, t)
         Cells of the overlap.
 
@@ -85,12 +85,12 @@ def overlap_mask(template: int, overlap: int, left: bool, top: bool) -> NDArray[
 
 
 def boundary(error: NDArray) -> NDArray[np.int64]:
-    """Return the cheapest boundary through an overlap: how many cells each line keeps.
+    """Return the cheapest boundary through an overlap: the number of old cells kept in each line.
 
     Parameters
     ----------
     error : ndarray, shape (n, m)
-        1 where old and new cells differ; n lines along the boundary, m cells across.
+        1 for different old and new cells, otherwise 0; n lines along the boundary, m cells across.
 
     Examples
     --------
@@ -116,7 +116,7 @@ def boundary(error: NDArray) -> NDArray[np.int64]:
 def kept_cells(
     old: NDArray, new: NDArray, overlap: int, left: bool, top: bool
 ) -> NDArray[np.bool_]:
-    """Return which cells of a tile stay as they are, shape (template, template)."""
+    """Return the mask of the old cells of a tile that are kept, shape (template, template)."""
     kept = np.zeros(old.shape, bool)
     differs = old != new
     if left:
@@ -131,7 +131,7 @@ def kept_cells(
 def refined(
     image: NDArray, old: NDArray, mask: NDArray, place: tuple[int, int], unit: int
 ) -> tuple[int, int]:
-    """Return the place near `place` that fits best at full resolution, by halving strides."""
+    """Return the best location near `place` at full resolution, searched with halved strides."""
     template = len(old)
 
     def misfit(y: int, x: int) -> float:

@@ -1,8 +1,8 @@
-"""Time and memory against size: python -m benchmarks.sizes [--small]
+"""Time and memory by size: python -m benchmarks.sizes [--small]
 
-One realization a row, in a process of its own: grids up to 100 million cells, large training
-images, many facies and data, one thread and two. Peak memory is that of the whole process, Python
-and compiled kernels included (the first row says what these take).
+Each row is one study in a separate process: grids up to 100 million cells, large training images,
+many facies and data, one or two threads. Peak memory includes Python and compiled kernels; the
+first row has the memory of nearly only these.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ WARM_UP = (128, 128)
 
 @dataclass(frozen=True)
 class Case:
-    """A study by its sizes."""
+    """A study of the table, described by its sizes."""
 
     title: str
     grid: int
@@ -59,7 +59,7 @@ CASES = (
 
 
 def image_of(case: Case) -> TrainingImage:
-    """Return the training image, laid side by side until it is large enough."""
+    """Return the training image, repeated side by side until it is large enough."""
     indices = datasets.load(case.image).indices
     n = -(-case.side // min(indices.shape))
     return TrainingImage(np.tile(indices, (n, n))[: case.side, : case.side])
@@ -76,11 +76,11 @@ def data_of(case: Case, ti: TrainingImage, p: Parameters) -> HardData | None:
 
 
 def measure(case: Case) -> tuple[float, float, float]:
-    """Return CPU seconds a realization, wall seconds of all, and peak memory in MB."""
+    """Return CPU seconds of a realization, wall seconds of all, and peak memory in MB."""
     p = Parameters(case.template, case.overlap, case.level)
     ti = image_of(case)
     data = data_of(case, ti, p)
-    # Turning the image to all orientations is not the time of a realization.
+    # Rotating the image to all orientations is not part of the time of a realization.
     simulate(ti, WARM_UP, p, HardData([[3, 3]], [ti.codes[0]]) if data else None, 1)
     start = time.perf_counter()
     e = simulate(ti, (case.grid, case.grid), p, data, case.n_realizations, n_workers=case.n_workers)

@@ -1,10 +1,10 @@
-"""Many users at once for a while: ``python -m benchmarks.soak --sessions 30 --minutes 10``.
+"""Many simultaneous users: ``python -m benchmarks.soak --sessions 30 --minutes 10``.
 
-Sessions do mixed work on a server on this machine: runs of other seeds, levels and sizes, Live,
-Validate, Compare, How it works, uploads, closed tabs and new ones. One of them opens unkind links
-and leaves large files. Every picture is held against what the core alone gives. Printed as a table:
-errors, the time to an answer (median and 95 %), how long the server answers nobody, and its memory
-after warming up, at its peak, and when all are gone and forgotten.
+Sessions do mixed work on a local server: runs of other seeds, levels and sizes, Live, Validate,
+Compare, How it works, uploads, and opening and closing tabs. One session opens links with extreme
+values and leaves large files. Every picture is compared with the result of the core. The report has
+errors, response times (median and 95 %), the longest time without an answer, and the server's
+memory after warming up, at its peak, and after all sessions were dropped.
 """
 
 from __future__ import annotations
@@ -29,20 +29,20 @@ from tests.browser.served import ROOT, Server, started
 from tests.ui.sessions import Session
 
 TIME_TO_LIVE = 20
-"""Seconds that the server keeps the session of a closed tab; 120 where nothing is said."""
+"""Seconds that the server keeps the session of a closed tab; its default is 120."""
 WARMING = 60.0
-"""Seconds of work before the memory is read, in which modules are loaded on demand."""
+"""Seconds of work before memory is first measured; modules are loaded on demand in this time."""
 EVERY = 0.5
-"""Seconds between two readings of the memory of the server."""
+"""Seconds between two measurements of the server's memory."""
 PULSE = 0.1
-"""Seconds between an answer to "are you well" and the next question."""
+"""Seconds between an answer to a health check and the next check."""
 BACK_WITHIN = 0.1
-"""By how much more memory than at the start the server may keep."""
+"""Allowed relative growth of the server's memory from start to end."""
 
 
 @dataclass
 class Tally:
-    """What all visitors saw.
+    """Observations of all visitors.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class Tally:
         Response times by kind of request.
     errors : Counter of str
     wrong : int
-        Pictures that were not those of the core.
+        Number of pictures that differ from the core's.
     """
 
     seconds: dict[str, list[float]] = field(default_factory=dict)
@@ -61,23 +61,23 @@ class Tally:
     lock: threading.Lock = field(default_factory=threading.Lock)
 
     def took(self, what: str, seconds: float) -> None:
-        """Note the time to an answer."""
+        """Add a response time."""
         with self.lock:
             self.seconds.setdefault(what, []).append(seconds)
 
     def looked(self, right: bool) -> None:
-        """Note whether a picture was that of the core."""
+        """Count a picture, and whether it equals the core's."""
         with self.lock:
             self.checked += 1
             self.wrong += not right
 
     def failed(self, why: str) -> None:
-        """Note an error."""
+        """Count an error."""
         with self.lock:
             self.errors[why] += 1
 
     def opened(self) -> None:
-        """Note a tab."""
+        """Count a tab."""
         with self.lock:
             self.tabs += 1
 
@@ -116,7 +116,7 @@ class Pulse(Watcher):
         self.seconds: list[float] = []
 
     def look(self) -> None:
-        """Ask once."""
+        """Send one health check and measure its response time."""
         start = time.monotonic()
         with urllib.request.urlopen(self._url, timeout=60):
             self.seconds.append(time.monotonic() - start)
@@ -130,17 +130,17 @@ class Memory(Watcher):
         self._pid, self.peak = pid, 0.0
 
     def now(self) -> float:
-        """Return the memory now, 0 if the process has ended."""
+        """Return the current memory in MB, 0 if the process has ended."""
         return (used_memory(process=self._pid) or 0) / 2**20
 
     def look(self) -> None:
-        """Note the highest."""
+        """Update the peak."""
         self.peak = max(self.peak, self.now())
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a soak came to."""
+    """Results of a soak test."""
 
     tally: Tally
     sessions: int
@@ -150,7 +150,7 @@ class Outcome:
     end: float
     tracebacks: int
     troubles: int
-    pulse: list[float]  # seconds of the server's answers to "are you well"
+    pulse: list[float]  # response times of health checks in seconds
 
     @property
     def back(self) -> bool:
@@ -159,7 +159,7 @@ class Outcome:
 
     @property
     def good(self) -> bool:
-        """Whether nothing went wrong."""
+        """Whether there was no error, no wrong picture and no lost memory."""
         seen = sum(self.tally.errors.values()) + self.tally.wrong
         return not seen + self.tracebacks + self.troubles and self.back and self.tally.checked > 0
 
@@ -172,7 +172,7 @@ def soak(
     ttl: int = TIME_TO_LIVE,
     warming: float = WARMING,
 ) -> Outcome:
-    """Let visitors work for some minutes and return the outcome.
+    """Let visitors work for some minutes and return the results.
 
     Parameters
     ----------
@@ -181,16 +181,16 @@ def soak(
     seed : int
         Seed of the visitors' actions.
     log : Path, optional
-        Output of the server.
+        File for the output of the server.
     ttl : int
         Seconds that the server keeps the session of a closed tab.
     warming : float
-        Seconds of work before the memory is read.
+        Seconds of work before memory is first measured.
     """
     tally = Tally()
     with tempfile.TemporaryDirectory() as folder:
         log = log or Path(folder) / "log"
-        log.write_bytes(b"")  # the log of an earlier soak is not counted
+        log.write_bytes(b"")  # so that the log of an earlier soak is not counted
         options = (f"--server.disconnectedSessionTTL={ttl}",)
         with started(ROOT, *options, log=log) as server, Memory(server.process.pid) as memory:
             _warm_up(server, sessions, seed, warming)
@@ -216,7 +216,7 @@ def soak(
 
 
 def _warm_up(server: Server, sessions: int, seed: int, seconds: float) -> None:
-    """Compile, and fill the caches that all sessions share."""
+    """Compile kernels and fill the caches that all sessions share."""
     tally = Tally()
     _visit(server, min(sessions, 4), seconds, seed + 10_000, tally, whole=True)
 
@@ -259,7 +259,7 @@ def rows(outcome: Outcome) -> list[tuple[str, ...]]:
 
 
 def report(outcome: Outcome) -> str:
-    """Return all of it as Markdown."""
+    """Return the results as Markdown."""
     tally = outcome.tally
     lines = [
         "| request | times | median (s) | 95 % (s) | longest (s) |",
@@ -267,9 +267,9 @@ def report(outcome: Outcome) -> str:
         *(f"| {' | '.join(row)} |" for row in rows(outcome)),
         "",
         f"{outcome.sessions} sessions for {outcome.minutes:g} minutes, {tally.tabs} tabs. "
-        f"{tally.checked} pictures held against the core, {tally.wrong} wrong. "
+        f"{tally.checked} pictures compared with the core, {tally.wrong} wrong. "
         f"{sum(tally.errors.values())} errors seen by users, {outcome.tracebacks} tracebacks and "
-        f"{outcome.troubles} troubles in the server's log. Memory of the server: "
+        f"{outcome.troubles} internal errors in the server's log. Memory of the server: "
         f"{outcome.start:.0f} MB at the start, {outcome.peak:.0f} MB at most, {outcome.end:.0f} MB "
         f"at the end ({100 * (outcome.end / outcome.start - 1):+.0f} %). {alive(outcome.pulse)}",
     ]
@@ -280,11 +280,11 @@ def report(outcome: Outcome) -> str:
 def alive(seconds: Sequence[float]) -> str:
     """Describe the response times of the health check."""
     most, longest = np.percentile(seconds, 99), max(seconds)
-    return f"It said that it is well within {most:.2f} s in 99 %, at the longest {longest:.2f} s."
+    return f"99 % of health checks took less than {most:.2f} s, the longest {longest:.2f} s."
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a soak and print the outcome; return 1 for any error."""
+    """Run a soak test and print the results; return 1 for any error."""
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks.soak",
         description=__doc__,

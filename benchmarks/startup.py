@@ -1,11 +1,11 @@
 """The first run on a fresh machine: ``python -m benchmarks.startup``.
 
-The default study, first from a copy of the package without compiled kernels, then from a copy of
-that copy, and from that one with other dates. CPU seconds of all processes, of the one that takes
-longest after the one that waits for it (the longest path), and wall seconds, which mean little on a
-busy machine; and how many functions are compiled in the process that simulates and kept by others.
-With --against DIR another checkout is measured in turns. Needs Linux, whose /proc has the CPU time
-of each process.
+Runs the default study with a copy of the package without compiled kernels, then with a copy of that
+copy, and with that copy after changing the dates of its files. The columns are CPU seconds of all
+processes; of the longest path, which is the simulating process plus the busiest process that it
+waits for; wall seconds, which mean little on a busy machine; functions compiled in the simulating
+process; and functions newly stored on disk. With --against DIR, another checkout is measured in
+turns. The benchmark needs Linux, whose /proc has the CPU time of each process.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from tempfile import TemporaryDirectory
 
 ROOT = Path(__file__).parents[1]
 LOOK_SECONDS = 0.2
-"""Between two looks at how much CPU time processes have taken."""
+"""Seconds between two measurements of the CPU time of processes."""
 FIRST_RUN = """
 from numba.core import event
 from ccwsim import Parameters, simulate
@@ -37,7 +37,7 @@ print(len(compiled.buffer) // 2, e.digest)
 
 @dataclass(frozen=True)
 class Measured:
-    """What a first run took."""
+    """Measurements of a first run."""
 
     cpu: float
     longest_path: float
@@ -72,12 +72,12 @@ def first_run(folder: Path) -> Measured:
 
 
 def _cpu_seconds(number: int) -> dict[int, float]:
-    """Return the CPU seconds of a process and of those that it has started, by their numbers."""
+    """Return the CPU seconds of a process and its child processes, by process number."""
     seconds = {}
     for file in Path("/proc").glob("[0-9]*/stat"):
         try:
             fields = file.read_text().rpartition(")")[2].split()
-        except OSError:  # it has ended
+        except OSError:  # the process has ended
             continue
         if int(file.parent.name) == number or int(fields[1]) == number:
             ticks = int(fields[11]) + int(fields[12])
@@ -91,7 +91,7 @@ def _kept(folder: Path) -> set[tuple[str, int]]:
 
 
 def measure(checkout: Path) -> dict[str, Measured]:
-    """Return a row for a fresh copy, a copy of that, and one with other dates."""
+    """Return rows for a fresh copy, for a copy of it, and for that copy with changed dates."""
     with TemporaryDirectory() as temporary:
         fresh, copy = Path(temporary, "fresh"), Path(temporary, "copy")
         ignored = shutil.ignore_patterns("__pycache__")

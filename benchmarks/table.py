@@ -20,7 +20,7 @@ HEADER = ("data", "level", "CPU ms", "reference ms", "× faster", "× no data", 
 
 
 def table(rows: Sequence[Row], before: Sequence[Row] = ()) -> str:
-    """Return the rows as a Markdown table, with the speed-up over earlier ones where given.
+    """Return the rows as a Markdown table, with the speed-up over earlier rows if these are given.
 
     Examples
     --------
@@ -54,7 +54,7 @@ def table(rows: Sequence[Row], before: Sequence[Row] = ()) -> str:
 
 
 def machine() -> str:
-    """Return the machine of the table in one line."""
+    """Describe this machine and its software in one line."""
     return (
         f"Python {platform.python_version()}, NumPy {np.__version__}, numba {numba.__version__}, "
         f"{platform.machine()}, {os.cpu_count()} cores, one thread used"
@@ -68,13 +68,13 @@ def save(path: Path, image: str, rows: Sequence[Row]) -> None:
 
 
 def load(path: Path) -> tuple[str, list[Row]]:
-    """Return the training image and the rows of a file that `save` wrote."""
+    """Return the name of the training image and the rows from a file that `save` wrote."""
     content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     return content["training_image"], [Row(**row) for row in content["rows"]]
 
 
 def warnings(image: str, rows: Sequence[Row], other: str, before: Sequence[Row]) -> list[str]:
-    """Describe differences that make two runs hard to compare.
+    """Describe differences that make it hard to compare two runs.
 
     Examples
     --------

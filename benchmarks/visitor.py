@@ -1,4 +1,4 @@
-"""A user of the dashboard who acts at random and checks the pictures."""
+"""Simulated users of the dashboard, who act at random and check the pictures."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ HOSTILE = (
 )
 """Links with extreme values: bounds, long runs, large grids, and a malformed one."""
 SENT_BYTES = 60 * 10**6
-"""Size of an unrequested file that each of these visits leaves on the server."""
+"""Size in bytes of the unrequested file that each such visit leaves on the server."""
 THINKING = 0.5
-"""Mean seconds between an answer and the next request."""
+"""Mean number of seconds between an answer and the next request."""
 
 
 class Visitor:
-    """One user, tab after tab.
+    """One user, who opens one tab after another.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ class Visitor:
         self._own: TrainingImage | None = None
 
     def stay(self) -> None:
-        """Open one tab after another until it is time to go."""
+        """Open one tab after another until the end of the visit."""
         while self._whole or time.monotonic() < self._end:
             try:
                 with Session(self._address, "simulate", self._query()) as tab:
@@ -80,7 +80,7 @@ class Visitor:
             self._whole = False
 
     def _work(self, tab: Session) -> None:
-        """Do some things in one tab, then close it."""
+        """Do some actions in one tab, then close it."""
         self._own = None
         self._timed("open", tab, tab.open)
         self._look(tab)
@@ -154,7 +154,7 @@ class Visitor:
     def _data(self, tab: Session) -> None:
         self._timed("Hard data", tab, lambda: tab.open("data"))
 
-    # how it is done
+    # helpers of actions
 
     def _query(self) -> str:
         name = self._generator.choice(IMAGES)
@@ -181,7 +181,7 @@ class Visitor:
         self._tally.took(what, time.monotonic() - start)
 
     def _look(self, tab: Session) -> None:
-        """Hold the large picture against the core's own."""
+        """Compare the large picture with the core's."""
         try:
             shown = tab.part("map_realization")["png"]
         except Stuck:
@@ -194,10 +194,10 @@ class Visitor:
 
 
 class HostileVisitor(Visitor):
-    """One who opens unkind links, one after another, and leaves files that nobody asked for."""
+    """A user who opens links with extreme values and leaves unrequested files on the server."""
 
     def stay(self) -> None:
-        """Open one link after another until it is time to go."""
+        """Open one link after another until the end of the visit."""
         turn = 0
         while time.monotonic() < self._end:
             query = HOSTILE[turn % len(HOSTILE)]
@@ -216,12 +216,12 @@ class HostileVisitor(Visitor):
 
 
 def choices_of(query: str) -> Choices:
-    """Return the study of an address."""
+    """Return the study in the query of an address."""
     return read_link(parse_qs(query))[0]
 
 
 def expected(choices: Choices, image: TrainingImage | None = None) -> str:
-    """Return the first realization of a study, simulated by the core, as the dashboard draws it."""
+    """Return the first realization of a study from the core, in the dashboard's picture format."""
     image = image or loaded(choices.image.bundled)
     ensemble = simulate(
         image, choices.grid, choices.parameters, n_realizations=1, seed=choices.seed, n_workers=1
@@ -231,5 +231,5 @@ def expected(choices: Choices, image: TrainingImage | None = None) -> str:
 
 @cache
 def loaded(name: str) -> TrainingImage:
-    """Return a bundled image, read once."""
+    """Return a bundled image; each is read only once."""
     return datasets.load(name)

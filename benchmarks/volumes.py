@@ -1,18 +1,18 @@
 """Time, memory and quality of volumes: ``python -m benchmarks.volumes``.
 
-One thread, median of several realizations. Times are also given as ratios to a 512 × 512 map of
-`channels` at level 2, measured in turns with each case, so that machines can be compared. `unseen`
-is the share of patterns of 3 × 3 × 3 cells that do not occur in the training image (at data after
-the stroke), `JS` the distance of their histogram to the image's, and in brackets the distance of
-crops of the image as large as the grid. `others` are the same two numbers for other volumes of the
-generator of a bundled one, the best values to expect of a simulation. With CCWSIM_DATA set to a
+Times are medians of several realizations on one thread. They are also given relative to a
+512 × 512 map of `channels` at level 2, measured in turns, so that machines can be compared.
+`unseen` is the share of patterns of 3 × 3 × 3 cells that do not occur in the training image, and
+after the stroke the share at data. `JS` is the distance of pattern histograms to the image, and in
+brackets that of crops of the image as large as the grid. `others` are both numbers for other
+volumes of the image's generator: the best values that a simulation can reach. If CCWSIM_DATA is a
 folder of published data, its volumes are measured too.
 
-``--large`` measures images nine times as large as the grid instead, six of each bundled generator,
-with this template and with the one that the diagnosis of the image advises: without data, and with
-ten wells read off another volume of the generator, whose own figures are beside them, as those of
-crops are. JS is over that of crops there; `bias` is the largest difference of the mean proportions
-from the image's.
+``--large`` measures six images of each bundled generator instead, nine times as large as the grid,
+with the template above and with the advised template, without data and with ten wells sampled from
+another volume of the generator. That volume and crops of the image have rows of their own. There,
+JS is relative to crops, and `bias` is the largest difference of the mean proportions from the
+image.
 """
 
 from __future__ import annotations
@@ -33,21 +33,21 @@ from tools.datasets import generate_volume
 
 PARAMETERS = Parameters((16, 32, 32), (4, 8, 8), (1, 2, 2))
 LARGEST_JUDGED = 3_000_000
-"""Cells of grids whose patterns are compared."""
+"""Maximum number of cells of grids whose patterns are compared."""
 LARGE, LARGE_GRID = (50, 300, 300), (50, 100, 100)
 N_LARGE = 6
 N_REALIZATIONS_LARGE = 24
-"""Realizations, and crops, so that both means are equally uncertain."""
+"""Number of realizations and of crops, equal so that both means are equally uncertain."""
 COLUMNS_LARGE = (
     *("CPU s", "bias, points", "unseen, %", "JS over crops"),
     *("with wells: unseen, %", "at data, %", "with wells: JS over crops"),
 )
 CROPS = "crops of the image"
-"""The row to which distances are relative."""
+"""Name of the row to which distances are relative."""
 
 
 class Case(NamedTuple):
-    """A volume to simulate: `wells` of ten or none, on a grid (nz, ny, nx)."""
+    """A volume to simulate on a grid (nz, ny, nx), with ten wells or none."""
 
     image: str
     grid: tuple[int, int, int]
@@ -59,7 +59,7 @@ def cases() -> Iterator[Case]:
     for image in (*datasets.volume_names(), *(path.stem for path in published())):
         grid = (48, 100, 100) if image in datasets.volume_names() else (50, 100, 100)
         if "alluvial" in image:
-            continue  # smaller than the grid along an axis
+            continue  # the image is smaller than the grid along an axis
         yield Case(image, grid)
         yield Case(image, grid, wells=True)
     for grid in ((100, 200, 200), (128, 256, 256), (200, 500, 500)):
@@ -73,7 +73,7 @@ def published() -> list[Path]:
 
 
 def image_of(name: str) -> TrainingImage:
-    """Return a bundled volume, or one of a file."""
+    """Return a bundled volume, or the volume in a file."""
     if name in datasets.volume_names():
         return datasets.load(name)
     path = next(path for path in published() if path.stem == name)
@@ -82,14 +82,14 @@ def image_of(name: str) -> TrainingImage:
 
 
 def wells_of(image: TrainingImage, grid: tuple[int, int, int]) -> HardData:
-    """Return ten vertical wells: the bundled ones, or read off a corner of the image itself."""
+    """Return ten vertical wells: the bundled ones, or wells sampled from a corner of the image."""
     if image.name in datasets.volume_names():
         return datasets.load_wells(image.name)
     return wells_through(np.asarray(image.array), grid, seed=6)
 
 
 def wells_through(volume: np.ndarray, grid: tuple[int, int, int], seed: int) -> HardData:
-    """Return ten vertical wells, read off a volume that is at least as large as the grid."""
+    """Return ten vertical wells sampled from a volume that is at least as large as the grid."""
     rng = np.random.default_rng(seed)
     places = np.unique(np.stack([rng.integers(0, n, 10) for n in grid[1:]], axis=1), axis=0)
     cells = np.array([(z, y, x) for y, x in places for z in range(grid[0])])
@@ -97,12 +97,12 @@ def wells_through(volume: np.ndarray, grid: tuple[int, int, int], seed: int) -> 
 
 
 def measured(case: Case, n: int) -> str:
-    """Return a row of the table; run in a process of its own, whose peak of memory it reports."""
+    """Return a row of the table; call it in a separate process, whose peak memory it reports."""
     image = image_of(case.image)
     data = wells_of(image, case.grid) if case.wells else HardData()
     channels, map_of = datasets.load("channels"), Parameters()
     simulate(channels, (512, 512), map_of, n_realizations=8, n_workers=1)
-    simulate(image, case.grid, PARAMETERS, data, 1, seed=99, n_workers=1)  # compiled by now
+    simulate(image, case.grid, PARAMETERS, data, 1, seed=99, n_workers=1)  # compiles
     seconds, ratios = [], []
     for seed in range(n):
         flat = simulate(channels, (512, 512), map_of, n_realizations=3, seed=seed, n_workers=1)
@@ -120,7 +120,7 @@ def measured(case: Case, n: int) -> str:
 
 
 def looks(e: Ensemble, image: TrainingImage, data: HardData) -> str:
-    """Return the last columns of a row: unseen patterns, their distance, and data."""
+    """Return the last columns of a row: unseen patterns, pattern distances, and data."""
     unseen = f"{100 * metrics.unseen_patterns(e, image).mean():.2f}"
     found = ""
     if data.n:
@@ -139,12 +139,12 @@ def looks(e: Ensemble, image: TrainingImage, data: HardData) -> str:
 
 
 def distance(images: Ensemble | np.ndarray, image: TrainingImage) -> float:
-    """Return how far, on average, the patterns of 3 × 3 × 3 cells are from the training image's."""
+    """Return the mean distance of the patterns of 3 × 3 × 3 cells from the training image."""
     return metrics.pattern_distance(images, image, size=3, factors=(1,)).mean()
 
 
 def others(image: TrainingImage, shape: tuple[int, ...], n: int = 6) -> np.ndarray:
-    """Return volumes of the same generator that have no facies which the image lacks."""
+    """Return volumes of the image's generator that only have facies of the image."""
     drawn = (
         generate_volume(image.name, shape=shape, seed=seed).array  # type: ignore[arg-type]
         for seed in range(5000, 5000 + 10 * n)
@@ -154,10 +154,10 @@ def others(image: TrainingImage, shape: tuple[int, ...], n: int = 6) -> np.ndarr
 
 
 def large(name: str, number: int) -> dict[str, dict[str, float]]:
-    """Return the rows of an image of a generator: by template, of the wells' volume, of crops.
+    """Return the rows of a generated image: each template, the volume of the wells, and crops.
 
-    Biases are in points, shares of unseen patterns in %; with wells, columns are those of
-    realizations that honour them.
+    Biases are in percentage points, shares of unseen patterns in %. The columns "with wells" are
+    of conditional realizations.
     """
     image = generate_volume(name, shape=LARGE, seed=7000 + number)
     truth = generate_volume(name, shape=LARGE_GRID, seed=9000 + number).array[None]
@@ -191,7 +191,7 @@ def large(name: str, number: int) -> dict[str, dict[str, float]]:
 
 
 def print_large(only: str) -> None:
-    """Measure and print the table of large images: means, or their ratios, with standard errors."""
+    """Measure and print the table of large images: means or ratios, with standard errors."""
     print("| image | template | " + " | ".join(COLUMNS_LARGE) + " |")
     print("|---|---" + "|--:" * len(COLUMNS_LARGE) + "|", flush=True)
     with ProcessPoolExecutor(2, get_context("spawn")) as fresh:
@@ -233,8 +233,8 @@ def main() -> None:
     """Measure and print the table."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.volumes", description=__doc__)
     parser.add_argument("--repeats", type=int, default=3, metavar="N")
-    parser.add_argument("--only", metavar="TEXT", default="", help="cases whose name has this")
-    parser.add_argument("--large", action="store_true", help="large images of the generators")
+    parser.add_argument("--only", metavar="TEXT", default="", help="only cases with this in names")
+    parser.add_argument("--large", action="store_true", help="measure large generated images")
     options = parser.parse_args()
     if options.large:
         return print_large(options.only)

@@ -65,7 +65,7 @@ def test_names_of_facies_stand_for_their_codes():
     [
         (pd.DataFrame({"easting": [1.0], "facies": [0]}), "easting, facies: rename"),
         (np.zeros((3, 3)), "not one of the grid's"),
-        ("wells.csv", "no array of real numbers"),
+        ("wells.csv", "not an array of real numbers"),
         (pd.DataFrame({"x": ["here"], "y": [0], "facies": [0]}), "x of points"),
     ],
 )

@@ -1,1 +1,1 @@
-"""What makes the program's bundled files; no part of the installed package."""
+"""Scripts that make the bundled files; they are not part of the installed package."""

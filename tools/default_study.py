@@ -23,7 +23,7 @@ def simulated() -> Ensemble:
 
 
 def write() -> None:
-    """Store the default study, a bit a cell, as it has two facies."""
+    """Store the default study with one bit per cell, as it has two facies."""
     e = simulated()
     np.savez_compressed(STORED, bits=np.packbits(e.indices), data_status=e.data_status)
 

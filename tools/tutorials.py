@@ -1,8 +1,8 @@
-"""Write the output of the tutorials into them: python -m tools.tutorials [NAME …]
+"""Run the tutorials and write their output into their pages: python -m tools.tutorials [NAME …]
 
 A tutorial is a page of Markdown. Its blocks of Python run one after another, like the cells of a
-notebook: the printed output follows a block as text, and the value of its last line as a picture.
-Tests run them again and compare. The site also has each one as a notebook.
+notebook. After each block, its printed output is written as text, and the value of its last line as
+a picture. Tests run the tutorials and compare the output. The site also has them as notebooks.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ BLOCK = re.compile(
 )
 CHART_SIZE = 720, 300
 MAX_SIDE = 640
-"""Pixels of the longer side of a map; smaller ones are enlarged by an integer."""
+"""Maximum longer side of a map in pixels; smaller maps are enlarged by an integer factor."""
 
 
 class Shown(NamedTuple):
-    """Output of a block: its text, and a PNG with words for the value of its last line."""
+    """Output of a block: printed text, and for the value of the last line a PNG and its caption."""
 
     text: str
     picture: bytes = b""
@@ -48,7 +48,7 @@ class Shown(NamedTuple):
 
 
 def run(code: str, names: dict[str, Any], charts: bool = True) -> Shown:
-    """Run a block with the names of those before it; without `charts` no chart is drawn.
+    """Run a block with the variables of the blocks before it; without `charts`, draw no chart.
 
     Examples
     --------
@@ -76,7 +76,7 @@ def run(code: str, names: dict[str, Any], charts: bool = True) -> Shown:
 
 
 def html_picture(html: str) -> tuple[bytes, str]:
-    """Return the picture in what a notebook shows, enlarged, and its words."""
+    """Return the enlarged picture in a notebook's HTML output, and its caption."""
     found = re.search(r'base64,([^"]*)" alt="([^"]*)"', html)
     assert found, html
     picture = Image.open(BytesIO(b64decode(found[1])))
@@ -88,7 +88,7 @@ def html_picture(html: str) -> tuple[bytes, str]:
 
 
 def chart_picture(chart: Any) -> tuple[bytes, str]:
-    """Return a Plotly chart as a browser draws it, and the titles of its axes."""
+    """Return a PNG of a Plotly chart, drawn by a browser, and the titles of its axes."""
     from tests.browser.served import browser
 
     width, height = CHART_SIZE
@@ -105,12 +105,12 @@ def chart_picture(chart: Any) -> tuple[bytes, str]:
 
 
 def pixels(png: bytes) -> np.ndarray:
-    """Return the colours of a picture."""
+    """Return the colours of the pixels of a picture."""
     return np.asarray(Image.open(BytesIO(png)).convert("RGB"))
 
 
 def written_anew(name: str, text: str) -> str:
-    """Run all blocks of a tutorial; return its text with what they show, and write the pictures."""
+    """Run all blocks of a tutorial, write the pictures, and return the page with the new output."""
     names: dict[str, Any] = {}
     count = 0
 
@@ -136,7 +136,7 @@ def written_anew(name: str, text: str) -> str:
 
 
 def cells_of(text: str) -> Iterator[dict[str, Any]]:
-    """Yield the cells of a notebook of a tutorial."""
+    """Yield the notebook cells of a tutorial's Markdown."""
 
     def words(source: str) -> Iterator[dict[str, Any]]:
         if source.strip():
@@ -155,7 +155,7 @@ def cells_of(text: str) -> Iterator[dict[str, Any]]:
 
 
 def notebook(text: str) -> str:
-    """Return a tutorial as a notebook, without its pictures, which running it shows.
+    """Return a tutorial as a notebook without output; running it shows the pictures.
 
     Examples
     --------
@@ -172,7 +172,7 @@ def notebook(text: str) -> str:
 
 
 def on_page_markdown(text: str, page: Any, **_: Any) -> str:
-    """Link the notebook of a tutorial at its end; called when the site is built."""
+    """Add a link to the notebook at the end of a tutorial; called when the site is built."""
     source = Path(page.file.src_uri)
     if source.parent.name != PAGES.name:
         return text
@@ -180,14 +180,14 @@ def on_page_markdown(text: str, page: Any, **_: Any) -> str:
 
 
 def on_post_build(config: Any, **_: Any) -> None:
-    """Put each tutorial as a notebook beside its page; called when the site is built."""
+    """Write the notebook of each tutorial beside its page; called when the site is built."""
     folder = Path(config["site_dir"]) / "tutorials"
     for page in sorted(PAGES.glob("*.md")):
         (folder / f"{page.stem}.ipynb").write_text(notebook(page.read_text("utf-8")), "utf-8")
 
 
 def main(names: list[str]) -> None:
-    """Write the tutorials named, or all, anew."""
+    """Rewrite the named tutorials, or all of them."""
     for page in sorted(PAGES.glob("*.md")):
         if not names or page.stem in names:
             page.write_text(written_anew(page.stem, page.read_text("utf-8")), "utf-8")

@@ -1,4 +1,4 @@
-"""Two to four settings simulated alike, and what sets them apart."""
+"""Comparison of two to four settings, simulated with the same seeds."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ from ccwsim.run.simulation import simulate
 
 MIN_SETTINGS, MAX_SETTINGS = 2, 4
 SIMULATED, CURVES_DONE = 0.7, 0.85
-"""Shares of the progress at which simulation and curves are finished; patterns take the rest."""
+"""Progress at which simulation and curves are finished; patterns take the rest."""
 LOW, HIGH = 0.05, 0.95
-"""Quantiles of the bands."""
+"""Quantiles that bound the bands of curves."""
 MIN_ERRORS = 2.0
-"""Standard errors that a difference between settings must exceed to be called one."""
+"""A difference between settings counts if it exceeds this number of standard errors."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,14 +39,14 @@ class ComparedCurves:
 
     lags: NDArray[np.int64]  # shape (m,): in cells
     reference: NDArray[np.float64]  # shape (m,): the training image's curve
-    bands: tuple[Band, ...]  # one a setting: quantiles 5, 50 and 95 % over its realizations
-    fits: tuple[Fit | None, ...]  # one a setting: whether crops of the training image have it too
+    bands: tuple[Band, ...]  # for each setting: quantiles 5, 50, 95 % of its realizations
+    fits: tuple[Fit | None, ...]  # for each setting: whether it fits crops of the training image
 
 
 def compared_curves(
     ensembles: Sequence[Ensemble], facies: int, progress: Callable[[float], None]
 ) -> dict[tuple[int, str, str], ComparedCurves]:
-    """Return all curves of a facies, by (its code, statistic, direction).
+    """Return the curves of a facies by (facies code, statistic, direction).
 
     Raises `CCWSIMError` for a facies that the training image does not have.
     """
@@ -72,20 +72,20 @@ def compared_curves(
 
 @dataclass(frozen=True)
 class PairRatio:
-    """One row of the table of ANODI ratios: a setting against another (Tan et al. 2014)."""
+    """ANODI ratios of one setting to another (Tan et al. 2014): a row of the table."""
 
     name: str
     other: str
     between: float  # above 1 if `name` is the more varied one
     within: float  # above 1 if `name` lies farther from the training image
     ratio: float  # between / within: above 1 if `name` is the better one
-    errors: tuple[float, float, float]  # standard errors of the logarithms of the three
+    errors: tuple[float, float, float]  # standard errors of the logarithms of the three ratios
 
     @property
     def grades(self) -> tuple[int, int, int]:
-        """Whether between, within and ratio are below 1 (−1), above (1), or not told from it (0).
+        """Return −1, 1 or 0 for between, within and ratio: below 1, above 1, or close to 1.
 
-        A logarithm has to be farther from 0 than two of its standard errors.
+        A ratio is close to 1 if its logarithm is within two standard errors of 0.
         """
         with np.errstate(divide="ignore"):
             logs = np.log([self.between, self.within, self.ratio])
@@ -99,17 +99,17 @@ class Comparison:
     """Settings simulated on one training image, data, grid and seed."""
 
     names: tuple[str, ...]
-    ensembles: tuple[Ensemble, ...]  # one a setting; realization r of each has the same seed
-    # by code of the facies, one of `STATISTICS`, direction; only for the facies asked for
+    ensembles: tuple[Ensemble, ...]  # one per setting; realization r has the same seed in all
+    # by facies code, statistic (one of `STATISTICS`) and direction; only for requested facies
     curves: Mapping[tuple[int, str, str], ComparedCurves] = field(default_factory=dict)
-    anodi: Anodi | None = None  # None until it is computed, and if `problem` says why it cannot be
-    # positions of the training image (first) and of all realizations, setting after setting
+    anodi: Anodi | None = None  # None before it is computed, or if `problem` says why it cannot be
+    # positions of the training image (first) and of the realizations, ordered by setting
     scaling: Scaling | None = None
     problem: str = ""
 
     @cached_property
     def cpu_seconds(self) -> NDArray[np.float64]:
-        """Mean CPU time of a realization, by setting."""
+        """Mean CPU time of a realization of each setting."""
         return np.array([e.cpu_seconds.mean() for e in self.ensembles])
 
     @cached_property
@@ -119,7 +119,7 @@ class Comparison:
 
     @cached_property
     def distances(self) -> tuple[NDArray[np.float64], ...]:
-        """Divergence of each realization from the training image in bits, over resolutions."""
+        """Divergence of each realization from the training image (bits, all resolutions)."""
         if self.anodi is None:
             return ()
         mixed = self.anodi.weights @ self.anodi.divergence[:, 0]
@@ -127,12 +127,12 @@ class Comparison:
 
     @property
     def distance(self) -> NDArray[np.float64]:
-        """Mean divergence from the training image by setting, in bits, over resolutions."""
+        """Mean divergence of each setting from the training image (bits, all resolutions)."""
         return self._mixed("within")
 
     @property
     def variety(self) -> NDArray[np.float64]:
-        """Mean divergence between realizations by setting, in bits, over resolutions."""
+        """Mean divergence between realizations of each setting (bits, all resolutions)."""
         return self._mixed("between")
 
     def _mixed(self, kind: str) -> NDArray[np.float64]:
@@ -142,14 +142,14 @@ class Comparison:
 
     @property
     def ratios(self) -> list[PairRatio]:
-        """Every setting against each one before it; none while `anodi` is None."""
+        """Ratios of each setting to those before it; empty while `anodi` is None."""
         if self.anodi is None:
             return []
         pairs = [(a, b) for k, a in enumerate(self.names) for b in self.names[:k]]
         return [self.ratio_of(a, b) for a, b in pairs]
 
     def ratio_of(self, name: str, other: str) -> PairRatio:
-        """Return a setting against another; `anodi` must be known."""
+        """Return the ratios of one setting to another; `anodi` must be computed."""
         assert self.anodi is not None
         errors = self.anodi.relative_errors(name, other)
         return PairRatio(name, other, *self.anodi.relative(name, other), errors)
@@ -170,31 +170,30 @@ def compare(
     facies: int | None = None,
     on_partial: OnPartial | None = None,
 ) -> Comparison:
-    """Simulate two to four settings alike and compare them.
+    """Simulate two to four settings with the same seeds and compare them.
 
-    Realization r has the same random numbers in all settings. Compared are the band of indicator
-    variograms and of connectivity functions against the training image's curve, and the pattern
-    histograms by ANODI (Tan et al. 2014); if the images are too small for patterns, `problem` says
-    so.
+    Realization r has the same random numbers in all settings. Bands of indicator variograms and of
+    connectivity functions are compared with the training image's curve, and pattern histograms by
+    ANODI (Tan et al. 2014); if the images are too small for patterns, `problem` says so.
 
     Parameters
     ----------
     training_image, grid_shape, hard_data, n_realizations, seed, cancel
         As in `simulate`.
     settings : mapping of str to Parameters
-        From 2 to 4, by name.
+        Two to four settings by name.
     progress : callable, optional
-        Called as progress(fraction, n_done) over all of it; n_done counts realizations.
+        Called as progress(fraction, n_done): share of all work, finished realizations.
     facies : int, optional
         Code of the facies whose curves are compared; by default the last.
     on_partial : callable, optional
-        Called with the result so far: after each setting, then with curves, then with patterns.
+        Called with the partial result after each setting, after curves and after patterns.
 
     Raises
     ------
     CCWSIMError
-        For another number of settings, one that does not fit, or a facies that the training image
-        does not have; nothing is simulated then.
+        If the number of settings is not 2 to 4, a setting does not fit, or the training image lacks
+        the facies; nothing is simulated then.
     Cancelled
         If `cancel` returned True.
 
@@ -236,14 +235,14 @@ def add_curves(
     progress: Progress | None = None,
     cancel: Callable[[], bool] | None = None,
 ) -> Comparison:
-    """Return a comparison with the curves of one more facies (a code)."""
+    """Return the comparison with the curves of one more facies (a code) added."""
     n = sum(e.n for e in comparison.ensembles)
     return _with_curves(comparison, facies, _Course(progress, cancel, n), 0.0, 1.0)
 
 
 @dataclass(frozen=True)
 class _Course:
-    """Progress and cancel over all steps."""
+    """Report progress and check for cancellation over all steps."""
 
     progress: Progress | None
     cancel: Callable[[], bool] | None
@@ -291,6 +290,6 @@ def _with_patterns(found: Comparison, course: _Course) -> Comparison:
         patterns = anodi(stacks, found.ensembles[0].training_image, progress=report)
     except Cancelled:
         raise
-    except CCWSIMError as error:  # an image too small for its patterns: the rest still holds
+    except CCWSIMError as error:  # image too small for patterns: the other results stay valid
         return replace(found, problem=str(error))
     return replace(found, anodi=patterns, scaling=patterns.scaling())

@@ -1,4 +1,4 @@
-"""Cost of a realization: CPU seconds on a typical core, from a count of operations."""
+"""Estimated CPU seconds of a realization on a typical core, from a count of operations."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from ccwsim.model.arrays import Shape
 from ccwsim.model.parameters import Parameters
 
 PER_CELL = 2.5e-8  # seconds to cut and paste a cell of the grid
-PER_LOCATION = 4e-10  # seconds to visit a location of the training image, and find the best
-PER_PRODUCT = 1e-12  # seconds a coefficient of the overlap takes at a location, on average
-PER_IMAGE_CELL = 6e-9  # seconds to turn a cell of the training image and prepare it
+PER_LOCATION = 4e-10  # seconds to visit one location of the training image in the search
+PER_PRODUCT = 1e-12  # mean seconds per overlap coefficient and location
+PER_IMAGE_CELL = 6e-9  # seconds to rotate and prepare a cell of the training image
 PER_DATUM_SEEN = 5e-11  # seconds to compare a datum with a location
 PER_WINDOW_ROW = 3e-10  # seconds to compare a row of a re-simulated window with a location
-N_MISSED = 4  # data of a tile that need such a window, at most: more data split the tile
+N_MISSED = 4  # maximum number of data in a tile that need such a window; tiles with more are split
 PER_CELL_OF_VOLUME = 2e-7  # seconds to cut, paste and repair a cell of a volume
 PER_LOCATION_OF_VOLUME = 1e-8  # seconds to compare an overlap with a location, by block sums
-PER_DATUM_OF_VOLUME = 3e-4  # seconds a datum of a volume
-PER_JUDGED_CELL = 1e-7  # seconds a cell to judge a realization, its copied pieces included
+PER_DATUM_OF_VOLUME = 3e-4  # seconds per datum of a volume
+PER_JUDGED_CELL = 1e-7  # seconds per cell to judge a realization, including its copied pieces
 
 
 def typical_seconds(
@@ -30,10 +30,10 @@ def typical_seconds(
     n_data: int = 0,
     judged: bool = False,
 ) -> float:
-    """Return the CPU seconds of one realization on a typical core, and of its judgement if asked.
+    """Return the CPU seconds of one realization on a typical core, optionally with its judgement.
 
-    Right within a factor of about three, as the time of local re-simulation depends on how well
-    image and data go together; the relation between settings is what matters.
+    The estimate is right within a factor of about three, because the time of local re-simulation
+    depends on how well image and data agree; it serves to compare settings.
     """
     if len(grid_shape) == 3:
         return _seconds_of_volume(parameters, image_shape, grid_shape, n_data, judged)
@@ -60,7 +60,7 @@ def typical_seconds(
 def _seconds_of_volume(
     parameters: Parameters, image_shape: Shape, grid_shape: Shape, n_data: int, judged: bool
 ) -> float:
-    """Return the seconds of a volume: its locations cost most at level 0, else its cells."""
+    """Return the seconds of a volume: the search dominates at level 0, cells dominate above."""
     lengths, cells = parameters.along(grid_shape), prod(grid_shape)
     sides = zip(image_shape, lengths.template, lengths.level, strict=True)
     locations = prod(max(side - size, 0) // 2**level + 1 for side, size, level in sides)

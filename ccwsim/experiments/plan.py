@@ -1,4 +1,4 @@
-"""Settings to try: the combinations of ranges that fit together, and what they will take."""
+"""Plan of a sweep: all valid combinations of parameter ranges."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ RANGED = {
     "n_candidates": "K",
     "search_fraction": "search",
 }
-"""The parameters that may have a range, and their signs in a label; those of a volume have one
-along z and one along the other axes."""
+"""Symbols in labels of the parameters that may have a range; in volumes the range along z is
+separate from the range along the other axes."""
 ALONG_Z = "_z"
 
 
@@ -31,10 +31,10 @@ ALONG_Z = "_z"
 class SweepPlan:
     """The settings that a sweep tries."""
 
-    fitting: tuple[Parameters, ...]  # the combinations that fit together, each once
-    # the others: the values of each, and why they do not fit
+    fitting: tuple[Parameters, ...]  # the valid combinations, each once
+    # the invalid combinations: values and reason
     left_out: tuple[tuple[dict[str, Any], str], ...] = ()
-    # how many were left out as they simulate the same as another: "ccsim" has no level
+    # number left out because they simulate the same as another ("ccsim" has no level)
     n_equal: int = 0
 
     def __len__(self) -> int:
@@ -49,21 +49,21 @@ def plan_sweep(
     ranges: Mapping[str, Sequence[Any]],
     image_shape: Shape | None = None,
 ) -> SweepPlan:
-    """Return all combinations of ranges that fit together.
+    """Return all valid combinations of parameter ranges.
 
     Parameters
     ----------
     base : Parameters
-        The other parameters.
+        Parameters without a range keep these values.
     ranges : mapping of str to sequence
-        Values by the name of a parameter of `RANGED`.
+        Values to try, by the name of a parameter in `RANGED`.
     image_shape : tuple of int, optional
-        Of the training image; templates larger than it are left out.
+        Shape of the training image; larger templates are left out.
 
     Raises
     ------
     CCWSIMError
-        For the name of another parameter, or a range without a value.
+        If a name is not in `RANGED`, or a range has no value.
 
     Examples
     --------
@@ -94,13 +94,13 @@ def plan_sweep(
 
 
 def varied(parameters: Iterable[Parameters]) -> list[str]:
-    """Return which of the ranged parameters are not the same in all settings."""
+    """Return the names of the ranged parameters that differ between settings."""
     found = list(parameters)
     return [name for name in RANGED if len({value_of(p, name) for p in found}) > 1]
 
 
 def label(parameters: Parameters, names: Iterable[str]) -> str:
-    """Return a setting in one short line."""
+    """Return a short label of a setting, in one line."""
     parts = []
     for name in names:
         value = value_of(parameters, name)
@@ -113,12 +113,12 @@ def label(parameters: Parameters, names: Iterable[str]) -> str:
 
 
 def _canonical(p: Parameters) -> Parameters:
-    """Return equal parameters for all settings that simulate the same."""
+    """Return one canonical setting for all settings that simulate the same."""
     return replace(p, wavelet_level=0) if p.method == "ccsim" else p
 
 
 def value_of(p: Parameters, name: str) -> Any:
-    """Return the value of a ranged parameter; None if it has none along z."""
+    """Return the value of a ranged parameter; None if it has no value along z."""
     along_z = name.endswith(ALONG_Z)
     own = getattr(p, name.removesuffix(ALONG_Z))
     if name.startswith("wavelet_level") and p.method == "ccsim":
@@ -129,7 +129,7 @@ def value_of(p: Parameters, name: str) -> Any:
 
 
 def _changed(base: Parameters, changes: Mapping[str, Any]) -> Parameters:
-    """Return parameters with values of `RANGED` changed."""
+    """Return the parameters with some ranged values changed."""
     values = dict(changes)
     for name in PER_AXIS:
         z, own = values.pop(name + ALONG_Z, value_of(base, name + ALONG_Z)), values.get(name)

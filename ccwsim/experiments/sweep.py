@@ -32,14 +32,14 @@ ERRORS = {
     "copying": lambda quality: quality.largest_copied,
     "mended": lambda quality: quality.n_resimulated + quality.n_forced,
 }
-"""Errors of a setting, as numbers of its `Quality`; less is better."""
+"""Functions that read an error of a setting from its `Quality`; smaller is better."""
 SPREADS = {
     "patterns": lambda quality: quality.pattern_spread,
     "connection": lambda quality: quality.tau_spread,
     "proportions": lambda quality: quality.proportion_spread,
     "copying": lambda quality: quality.copied_spread,
 }
-"""Standard deviations of errors between realizations."""
+"""Functions that read the standard deviation of an error between realizations."""
 PATTERN_TOLERANCE = 0.1
 """Pattern distances within this share of the smallest count as equally good."""
 TAU_TOLERANCE = 0.03
@@ -47,15 +47,15 @@ TAU_TOLERANCE = 0.03
 PROPORTION_TOLERANCE = 0.1
 """Relative errors of the worst proportion within this of the smallest count as equally good."""
 MAX_COPIED = 4
-"""Templates whose cells the largest copied piece may have: K 1 copies 5 to 13, K 5 at most 3."""
+"""Maximum size of a copied piece, in templates: K = 1 copies 5 to 13, K = 5 at most 3."""
 EQUALLY_GOOD = (
     f"differ by less than {100 * PATTERN_TOLERANCE:.0f} % in patterns, {TAU_TOLERANCE} in τ(h) and "
     f"{100 * PROPORTION_TOLERANCE:.0f} % in proportions, or less than their spread"
 )
 MAX_NAMED = 4
-"""Settings that are named in a sentence."""
+"""Maximum number of settings named in a sentence."""
 DOUBT = 2.0
-"""Standard errors by which two settings must differ to be told apart."""
+"""Settings count as different if they differ by this number of standard errors."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +64,7 @@ class SweepRow:
 
     parameters: Parameters
     quality: Quality
-    # the first few, in facies codes: shape (n_kept, ny, nx) or (n_kept, nz, ny, nx)
+    # the first realizations as facies codes: shape (n_kept, ny, nx) or (n_kept, nz, ny, nx)
     realizations: NDArray[np.integer]
 
 
@@ -72,33 +72,33 @@ class SweepRow:
 class Sweep:
     """The result of a sweep."""
 
-    rows: tuple[SweepRow, ...]  # the settings that were finished, in the order asked for
-    failed: tuple[tuple[Parameters, str], ...]  # those that could not be simulated, and why
-    n_asked: int  # settings asked for
+    rows: tuple[SweepRow, ...]  # the finished settings, in the order of the request
+    failed: tuple[tuple[Parameters, str], ...]  # settings that failed, and the reason
+    n_asked: int  # number of settings requested
     image_shape: Shape
 
     @property
     def stopped(self) -> bool:
-        """Whether it was cancelled before all settings were finished."""
+        """Whether the sweep was cancelled before all settings were finished."""
         return len(self.rows) + len(self.failed) < self.n_asked
 
     @property
     def times(self) -> NDArray[np.float64]:
-        """CPU seconds of a realization, by setting."""
+        """CPU seconds of a realization of each setting."""
         return np.array([row.quality.cpu_seconds for row in self.rows])
 
     def errors(self, kind: str = "patterns") -> NDArray[np.float64]:
-        """Return one of `ERRORS`, by setting."""
+        """Return the error `kind` (a key of `ERRORS`) of each setting."""
         return np.array([ERRORS[kind](row.quality) for row in self.rows], dtype=float)
 
     def spreads(self, kind: str) -> NDArray[np.float64]:
-        """Return one of `SPREADS`, by setting; NaN for a single realization."""
+        """Return the spread `kind` (a key of `SPREADS`) of each setting; NaN if unknown."""
         return np.array([SPREADS[kind](row.quality) for row in self.rows], dtype=float)
 
     def alike(self, kind: str, among: NDArray[np.int64], tolerance: float) -> NDArray[np.int64]:
-        """Return which of some settings cannot be told from the best of them by one error.
+        """Return those of the settings `among` whose error is about as small as the best.
 
-        An error may be larger by `tolerance`, or by `DOUBT` standard errors of the difference.
+        An error may exceed the smallest by `tolerance`, or by `DOUBT` standard errors.
         """
         n = np.array([row.quality.n for row in self.rows])
         errors, doubts = self.errors(kind), np.nan_to_num(self.spreads(kind)) / np.sqrt(n)
@@ -130,24 +130,24 @@ def sweep(
     training_image, grid_shape, hard_data, seed
         As in `simulate`.
     settings : sequence of Parameters
-        As `plan_sweep` gives them.
+        The settings to try, as returned by `plan_sweep`.
     n_realizations : int
-        Of each setting.
+        Number of realizations of each setting.
     progress : callable, optional
-        Called as progress(fraction of the expected time, settings that are finished).
+        Called as progress(fraction of the expected time, number of finished settings).
     cancel : callable, optional
         Returns True to stop; the finished settings are returned.
     found : callable, optional
-        Called with each `SweepRow` as it comes.
+        Called with each `SweepRow` when it is finished.
     n_kept : int
-        How many realizations of each setting are kept.
+        Number of realizations kept of each setting.
     facies : int, optional
         Code of the facies whose connectivity is judged; by default the last.
 
     Raises
     ------
     CCWSIMError
-        Without a setting, and for a facies that the training image does not have.
+        If there is no setting, or the training image lacks the facies.
 
     Examples
     --------
@@ -196,7 +196,7 @@ def sweep(
 
 
 def _first(ensemble: Ensemble, n: int) -> NDArray[np.integer]:
-    """Return a read-only copy of the first n, so that the others can be given back."""
+    """Return a read-only copy of the first n realizations, so that memory of the rest is freed."""
     kept = ensemble.training_image.codes[ensemble.indices[: max(n, 1)]]
     kept.setflags(write=False)
     return kept
@@ -204,16 +204,16 @@ def _first(ensemble: Ensemble, n: int) -> NDArray[np.integer]:
 
 @dataclass(frozen=True)
 class Recommendation:
-    """A setting to take."""
+    """The setting that a sweep recommends."""
 
-    index: int  # which row of the sweep
-    reason: str  # why, in words
-    # rows that cannot be told from it by their realizations, itself included; it is the fastest
+    index: int  # row of the sweep
+    reason: str  # reason, as a sentence
+    # rows that are about as good, including this one, which is the fastest
     alike: tuple[int, ...] = ()
 
 
 def pareto_front(times: ArrayLike, errors: ArrayLike) -> NDArray[np.int64]:
-    """Return the Pareto front: no other point is as good in both and better in one.
+    """Return the Pareto front: no other point is as good in both values and better in one.
 
     Raises `CCWSIMError` if there are not as many times as errors.
 
@@ -224,7 +224,7 @@ def pareto_front(times: ArrayLike, errors: ArrayLike) -> NDArray[np.int64]:
     """
     t, e = np.asarray(times, dtype=float), np.asarray(errors, dtype=float)
     if t.shape != e.shape or t.ndim != 1:
-        raise CCWSIMError(f"{t.size} times and {e.size} errors: one of each a setting is needed")
+        raise CCWSIMError(f"{t.size} times and {e.size} errors: give one of each per setting")
     front: list[int] = []
     best = np.inf
     for k in np.lexsort((e, t)):
@@ -238,14 +238,14 @@ def pareto_front(times: ArrayLike, errors: ArrayLike) -> NDArray[np.int64]:
 
 
 def recommended(sweep: Sweep) -> Recommendation:
-    """Return the fastest of the settings that cannot be told from the best.
+    """Return the fastest of the settings that are about as good as the best.
 
-    The settings are narrowed down in steps: those that miss the fewest data; those whose template
-    fits the training image often enough not to repeat it; those whose largest copied piece has at
-    most the cells of four templates; then, one after another, those whose proportions, patterns
-    and connectivity are like the best of the rest. Two settings are alike if they differ by
-    less than a tolerance (0.1 of the proportion, a tenth of the pattern distance, 0.03 of τ) or by
-    less than two standard errors, which follow from the spread between realizations.
+    Each step keeps some of the settings: those that miss the fewest data; those whose template is
+    small enough for the training image; those whose largest copied piece is at most four templates
+    large; then those whose proportions, whose patterns and whose connectivity are like the best.
+    Two settings are alike if they differ by less than a tolerance (0.1 of the proportion, a tenth
+    of the pattern distance, 0.03 of τ) or by less than two standard errors, computed from the
+    spread between realizations.
 
     Raises `CCWSIMError` if no setting is finished.
     """
@@ -255,7 +255,7 @@ def recommended(sweep: Sweep) -> Recommendation:
     among = np.flatnonzero(wrong == wrong.min())
     why: list[str] = []
     if wrong.min() > 0:
-        why.append("It does not honour all data; no setting does.")
+        why.append("No setting honours all data.")
     for rule in (_without_large_templates, _without_copies):
         among, sentence = rule(sweep, among)
         why += [sentence] if sentence else []
@@ -276,7 +276,7 @@ def recommended(sweep: Sweep) -> Recommendation:
 
 
 Narrowed = tuple[NDArray[np.int64], str]
-"""Which settings are left, and a sentence on those that are not."""
+"""Settings that remain, and a sentence on those left out."""
 
 
 def _without_large_templates(sweep: Sweep, among: NDArray[np.int64]) -> Narrowed:
@@ -296,7 +296,7 @@ def _without_copies(sweep: Sweep, among: NDArray[np.int64]) -> Narrowed:
     copied = sweep.errors("copying")
     templates = (row.parameters.along(sweep.image_shape).template for row in sweep.rows)
     allowed = np.array([MAX_COPIED * prod(template) for template in templates])
-    copies = copied > allowed  # NaN is not
+    copies = copied > allowed  # False for NaN
     out = among[copies[among]]
     if not len(out):
         return among, ""
@@ -305,7 +305,7 @@ def _without_copies(sweep: Sweep, among: NDArray[np.int64]) -> Narrowed:
         least = among[np.argmin((copied / allowed)[among])]
         return np.array([least]), (
             f"It copies the least, yet its largest copied piece has {copied[least]:.0f} cells; "
-            f"those of all settings have more than {MAX_COPIED} templates."
+            f"in every setting this piece is larger than {MAX_COPIED} templates."
         )
     many = "setting copies" if len(out) == 1 else "settings copy"
     return among[~copies[among]], (
@@ -315,7 +315,7 @@ def _without_copies(sweep: Sweep, among: NDArray[np.int64]) -> Narrowed:
 
 
 def _left_behind(sweep: Sweep, kind: str, good: NDArray[np.int64], out: NDArray[np.int64]) -> str:
-    """Say by how much settings are worse in one error than those that are as good as the best."""
+    """Return a sentence that says how much larger one error of the excluded settings is."""
     errors = sweep.errors(kind)
     best, other = np.nanmin(errors[good]), errors[out]
     known = other[~np.isnan(other)]
@@ -326,14 +326,14 @@ def _left_behind(sweep: Sweep, kind: str, good: NDArray[np.int64], out: NDArray[
     return {
         "proportions": f"{n} farther off in proportions: a facies by {100 * least:.2g} % or more, "
         f"the best {100 * best:.2g} %.",
-        "patterns": f"{n} farther off in patterns: {least:.3g} bits or more, the best {best:.3g}.",
+        "patterns": f"{n} farther off in patterns: {least:.3g} bits or more, best {best:.3g}.",
         "connection": f"{n} farther off in connectivity: the error of τ(h) is {least:.2g} or more, "
-        f"the best {best:.2g}.",
+        f"the best is {best:.2g}.",
     }[kind]
 
 
 def _first_reason(sweep: Sweep, alike: list[int]) -> str:
-    """Say which settings cannot be told apart, or that one is alone; the fastest is first."""
+    """Return a sentence on the settings that are about as good as the best, the fastest first."""
     if len(sweep.rows) == 1:
         return "The only setting that is finished."
     k, n = alike[0], sweep.rows[alike[0]].quality.n

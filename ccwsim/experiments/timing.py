@@ -1,4 +1,4 @@
-"""CPU time of a realization: against the size of the grid, and against the number of data."""
+"""CPU time of a realization by size of the grid and by number of data."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
 
 CELLS_AT_ONCE = 32_000_000
-"""Cells of realizations that are kept at a time, one byte each."""
+"""Maximum number of cells of realizations in memory, one byte each."""
 LINEAR = (0.9, 1.1)
-"""Exponents of the number of cells that count as linear growth."""
+"""Lowest and highest exponent of the number of cells that counts as linear growth."""
 
 
 @dataclass(frozen=True)
 class TimingCase:
-    """One setting to time; of a volume as training image, maps are of its middle layer."""
+    """One setting to time; a map of a 3D training image uses its middle layer."""
 
     parameters: Parameters
     grid_shape: Shape  # rows and columns, or layers, rows and columns
@@ -39,32 +39,32 @@ class TimingCase:
 
     @property
     def n_cells(self) -> int:
-        """Cells of the grid."""
+        """Number of cells of the grid."""
         return prod(self.grid_shape)
 
 
 def grid_cases(sides: Sequence[int], parameters: Sequence[Parameters]) -> list[TimingCase]:
-    """Return square grids × parameters, the small grids first (Fig. 13)."""
+    """Return a case for each square grid and parameters, small grids first (Fig. 13)."""
     return [TimingCase(p, (side, side)) for side in sorted(sides) for p in parameters]
 
 
 def data_cases(
     numbers: Sequence[int], parameters: Sequence[Parameters], grid_shape: Shape
 ) -> list[TimingCase]:
-    """Return numbers of data × parameters on one grid, the small numbers first (Table 2)."""
+    """Return a case for each number of data and parameters, small numbers first (Table 2)."""
     return [TimingCase(p, grid_shape, n) for n in sorted(numbers) for p in parameters]
 
 
 @dataclass(frozen=True, eq=False)
 class Timing(TimingCase):
-    """The times of a case, one a realization."""
+    """The times of a case, one for each realization."""
 
     cpu_seconds: NDArray[np.float64] = field(kw_only=True)  # on one thread
-    n_mismatched: NDArray[np.int64] = field(kw_only=True)  # hard data that are not honoured
+    n_mismatched: NDArray[np.int64] = field(kw_only=True)  # number of hard data not honoured
 
     @property
     def seconds(self) -> float:
-        """The median: one interruption by other work does not change it."""
+        """Median CPU time, which a single interruption by other work does not change."""
         return float(np.median(self.cpu_seconds))
 
 
@@ -81,8 +81,8 @@ def time_study(
     """Measure the CPU time of realizations of a study on one thread.
 
     Arguments and errors are those of `simulate`. Kernels are compiled before the clock starts. The
-    realizations are not kept; few are in memory at a time. Preparing the training image for a new
-    orientation of the path counts.
+    realizations are not kept; few are in memory at a time. The times include preparing the training
+    image for a new orientation of the path.
     """
     grid, n = Grid.of(grid_shape), check_int("n_realizations", n_realizations, 1)
     batch = max(min(CELLS_AT_ONCE // grid.n_cells, n), 1)
@@ -115,18 +115,18 @@ def time_cases(
     progress: Progress | None = None,
     cancel: Callable[[], bool] | None = None,
 ) -> Iterator[Timing]:
-    """Yield the time of each case, in their order.
+    """Yield the times of each case, in the order given.
 
     Data are sampled from an unconditional realization, as in section 5.2 of the paper: all cases
     on one grid get the same data, and a larger set contains the smaller ones.
 
-    Each has `n_realizations`. `progress` is called with the fraction of the expected time and the
-    number of finished cases; `cancel` returns True to stop.
+    `n_realizations` are timed per case. `progress` is called with the fraction of the expected
+    time and the number of finished cases; `cancel` returns True to stop.
 
     Raises
     ------
     CCWSIMError
-        For more data than cells, and as `simulate`.
+        If there are more data than cells, and as `simulate`.
     Cancelled
         If `cancel` returned True; times yielded before stay valid.
     """
@@ -160,7 +160,7 @@ def time_cases(
 
 
 def image_of_case(training_image: TrainingImage, case: TimingCase) -> TrainingImage:
-    """Return the training image of a case: for a map of a volume its middle layer."""
+    """Return the training image of a case: the middle layer of a volume if the grid is a map."""
     if training_image.n_dimensions == len(case.grid_shape):
         return training_image
     middle = training_image.array[training_image.shape[0] // 2]
@@ -168,7 +168,7 @@ def image_of_case(training_image: TrainingImage, case: TimingCase) -> TrainingIm
 
 
 def _sampled_field(image: TrainingImage, case: TimingCase, seed: int) -> NDArray[np.integer]:
-    """Return the field that data are sampled from; its seed is not that of those timed."""
+    """Return the field from which data are sampled; its seed differs from the timed ones."""
     p = case.parameters
     p = Parameters(p.template_size, p.overlap_size, p.level)
     other = seed + 1 if seed < 2**31 else seed - 1
@@ -178,7 +178,7 @@ def _sampled_field(image: TrainingImage, case: TimingCase, seed: int) -> NDArray
 
 
 def level_of(p: Parameters) -> int:
-    """Return the level of parameters; of a volume that within layers.
+    """Return the wavelet level of parameters; in volumes the level within layers.
 
     Examples
     --------
@@ -192,18 +192,18 @@ def level_of(p: Parameters) -> int:
 class Growth:
     """How time grows with the number of grid cells."""
 
-    # CPU seconds of a million cells, by least squares of the relative errors
+    # CPU seconds per million cells, by least squares of the relative errors
     seconds_per_million: float
-    exponent: float  # of the number of cells in a power law; 1 is linear growth
+    exponent: float  # exponent of the number of cells in a power law; 1 is linear growth
 
     @property
     def linear(self) -> bool:
-        """Whether twice the cells take about twice the time."""
+        """Whether twice as many cells take about twice the time."""
         return LINEAR[0] <= self.exponent <= LINEAR[1]
 
 
 def growth(timings: Sequence[Timing]) -> Growth:
-    """Return how the time of one setting grows with the grid (Fig. 13).
+    """Return the growth of one setting's time with the grid (Fig. 13).
 
     Raises `CCWSIMError` if all grids have the same number of cells.
     """
@@ -222,7 +222,7 @@ def expected_seconds(
     n_realizations: int = 1,
     measured: Sequence[Timing] = (),
 ) -> float:
-    """Return the expected CPU seconds of timing the cases."""
+    """Return the expected CPU seconds for timing the cases."""
     each = (
         _typical(training_image, case) * _slowdown(training_image, case, measured) for case in cases
     )
@@ -236,7 +236,7 @@ def _typical(training_image: TrainingImage, case: TimingCase) -> float:
 
 
 def _slowdown(training_image: TrainingImage, case: TimingCase, measured: Sequence[Timing]) -> float:
-    """Return measured over typical time of the most similar measured case."""
+    """Return measured time / expected time of the most similar measured case."""
     if not measured:
         return 1.0
 

@@ -1,4 +1,4 @@
-"""Kernels that are compiled before their first use: those of usual studies and first screens."""
+"""Compile the kernels of usual studies and first screens before their first use."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ STUDIES = {
     "maps, finer scales of ms-ccsim": (MAP, Parameters(16, 4, 2, method="ms-ccsim")),
     "volumes": (VOLUME, Parameters(16, 4, 2)),
 }
-"""A study for each set of types that kernels have."""
+"""A study for each combination of argument types of kernels."""
 
 
 def usual_work() -> dict[str, Callable[[], None]]:
-    """Return computations that call all kernels of usual studies and first screens, by name."""
+    """Return named computations that call all kernels of usual studies and first screens."""
     return {
         "statistics of the first screen": _measure,
         **{name: _simulation(*kind) for name, kind in STUDIES.items()},
@@ -41,7 +41,7 @@ def usual_work() -> dict[str, Callable[[], None]]:
 
 
 def compile_in_background() -> None:
-    """Ask for these kernels in a thread: first those of the first screen."""
+    """Compile these kernels in a thread, those of the first screen first."""
 
     def ask() -> None:
         for k, work in enumerate(usual_work().values()):
@@ -51,7 +51,7 @@ def compile_in_background() -> None:
 
 
 def _simulation(shape: tuple[int, ...], parameters: Parameters) -> Callable[[], None]:
-    """Return the simulation of a small study with contradictory data, for local re-simulation."""
+    """Return the simulation of a small study whose contradictory data need local re-simulation."""
     rng = np.random.default_rng(0)
     image, grid = TrainingImage(rng.integers(0, 2, shape)), Grid.of(shape)
     cells = np.argwhere(rng.random(shape) < 0.05)
@@ -60,10 +60,10 @@ def _simulation(shape: tuple[int, ...], parameters: Parameters) -> Callable[[], 
 
 
 def _measure() -> None:
-    """Compute the curves and maps that the dashboard shows first, of an image and realizations."""
+    """Compute the curves and maps that the dashboard shows first."""
     image = TrainingImage(np.random.default_rng(0).integers(0, 2, (16, 16)))
     realizations = np.stack([image.indices, image.indices])
-    with suppress(CCWSIMError):  # nothing is counted in a walk
+    with suppress(CCWSIMError):  # without the kernels nothing is counted
         etype(realizations)
     for images in (realizations, image):
         for direction in ("E-W", "N-S"):

@@ -1,7 +1,7 @@
-"""Charts (plotly figures) and pictures (PNG bytes) of nouns and results; nothing is computed.
+"""Charts (plotly figures) and pictures (PNG bytes) of inputs and results, without computing them.
 
-Charts take a `Theme`; heights are in pixels, `names` are those of the facies, and `colours` are
-"#rrggbb", one for each facies.
+Charts take a `Theme`; heights are in pixels; `names` are the names of the facies, and `colours`
+their colours as "#rrggbb".
 """
 
 from ccwsim.figures.curves import (

@@ -24,13 +24,13 @@ from ccwsim.figures.style import (
 
 Floats = NDArray[np.float64]
 BAND_OPACITY = 0.13
-"""Opacity of the bands of settings: four bands remain visible."""
+"""Opacity of the bands of settings; four overlapping bands remain visible."""
 ROW_HEIGHT = 172
-"""Pixels of a row of transiograms."""
+"""Height of a row of transiograms in pixels."""
 MAX_DISC = 6
-"""Pixels of the disc of the layer with the most hard data."""
+"""Diameter in pixels of the largest disc, for the layer with the most hard data."""
 SIDE, MARGIN = 100, 4
-"""Side and margin of a sparkline, in its units."""
+"""Side and margin of a sparkline in SVG units."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,19 +47,19 @@ class Bundle:
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """One line."""
+    """One line of a chart."""
 
     name: str
     x: NDArray
     y: NDArray
     colour: str
     dash: str = "solid"  # "solid", "dash" or "dot"; "none" draws points only
-    points: bool = False  # whether each value is marked
+    points: bool = False  # whether values are marked by points
 
 
 @dataclass(frozen=True, eq=False)
 class LayerData:
-    """Elevation, share of a facies and number of the hard data of each layer with data."""
+    """Elevation, share of a facies and number of hard data, for each layer with hard data."""
 
     at: Floats
     share: Floats
@@ -75,11 +75,11 @@ def curves_chart(
     x_title: str = "lag (cells)",
     height: int = 196,
 ) -> go.Figure:
-    """Return the curves of one ensemble or of several settings, the training image red on top.
+    """Return a chart of the curves of an ensemble or several settings; the training image is red.
 
-    One ensemble has grey realizations, a grey band and a dark median. Up to four settings by name
-    have a band and a median each, in the setting's colour and dash. Panels that are compared need
-    the same `y_range`.
+    For one ensemble, realizations and their band are grey, and the median is dark. For up to four
+    settings by name, band and median have the setting's colour and dash. Use the same `y_range` for
+    charts that are compared.
 
     Examples
     --------
@@ -124,7 +124,7 @@ def lines_chart(
     logarithmic: bool = False,
     height: int = 230,
 ) -> go.Figure:
-    """Return lines of several methods, each in its own colour and dash.
+    """Return a chart of the lines of several methods, each with its colour and dash.
 
     Examples
     --------
@@ -165,9 +165,9 @@ def transiogram_chart(
     names: Sequence[str],
     theme: Theme,
 ) -> go.Figure:
-    """Return transiograms, P(head at x + h | tail at x): one panel for each pair, tails in rows.
+    """Return a chart of transiograms, P(head at x + h | tail at x), with a row for each tail.
 
-    `bundles` are by (tail, head), indices into the names of all facies.
+    The keys of `bundles` are (tail, head), as indices of facies in `names`.
 
     Examples
     --------
@@ -220,11 +220,11 @@ def vertical_proportions_chart(
     y_title: str = "elevation",
     height: int = 196,
 ) -> go.Figure:
-    """Return the share of a facies in each layer, elevation upwards, the training image in red.
+    """Return a chart of the share of a facies in each layer; the training image is red.
 
-    Shares of the bundle are from 0 to 1, its lags the elevations of the layers of the realizations;
-    `reference_at` has those of the training image, if it has other layers. Shares of the hard data
-    are discs; larger ones stand for more data.
+    In the bundle, lags are the elevations of the realizations' layers, and values are shares from 0
+    to 1. `reference_at` are the elevations of the training image's layers, if they differ. Hard
+    data are discs, larger for more data.
 
     Examples
     --------
@@ -268,9 +268,9 @@ def vertical_proportions_chart(
 def geobody_sizes_chart(
     bundle: Bundle, theme: Theme, *, y_title: str, height: int = 230
 ) -> go.Figure:
-    """Return the share of a facies in geobodies of at least a number of cells, on a log axis.
+    """Return a chart of the share of a facies in geobodies of at least n cells, on a log axis.
 
-    The lags of the bundle are numbers of cells, from 1 on.
+    The lags of the bundle are the values of n, from 1 on.
 
     Examples
     --------
@@ -296,10 +296,10 @@ def repetition_chart(
     *,
     height: int = 250,
 ) -> go.Figure:
-    """Return the autocorrelation of the facies of a training image, with marked lengths.
+    """Return a chart of the autocorrelation of a training image, with marked lengths.
 
-    Values are 1 at lag 0, and about 0 for independent cells; a peak is the distance from feature to
-    feature. `marks` are lengths in cells by their names, such as {"T 32": 32}.
+    The correlation is 1 at lag 0 and about 0 for independent cells; it has a peak at the distance
+    between features. `marks` are lengths in cells by name, such as {"T 32": 32}.
 
     Examples
     --------
@@ -326,9 +326,9 @@ def repetition_chart(
 
 
 def sparkline(curves: ArrayLike, reference: ArrayLike, theme: Theme) -> bytes:
-    """Return a square SVG picture of curves over equal lags, from zero to the largest value.
+    """Return a square SVG picture of curves with common lags, from zero to the largest value.
 
-    `curves` of realizations have shape (n, n_lags); that of the training image is drawn in front.
+    `curves` of realizations have shape (n, n_lags); the training image's `reference` is in front.
 
     Examples
     --------
@@ -370,9 +370,9 @@ def _band(bundle: Bundle, name: str, colour: str) -> Any:
 
 
 def _threads(bundle: Bundle, theme: Theme) -> Any:
-    """Return all realizations as one trace with gaps: fifty traces and more would be slow."""
+    """Return all realizations as one trace with gaps; many traces would be slow."""
     n = len(bundle.each)
-    # lags as float32: exact for whole numbers, and half the bytes to send
+    # float32 is exact for integer lags and takes half the bytes
     x = np.tile(np.append(bundle.lags, np.nan).astype(np.float32), n)
     y = np.hstack([bundle.each, np.full((n, 1), np.nan)]).ravel()
     return line("realizations", x, y, theme.each, 0.8)

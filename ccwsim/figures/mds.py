@@ -1,4 +1,4 @@
-"""MDS plot: realizations and the training image as points, by the distance of their patterns."""
+"""MDS plot: realizations and the training image as points; near points have similar patterns."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ccwsim.figures.style import CLEAR, Theme, blank_chart, dots
 
 EDGE = 0.4
-"""Position beyond which a centred name would leave the plot."""
+"""Maximum |x| of a point with a centred name; beyond it, the name would leave the plot."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,13 +23,13 @@ class Group:
     name: str
     positions: NDArray[np.float64]  # shape (n, 2)
     colour: str
-    symbol: str = "circle"  # one of plotly's
-    labels: Sequence[str] = ()  # hover text of each, before the hint to click; by default the name
-    ringed: int | None = None  # index of the realization that is shown elsewhere
+    symbol: str = "circle"  # a symbol of plotly
+    labels: Sequence[str] = ()  # hover text of each point, without the hint; by default the name
+    ringed: int | None = None  # index of the realization that is shown elsewhere on the page
 
 
 def label_side(place: NDArray[np.float64]) -> str:
-    """Return the side of a point with room for its name; the plot extends from −1 to 1.
+    """Return the side of a point on which its name fits into the plot, from −1 to 1.
 
     Examples
     --------
@@ -49,10 +49,10 @@ def mds_chart(
     *,
     height: int = 400,
 ) -> go.Figure:
-    """Return a series for each group, in their order, and the image in red.
+    """Return an MDS plot with the groups in the given order and the training image in red.
 
-    `image` is the position of the training image, shape (2,); `explained` the share of the variance
-    along each axis.
+    `image` is the position of the training image, shape (2,); `explained` is the share of the
+    variance along each axis.
 
     Examples
     --------
@@ -101,7 +101,7 @@ def mds_title(explained: NDArray[np.float64]) -> str:
 
 
 def _points(positions: NDArray[np.float64], name: str, colour: str, size: int, symbol: str) -> Any:
-    """Return points that look the same selected and not selected."""
+    """Return points that look the same whether selected or not."""
     x, y = positions.T
     trace = dots(name, x, y, colour, size, marker_symbol=symbol)
     same = {"marker": {"opacity": 1}}

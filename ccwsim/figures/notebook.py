@@ -1,6 +1,6 @@
-"""Images, data and ensembles in a notebook: a picture with a caption, and a zoomable chart.
+"""Images, data and ensembles in a notebook: pictures with captions, and zoomable charts.
 
-The middle layer of a volume is drawn; layers are counted from 0 at the bottom.
+Of a volume, the middle layer is drawn; layers are counted from 0 at the bottom.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 
 THUMB = 240
-"""Pixels of the longer side of a picture; many pictures have half of it."""
+"""Longer side of a picture in pixels; if there are many pictures, each has half of it."""
 FEW = 4
 MAX_TILES = 12
-"""Realizations in a picture of an ensemble."""
+"""Maximum number of realizations in a picture of an ensemble."""
 HEIGHT = 380
-"""Pixels of a row of maps in a chart."""
+"""Height in pixels of a row of maps in a chart."""
 
 
 def image_html(image: TrainingImage) -> str:
@@ -59,7 +59,7 @@ def ensemble_html(ensemble: Ensemble) -> str:
 
 
 def data_html(data: HardData) -> str:
-    """Return a picture of hard data in their bounding box, with their number."""
+    """Return a picture of hard data in their bounding box; the caption has their number."""
     if not data.n:
         return _html(b"", "no hard data")
     low, high = data.cells.min(axis=0), data.cells.max(axis=0)
@@ -79,7 +79,7 @@ def data_html(data: HardData) -> str:
 
 
 def image_chart(image: TrainingImage) -> go.Figure:
-    """Return a training image as a chart with the facies as hover text.
+    """Return a chart of a training image with the facies as hover text.
 
     Examples
     --------
@@ -92,7 +92,7 @@ def image_chart(image: TrainingImage) -> go.Figure:
 
 
 def ensemble_chart(ensemble: Ensemble, realizations: Sequence[int] | None = None) -> go.Figure:
-    """Return realizations side by side in world coordinates, the first three by default."""
+    """Return a chart of realizations in world coordinates, by default of the first three."""
     which = range(min(3, ensemble.n)) if realizations is None else realizations
     layer, words = _middle(ensemble.grid.shape)
     indices = [np.asarray(ensemble.indices[(r, *layer)]) for r in which]
@@ -106,7 +106,7 @@ def ensemble_chart(ensemble: Ensemble, realizations: Sequence[int] | None = None
 
 
 def data_chart(data: HardData) -> go.Figure:
-    """Return hard data as points at their columns and rows."""
+    """Return a chart of hard data as points at their columns and rows."""
     codes = np.unique(data.facies)
     colours = facies_colours(TrainingImage(codes[None])) if data.n else []
     shown, words = _middle_of_data(data)
@@ -122,7 +122,7 @@ def data_chart(data: HardData) -> go.Figure:
 
 
 def _middle(shape: Sequence[int]) -> tuple[tuple[int, ...], str]:
-    """Return the index of the middle layer of a volume, and its description; empty for a map."""
+    """Return the index of the middle layer, and its description; both are empty for a map."""
     if len(shape) == 2:
         return (), ""
     layer = shape[0] // 2
@@ -130,7 +130,7 @@ def _middle(shape: Sequence[int]) -> tuple[tuple[int, ...], str]:
 
 
 def _middle_of_data(data: HardData) -> tuple[NDArray[np.bool_], str]:
-    """Return which data are in the middle layer among those with data, and its description."""
+    """Return the mask of the data in the middle layer with data, and a description of the layer."""
     if data.n_dimensions == 2:
         return np.ones(data.n, bool), ""
     layers = np.unique(data.cells[:, 0])

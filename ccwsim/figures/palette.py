@@ -1,4 +1,4 @@
-"""Colours: a facies has the same colour in every map, sheet and chart."""
+"""Colours; a facies has the same colour in every map, contact sheet and chart."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
 
 FACIES = ("#173F6B", "#F0AD2E", "#3A9E7E", "#A63A26", "#A78BD0", "#D5D8DC")
-"""Deep blue, amber, green, brick, violet, grey: distinct for the three common colour-blindnesses
-and, but for green and violet, in grey-scale print."""
+"""Deep blue, amber, green, brick, violet and grey: distinct for the three common colour-blindnesses
+and, except green and violet, in grey-scale print."""
 
 GOLDEN_ANGLE = 0.381966
 HEX = re.compile(r"#[0-9a-fA-F]{6}")
@@ -22,9 +22,10 @@ HEX = re.compile(r"#[0-9a-fA-F]{6}")
 def facies_colours(
     training_image: TrainingImage, chosen: Mapping[int, str] | None = None
 ) -> list[str]:
-    """Return the colour of each facies, in the order of the codes; `chosen` are those of the user.
+    """Return the colour of each facies, in the order of the codes.
 
-    Raises `CCWSIMError` for a colour that is not written as "#rrggbb".
+    `chosen` are the user's colours by code. Raises `CCWSIMError` for a colour that is not written
+    as "#rrggbb".
 
     Examples
     --------
@@ -42,7 +43,7 @@ def facies_colours(
 
 
 def default_colour(index: int) -> str:
-    """Return the colour of a facies by its index in the sorted codes; after six, hues rotate."""
+    """Return the default colour of facies `index`; from the seventh on, hues rotate."""
     if index < len(FACIES):
         return FACIES[index]
     hue = (index * GOLDEN_ANGLE) % 1.0
@@ -52,24 +53,24 @@ def default_colour(index: int) -> str:
 
 
 def bytes_of(colours: Sequence[str]) -> list[tuple[int, int, int]]:
-    """Return colours "#rrggbb" as (red, green, blue) from 0 to 255."""
+    """Return colours "#rrggbb" as (red, green, blue), each from 0 to 255."""
     return [(int(c[1:3], 16), int(c[3:5], 16), int(c[5:7], 16)) for c in colours]
 
 
 DIFFERENCE = ("#2C6FB0", "#F4F2ED", "#B5452C")
-"""Below zero, zero and above zero of a difference, on paper."""
+"""Colours of negative, zero and positive differences in the light theme."""
 DIFFERENCE_ON_INK = ("#6FB1EE", "#232A33", "#FF8A6B")
-"""Below zero, zero and above zero of a difference, on ink."""
+"""Colours of negative, zero and positive differences in the dark theme."""
 
 CIVIDIS = tuple(plotly.colors.sequential.Cividis)
-"""Steps of the cividis ramp, for probabilities."""
+"""Colours of the cividis ramp, for probabilities."""
 
 ENTROPY = ("#F3EEF8", "#C9B4DE", "#8E6BB5", "#5B3788", "#33145C")
-"""Steps of a single-hue ramp for entropy, pale for certain cells."""
+"""Colours of a ramp of one hue for entropy; certain cells are pale."""
 
 
 def with_opacity(colour: str, opacity: float) -> str:
-    """Return a colour "#rrggbb" made transparent.
+    """Return a colour "#rrggbb" with an opacity.
 
     Examples
     --------
@@ -81,7 +82,7 @@ def with_opacity(colour: str, opacity: float) -> str:
 
 
 def ramp(steps: Sequence[str], n: int) -> list[str]:
-    """Return `n` evenly spaced colours between `steps`.
+    """Return `n` evenly spaced colours of the ramp through the colours `steps`.
 
     Examples
     --------

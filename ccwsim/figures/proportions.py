@@ -1,4 +1,4 @@
-"""Facies proportions of realizations around those of the training image."""
+"""Charts of the facies proportions of realizations and training image."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ LINE = 18
 
 
 def proportions_height(n_facies: int) -> int:
-    """Return the height of the chart of one ensemble in pixels."""
+    """Return the height in pixels of the chart of one ensemble."""
     return 76 + 30 * int(n_facies)
 
 
@@ -36,10 +36,10 @@ def proportions_chart(
     colours: Sequence[str],
     theme: Theme,
 ) -> go.Figure:
-    """Return a row for each facies: dots for realizations, a red stroke for the training image.
+    """Return a chart with a row for each facies: dots for realizations, a red stroke for the image.
 
-    Shares of cells, 0 to 1, are those of the training image, shape (n_facies,), and of each
-    realization, shape (n, n_facies).
+    Shares of cells are from 0 to 1: `reference` of the training image has shape (n_facies,), `each`
+    of the realizations (n, n_facies).
 
     Examples
     --------
@@ -69,10 +69,10 @@ def proportions_chart(
 def compared_proportions_chart(
     names: Sequence[str], reference: Floats, settings: Mapping[str, Floats], theme: Theme
 ) -> go.Figure:
-    """Return a block for each facies with a line of dots for each setting.
+    """Return a chart with a block for each facies, and in it a line of dots for each setting.
 
-    Dots are differences from the training image, the red stroke at 0. Shares are as in
-    `proportions_chart`, those of realizations by setting.
+    Dots are differences from the training image, which is the red stroke at 0. `settings` have the
+    shares of each setting's realizations; shapes are those of `proportions_chart`.
 
     Examples
     --------

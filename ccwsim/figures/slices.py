@@ -1,4 +1,4 @@
-"""Volumes as pictures: a layer, a section along x and one along y, side by side."""
+"""Pictures of volumes: a layer, a section along x and a section along y, side by side."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from ccwsim.figures.maps import WRONG, Dots, data_map, png_of
 from ccwsim.model.errors import CCWSIMError
 
 GAP, LABEL, TEXT = 12, 22, 13
-"""Pixels between two slices, of the line above them, and of its letters."""
+"""Pixels: gap between two slices, height of the line of labels above, and size of its letters."""
 GREY = "#6B737C"
-"""Colour of the letters, legible on paper and on ink."""
+"""Colour of the labels, legible in both themes."""
 INK = "#1B1F24"
 AXES = ("layer", "row", "column")
 
@@ -31,10 +31,10 @@ class VolumeSlice(NamedTuple):
 def slices_of(
     indices: NDArray[np.uint8], at: Sequence[int] | None = None, dots: Dots | None = None
 ) -> list[VolumeSlice]:
-    """Return the slices through a cell of a volume: a map, and sections along x and along y.
+    """Return three slices through a cell of a volume: a layer, and sections along x and along y.
 
-    `at` is the layer, row and column of the cell, by default in the middle. Hard data have their
-    cells as layer, row and column; a slice has those inside it. Raises `CCWSIMError` for a map, and
+    `at` is the layer, row and column of the cell, by default the middle. `dots` are hard data with
+    layer, row and column; each slice has the data inside it. Raises `CCWSIMError` for a map, and
     for a cell outside the volume.
 
     Examples
@@ -67,9 +67,9 @@ def slices_png(
     dots: Dots | None = None,
     longest: int = 1280,
 ) -> bytes:
-    """Return labelled slices of a volume side by side as a PNG with a transparent ground.
+    """Return a PNG of labelled slices of a volume, side by side on a transparent ground.
 
-    The picture is about `longest` pixels wide; cells are squares of whole pixels of one size.
+    The picture is about `longest` pixels wide; cells are squares of a whole number of pixels.
 
     Examples
     --------
@@ -99,7 +99,7 @@ def slices_png(
 
 
 def _with_wells(section: VolumeSlice, colours: Sequence[str], scale: int) -> Image.Image:
-    """Return a section with its data as framed cells: discs of a well would overlap."""
+    """Return a section with its data as framed cells, as the discs of a well would overlap."""
     nobody = Dots(np.empty((0, 2), np.int64), [], np.empty(0, bool))
     picture = data_map(section.indices, colours, nobody, scale)
     pen, dots = ImageDraw.Draw(picture), section.dots

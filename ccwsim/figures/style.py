@@ -1,6 +1,6 @@
-"""Look of charts: one typeface, hairlines, transparent ground, on paper and on ink.
+"""Style of all charts: typeface, hairlines and transparent ground, in a light and a dark theme.
 
-Also the marks of compared settings, and charts outside the dashboard.
+The module also has the colours and symbols of compared settings, and charts as JSON.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ ON_PAPER = ("#1B1F24", "#0072B2", "#00805C", "#9A5CB4")
 ON_INK = ("#ECE9E2", "#56B4E9", "#2FC39B", "#D39BE6")
 DASHES = ("solid", "dash", "dot", "dashdot")
 SYMBOLS = ("circle", "square", "triangle-up", "cross")
-"""Colours, dashes and symbols of four settings; red is reserved for the training image."""
+"""Colours (in two themes), dashes and symbols of four settings; only the training image is red."""
 
 
 @dataclass(frozen=True)
 class Theme:
-    """Colours of the parts of a chart; facies colours are the same in every theme."""
+    """Colours of the parts of a chart; facies have the same colours in every theme."""
 
     ink: str
     quiet: str
@@ -65,7 +65,7 @@ def theme_named(name: str | None) -> Theme:
 
 
 def setting_colours(theme: Theme) -> tuple[str, ...]:
-    """Return one "#rrggbb" for each of four settings.
+    """Return the colours "#rrggbb" of four settings.
 
     Examples
     --------
@@ -76,7 +76,7 @@ def setting_colours(theme: Theme) -> tuple[str, ...]:
 
 
 def difference_colours(theme: Theme) -> tuple[str, str, str]:
-    """Return the colours below zero, at zero (the ground) and above zero.
+    """Return the colours of negative, zero (as the ground) and positive differences.
 
     Examples
     --------
@@ -87,7 +87,7 @@ def difference_colours(theme: Theme) -> tuple[str, str, str]:
 
 
 def as_written(names: Sequence[str]) -> list[str]:
-    """Return names for a chart with tags, entities and %{...} escaped.
+    """Return names for a chart, with tags, entities and %{...} escaped.
 
     Examples
     --------
@@ -126,12 +126,12 @@ def blank_chart(theme: Theme, *, height: int, x_title: str, y_title: str) -> go.
         "xaxis": {**axis, "title": {**axis["title"], "text": x_title}},
         "yaxis": {**axis, "nticks": 5, "title": {**axis["title"], "text": y_title}},
     }
-    # validation takes plotly ten times as long as the chart itself
+    # plotly's validation would take ten times as long as making the chart
     return go.Figure(layout=layout, _validate=False)
 
 
 def line(name: str, x: ArrayLike, y: ArrayLike, colour: str, width: float, **more: Any) -> Any:
-    """Return a line as a trace without hover text; `more` are arguments of plotly."""
+    """Return a plotly trace of a line without hover text; `more` are arguments of plotly."""
     more = {"mode": "lines", "hoverinfo": "skip", **more}
     if "hovertemplate" in more:
         del more["hoverinfo"]
@@ -140,7 +140,7 @@ def line(name: str, x: ArrayLike, y: ArrayLike, colour: str, width: float, **mor
 
 
 def dots(name: str, x: ArrayLike, y: ArrayLike, colour: Any, size: Any, **more: Any) -> Any:
-    """Return points as a trace; `more` are arguments of plotly."""
+    """Return a plotly trace of points; `more` are arguments of plotly."""
     return go.Scatter(
         name=name, x=x, y=y, mode="markers", marker_color=colour, marker_size=size, **more
     )
@@ -149,7 +149,7 @@ def dots(name: str, x: ArrayLike, y: ArrayLike, colour: Any, size: Any, **more: 
 def name_rows(
     chart: go.Figure, theme: Theme, names: Sequence[str], ends: tuple[float, float], at: Any = None
 ) -> None:
-    """Name the rows of a chart on its y axis, without an axis line."""
+    """Write the names of the rows of a chart on its y axis, without an axis line."""
     chart.update_yaxes(
         tickvals=list(range(len(names))) if at is None else at,
         ticktext=list(names),
@@ -175,7 +175,7 @@ def figure_json(figure: go.Figure) -> str:
 
 @cache
 def plotly_script() -> str:
-    """Return plotly's script, to be written into a page once.
+    """Return plotly's script, which a page needs once.
 
     Examples
     --------

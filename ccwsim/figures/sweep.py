@@ -1,4 +1,4 @@
-"""Chart of the settings of a sweep by time and error, with the Pareto front."""
+"""Chart of the times and errors of the settings of a sweep, with the Pareto front."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from ccwsim.figures.style import CLEAR, Theme, blank_chart, dots, line
 
 WIDTH, HEIGHT, GAP = 6.6, 15.0, 9.0
-"""Pixels of a letter at size 12, of a line, and from a point to its label."""
+"""Pixels: width of a letter at size 12, height of a line, and distance of a point to its label."""
 Box = tuple[float, float, float, float]
 SIDES = {
     "middle right": (1, 0),
@@ -26,9 +26,9 @@ SIDES = {
     "bottom left": (-1, 1),
 }
 NARROW = 400.0
-"""Width in pixels for which labels are placed: the smallest on a usual screen."""
+"""Width in pixels of the chart for which labels are placed: the smallest on a usual screen."""
 SPREAD = 4.0
-"""Ratio of the largest to the smallest value from which an axis is logarithmic."""
+"""Minimum ratio of the largest to the smallest value on a logarithmic axis."""
 
 
 def sweep_chart(
@@ -44,11 +44,11 @@ def sweep_chart(
     spreads: NDArray[np.float64] | None = None,
     height: int = 380,
 ) -> go.Figure:
-    """Return a dot for each setting, the Pareto front as steps, and two marked dots.
+    """Return a chart with a dot for each setting, and the Pareto front as steps.
 
-    CPU times, errors and their spreads between realizations, drawn as bars, have shape (n,); NaN is
-    not drawn. Labels are written beside the dots if there is room. `front` has the settings on the
-    front, by time; `selected` is ringed, and `recommended` a diamond.
+    CPU times, errors and the errors' spreads between realizations, drawn as bars, have shape (n,);
+    NaN is not drawn. Labels are written beside the dots if there is room. `front` has the indices
+    of the settings on the front, by time; `selected` is ringed, and `recommended` is a diamond.
 
     Examples
     --------
@@ -80,7 +80,7 @@ def sweep_chart(
         symbols[recommended], sizes[recommended] = "diamond", 13
         hover[recommended] += " · recommended"
     settings = dots("settings", milliseconds, errors, colours, sizes)
-    same = {"marker": {"opacity": 1}}  # selected or not
+    same = {"marker": {"opacity": 1}}  # the same look for selected and other dots
     settings.update(
         mode="markers+text",
         text=[label if side else "" for label, side in zip(labels, sides, strict=True)],
@@ -104,7 +104,7 @@ def sweep_chart(
 
 
 def _axis(values: NDArray[np.float64], margin: float) -> dict[str, Any]:
-    """Return an axis for values: logarithmic if their ratio is large, otherwise from 0."""
+    """Return an axis for values: logarithmic if their ratio is large, otherwise linear from 0."""
     known = values[np.isfinite(values)]
     low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
     if low <= 0 or high / low < SPREAD:
@@ -118,7 +118,7 @@ def _axis(values: NDArray[np.float64], margin: float) -> dict[str, Any]:
 
 
 def _steps(corners: NDArray[np.float64]) -> list[Box]:
-    """Return the front's lines as boxes: from each point to the right, then down to the next."""
+    """Return the lines of the front as boxes: from each point to the right, then down."""
     boxes: list[Box] = []
     for (x, y), (right, below) in pairwise(corners.tolist()):
         boxes += [(x, y - 1, right, y + 1), (right - 1, y, right + 1, below)]
@@ -126,7 +126,7 @@ def _steps(corners: NDArray[np.float64]) -> list[Box]:
 
 
 def _shares(values: NDArray[np.float64], axis: dict[str, Any]) -> NDArray[np.float64]:
-    """Return the positions of values along an axis, 0 to 1."""
+    """Return the positions of values along an axis, from 0 to 1."""
     along = np.log10(values) if "type" in axis else values
     return (along - axis["range"][0]) / (axis["range"][1] - axis["range"][0])
 
@@ -138,7 +138,7 @@ def label_sides(
     room: tuple[float, float],
     blocked: Iterable[Box] = (),
 ) -> list[str | None]:
-    """Return the side of its point for each label, None if there is no room for it."""
+    """Return the side of the point for each label, or None if there is no room for the label."""
     centres = np.asarray(points, dtype=float).reshape(-1, 2)
     taken: list[Box] = [(x - 6, y - 6, x + 6, y + 6) for x, y in centres.tolist()]
     taken += blocked
@@ -159,7 +159,7 @@ def label_sides(
 
 
 def _box(x: float, y: float, width: float, right: int, down: int) -> Box:
-    """Return left, top, right and bottom of a label beside a point."""
+    """Return the left, top, right and bottom of a label beside a point."""
     middle = x + right * (GAP + width / 2)
     line = y + down * (GAP + HEIGHT / 2)
     return middle - width / 2, line - HEIGHT / 2, middle + width / 2, line + HEIGHT / 2

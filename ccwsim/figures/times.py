@@ -1,4 +1,4 @@
-"""CPU time: of each realization, by setting, and against the cells of the grid."""
+"""Charts of CPU time: by realization, by setting, and by number of cells of the grid."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ Floats = NDArray[np.float64]
 ROW = 40
 """Height in pixels of a bar with the space around it."""
 LEVEL_SYMBOLS = ("x", "circle", "square", "diamond", "triangle-up", "star", "pentagon")
-"""Symbols of measured and published times by level."""
+"""Symbols of measured and published times, by wavelet level."""
 LABEL_GAP = 15
-"""Distance between two labels in pixels."""
+"""Minimum distance between two labels in pixels."""
 EMPTY_DECADES = 4.0
-"""Decades below the published times while nothing is measured."""
+"""Decades that the axis extends below the published times while nothing is measured."""
 
 
 def times_chart(milliseconds: Floats, mean: float, theme: Theme, *, height: int = 196) -> go.Figure:
-    """Return the CPU time of each realization as a dot, and their mean as a line.
+    """Return a chart of the CPU time of each realization as a dot, and the mean as a line.
 
     Examples
     --------
@@ -49,9 +49,9 @@ def times_chart(milliseconds: Floats, mean: float, theme: Theme, *, height: int 
 def compared_times_chart(
     settings: Mapping[str, Floats], means: Floats, labels: Sequence[str], theme: Theme
 ) -> go.Figure:
-    """Return a bar for the mean of each setting, with a dot for each realization.
+    """Return a chart with a bar for the mean of each setting and a dot for each realization.
 
-    `settings` have the CPU milliseconds of their realizations; `labels` are written at the bars.
+    `settings` have the CPU times of their realizations in ms; `labels` are written at the bars.
 
     Examples
     --------
@@ -87,17 +87,17 @@ def compared_times_chart(
 
 @dataclass(frozen=True)
 class TimeSeries:
-    """Times of one setting."""
+    """Times of one setting for several grids."""
 
     name: str
     level: int  # wavelet level, which decides the marker
     cells: Floats  # shape (n,): cells of each grid
-    values: Floats  # shape (n,): its time
-    dashed: bool = False  # to distinguish two methods
+    values: Floats  # shape (n,): time for each grid
+    dashed: bool = False  # whether the line is dashed, to distinguish two methods
 
     @property
     def symbol(self) -> str:
-        """The marker of its level."""
+        """Symbol of the markers, by wavelet level."""
         return LEVEL_SYMBOLS[min(self.level, len(LEVEL_SYMBOLS) - 1)]
 
 
@@ -111,10 +111,10 @@ def timings_chart(
     unit: str,
     height: int = 340,
 ) -> go.Figure:
-    """Return times on log axes, measured ones as lines, published ones as open red markers.
+    """Return a chart of times on log axes: measured as lines, published as open red markers.
 
-    A line of slope one means that time grows linearly with the cells. `ticks` are numbers of cells
-    on the axis with their labels; `unit` is shown in hover texts.
+    A slope of one means that the time is proportional to the number of cells. `ticks` are numbers
+    of cells on the axis with their labels; `unit` is the unit of the times in hover texts.
 
     Examples
     --------
@@ -158,7 +158,7 @@ def _hovered(trace: Any, unit: str) -> Any:
 def _label_lines(
     chart: go.Figure, measured: Sequence[TimeSeries], theme: Theme, pixels: float
 ) -> None:
-    """Name each line at its end; overlapping names are moved apart, from the top down."""
+    """Write the name of each line at its end; overlapping names are moved apart, downwards."""
     lowest = np.inf
     for series in sorted(measured, key=lambda series: -series.values[-1]):
         own = float(np.log10(series.values[-1])) * pixels
@@ -168,7 +168,7 @@ def _label_lines(
 
 
 def _label_published(chart: go.Figure, published: Sequence[TimeSeries], theme: Theme) -> None:
-    """Name the slowest time above its marker, and the others, which nearly coincide, below."""
+    """Write one label above the slowest marker, and one below the others, which nearly coincide."""
     top, *others = sorted(published, key=lambda series: -series.values[-1])
     place = {"xanchor": "right", "xshift": 24}
     _label(chart, top, top.name, theme.reference, yshift=16, **place)

@@ -22,12 +22,12 @@ from ccwsim.figures.style import (
 
 Floats = NDArray[np.float64]
 MAX_DOT, MIN_DOT = 22, 5
-"""Diameters in pixels of the dots of a calibration."""
+"""Diameters in pixels of the dots of a calibration chart."""
 
 
 @dataclass(frozen=True, eq=False)
 class Strip:
-    """A statistic of each realization and of the training image; NaN if there is none."""
+    """A statistic of each realization and of the training image; NaN for an undefined value."""
 
     title: str  # name of the statistic, with the unit
     each: Floats  # shape (n,)
@@ -35,7 +35,7 @@ class Strip:
 
 
 def strip_chart(strip: Strip, theme: Theme, *, colour: str, height: int = 116) -> go.Figure:
-    """Return the value of each realization as a dot on a line, and the image's as a red stroke.
+    """Return a chart with a dot for each realization's value, and a red stroke for the image's.
 
     Examples
     --------
@@ -68,9 +68,9 @@ def calibration_chart(
     *,
     height: int = 320,
 ) -> go.Figure:
-    """Return observed shares over forecast probabilities; larger dots stand for more cells.
+    """Return a chart of observed shares over predicted probabilities; larger dots have more cells.
 
-    Arrays have one value for each bin; NaN for an empty one.
+    Arrays have one value for each bin, NaN for an empty bin.
 
     Examples
     --------
@@ -99,10 +99,10 @@ def calibration_chart(
 def data_status_chart(
     names: Sequence[str], shares: Floats, theme: Theme, *, height: int = 230
 ) -> go.Figure:
-    """Return a bar for each data status: mean share of the hard data over the realizations.
+    """Return a bar chart of the mean share of the hard data with each data status.
 
-    Names are such as "raster" and "re-simulated, 8 cells"; the last one has the colour of a
-    warning. Shares, shape (n_realizations, n_names), are from 0 to 1.
+    Names are for example "raster" and "re-simulated, 8 cells"; the last bar has the colour of a
+    warning. `shares`, shape (n_realizations, n_names), are from 0 to 1.
 
     Examples
     --------
@@ -134,9 +134,9 @@ def data_status_chart(
 def divergence_chart(
     factors: Sequence[int], between: Floats, within: Floats, theme: Theme, *, height: int = 230
 ) -> go.Figure:
-    """Return ANODI's between and within as dots joined by a line, a row for each resolution.
+    """Return a chart of ANODI's between and within: two joined dots for each resolution.
 
-    Resolutions are 1 / factor; divergences are in bits, NaN if there is none.
+    Resolutions are 1 / factor; divergences are in bits, and NaN if undefined.
 
     Examples
     --------
@@ -177,11 +177,11 @@ def lag_map_chart(
     difference: bool = False,
     height: int = 330,
 ) -> go.Figure:
-    """Return a map of a statistic over all lags, lag 0 in the middle, north at the top.
+    """Return a map of a statistic over all lags, with lag 0 in the middle and north at the top.
 
-    `lags` are −m … m, of the rows and the columns. Hover texts show the name of the values, such as
-    "γ of sand". Colours go from 0 to `largest`; those of a difference diverge from zero. A line
-    marks `azimuth`, in degrees from north.
+    `lags` are −m … m, for both rows and columns. Hover texts show `name`, such as "γ of sand".
+    Colours go from 0 to `largest`, or from −`largest` to `largest` for a difference. A line marks
+    `azimuth`, in degrees from north.
 
     Examples
     --------
@@ -220,9 +220,9 @@ def convergence_chart(
     *,
     height: int = 230,
 ) -> go.Figure:
-    """Return the error of an estimate over the number of realizations, both on log axes.
+    """Return a chart of the error of an estimate by number of realizations, on log axes.
 
-    Errors are standard errors in percentage points; the axis ends at `n_asked`.
+    Errors are standard errors in percentage points; the axis ends at `n_asked` realizations.
 
     Examples
     --------
@@ -242,7 +242,7 @@ def convergence_chart(
 
 
 def _around(values: Sequence[float]) -> list[float]:
-    """Return an axis range around values, from 0 on if none is negative."""
+    """Return an axis range around all values; it is not extended below 0 by the margin."""
     there = [v for v in values if not np.isnan(v)] or [0.0]
     room = 0.12 * (max(there) - min(there)) or max(abs(there[0]) * 0.1, 0.5)
     low = min(there) - room

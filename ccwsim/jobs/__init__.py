@@ -1,1 +1,1 @@
-"""Long work on threads: jobs, their queue, sessions and limits."""
+"""Long computations on threads: jobs, their queue, and the limits of the server."""

@@ -1,6 +1,6 @@
-"""The cores of a process that many runs share, in slices of time.
+"""Time slices, by which the runs of a process share its cores fairly.
 
-Plain threads get the cores by chance: a quick run beside realizations of minutes waits for them. On
+Without slices a quick run waits for realizations of other runs that take minutes. On
 two cores, twelve realizations of 512 × 512 with 400 hard data take 0.46 s alone and, beside six
 runs of 3000 × 3000, 0.57 to 0.81 s with slices but 2.8 to 3.8 s with plain threads.
 """
@@ -13,21 +13,21 @@ from contextlib import contextmanager
 from threading import Event, Lock
 
 SLICE_SECONDS = 0.05
-"""How long a task may compute while others wait; it checks for a stop that often anyway."""
+"""Seconds that a task may compute while other tasks wait."""
 CREDIT_SECONDS = 1.0
-"""How far a new run is ahead of those that compute already: quick work is done at once."""
+"""Core seconds by which a new user is ahead of present users, so that quick work starts at once."""
 
 
 class Usage:
-    """The core seconds that the runs of one user took, comparable to those of other users."""
+    """The core seconds used by the runs of one user, which decide who gets the next core."""
 
     def __init__(self) -> None:
         self.seconds = float("-inf")
-        self.n_tasks = self.n_running = 0  # tasks that compute or wait; that compute
+        self.n_tasks = self.n_running = 0  # tasks that compute or wait; tasks that compute
 
 
 class Cores:
-    """Lets `n` tasks compute at a time: the task whose user has used least is next.
+    """Lets `n` tasks compute at a time: the next task is that of the user with the least usage.
 
     A task whose slice is over yields its core to a waiting task of a user with less usage and
     waits itself. `clock` returns the time in seconds.
@@ -60,7 +60,7 @@ class Cores:
                 self.release(lease)
 
     def let_stopped_go(self) -> None:
-        """End the waiting of tasks whose run was stopped."""
+        """Wake waiting tasks whose run was stopped."""
         with self._lock:
             for lease in [lease for lease in self._waiting if lease.stop.is_set()]:
                 self._waiting.remove(lease)
@@ -68,7 +68,7 @@ class Cores:
                 lease.answered.set()
 
     def request(self, lease: CoreLease) -> None:
-        """Let a task wait for a core, which it may get at once."""
+        """Add a task to those that wait; it gets a core at once if one is free."""
         with self._lock:
             if lease.stop.is_set():
                 lease.answered.set()
@@ -85,7 +85,7 @@ class Cores:
             self._assign()
 
     def yield_core(self, lease: CoreLease) -> bool:
-        """Yield a core to a task with less usage; return whether one was waiting."""
+        """Yield a core to a task with less usage; return whether such a task was waiting."""
         with self._lock:
             if lease.stop.is_set():
                 return False
@@ -100,11 +100,11 @@ class Cores:
 
     @property
     def contended(self) -> bool:
-        """Whether a task waits."""
+        """Whether any task waits for a core."""
         return bool(self._waiting)
 
     def _enter(self, usage: Usage) -> None:
-        """Count a user as present, at most the credit ahead of the others."""
+        """Count a user as present, at most `CREDIT_SECONDS` ahead of the other users."""
         for lease in self._running:
             self._charge(lease)
         usage.n_tasks += 1
@@ -142,7 +142,7 @@ class Cores:
             return lease.usage.seconds + lease.usage.n_running * SLICE_SECONDS
 
         while self._n_free and self._waiting:
-            lease = min(self._waiting, key=rank)  # the first of equals
+            lease = min(self._waiting, key=rank)  # the first task in case of a tie
             self._waiting.remove(lease)
             self._grant(lease)
 

@@ -1,4 +1,4 @@
-"""Long work on threads, in the order of the server's queue, with progress and cancel."""
+"""Jobs: long work on threads, queued by the server, with progress and cancel."""
 
 from __future__ import annotations
 
@@ -16,27 +16,27 @@ from ccwsim.model.errors import Cancelled
 
 Result = TypeVar("Result")
 LEAST_SHARE = 0.02
-"""Share of the work from which the time left can be estimated."""
+"""Minimum finished share of the work for an estimate of the time left."""
 PATIENCE = 0.3
-"""Seconds to wait for the first results of quick work before progress is shown instead."""
+"""Seconds to wait for the first results before progress is shown instead."""
 POLL_SECONDS = 0.25
-"""Seconds between two looks at a job that is waited for."""
+"""Seconds between two checks of a job that a page waits for."""
 MAX_CELLS_AT_ONCE = 4_000_000
-"""Cells of a realization that is simulated while a page is drawn: some tenths of a second."""
+"""Maximum cells simulated while a page is drawn, which takes some tenths of a second."""
 MAX_COUNTED_SECONDS = 10.0
-"""Seconds after which an active job does not count against the slots while others wait."""
+"""Seconds after which an active job no longer occupies a slot of the queue."""
 NOTHING = Demand(0)
 _admission = Lock()
-"""One job at a time is admitted, so that two cannot be promised the same memory."""
+"""Held while a job is admitted, so that two jobs cannot be promised the same memory."""
 
 
 class Job(Generic[Result]):
-    """A piece of work that runs on its own thread as soon as the queue of the server lets it.
+    """Work that runs on a thread of its own as soon as the queue of the server starts it.
 
-    It is called as work(job): it calls `job.report` with its progress, asks `job.is_cancelled`,
-    and may call `job.publish_partial`. It returns the `result`; what it raises is `error`. `about`
-    is for the caller's own use; progress counts `n` pieces, called `unit`. A CCWSIMError is raised,
-    and nothing begins, if the server does not have what the job demands.
+    The thread calls work(job), which reports progress to `job.report`, checks `job.is_cancelled`,
+    and may call `job.publish_partial`. `result` is its return value, `error` its exception. `about`
+    is free for the caller; progress counts `n` pieces, called `unit`. Raises `CCWSIMError`
+    without starting the job if the server lacks the resources that it demands.
 
     Examples
     --------
@@ -59,7 +59,7 @@ class Job(Generic[Result]):
         self.partial: Result | None = None
         self.result: Result | None = None
         self.error: Exception | None = None
-        self.active_since = 0.0  # by the clock of the queue
+        self.active_since = 0.0  # times of the queue's clock
         self._began: float | None = None
         self._first_report: tuple[float, float] | None = None
         self._cancelled, self._finished, self._first = Event(), Event(), Event()
@@ -77,7 +77,7 @@ class Job(Generic[Result]):
         self._began = time.monotonic()
         try:
             Thread(target=self._run, daemon=True).start()
-        except RuntimeError as error:  # the system gives no more threads
+        except RuntimeError as error:  # the system refuses another thread
             self._end(error)
 
     def _run(self) -> None:
@@ -92,10 +92,10 @@ class Job(Generic[Result]):
             self._end(error)
 
     def _end(self, error: Exception | None) -> None:
-        """Keep only result and error, and leave the queue."""
+        """Keep only the result and the error, and leave the queue."""
         self.error, self._work = error, None
         while error is not None:
-            # a session keeps its last error: the frames' arrays would stay in memory with it
+            # a session keeps its last error, whose traceback would keep large arrays in memory
             traceback.clear_frames(error.__traceback__)
             error = error.__context__ if isinstance(error.__context__, Exception) else None
         if self._abandoned:
@@ -106,68 +106,68 @@ class Job(Generic[Result]):
         self._queue.leave(self)
 
     def still_to_take(self) -> float:
-        """Return how many bytes of memory it has asked for and not taken yet."""
+        """Return the bytes of memory that the job was promised and has not allocated yet."""
         if self.is_cancelled() or self.finished:
             return 0.0
         return self._n_bytes * (1 - min(self.fraction, 1.0))
 
     def report(self, fraction: float, n_done: int) -> None:
-        """Store the share of the work and the number of pieces done; the work calls this."""
+        """Store the finished share and the number of finished pieces; called by the work."""
         if self._first_report is None:
             self._first_report = time.monotonic(), fraction
         self.fraction, self.n_done = fraction, n_done
 
     def publish_partial(self, partial: Result) -> None:
-        """Show what is ready before the rest; the work calls this."""
+        """Publish a first part of the result; called by the work."""
         self.partial = partial
         self._first.set()
 
     def sleep(self, seconds: float) -> None:
-        """Wait; raise `Cancelled` if it is asked to stop meanwhile. The work calls this."""
+        """Wait; raise `Cancelled` if the job is asked to stop meanwhile. Called by the work."""
         if self._cancelled.wait(seconds):
             raise Cancelled("stopped before it began")
 
     def cancel(self) -> None:
-        """Ask the work to stop; a job that waits ends at once."""
+        """Ask the work to stop; a waiting job ends at once."""
         self._cancelled.set()
         if self._queue.withdraw(self):
             self._end(Cancelled("stopped before it began"))
 
     def abandon(self) -> None:
-        """Stop the work and keep no result: nobody is there to look at it."""
+        """Stop the work and drop its result, because its page was closed."""
         self._abandoned = True
         self.cancel()
 
     def is_cancelled(self) -> bool:
-        """Return whether it was asked to stop."""
+        """Return whether the job was asked to stop."""
         return self._cancelled.is_set()
 
     @property
     def position(self) -> int:
-        """Its position among the jobs that wait, 0 if it does not wait."""
+        """Position among the waiting jobs, 0 if this job does not wait."""
         return self._queue.position(self)
 
     @property
     def finished(self) -> bool:
-        """Whether it has ended, with a result or an error."""
+        """Whether the job has ended, with a result or an error."""
         return self._finished.is_set()
 
     def wait(self, seconds: float) -> bool:
-        """Wait at most `seconds` and return whether it has finished."""
+        """Wait at most `seconds` and return whether the job has finished."""
         return self._finished.wait(seconds)
 
     def wait_first(self, seconds: float) -> bool:
-        """Wait at most `seconds` for a partial result or the end; return whether it is there."""
+        """Wait at most `seconds` for a partial result or the end; return whether either came."""
         return self._first.wait(seconds)
 
     @property
     def seconds(self) -> float:
-        """Time since it began; 0 while it waits."""
+        """Seconds since the job began; 0 while it waits."""
         return 0.0 if self._began is None else time.monotonic() - self._began
 
     @property
     def seconds_left(self) -> float | None:
-        """Estimate of the time left since the kernels are compiled, None if too little is done."""
+        """Estimated seconds left, without compilation; None if too little of the work is done."""
         start, share = self._first_report or (0.0, 1.0)
         if self.fraction - share < LEAST_SHARE:
             return None
@@ -175,11 +175,11 @@ class Job(Generic[Result]):
 
 
 class Queue:
-    """Lets jobs begin: of the session with the fewest active jobs, the longest since its turn.
+    """Starts jobs: next is the session with the fewest active jobs, then the longest wait.
 
-    At most `n_slots` short jobs are active at once. A job that has been active for
-    `MAX_COUNTED_SECONDS` continues, and its slot is free for others; all share the cores.
-    `current_session` returns the name of the session that this thread draws, empty for none.
+    At most `n_slots` short jobs are active at a time. A job that has been active for
+    `MAX_COUNTED_SECONDS` continues but frees its slot; all active jobs share the cores.
+    `current_session` returns the name of the session that this thread draws, or "".
     """
 
     def __init__(self, n_slots: int, clock: Callable[[], float] = time.monotonic) -> None:
@@ -187,19 +187,19 @@ class Queue:
         self._n_slots, self._clock = n_slots, clock
         self._waiting: list[Job] = []
         self._active: list[Job] = []
-        self._turns: dict[str, int] = {}  # when each session had its latest, while it has jobs
+        self._turns: dict[str, int] = {}  # number of the latest turn of each session that has jobs
         self._n_begun = 0
         self._timer: Timer | None = None
         self._lock = Lock()
 
     def enter(self, job: Job) -> None:
-        """Take a position at the end; if a slot is free it begins at once."""
+        """Append a job to the queue; it begins at once if a slot is free."""
         with self._lock:
             self._waiting.append(job)
         self.look()
 
     def leave(self, job: Job) -> None:
-        """Leave the queue at the end of a job."""
+        """Remove a job that has ended from the queue."""
         with self._lock:
             if job in self._active:
                 self._active.remove(job)
@@ -207,7 +207,7 @@ class Queue:
         self.look()
 
     def withdraw(self, job: Job) -> bool:
-        """Give up waiting; return whether the job waited, and so will never begin."""
+        """Remove a waiting job; return False if it has begun already."""
         with self._lock:
             if job not in self._waiting:
                 return False
@@ -217,7 +217,7 @@ class Queue:
         return True
 
     def look(self) -> None:
-        """Begin the jobs that may begin by now."""
+        """Start the waiting jobs for which slots are free now."""
         with self._lock:
             now, begun = self._clock(), []
             while self._waiting and self._n_counted(now) < self._n_slots:
@@ -233,7 +233,7 @@ class Queue:
             job.begin()
 
     def position(self, job: Job) -> int:
-        """Return how many jobs must begin up to and with this one, 0 if it does not wait."""
+        """Return the position of a waiting job, from 1; 0 if it does not wait."""
         with self._lock:
             if job not in self._waiting:
                 return 0
@@ -247,23 +247,23 @@ class Queue:
             return ahead
 
     def jobs_of(self, session: str) -> list[Job]:
-        """Return the jobs of a session, active and waiting."""
+        """Return the active and waiting jobs of a session."""
         with self._lock:
             return [job for job in (*self._active, *self._waiting) if job.session == session]
 
     @property
     def n_active(self) -> int:
-        """How many jobs are active."""
+        """Number of active jobs."""
         return len(self._active)
 
     @property
     def n_waiting(self) -> int:
-        """How many jobs wait."""
+        """Number of waiting jobs."""
         return len(self._waiting)
 
     @property
     def still_to_take(self) -> float:
-        """Bytes of memory that all jobs have asked for and not taken yet."""
+        """Bytes of memory that all jobs were promised and have not allocated yet."""
         with self._lock:
             jobs = [*self._active, *self._waiting]
         return sum(job.still_to_take() for job in jobs)
@@ -280,13 +280,13 @@ class Queue:
         def rank(job: Job) -> tuple[int, int]:
             return busy[job.session], turns.get(job.session, 0)
 
-        return min(waiting, key=rank)  # the first of equals
+        return min(waiting, key=rank)  # the first session in case of a tie
 
     def _n_counted(self, now: float) -> int:
         return sum(now - job.active_since < MAX_COUNTED_SECONDS for job in self._active)
 
     def _look_again(self, now: float) -> None:
-        """Look when the next active job has become a long one, if any job waits for that."""
+        """If jobs wait, look again as soon as the next active job frees its slot."""
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
@@ -300,13 +300,13 @@ class Queue:
 
 @cache
 def server_queue() -> Queue:
-    """Return the one queue of this process, whose runs share its cores from now on."""
+    """Return the only queue of this process; from now on its runs share the cores."""
     share_cores()
     return Queue(limits_of_environment().n_slots)
 
 
 def result_in_turn(work: Callable[..., Result], demand: Demand) -> Result:
-    """Return work(progress=…, cancel=…) that a page needs: at once, or as a job if it is large."""
+    """Return work(progress=…, cancel=…), computed directly, or as a job if it is large."""
     admit(demand, server_queue().still_to_take)
     if demand.n_cells <= MAX_CELLS_AT_ONCE:
         return work(progress=None, cancel=None)

@@ -1,4 +1,4 @@
-"""The limits of a server, which its environment sets, and what a run demands of it."""
+"""The limits of a server, set by environment variables, and the resources a run demands."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ UPLOADS = "CCWSIM_UPLOADS_MB"
 DEFAULT_HISTORY = 256
 DEFAULT_UPLOADS = 1024
 RESERVE = 128 * 10**6
-"""Bytes that are left for the pages themselves."""
+"""Bytes of memory reserved for the pages."""
 
 
 @dataclass(frozen=True)
 class Demand:
-    """What a run asks of the server: cells of all its realizations, hard data, and memory."""
+    """The resources a run demands: cells of all realizations, hard data, and memory in bytes."""
 
     n_cells: int
     n_data: int = 0
@@ -34,17 +34,17 @@ class Demand:
 
 @dataclass(frozen=True)
 class ServerLimits:
-    """The limits of a server; a laptop has none but its memory."""
+    """The limits of a server; by default only memory is limited."""
 
-    cells: int | None  # maximum of cells × realizations of one run, None for any number
-    data: int | None  # maximum of hard data of one run, None for any number
-    n_slots: int  # how many short jobs of all sessions are active at once
-    memory: int | None  # bytes for the program, None for what the machine or its container has
-    history: int  # bytes of earlier runs that each session keeps
-    uploads: int  # bytes of files of all browsers, those that outlive a reload included
+    cells: int | None  # maximum cells × realizations of a run; None means no limit
+    data: int | None  # maximum number of hard data of a run; None means no limit
+    n_slots: int  # maximum number of short jobs that are active at a time, over all sessions
+    memory: int | None  # bytes for the program; None means all of the machine
+    history: int  # maximum bytes of earlier runs kept by a session
+    uploads: int  # maximum bytes of all uploaded files, also those kept for a reload
 
     def check(self, demand: Demand) -> None:
-        """Refuse a run that is larger than this server allows, and say what to do."""
+        """Raise `CCWSIMError` if a run is larger than this server allows, with advice."""
         if self.cells is not None and demand.n_cells > self.cells:
             raise CCWSIMError(
                 f"{format_number(demand.n_cells)} cells × realizations are more than the "
@@ -54,11 +54,11 @@ class ServerLimits:
         if self.data is not None and demand.n_data > self.data:
             raise CCWSIMError(
                 f"{demand.n_data:,} hard data are more than the {self.data:,} that this server "
-                "allows for one run: use fewer"
+                "allows for one run: use fewer data"
             )
 
     def __str__(self) -> str:
-        """Say what a run may have at most; empty without limits."""
+        """Describe the largest allowed run; empty without limits."""
         parts = []
         if self.cells is not None:
             parts.append(f"{format_number(self.cells)} cells × realizations")
@@ -68,7 +68,7 @@ class ServerLimits:
 
 
 def limits_of_environment() -> ServerLimits:
-    """Return the limits that the environment variables of the server set."""
+    """Return the limits set by the environment variables of the server."""
     memory, history, uploads = _number(MEMORY), _number(HISTORY), _number(UPLOADS)
     return ServerLimits(
         _number(MAX_CELLS),
@@ -81,7 +81,7 @@ def limits_of_environment() -> ServerLimits:
 
 
 def _number(name: str) -> int | None:
-    """Return the whole number of a variable, such as 200000000, 200_000_000 or 2e8."""
+    """Return the integer of a variable, written such as 200000000, 200_000_000 or 2e8."""
     text = os.environ.get(name, "").strip()
     if not text:
         return None
@@ -89,11 +89,13 @@ def _number(name: str) -> int | None:
         value = float(text)
         if value >= 0 and value == int(value):
             return int(value)
-    raise CCWSIMError(f"{name} = {text!r} of the server must be a whole number, or left out")
+    raise CCWSIMError(
+        f"{name} = {text!r} of the server must be a whole number; correct or unset it"
+    )
 
 
 def format_number(number: int) -> str:
-    """Say a number, a large one in millions.
+    """Format an integer; large numbers in millions.
 
     Examples
     --------
@@ -107,7 +109,7 @@ def format_number(number: int) -> str:
 
 
 def admit(demand: Demand, promised: float = 0.0) -> None:
-    """Refuse a run larger than the limits, or than the memory less what is `promised` to others."""
+    """Raise `CCWSIMError` if a run exceeds the limits, or memory not `promised` to other jobs."""
     limits = limits_of_environment()
     limits.check(demand)
     free = free_bytes(limits)
@@ -123,7 +125,7 @@ def admit(demand: Demand, promised: float = 0.0) -> None:
 
 
 def free_bytes(limits: ServerLimits) -> int | None:
-    """Return the memory that runs may still take, None if the system does not tell."""
+    """Return the bytes of memory available to runs, None if unknown."""
     free = free_memory()
     if limits.memory is not None:
         own = limits.memory - (used_memory() or 0)

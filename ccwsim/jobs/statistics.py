@@ -19,21 +19,21 @@ Fraction = Callable[[float], None]
 
 @dataclass(frozen=True)
 class Task(Generic[Value]):
-    """A value to be computed; the key is equal for equal contents and settings."""
+    """A value to compute; tasks with equal inputs have equal keys."""
 
     key: tuple
-    work: Callable[[Fraction], Value] = field(compare=False, repr=False)  # takes its progress
+    work: Callable[[Fraction], Value] = field(compare=False, repr=False)  # called as work(progress)
 
 
 @dataclass(frozen=True)
 class Failure:
-    """Why a task could not be computed."""
+    """The reason why a task could not be computed."""
 
     reason: str
 
 
 class StatisticsWorker:
-    """Computes tasks in order on one thread, which ends after the last."""
+    """Computes tasks in order on a thread, which ends after the last task."""
 
     def __init__(self, cache: LruCache) -> None:
         self.cache = cache
@@ -46,13 +46,13 @@ class StatisticsWorker:
         self._changed = Condition()
 
     def ask(self, task: Task) -> None:
-        """Append a task, unless it is there already, its value is known, or all is stopped."""
+        """Append a task, unless it waits already, its value is known, or the worker is stopped."""
         with self._changed:
             if self.stopped or self.cache.get(task.key) is not None:
                 return
             if task not in self._pending and task != self._current:
                 self._pending.append(task)
-            if self._job is None or self._job.finished:  # one that waited may be dropped
+            if self._job is None or self._job.finished:  # a waiting task may have been dropped
                 self._since = time.monotonic()
                 self._job = Job(self._run)
 
@@ -62,7 +62,7 @@ class StatisticsWorker:
             self._pending.clear()
 
     def stop(self) -> None:
-        """Drop all tasks, also the current one; take no others until `go_on`."""
+        """Drop all tasks, including the current one; accept no tasks until `go_on`."""
         with self._changed:
             self.stopped = True
             self._pending.clear()
@@ -70,27 +70,27 @@ class StatisticsWorker:
                 self._job.cancel()
 
     def go_on(self) -> None:
-        """Take tasks again."""
+        """Accept tasks again."""
         self.stopped = False
 
     def wait_for(self, task: Task[Value], seconds: float) -> Value | Failure | None:
-        """Return a value as soon as it is there, None if that takes longer than `seconds`."""
+        """Return the value of a task, or None if it is not known within `seconds`."""
         with self._changed:
             self._changed.wait_for(lambda: self.cache.get(task.key) is not None, seconds)
         return self.cache.get(task.key)
 
     def share_of(self, task: Task) -> float | None:
-        """Return the share of a task that is done, None if it has not begun."""
+        """Return the finished share of a task, None if it has not begun."""
         return self._share if task == self._current else None
 
     @property
     def seconds(self) -> float:
-        """How long it has been at work."""
+        """Seconds since the worker began its current job."""
         return time.monotonic() - self._since if self._job is not None else 0.0
 
     @property
     def position(self) -> int:
-        """Its position in the queue of the server, 0 if it does not wait."""
+        """Position of the worker in the queue of the server, 0 if it does not wait."""
         job = self._job
         return job.position if job is not None else 0
 

@@ -17,15 +17,15 @@ POLL_SECONDS = 0.05
 """Seconds between two checks of progress and cancel."""
 
 Progress = Callable[[float, int], None]
-"""Called as progress(fraction, n_done): share of all work, and how many tasks are finished."""
+"""Called as progress(fraction, n_done): finished share of the work, number of finished tasks."""
 Cancel = Callable[[], bool]
-"""Returns whether the work is to stop."""
+"""Returns True if the work should stop."""
 
 _shared_cores: Cores | None = None
 
 
 def share_cores() -> None:
-    """Let all runs of this process share its cores from now on: one task a core computes."""
+    """From now on let all runs of this process share its cores, with one active task per core."""
     global _shared_cores
     if _shared_cores is None:
         _shared_cores = Cores(n_cores())
@@ -37,9 +37,9 @@ _usage: ContextVar[Usage | None] = ContextVar("usage", default=None)
 
 @contextmanager
 def stoppable(asked_to_stop: Cancel) -> Iterator[None]:
-    """Let `check_stop` end the work of this thread, and of tasks that it runs, when asked.
+    """Let `check_stop` end the work of this thread and of its tasks if `asked_to_stop()` is True.
 
-    All runs of the work share one `Usage` of the cores.
+    The usage of cores by all runs of this work is counted together.
     """
     token, usage = _asked_to_stop.set(asked_to_stop), _usage.set(Usage())
     try:
@@ -50,35 +50,35 @@ def stoppable(asked_to_stop: Cancel) -> Iterator[None]:
 
 
 def check_stop() -> None:
-    """Raise `Cancelled` if the work of this thread was asked to stop; long loops call it."""
+    """Raise `Cancelled` if the work of this thread was asked to stop; called in long loops."""
     asked = _asked_to_stop.get()
     if asked is not None and asked():
         raise Cancelled("stopped")
 
 
 class StopFlag(Protocol):
-    """Tells whether work is to stop, such as a `threading.Event`."""
+    """A flag that is set if work should stop, such as a `threading.Event`."""
 
     def is_set(self) -> bool: ...
 
 
 class Watch:
-    """Progress and stop of a running task, and its right to compute."""
+    """The progress, the stop flag and the core of a running task."""
 
     def __init__(self, stop: StopFlag) -> None:
         self.share = 0.0
-        """Share of the task that is done, 0 … 1."""
+        """Finished share of the task, 0 … 1."""
         self.lease: CoreLease | None = None
-        """Set if the task shares the cores with other runs."""
+        """The lease of a core; None if the task does not share cores with other runs."""
         self._stop = stop
 
     def report(self, share: float) -> None:
-        """Store the share that is done; raise `Cancelled` if the task was asked to stop."""
+        """Store the finished share; raise `Cancelled` if the task was asked to stop."""
         self.share = share
         self.check()
 
     def check(self) -> None:
-        """Raise `Cancelled` in a task that was asked to stop; let others compute meanwhile."""
+        """Raise `Cancelled` if the task was asked to stop; yield the core if that is due."""
         if self.lease is not None and not self._stop.is_set():
             self.lease.yield_if_due()
         if self._stop.is_set():
@@ -93,17 +93,17 @@ def run_all(
     cancel: Cancel | None = None,
     pool: ThreadPoolExecutor | None = None,
 ) -> list[int]:
-    """Run task(number, watch) for 0 … n − 1 and return the numbers that were finished.
+    """Run task(number, watch) for numbers 0 … n − 1 and return the numbers that finished.
 
-    Fewer than n are finished only if `cancel` returned True. The first error of a task stops
-    the others and is raised. `progress` and `cancel` are called in the caller's own thread.
-    A `pool` that is given stays open.
+    Fewer than n finish only if `cancel` returned True. The first error of a task stops
+    the other tasks and is raised. `progress` and `cancel` are called in the thread of the caller.
+    A given `pool` stays open.
     """
     stop = Event()
     cores, usage = _shared_cores, _usage.get() or Usage()
 
     def run(number: int, watch: Watch) -> None:
-        """Run a task when it has a core; one that was stopped before does not begin."""
+        """Run a task as soon as it has a core, unless it was stopped before."""
         if cores is None:
             task(number, watch)
             return

@@ -23,7 +23,7 @@ from ccwsim.model.training_image import TrainingImage
 HISTOGRAM_SHARE = 0.5
 """Share of the progress bar for counting patterns; comparing histograms takes the rest."""
 MIN_JACKKNIFE = 3
-"""Minimum number of realizations for a jackknife: without one of them, a pair remains."""
+"""Minimum number of realizations for a jackknife: a pair must remain when one is left out."""
 Part = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
@@ -230,7 +230,7 @@ def _weights(given: Sequence[float] | None, n: int) -> NDArray[np.float64]:
     fits = weights.shape == (n,) and n > 0 and np.isfinite(weights).all()
     if not fits or weights.min() < 0 or not weights.sum() > 0:
         raise CCWSIMError(
-            f"weights {shown(given)} must be one number from 0 on for each of {n} factors"
+            f"weights {shown(given)} must be {n} numbers that are not negative, one for each factor"
         )
     return weights / weights.sum()
 

@@ -20,7 +20,7 @@ class Copying:
     """Copied pieces of a realization, and the use of each cell of the training image."""
 
     copied: float
-    """Share of the pairs of adjacent cells whose sources are adjacent in the same way."""
+    """Share of the pairs of adjacent cells that were copied together, as adjacent cells."""
     largest_square: int
     """Side in cells of the largest copied square, or cube in volumes."""
     square_at: tuple[int, ...]
@@ -40,7 +40,7 @@ class Copying:
     """Sides of each cell with a seam: the sum of 1 (east), 2 (north) and 4 (up)."""
 
     def seams_within(self, axis: int) -> NDArray[np.bool_]:
-        """Return the seams within the slices of a volume along an axis, without those between them.
+        """Return the seams of a volume without the seams between slices along an axis.
 
         Examples
         --------

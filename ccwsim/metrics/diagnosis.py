@@ -25,17 +25,16 @@ from ccwsim.model.training_image import TrainingImage
 MIN_ACROSS = 6
 """Minimum number of templates along the smaller side; with fewer, realizations copy the image."""
 MIN_ACROSS_PERIOD = 4
-"""The minimum if features repeat: smaller templates would lose the period."""
+"""Minimum number of templates along the smaller side of a periodic image."""
 MAX_ADVISED_LEVEL = 3
 COARSE_LEVEL = 3
 """Lowest level at which dense data break shapes; `docs/quality.md` has the measurements."""
 MIN_HALVED_LAYERS = 16
-"""Number of layers below which templates are as high as the volume."""
+"""Volumes with fewer layers are simulated with templates as high as the volume."""
 MIN_LAYERS = 8
 """Minimum height of a template in layers, unless the image has fewer."""
 TREND_WEIGHT = 0.5
 """Location weight along z for volumes with a vertical trend; larger weights change little."""
-TREND_REASON = "The upper layers differ from the lower ones: patches come from about their height."
 PERIODIC = 0.5
 """Minimum strength of the spacing of a periodic image."""
 
@@ -50,7 +49,7 @@ class Advice:
 
 
 def templates_that_fit(shape: tuple[int, ...], template_size: int | tuple[int, int, int]) -> int:
-    """Return how many templates fit into an image without overlap.
+    """Return the number of templates that fit into an image without overlap.
 
     `shape` is (layers,) rows and columns of the image; `template_size` the side of the template in
     cells, or its layers, rows and columns.
@@ -150,8 +149,8 @@ def advise_overlap(template: int, thinnest: int, level: int) -> Advice:
     largest = max(template // 2 // block_size, 1)
     n_blocks = min(max(round(template / 4 / block_size), -(-thinnest // block_size), 1), largest)
     reason = (
-        "A quarter of the template, and where it can be the "
-        f"{plural(thinnest, 'cell')} of the thinnest facies, lets geobodies continue."
+        "Geobodies continue if the overlap is a quarter of the template and, if possible, has the "
+        f"{plural(thinnest, 'cell')} of the thinnest facies."
     )
     return Advice("overlap_size", n_blocks * block_size, reason)
 
@@ -271,9 +270,7 @@ def diagnose(training_image: TrainingImage | ArrayLike) -> Diagnosis:
         )
         if quarters.vertical_trend.any() and along_z[1] < image.shape[0]:
             weight = TREND_WEIGHT, 0.0, 0.0
-            why = (
-                "The upper layers differ from the lower ones: patches come from about their height."
-            )
+            why = "The upper layers differ from the lower ones: patches come from similar heights."
             advice = *advice, Advice("location_weight", weight, why)
     n_fit = templates_that_fit(image.shape, advice[1].value)
     boxes = wanted if vertical is None else (advice[1].value[0], wanted, wanted)
@@ -317,7 +314,8 @@ def _warnings(
         where = QUARTERS[int(shift.max(axis=(1, 2)).argmax())]
         warnings.append(
             f"The variogram of the {where} quarter differs from that of the whole image by more "
-            "than chance explains: sizes or directions change across it, and realizations mix them."
+            "than chance explains: sizes or directions of features change across the image, and "
+            "realizations mix them."
         )
     if quarters.vertical_trend.any():
         warnings.append(_trend(ti, named, quarters))
@@ -339,8 +337,8 @@ def _trend(ti: Stack, named: tuple[str, ...], found: Stationarity) -> str:
     share, difference = proportions(ti)[0, facies], found.vertical_differences[facies]
     return (
         f"The upper half of the layers has {share + difference:.0%} of {named[facies]}, the lower "
-        f"half {share - difference:.0%}: there is a vertical trend, and realizations keep it only "
-        "where templates have all layers, or with a location weight along z."
+        f"half {share - difference:.0%}: there is a vertical trend. Realizations keep it only if "
+        "templates have all layers, or with a location weight along z."
     )
 
 
@@ -352,7 +350,7 @@ def _drift(ti: Stack, named: tuple[str, ...], found: Stationarity) -> str:
     share, error = p[facies] + found.differences[part, facies], found.errors[part, facies]
     return (
         f"The {PARTS[part]} has {share:.0%} of {named[facies]}, the whole image "
-        f"{proportions(ti)[0, facies]:.0%}, where chance explains ±{2 * error:.1%}: it is not "
-        "stationary, and realizations mix the patterns of its parts, unless a location weight "
-        "keeps them in their places."
+        f"{proportions(ti)[0, facies]:.0%}, but chance explains ±{2 * error:.1%} at most: the "
+        "image is not stationary. Realizations mix the patterns of its parts, unless a location "
+        "weight is used."
     )

@@ -40,7 +40,7 @@ def feature_spacing(
 ) -> Spacing:
     """Return range and spacing of the features, from lags up to half of the smaller side.
 
-    In a volume, the sides are rows and columns, or only the height for "vertical".
+    In a volume, this is the smaller side of a layer, or the number of layers for "vertical".
 
     Examples
     --------

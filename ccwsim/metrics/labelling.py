@@ -52,7 +52,7 @@ def euler_number(inside: NDArray[np.bool_], neighbours: int) -> int:
 
     With 8 or 26 neighbours, it is corners − edges + faces − cells of the union of closed cells.
     With 4 or 6, cell centres are the corners, and adjacent cells span edges, faces and cubes. With
-    18, the number of corners at which only two cells touch is added, as these cells are not joined.
+    18, corners at which only two cells touch are counted twice, as such cells are not joined.
     """
     cells = np.pad(inside[0] if len(inside) == 1 else inside, 1)
     only_sides = _SHARED_AXES[neighbours] == 1

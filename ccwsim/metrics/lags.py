@@ -164,7 +164,7 @@ def lags_of_map(max_lag: int, shape: tuple[int, ...]) -> NDArray[np.int64]:
     if len(shape) == N_AXES:
         raise CCWSIMError(
             f"lags of a map need a map, not a volume of {shape[0]} layers; give some of its layers "
-            "or take a direction"
+            "or compute along a direction"
         )
     max_lag = check_int("max_lag", max_lag, 1, min(shape) - 1)
     return np.arange(-max_lag, max_lag + 1)

@@ -92,7 +92,7 @@ def _share(of: OfFacies) -> Values:
 
 
 def _boundary(of: OfFacies) -> Values:
-    """Return the share of adjacent pairs with one cell in the facies; NaN for a single cell."""
+    """Return the share of adjacent pairs with only one cell in the facies; NaN for one cell."""
     unequal, n_pairs = np.zeros(len(of.inside)), 0
     for axis in (1, 2, 3):
         here, next_to = (np.delete(of.inside, end, axis) for end in (-1, 0))
@@ -151,52 +151,52 @@ MEASURES = (
     ),
     Measure(
         "Boundary, %",
-        "Share of the pairs of cells side by side of which one has the facies: more is rougher.",
+        "Share of adjacent pairs of cells with only one in the facies; larger values are rougher.",
         _boundary, 0.003, ("too smooth", "too rough"), 100,
     ),
     Measure(
         "Chord E–W, cells",
-        "Mean length of the facies along a line; at the border it is cut.",
+        "Mean length of the facies along a line; pieces end at the border.",
         _chord(3), 0.5, ("too short", "too long"), digits=1,
     ),
     Measure(
         "Chord N–S, cells",
-        "Mean length of the facies along a line; at the border it is cut.",
+        "Mean length of the facies along a line; pieces end at the border.",
         _chord(2), 0.5, ("too short", "too long"), digits=1,
     ),
     Measure(
         "Chord vertical, layers",
-        "Mean thickness of the facies along a column; at the top and the bottom it is cut.",
+        "Mean thickness of the facies along a column; pieces end at top and bottom of the volume.",
         _chord(1), 0.25, ("too thin", "too thick"), digits=1, volumes=True,
     ),
     *_counted(
         "Geobodies",
-        "Pieces in which cells that touch at sides or corners are one.",
+        "Number of connected pieces; cells that touch at sides or corners are connected.",
         lambda of: of.geobodies.n_geobodies, ("too few", "too many"),
     ),
     Measure(
         "Largest geobody, %",
-        "Share of the facies that it has.",
+        "Share of the facies in the largest geobody.",
         _largest, 0.1, ("too small", "too large"), 100, 0,
     ),
     Measure(
         "Γ",
-        "Chance that two cells of the facies are in one geobody (Renard and Allard 2013).",
+        "Probability that two cells of the facies are in one geobody (Renard and Allard 2013).",
         lambda of: of.geobodies.gamma, 0.1, ("too little connected", "too much connected"),
     ),
     *_counted(
         "Euler number",
-        "Geobodies less holes; in volumes geobodies less tunnels plus cavities.",
+        "Geobodies minus holes; in volumes geobodies minus tunnels plus cavities.",
         lambda of: of.geobodies.euler_number, ("too many holes", "too many pieces"),
     ),
     Measure(
         "Unseen patterns, %",
-        f"Share of the patterns of {PATTERN_SIDE} cells a side, of all facies, that the training "
-        "image never has.",
+        f"Share of the patterns of {PATTERN_SIDE} cells a side, of all facies, that do not occur "
+        "in the training image.",
         _unseen, 0.01, ("", "too many"), 100,
     ),
 )  # fmt: skip
-"""All measures in the order in which they are shown."""
+"""All measures, in the order on screen."""
 
 
 @dataclass(frozen=True, eq=False)

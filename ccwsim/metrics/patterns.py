@@ -36,7 +36,7 @@ class PatternHistogram:
 
     codes: NDArray[np.uint64]
     """Sorted codes of the patterns that occur. The digits of a code in base n_facies are the cells
-    of the pattern; if they do not fit 64 bits, it is a 64-bit hash."""
+    of the pattern; patterns that are too large for 64 bits have a 64-bit hash as code."""
     frequencies: NDArray[np.float64]
     """Share of each pattern; the sum is 1."""
     size: int

@@ -55,7 +55,7 @@ MIN_LARGE_PIECES, MAX_LARGE_PIECES = 10, 16
 LARGE_STEP = 3
 """Step between the lags that are compared in large pieces, to save time."""
 TAIL = 0.05
-"""Maximum share of large pieces that reach the image's value if a curve is outside."""
+"""A curve is outside only if at most this share of large pieces reaches the image's value."""
 MIN_PROPORTION_GAP = 0.05
 """Smallest reported difference of a proportion, relative to the training image's proportion."""
 PATTERN_SIZES = (2, 3)

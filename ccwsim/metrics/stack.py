@@ -108,7 +108,7 @@ def as_image(image: Images, codes: Codes | None = None, n_axes: int = 2) -> Stac
     stack = as_stack(image, codes, n_axes)
     if len(stack) > 1:
         raise CCWSIMError(
-            f"one image of shape (ny, nx) or (nz, ny, nx) is needed, not {len(stack)} of them"
+            f"one image of shape (ny, nx) or (nz, ny, nx) is needed, not {len(stack)} images"
         )
     return stack
 

@@ -38,7 +38,7 @@ LEAST = 0.1
 BLOCKS = 32
 """Maximum number of blocks along a side of a quarter when its covariance is computed."""
 SLOPES = 0.5
-"""Degrees of freedom per quarter of a plane: two slopes, common to four quarters."""
+"""Degrees of freedom of the common plane for each quarter: two slopes / four quarters."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,1 +1,1 @@
-"""The nouns: inputs and results of a simulation. All are immutable."""
+"""The inputs and results of a simulation; all objects are immutable."""

@@ -1,4 +1,4 @@
-"""Checks and identities of arrays that all nouns share."""
+"""Checks, conversions and hashes of arrays."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.lazy_stack import LazyStack
 
 Shape: TypeAlias = Any
-"""(ny, nx) of a map, (nz, ny, nx) of a volume; `Any`, as functions of maps take a pair."""
+"""(ny, nx) of a map or (nz, ny, nx) of a volume; `Any`, as some functions accept only maps."""
 MAX_INT = 2**63 - 1
-"""The largest integer of an array."""
+"""Largest 64-bit integer."""
 AXES = "x", "y", "z"
-"""Axes of world coordinates; arrays have them in reverse order, and maps have no z."""
+"""Axes of world coordinates; the axes of arrays are in reverse order, and maps have no z."""
 
 
 def describe_shape(shape: Sequence[int]) -> str:
-    """Return the cells along x, y and, for a volume, z as text."""
+    """Return the numbers of cells along x, y and, for a volume, z as text."""
     return " × ".join(str(n) for n in reversed(shape))
 
 
@@ -46,7 +46,7 @@ def as_array(values: ArrayLike, what: str) -> NDArray:
     except ValueError:
         raise CCWSIMError(f"{what}: a regular array is needed; the rows differ in length") from None
     except (TypeError, OverflowError, MemoryError):
-        raise CCWSIMError(f"{what}: {shown(values)} is no array of numbers") from None
+        raise CCWSIMError(f"{what}: {shown(values)} is not an array of numbers") from None
 
 
 def as_floats(values: ArrayLike, what: str) -> NDArray[np.float64]:
@@ -59,7 +59,7 @@ def as_floats(values: ArrayLike, what: str) -> NDArray[np.float64]:
     """
     array = as_array(values, what)
     if array.dtype.kind not in "buif":
-        raise CCWSIMError(f"{what}: {shown(values)} is no array of real numbers")
+        raise CCWSIMError(f"{what}: {shown(values)} is not an array of real numbers")
     return array.astype(np.float64)
 
 
@@ -140,7 +140,7 @@ def codes_of(integers: NDArray[np.int64]) -> NDArray[np.int64]:
 def ratio(
     numerators: NDArray, denominators: NDArray, otherwise: ArrayLike = np.nan
 ) -> NDArray[np.float64]:
-    """Return numerators / denominators, and `otherwise` where a denominator is not positive.
+    """Return numerators / denominators, or `otherwise` if a denominator is not positive.
 
     Examples
     --------
@@ -187,9 +187,9 @@ def digest(*parts: object) -> str:
     for part in parts:
         if isinstance(part, (np.ndarray, LazyStack)):
             sums.update(repr((part.shape, part.dtype.str)).encode())
-            for piece in part if part.ndim > 2 else (part,):  # a stack may be on disk
+            for piece in part if part.ndim > 2 else (part,):  # in pieces: a stack may be on disk
                 sums.update(np.ascontiguousarray(piece).tobytes())
-        elif isinstance(part, bytes):  # unchanged: repr would take four times the memory
+        elif isinstance(part, bytes):  # hashed directly: repr would need four times the memory
             sums.update(b"%d:" % len(part))
             sums.update(part)
         else:

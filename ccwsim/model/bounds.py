@@ -1,4 +1,4 @@
-"""Bounds of user input: one table for core, widgets, links, projects and command line.
+"""Bounds of user input, common to core, widgets, links, projects and command line.
 
 If a page offers less than the core accepts, both bounds are listed.
 """
@@ -6,33 +6,33 @@ If a page offers less than the core accepts, both bounds are listed.
 from __future__ import annotations
 
 MAX_SEED = 2**31 - 1
-"""The largest seed in widgets and links: exact in the browser and in 32 bits."""
+"""Maximum seed in widgets and links; it is exact in the browser and in 32 bits."""
 
 # Training image and grid
 MAX_FACIES = 254
-"""Facies are bytes in kernels, and 255 marks cells that are not simulated yet."""
+"""Maximum number of facies: kernels use bytes, and 255 marks cells that are not simulated yet."""
 MAX_GRID_SIDE = 2**31 - 1
-"""Cells along a side of any grid: rows and columns have 32 bits."""
+"""Maximum number of cells along a side of a grid: row and column indices have 32 bits."""
 MAX_GRID_SIDE_OFFERED = 10_000
-"""Cells along a side in pages and links: no screen shows a larger map."""
+"""Maximum number of cells along a side in pages and links; no screen shows a larger map."""
 
 # Parameters
 MIN_TEMPLATE, MAX_TEMPLATE = 4, 1024
-"""Cells: smaller patches hold no pattern, and few training images are larger."""
+"""Sides of templates in cells: smaller patches hold no pattern; few training images are larger."""
 MAX_OVERLAP = MAX_TEMPLATE // 2
-"""Cells: overlaps on both sides of a patch may not meet."""
+"""Maximum overlap in cells: overlaps on both sides of a patch must not meet."""
 MAX_LEVEL = 6
-"""A coefficient of this level covers 64 × 64 cells, more than most templates have."""
+"""Maximum wavelet level: one coefficient covers 64 × 64 cells, more than most templates have."""
 MAX_CANDIDATES = 10**6
-"""About the locations of a large training image (1000 × 1000)."""
+"""Maximum number of candidates K: about the number of locations in a TI of 1000 × 1000 cells."""
 MAX_CANDIDATES_OFFERED = 10_000
-"""Candidates offered on a page; more are nearly a draw from all locations."""
+"""Maximum number of candidates on a page; with more, the choice is nearly random."""
 MAX_CO_TEMPLATE = 4
-"""Template sizes ahead of the path: more distant data have little influence on a patch."""
+"""Maximum look-ahead in template sizes: more distant data have little influence on a patch."""
 MAX_TEMPLATE_VARIATION = 0.5
-"""Share of the template: the smallest template still holds an overlap of half of it."""
+"""Maximum variation as a share of the template: the smallest one still holds the overlap."""
 MAX_LOCATION_WEIGHT = 10.0
-"""Ten overlaps of difference: distant locations are then hardly ever chosen."""
+"""Maximum location weight; with it, distant locations are hardly ever chosen."""
 
 PARAMETERS: dict[str, tuple[float, float]] = {
     "template_size": (MIN_TEMPLATE, MAX_TEMPLATE),
@@ -44,38 +44,38 @@ PARAMETERS: dict[str, tuple[float, float]] = {
     "template_variation": (0.0, MAX_TEMPLATE_VARIATION),
     "location_weight": (0.0, MAX_LOCATION_WEIGHT),
 }
-"""The range of each parameter that is a number; a search fraction is more than 0."""
+"""Range of each numerical parameter; a search fraction must also be larger than 0."""
 
 # Realizations; their cost differs between pages
 MAX_REALIZATIONS = 1000
-"""Realizations on a page or in a link: all are kept in memory and drawn."""
+"""Maximum number of realizations on a page or in a link; all are kept in memory and drawn."""
 MAX_REALIZATIONS_OF_PROJECT = 1_000_000
-"""Realizations in a project file, for scripts."""
+"""Maximum number of realizations in a project file, for scripts."""
 MAX_LARGE_ENSEMBLE = 100_000
-"""Realizations of a large ensemble, which keeps statistics only."""
+"""Maximum number of realizations of a large ensemble, of which only statistics are kept."""
 MAX_REALIZATIONS_COMPARED = 100
-"""For each setting of the page Compare."""
+"""Maximum number of realizations of each setting on the page Compare."""
 MAX_REALIZATIONS_TIMED = 100
-"""Realizations of a timed case of the page Benchmark."""
+"""Maximum number of realizations of each timed case on the page Benchmark."""
 MAX_REALIZATIONS_OF_SWEEP = 50
-"""For each of up to 64 settings of a sweep."""
+"""Maximum number of realizations of each setting of a sweep, which has up to 64 settings."""
 
 # World coordinates
 MIN_FLOAT, MAX_FLOAT = 5e-324, 1.8e308
-"""Cell sizes and origins: the range of 64-bit floating-point numbers."""
+"""Range of 64-bit floating-point numbers, for cell sizes and origins."""
 
 # Hard data
 MAX_SAMPLED = 100_000
-"""Data sampled from a reference field, as for uploads."""
+"""Maximum number of data sampled from a reference field, as for uploaded data."""
 MAX_SAMPLING_STEP = 10_000
-"""Cells between sampled data: the largest side of a grid that is offered."""
+"""Maximum distance in cells between sampled data: the largest side of a grid on a page."""
 MAX_LINK_DATA = 200
-"""Data placed by hand in a link; mail programs cut longer addresses."""
+"""Maximum number of hand-placed data in a link; mail programs cut longer addresses."""
 MAX_WRITTEN_DATA = 40
-"""Data written out in a script; more are read from the project file."""
+"""Maximum number of data listed in a script; a script with more reads the project file."""
 
 # Statistics
 MAX_LAG = 100
-"""Largest lag in cells of variograms and connectivity; at most half of the smaller side."""
+"""Maximum lag in cells of variograms and connectivity, if half of the smaller side is not less."""
 MAX_CURVES = 100
-"""Realizations with a curve of their own; more would overlap."""
+"""Maximum number of realizations drawn as curves; more would overlap."""

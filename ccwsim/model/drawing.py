@@ -1,4 +1,4 @@
-"""The module that draws the nouns, which stands above them and is loaded when one is drawn."""
+"""Access to the module that draws images, data and ensembles; it is imported on first use."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from importlib import import_module
 from typing import Any
 
 backend = ""
-"""Name of that module; `ccwsim` sets it, so that nothing here knows the folders above."""
+"""Name of the drawing module; `ccwsim` sets it, so that `model` does not depend on `figures`."""
 
 
 def notebook() -> Any:
-    """Return the module that draws nouns; a script that draws none does not load plotly."""
+    """Import and return the drawing module; scripts that draw nothing do not load plotly."""
     return import_module(backend)

@@ -1,4 +1,4 @@
-"""The result of a simulation: realizations and their history."""
+"""The result of a simulation: realizations, and the inputs that reproduce them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 
 FORCED = -1
-"""Value of `Ensemble.data_status` for a datum whose cell was set, as no window fitted."""
+"""Value of `Ensemble.data_status` for a datum whose cell was forced, as no window fitted."""
 WRONG = -2
 """Value of `Ensemble.data_status` for a datum not honoured, with `exact_data` off."""
 
@@ -40,18 +40,18 @@ class Ensemble:
     cpu_seconds: NDArray[np.float64]
     """CPU time of each realization in seconds, shape (n,)."""
     wall_seconds: float
-    """Time from call to return in seconds."""
+    """Elapsed time of the simulation in seconds."""
     data_status: NDArray[np.int16]
-    """How each realization honours each datum, shape (n, n_data): 0 in the raster pass, the
-    window's side in cells by local re-simulation, FORCED (−1) by setting the cell; WRONG (−2) if
-    not honoured."""
+    """Status of each datum in each realization, shape (n, n_data): 0 if honoured in the raster
+    pass, the window's side in cells if by local re-simulation, FORCED (−1) if its cell was set, and
+    WRONG (−2) if not honoured."""
     numbers: NDArray[np.int64]
     """Number of each realization in the study, shape (n,)."""
     sources: NDArray[np.int32] | None = None
-    """Flat index of the TI cell of each cell, shape of `indices`, −1 for single cells set by force
-    or seam repair; None unless `simulate` was asked to keep it."""
+    """Flat index in the TI of the source of each cell, shape of `indices`; −1 for single cells that
+    were forced or set by seam repair. None if `simulate` was called without `keep_sources`."""
     revised: bool = False
-    """Whether `revise` changed it for edited data, so that the seed does not reproduce it."""
+    """Whether `revise` adapted the ensemble to edited data; the seed does not reproduce it then."""
 
     @property
     def n(self) -> int:
@@ -69,7 +69,7 @@ class Ensemble:
     @overload
     def __getitem__(self, which: slice | Sequence[int]) -> Ensemble: ...
     def __getitem__(self, which: int | slice | Sequence[int]) -> NDArray[np.integer] | Ensemble:
-        """Return one realization, of the grid's shape, in codes, or an ensemble of some of them."""
+        """Return one realization as facies codes, or an ensemble of several realizations."""
         if is_whole(which):
             return self.realizations[which]
         some = np.arange(self.n)[which]
@@ -99,27 +99,27 @@ class Ensemble:
 
     @cached_property
     def n_mismatched(self) -> NDArray[np.int64]:
-        """Hard data that each realization does not honour at full resolution, shape (n,)."""
+        """Number of hard data that each realization does not honour, shape (n,)."""
         return np.array([self.hard_data.n_mismatched(r) for r in self.realizations], dtype=int)
 
     @property
     def n_resimulated(self) -> NDArray[np.int64]:
-        """Hard data honoured by local re-simulation, by realization, shape (n,)."""
+        """Number of hard data honoured by local re-simulation in each realization, shape (n,)."""
         return np.count_nonzero(self.data_status > 0, axis=1)
 
     @property
     def n_forced(self) -> NDArray[np.int64]:
-        """Cells set by force because no window fitted, by realization, shape (n,)."""
+        """Number of cells forced in each realization because no window fitted, shape (n,)."""
         return np.count_nonzero(self.data_status == FORCED, axis=1)
 
     @property
     def n_wrong(self) -> NDArray[np.int64]:
-        """Hard data left wrong because `exact_data` is off, by realization, shape (n,)."""
+        """Number of hard data not honoured because `exact_data` is off, shape (n,)."""
         return np.count_nonzero(self.data_status == WRONG, axis=1)
 
     @property
     def is_stored(self) -> bool:
-        """Whether it was stored with the program: its CPU times are unknown (NaN)."""
+        """Whether the ensemble was delivered with the program; its CPU times are unknown (NaN)."""
         return bool(np.isnan(self.cpu_seconds).any())
 
     @cached_property
@@ -131,34 +131,34 @@ class Ensemble:
         return readonly(shares)
 
     def probability(self, code: int) -> NDArray[np.float64]:
-        """Return the E-type of a facies: the share of realizations that have it, by cell.
+        """Return the E-type of a facies: the share of realizations with that facies in each cell.
 
         Raises `CCWSIMError` for an unknown facies.
         """
         index = self.training_image.index_of(code)
         counts = np.zeros(self.grid.shape, np.int64)
-        for realization in self.indices:  # one by one: they may be on disk
+        for realization in self.indices:  # one at a time, as realizations may be on disk
             counts += realization == index
         return counts / self.n
 
     @cached_property
     def digest(self) -> str:
-        """A short name of the content: equal for equal realizations."""
+        """Hash of the content, equal for equal realizations."""
         return digest(self.training_image.codes.tolist(), self.indices)
 
     def plot(self, realizations: Sequence[int] | None = None) -> Any:
         """Return realizations, by default the first three, as a plotly Figure.
 
-        It shows the middle layer of volumes.
+        Of a volume, the middle layer is shown.
         """
         return notebook().ensemble_chart(self, realizations)
 
     def to_xarray(self) -> Any:
         """Return the realizations as an xarray DataArray of facies codes.
 
-        Its dimensions are realization, (z,) y and x, with the centres of cells in world units. The
-        attributes hold codes and names of facies by the CF conventions. Raises `CCWSIMError` if
-        xarray is not installed.
+        Dimensions are realization, (z,) y and x; coordinates are the centres of cells in world
+        units. Attributes have the codes and names of facies, following the CF conventions. Raises
+        `CCWSIMError` if xarray is not installed.
 
         Examples
         --------
@@ -194,7 +194,7 @@ class Ensemble:
 
 
 def joined(parts: Sequence[Ensemble]) -> Ensemble:
-    """Return the realizations of several runs of one study as one ensemble, in their order."""
+    """Join ensembles of one study into one ensemble, with realizations in the given order."""
     if not parts:
         raise CCWSIMError("no realizations to join; give one ensemble at least")
     first = parts[0]
@@ -206,7 +206,9 @@ def joined(parts: Sequence[Ensemble]) -> Ensemble:
     numbers = np.concatenate([part.numbers for part in parts])
     twice = np.flatnonzero(np.bincount(numbers) > 1)
     if len(twice):
-        raise CCWSIMError(f"realization {twice[0]} is in two ensembles; join others or drop one")
+        raise CCWSIMError(
+            f"realization {twice[0]} is in two ensembles; leave it out of one of them"
+        )
     sources = [part.sources for part in parts if part.sources is not None]
     return replace(
         first,

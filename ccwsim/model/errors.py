@@ -11,11 +11,11 @@ class CCWSIMError(ValueError):
 
 
 class Cancelled(CCWSIMError):
-    """The user stopped a simulation; `ensemble` has the realizations finished before, if any."""
+    """The user stopped a simulation; `ensemble` has the realizations finished by then, if any."""
 
     def __init__(self, message: str, ensemble: Any = None) -> None:
         super().__init__(message)
-        self.ensemble = ensemble  # an `Ensemble`, which knows errors: no circle
+        self.ensemble = ensemble  # an `Ensemble`; that type cannot be imported here (a circle)
 
 
 _SHORT = Repr()
@@ -24,7 +24,7 @@ _SHORT.maxtuple = _SHORT.maxlist = 10
 
 
 def shown(value: object) -> str:
-    """Return a value for messages: its `repr` on one line, shortened.
+    """Return the `repr` of a value for a message, shortened and on one line.
 
     Examples
     --------

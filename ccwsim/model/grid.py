@@ -25,7 +25,7 @@ from ccwsim.model.errors import CCWSIMError, shown
 class Grid:
     """A regular grid of cells in world coordinates.
 
-    Raises `CCWSIMError` for sizes that are not positive; the message names the axis.
+    Raises `CCWSIMError` for sizes that are not positive, with the axis in the message.
 
     Parameters
     ----------
@@ -70,9 +70,9 @@ class Grid:
 
     @classmethod
     def of(cls, shape: Grid | Sequence[int]) -> Grid:
-        """Return a grid unchanged, or one of unit cells with these (layers,) rows and columns.
+        """Return a grid unchanged, or make a grid of unit cells from (layers,) rows and columns.
 
-        Raises `CCWSIMError` for anything but two or three whole numbers.
+        Raises `CCWSIMError` for a shape that is not two or three whole numbers.
 
         Examples
         --------
@@ -97,22 +97,22 @@ class Grid:
         shape: Sequence[int] | None = None,
         cell_size: float | Sequence[float] | None = None,
     ) -> Grid:
-        """Return a grid whose cells hold all points, with a margin around them.
+        """Return a grid that holds all points, with a margin around them.
 
-        Its origin is rounded to whole cells, or tens of them if the margin allows. Raises
-        `CCWSIMError` for no points, unknown or too distant ones, and if `shape` and `cell_size`
-        together do not hold the points.
+        The origin is a multiple of the cell size, or of ten cells if the margin allows. Raises
+        `CCWSIMError` if there is no point, if a coordinate is unknown or too large, and if a grid
+        of the given `shape` and `cell_size` does not hold the points.
 
         Parameters
         ----------
         places : array_like, shape (n, 2) or (n, 3)
             x, y and, for a volume, z in world coordinates, at least one point.
         shape : pair or triple of int, optional
-            (Layers,) rows and columns. By default the longer horizontal side has 100 to 300 cells
-            and z 20 to 60 layers, or the number that follows from `cell_size`.
+            (Layers,) rows and columns. By default, the numbers follow from `cell_size`, or else are
+            100 to 300 cells for the longer horizontal side and 20 to 60 layers.
         cell_size : float, pair or triple of float, optional
-            World units, along x, y and z. By default cells are squares of 1, 2 or 5 times a power
-            of ten, and their height is another of these numbers.
+            Widths along x, y and z in world units. By default, cells are squares, and both width
+            and height are 1, 2 or 5 times a power of ten.
 
         Examples
         --------
@@ -172,11 +172,11 @@ class Grid:
         return tuple(corner + (np.arange(n) + 0.5) * width for corner, width, n in sides)
 
     def cells_of(self, x: ArrayLike, y: ArrayLike, z: ArrayLike | None = None) -> NDArray[np.int64]:
-        """Return the (row, column) or (layer, row, column) of world points, also outside the grid.
+        """Return (row, column) or (layer, row, column) of world points, inside or outside the grid.
 
         The result has shape (n, 2) or (n, 3); a point on the far edge of the grid belongs to the
-        last cell. Raises `CCWSIMError` for coordinates that are not numbers, and for z of a map or
-        none of a volume.
+        last cell. Raises `CCWSIMError` for coordinates that are not numbers, for z in a map, and
+        for no z in a volume.
         """
         given = (x, y) if z is None else (x, y, z)
         names = AXES[: len(given)]
@@ -189,7 +189,7 @@ class Grid:
         named = zip(given, names, strict=True)
         points = [np.atleast_1d(as_floats(p, f"{name} of points")) for p, name in named]
         if any(p.ndim != 1 or p.shape != points[0].shape for p in points):
-            raise CCWSIMError(f"as many {' as '.join(names)} of points are needed, each in one row")
+            raise CCWSIMError(f"{listing(names)} of points must be lists of the same length")
         if not all(np.isfinite(p).all() for p in points):
             raise CCWSIMError(f"{listing(names)} of every point must be known numbers")
         sides = zip(points, self.origin, self.cell_size, self.shape[::-1], strict=True)
@@ -198,24 +198,24 @@ class Grid:
             with np.errstate(over="ignore"):
                 places = (along - corner) / width
             if not (np.abs(places) < 2.0**62).all():
-                raise CCWSIMError("some points are absurdly far from the grid; correct them")
+                raise CCWSIMError("some points are too far from the grid; check their coordinates")
             places[places == n] = n - 1
             cells[:, -axis] = np.floor(places)
         return cells
 
     def centers_of(self, cells: NDArray[np.integer]) -> NDArray[np.float64]:
-        """Return x, y (and z) of the centres of cells, shape (n, 2) or (n, 3), in world units."""
+        """Return x, y (and z) of the centres of cells in world units, shape (n, 2) or (n, 3)."""
         middles = self._checked(cells).astype(float)[:, ::-1] + 0.5
         return middles * np.array(self.cell_size) + np.array(self.origin)
 
     def holds(self, cells: NDArray[np.integer]) -> NDArray[np.bool_]:
-        """Return which cells, as (layer,) row and column, are in the grid, shape (n,)."""
+        """Return the mask of the cells, as (layer,) row and column, that are in the grid."""
         places = self._checked(cells)
         sides = zip(places.T, self.shape, strict=True)
         return np.logical_and.reduce([(place >= 0) & (place < n) for place, n in sides])
 
     def _checked(self, cells: NDArray[np.integer]) -> NDArray[np.integer]:
-        """Return cells as an array, or raise `CCWSIMError` for another number of dimensions."""
+        """Return cells as an array, or raise `CCWSIMError` if they do not suit the dimensions."""
         places = np.asarray(cells)
         if places.ndim == 2 and places.shape[1] == self.n_dimensions:
             return places
@@ -232,7 +232,7 @@ _MARGIN = 0.05
 _FITTED_CELLS = 250
 """Approximate number of cells along the longer horizontal side of a fitted grid."""
 _FITTED_LAYERS = 50
-"""Approximate number of its layers: volumes are flat, so z has a cell size of its own."""
+"""Approximate number of layers of a fitted grid; volumes are flat, so z needs smaller cells."""
 
 
 def _fitting(
@@ -241,9 +241,9 @@ def _fitting(
     shape: Shape | None,
     cell_size: tuple[float, ...] | None,
 ) -> Grid:
-    """Return a grid around the points from `low` to `high`; `shape` is along x, y and z."""
+    """Return a grid that holds the box from `low` to `high`; all arguments are along x, y and z."""
     extent = (high - low) * (1 + 2 * _MARGIN)
-    least = 1e-12 * max(np.abs([low, high]).max(), 1.0)  # precision of numbers of this size
+    least = 1e-12 * max(np.abs([low, high]).max(), 1.0)  # rounding error of numbers of this size
     if cell_size is None:
         usual = (_FITTED_CELLS, _FITTED_CELLS, _FITTED_LAYERS)
         needed = extent / np.array(shape or usual[: len(low)], float)
@@ -268,14 +268,14 @@ def _rounded(values: NDArray[np.float64], step: NDArray[np.float64]) -> NDArray[
 
 
 def _nice(least: float) -> float:
-    """Return the smallest of 1, 2 and 5 times a power of ten that is at least `least`."""
+    """Return the smallest number ≥ `least` that is 1, 2 or 5 times a power of ten."""
     power = float(np.floor(np.log10(least)))
     steps = (float(f"{k}e{power:.0f}") for k in (1, 2, 5, 10))
     return next((step for step in steps if step >= least * (1 - 1e-9)), least)
 
 
 def _numbers(name: str, values: object, n: int, along_z: float) -> tuple[float, ...]:
-    """Return two numbers for a map, three for a volume; the third is optional."""
+    """Return two numbers for a map, three for a volume; the third is `along_z` by default."""
     try:
         numbers = tuple(float(value) for value in values)  # type: ignore[attr-defined]
     except (TypeError, ValueError):

@@ -16,12 +16,11 @@ from ccwsim.model.training_image import TrainingImage
 
 
 class HardData:
-    """Cells with a known facies, one for each cell.
+    """Cells with a known facies, one datum for each cell.
 
-    Its arrays are read-only int64, sorted by layer, row, then column, without duplicates. Empty
-    data, of shape (0, 2) or (0, 3), suit maps and volumes. Raises `CCWSIMError` for shapes that do
-    not fit, values that are not whole numbers, or two different facies in one cell (the message
-    names the data).
+    Arrays are read-only int64, sorted by layer, row, then column, without duplicates. Empty data,
+    of shape (0, 2) or (0, 3), suit maps and volumes. Raises `CCWSIMError` for a wrong shape, values
+    that are not whole numbers, or two different facies in one cell (with the data in the message).
 
     Parameters
     ----------
@@ -65,14 +64,14 @@ class HardData:
         Parameters
         ----------
         data : HardData, None, pair, DataFrame or array_like
-            A pair is (cells, facies), as `HardData` takes them. A table with named `columns`, such
-            as a DataFrame, has x, y and facies in world coordinates, or row, column and facies; for
-            a volume also z or layer. An array has the shape of the grid, with facies codes of the
-            data and NaN elsewhere.
+            A pair is (cells, facies), the arguments of `HardData`. A table with named `columns`,
+            such as a DataFrame, has x, y and facies in world coordinates, or row, column and
+            facies; for a volume also z or layer. An array has the shape of the grid, with a facies
+            code in each cell with a datum and NaN elsewhere.
         grid : Grid
             Grid of the data.
         training_image : TrainingImage, optional
-            Its names of facies, in upper or lower case, may replace codes in a pair or a table.
+            Its facies names, in upper or lower case, may replace codes in a pair or a table.
 
         Examples
         --------
@@ -115,16 +114,16 @@ class HardData:
 
     @cached_property
     def digest(self) -> str:
-        """A short name of the content: equal for equal data in any order."""
+        """Hash of the content, equal for equal data in any order."""
         return digest(self.cells if self.n else np.empty((0, 2), np.int64), self.facies)
 
     @cached_property
     def triples(self) -> tuple[tuple[int, ...], ...]:
-        """Each datum as ((layer,) row, column, facies), for comparisons."""
+        """Data as tuples ((layer,) row, column, facies), for comparisons."""
         return tuple(map(tuple, np.column_stack([self.cells, self.facies]).tolist()))
 
     def check(self, grid: Grid, training_image: TrainingImage | None = None) -> None:
-        """Raise `CCWSIMError` for data outside the grid, of other dimensions or unknown facies."""
+        """Raise `CCWSIMError` for data outside the grid, wrong dimensions or unknown facies."""
         if self.n and self.n_dimensions != grid.n_dimensions:
             raise CCWSIMError(
                 "hard data have rows and columns only, but the grid is a volume of "

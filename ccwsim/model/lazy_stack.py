@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 
 class LazyStack:
-    """A stack of facies codes that behaves like an array of facies indices.
+    """A stack of facies codes on disk that behaves like an array of facies indices.
 
-    Each part is read and converted on access.
+    Each requested part is read and converted on access.
 
     Examples
     --------
@@ -35,7 +35,7 @@ class LazyStack:
     def __getitem__(self, which: Any) -> NDArray[np.uint8]:
         part = np.asarray(self.stack[which])
         indices = np.zeros(part.shape, np.uint8)
-        for k, code in enumerate(self._codes):  # searchsorted would take eight bytes per cell
+        for k, code in enumerate(self._codes):  # searchsorted would need eight bytes per cell
             np.copyto(indices, k, where=part == code)
         return indices
 
@@ -46,5 +46,5 @@ class LazyStack:
         return self[:].astype(dtype or self.dtype, copy=False)
 
     def copy(self) -> NDArray[np.uint8]:
-        """Return all indices, in memory."""
+        """Return all indices as an array in memory."""
         return self[:]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 THREE_DIGITS = 999.5
-"""From this value on three significant digits are integers."""
+"""Smallest value that is written as an integer: it has three digits before the point."""
 
 
 def plural(n: int, noun: str) -> str:
@@ -20,7 +20,7 @@ def plural(n: int, noun: str) -> str:
 
 
 def three_digits(value: float) -> str:
-    """Return a number with three significant digits, never in powers of ten; "–" for NaN."""
+    """Return a number with three significant digits, without powers of ten; "–" for NaN."""
     if math.isnan(value):
         return "–"
     if value == 0:

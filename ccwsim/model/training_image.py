@@ -29,14 +29,14 @@ class TrainingImage:
     """A map or volume of facies codes, in which patches are searched (the TI).
 
     Facies are categories: at most 254 integer codes, whose order has no meaning. Raises
-    `CCWSIMError` for more of them, another number of dimensions, no cells, or a value that is no
+    `CCWSIMError` for more codes, a wrong number of dimensions, no cells, or a value that is not a
     whole number.
 
     Parameters
     ----------
     array : array_like, shape (ny, nx) or (nz, ny, nx)
-        Facies codes, row 0 at the south, layer 0 at the bottom. A volume of one layer stays one.
-        Kept read-only, in the smallest integer type that holds them.
+        Facies codes, row 0 at the south, layer 0 at the bottom. A volume of one layer stays a
+        volume. The array is stored read-only, in the smallest integer type for its codes.
     name : str
         Name on screen and in files.
     facies_names : sequence of str, optional
@@ -84,7 +84,7 @@ class TrainingImage:
 
     @classmethod
     def of(cls, image: TrainingImage | ArrayLike) -> TrainingImage:
-        """Return a training image unchanged, or the one of an array of facies codes.
+        """Return a training image unchanged, or make one from an array of facies codes.
 
         Examples
         --------
@@ -127,7 +127,7 @@ class TrainingImage:
 
     @cached_property
     def digest(self) -> str:
-        """A short name of the content: equal for equal images."""
+        """Hash of the content, equal for equal images."""
         return digest(self.array.shape, self.codes.tolist(), self.indices)
 
     def index_of(self, code: int) -> int:
@@ -158,6 +158,6 @@ def _indices_in(codes: NDArray[np.int64], integers: NDArray[np.int64]) -> NDArra
     low, high = int(codes[0]), int(codes[-1])
     if high - low >= 2**16:
         return np.searchsorted(codes, integers).astype(np.uint8)
-    places = np.zeros(high - low + 1, np.uint8)  # close together, as nearly always: a table is fast
+    places = np.zeros(high - low + 1, np.uint8)  # codes are close together: a table is fast
     places[codes - low] = np.arange(len(codes))
     return places[integers - low]

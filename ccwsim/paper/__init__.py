@@ -1,4 +1,4 @@
-"""The experiments of the paper, run again, and their report."""
+"""The experiments of the paper, reproduced, and their report."""
 
 from ccwsim.paper.experiment import FULL, QUICK, Experiment, ExperimentRun, Extent, Outcome
 from ccwsim.paper.inputs import PaperInputs, inputs_in

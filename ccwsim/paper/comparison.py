@@ -1,4 +1,4 @@
-"""CCWSIM against MS-CCSIM: channel, stone wall, and analysis of distances (sections 5.4, 5.5)."""
+"""CCWSIM compared with MS-CCSIM on channels and stone wall, and by ANODI (sections 5.4, 5.5)."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ from ccwsim.report.document import Block, Chart, Judgement, Row, Table, Text
 METHODS = ("ccwsim", "ms-ccsim")
 N_DATA = 1000
 LEVELS = (1, 3)
-LIKE_TAU = 0.02  # largest difference of two relative connectivities that are alike
-LIKE_SHARE = 0.03  # largest difference of two shares of wrong data that are alike
-LIKE_DISTANCE = 1.1  # largest ratio of two pattern distances that are alike
+LIKE_TAU = 0.02  # relative connectivities within this difference are alike
+LIKE_SHARE = 0.03  # shares of wrong data within this difference are alike
+LIKE_DISTANCE = 1.1  # pattern distances within this ratio are alike
 ANODI_LEVEL = 2
-COMPARABLE = 1.15  # largest ratio that counts as comparable, and the inverse of the smallest
+COMPARABLE = 1.15  # distances within this ratio, up or down, are comparable
 SYMBOLS = (
     "circle", "square", "triangle-up", "cross", "x", "star", "diamond", "triangle-down",
 )  # fmt: skip
@@ -62,11 +62,11 @@ class Case(NamedTuple):
 
     @property
     def score(self) -> tuple[float, float]:
-        """Connectivity at the largest lag, and the mean pattern distance."""
+        """Return connectivity at the largest lag and mean pattern distance."""
         return list(self.tau.values())[-1], float(self.distances.mean())
 
     def compare(self, other: Case) -> tuple[int, int]:
-        """Return whether it is worse, −1, like, 0, or better, 1: connectivity, patterns."""
+        """Return −1 if worse than the other, 0 if alike, 1 if better: connectivity, patterns."""
         (tau, near), (other_tau, other_near) = self.score, other.score
         more = int(tau - other_tau > LIKE_TAU) - int(other_tau - tau > LIKE_TAU)
         return more, verdicts.order_of(other_near / near, LIKE_DISTANCE)
@@ -74,27 +74,27 @@ class Case(NamedTuple):
 
 @dataclass
 class Sampled:
-    """All cases of one study."""
+    """All cases of one study, with its image and data."""
 
     image: TrainingImage
     data: HardData
     cases: list[Case] = field(default_factory=list)
 
     def add(self, method: str, level: int, whose: str, images: NDArray | None) -> None:
-        """Add a case, unless there are no realizations of it."""
+        """Add a case if it has realizations."""
         if images is not None:
             distances = methods.mean_distances(images, self.image)
             tau = methods.relative_tau(images, self.image)
             self.cases.append(Case(method, level, whose, images, distances, tau))
 
     def of(self, whose: str) -> list[Case]:
-        """Return the cases of one origin."""
+        """Return the cases of one origin (see `Case.whose`)."""
         return [case for case in self.cases if case.whose == whose]
 
     def pairs(
         self, first: tuple[str, str], second: tuple[str, str]
     ) -> Iterator[tuple[int, Case, Case]]:
-        """Yield each level that has both cases, and these; a case is named by method and origin."""
+        """Yield each level that has both cases, and the cases, given as (method, origin)."""
         by_key = {case[:3]: case for case in self.cases}
         for level in LEVELS:
             keys = [(method, level, whose) for method, whose in (first, second)]
@@ -107,7 +107,7 @@ class Sampled:
 
 
 def sampled_data(run: ExperimentRun) -> Outcome:
-    """Simulate both methods at levels 1 and 3: as published, with exact data, and by default."""
+    """Simulate both methods at levels 1 and 3: as published, with exact data and by default."""
     run.expect(14)
     image, side = run.inputs.image("channel"), run.extent.side(512)
     shape = side, side
@@ -140,7 +140,7 @@ def sampled_data(run: ExperimentRun) -> Outcome:
 
 
 def data_of(run: ExperimentRun, image: TrainingImage, shape: tuple[int, int]) -> HardData:
-    """Return the authors' data, or as many sampled from a realization of the bundled image."""
+    """Return the authors' data, or an equal number sampled from a realization of our image."""
     if run.inputs.is_own("channel"):
         return run.inputs.data("channel", N_DATA, shape)
     other = ExperimentRun(run.inputs, run.extent, run.seed + 1, cancel=run.cancel)
@@ -165,7 +165,7 @@ def _table_of_cases(study: Sampled, side: int) -> Table:
 
 
 def _methods(study: Sampled) -> list[Judgement]:
-    """Judge whether CCWSIM is better than MS-CCSIM in connectivity and patterns, as stated."""
+    """Judge the statement that CCWSIM beats MS-CCSIM in connectivity and patterns."""
     judgements = []
     claim = "CCWSIM enhances facies connectivity and pattern reproduction (abstract)."
     for whose, who in (
@@ -206,7 +206,7 @@ def _against_published(study: Sampled) -> list[Judgement]:
 
 
 def _in_search_only(study: Sampled) -> list[Judgement]:
-    """Judge whether our engine, with data in the search only, misses as many data as the codes."""
+    """Judge whether our engine, run as published, misses as many data as the authors' codes."""
     judgements = []
     for method in METHODS:
         for level, *pair in study.pairs((method, "ours"), (method, "published")):
@@ -254,7 +254,7 @@ def stone_wall(run: ExperimentRun) -> Outcome:
 
 
 def _patterns(study: Sampled) -> list[Judgement]:
-    """Judge pattern distances of the two methods, and of our CCWSIM and the authors' code."""
+    """Judge pattern distances of both methods, and of our CCWSIM and the authors' code."""
     judgements = []
     claim = "CCWSIM is comparable to MS-CCSIM and enhances pattern reproduction (abstract)."
     for whose, who in (
@@ -278,7 +278,7 @@ def _patterns(study: Sampled) -> list[Judgement]:
 
 
 class DistanceStudy(NamedTuple):
-    """An image, the side of its grid, and the published realizations of the same study."""
+    """One study: image, side of the grid, and published realizations."""
 
     image: str
     side: int
@@ -299,7 +299,7 @@ STUDIES = (
 
 
 def variability(run: ExperimentRun) -> Outcome:
-    """Simulate both methods on each image and compare them with those of the published codes."""
+    """Simulate both methods on each image and compare them with the published codes."""
     run.expect(5 * len(STUDIES))
     blocks: list[Block] = []
     charts: list[Chart] = []
@@ -314,8 +314,8 @@ def variability(run: ExperimentRun) -> Outcome:
         judgements += _anodi_judgements(found, study.image)
     remark = (
         "The paper takes 8 × 8 patterns at three resolutions; here all 4 × 4 patterns are counted "
-        "exactly, because nearly every 8 × 8 pattern occurs once. Ratios of two methods can be set "
-        "beside the paper's, divergences cannot."
+        "exactly, because nearly every 8 × 8 pattern occurs once. Ratios of two methods can be "
+        "compared with the paper's; divergences cannot."
     )
     words = Text(remark, quiet=True), Text(methods.DEFAULT_WORDS, quiet=True)
     return Outcome((*blocks, Row(tuple(charts)), *words), tuple(judgements))
@@ -350,17 +350,17 @@ def _anodi_table(found: Anodi, title: str) -> Table:
             (name, str(n), *each, by_resolution, f"{paper_ratio(found, 'CCWSIM', name):.2f}")
         )
     at = (f"{what}, at 1, 1/2, 1/3" for what in ("between", "within"))
-    header = ("method", "n", *at, "CCWSIM's ratio to it", "r")
+    header = ("method", "n", *at, "ratio of CCWSIM to it", "r")
     caption = (
         f"{title[:1].upper()}{title[1:]}. Mean Jensen–Shannon divergence between realizations and "
-        "to the training image (bits); on the right between / within of our CCWSIM divided by that "
-        "of the method, at each resolution and weighted."
+        "to the training image (bits); on the right, between / within of our CCWSIM divided by "
+        "that of the method, at each resolution and as weighted sum r."
     )
     return Table(header, tuple(rows), caption)
 
 
 def table_1(found: Anodi, image: str) -> Table:
-    """Return Table 1, CCWSIM divided by MS-CCSIM, of the paper and of this run."""
+    """Return Table 1, CCWSIM divided by MS-CCSIM, from the paper and from this run."""
     paper = TABLE_1[image]
     rows = [("the paper", *map(_each, paper[:2]), f"{paper.ratio:.2f}")]
     for who, name, other in _pairs(found):
@@ -370,7 +370,7 @@ def table_1(found: Anodi, image: str) -> Table:
     header = ("CCWSIM relative to MS-CCSIM", "between", "within", "r")
     caption = (
         f"Table 1 · {image} image. At three resolutions, the full one first; r = Σ w · between / "
-        "within: above 1 CCWSIM is the more varied for its distance to the image."
+        "within: above 1, CCWSIM is more varied relative to its distance to the image."
     )
     return Table(header, tuple(rows), caption)
 
@@ -380,7 +380,7 @@ def _each(values: Sequence[float]) -> str:
 
 
 def _pairs(found: Anodi) -> list[tuple[str, str, str]]:
-    """Return whose engine it is and the names of both methods, for each complete pair."""
+    """Return the owner of the engine and both methods' names, for each complete pair."""
     pairs = [
         (whose, name.format("CCWSIM"), name.format("MS-CCSIM"))
         for whose, name in (
@@ -425,7 +425,7 @@ def _anodi_judgements(found: Anodi, image: str) -> list[Judgement]:
         judgements.append(verdicts.of_ratio(claim, f"{own} r = {ratio:.2f}.", ratio, paper.ratio))
     if "published CCWSIM" in found.names:
         ratio = paper_ratio(found, "CCWSIM", "published CCWSIM")
-        words = f"r = {ratio:.2f} relative to theirs: variety for the distance to the image."
+        words = f"r = {ratio:.2f} relative to theirs: variety over distance to the image."
         claim = f"The authors' CCWSIM code on the {image} image."
         order = verdicts.order_of(ratio, COMPARABLE)
         judgements.append(verdicts.of_order(claim, words, order))

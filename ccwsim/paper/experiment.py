@@ -1,4 +1,4 @@
-"""An experiment of the paper, its extent, its run and its outcome."""
+"""Experiments of the paper: extent, run and outcome."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ from ccwsim.run.simulation import simulate
 
 @dataclass(frozen=True)
 class Extent:
-    """Size of the experiments: full in minutes, or quick in seconds."""
+    """Size of the experiments: full (takes minutes) or quick (takes seconds)."""
 
     name: str  # "full" or "quick"
-    n_many: int  # realizations if the paper has 100
-    n_few: int  # realizations to compare methods in pictures and curves
+    n_many: int  # realizations in place of the paper's 100
+    n_few: int  # realizations for comparing methods in pictures and curves
     n_anodi: int  # realizations of each method for the analysis of distances
     n_timed: int  # realizations whose times are averaged
-    largest_side: int  # of grids that are not timed, in cells
-    timed_sides: tuple[int, ...]  # of the square grids that are timed
-    largest_lag: int  # of variograms and connectivity, in cells
+    largest_side: int  # largest side of grids that are not timed, in cells
+    timed_sides: tuple[int, ...]  # sides of the timed square grids
+    largest_lag: int  # largest lag of variograms and connectivity, in cells
 
     @property
     def is_full(self) -> bool:
-        """Whether grids are the paper's, so that times can be compared."""
+        """Whether grids are as large as the paper's, so that times can be compared."""
         return self.name != "quick"
 
     def side(self, wanted: int) -> int:
@@ -50,9 +50,9 @@ QUICK = Extent("quick", 6, 3, 4, 2, 144, (64, 128, 192), 40)
 
 @dataclass
 class ExperimentRun:
-    """Inputs, extent and seed of an experiment, and how it reports and is cancelled.
+    """Inputs, extent and seed of an experiment, with its callbacks.
 
-    `progress` is called with the share that is done; `cancel` returns whether to stop.
+    `progress` is called with the finished share; `cancel` returns whether to stop.
     """
 
     inputs: PaperInputs
@@ -64,7 +64,7 @@ class ExperimentRun:
     _done: int = field(default=0, init=False)
 
     def expect(self, steps: int) -> None:
-        """Set the number of steps of the experiment; each simulation is one."""
+        """Set the number of steps of the experiment; each simulation is one step."""
         self._steps, self._done = max(steps, 1), 0
 
     def step(self) -> None:
@@ -75,7 +75,7 @@ class ExperimentRun:
             raise Cancelled("stopped")
 
     def report(self, share: float, n_done: int) -> None:
-        """Report the share that is done, in an experiment that counts its steps itself."""
+        """Report the finished share of an experiment that counts its own steps."""
         self.progress(share)
 
     def simulate(
@@ -101,7 +101,7 @@ class ExperimentRun:
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """Blocks of the report, and judgements of the paper's statements."""
+    """Result of an experiment: blocks of the report and judgements of the paper's statements."""
 
     blocks: tuple[Block, ...]
     judgements: tuple[Judgement, ...]
@@ -113,6 +113,6 @@ class Experiment:
 
     title: str
     place: str  # section, figure or table of the paper
-    shows: str  # content of the paper there, as far as it is known
+    shows: str  # what the paper shows there, as far as known
     run: Callable[[ExperimentRun], Outcome]
-    weight: float = 1.0  # duration relative to most others, for the progress
+    weight: float = 1.0  # duration relative to a typical experiment, for progress

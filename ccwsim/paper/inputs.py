@@ -1,4 +1,4 @@
-"""Inputs of the experiments: the authors' files if they are at hand, ours otherwise."""
+"""Inputs of the experiments: the authors' files if available, otherwise our own."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ IMAGES = {
     "stone wall": ("ti_stonewall_200x200", "stone_wall"),
     "three facies": ("ti_three_facies_400x400", "barchans"),
 }
-"""The authors' file, and the bundled image used without it."""
+"""For each image, the authors' file and the bundled image used without it."""
 FACIES = {"channel": ("mud", "sand"), "stone wall": ("stone", "mortar")}
 DATA = {
     ("channel", 100): "paper/hd_channel_100_grid512x512",
@@ -39,9 +39,9 @@ DENSE_REFERENCE = "paper/reference_channel_dense_256x256"
 
 @dataclass(frozen=True)
 class PaperInputs:
-    """Training images, hard data and published realizations of a folder."""
+    """Training images, hard data and published realizations in a folder."""
 
-    folder: Path | None = None  # holds `paper` and `reference`; None for the bundled images only
+    folder: Path | None = None  # folder with `paper` and `reference`; None for bundled images
 
     def image(self, name: str) -> TrainingImage:
         """Return the training image "channel", "stone wall" or "three facies"."""
@@ -55,20 +55,20 @@ class PaperInputs:
         return TrainingImage(found.array, name=f"{name} (authors')", facies_names=names)
 
     def describe(self, name: str) -> str:
-        """Return a phrase that names the image used for one of the paper's."""
+        """Return a phrase that names the image used in place of one of the paper's images."""
         if self.is_own(name):
             return f"the authors' {name} training image"
         return f"our bundled image “{IMAGES[name][1]}” in place of the authors' {name} image"
 
     def is_own(self, name: str) -> bool:
-        """Whether the image is the authors' own."""
+        """Return whether the image is the authors' own."""
         return self._file(f"paper/{IMAGES[name][0]}.npy") is not None
 
     def data(self, name: str, n: int, shape: tuple[int, int]) -> HardData:
         """Return about `n` hard data for an image on a grid.
 
-        The authors' data inside the grid if they are at hand; otherwise data sampled from an image
-        of the same kind, in the same density.
+        These are the authors' data inside the grid if available; otherwise data sampled at the same
+        density from an image of the same kind.
         """
         stem = DATA[name, n]
         ny, nx = map(int, stem.rsplit("grid", 1)[1].split("x"))
@@ -90,9 +90,9 @@ class PaperInputs:
         return self.data("channel", 4000, (truth.shape[0], truth.shape[1])), TrainingImage(truth)
 
     def published(self, name: str, image: TrainingImage) -> NDArray[np.uint8] | None:
-        """Return realizations of a published code as facies indices, None if there are none.
+        """Return a published code's realizations as facies indices, or None if unavailable.
 
-        Raises `CCWSIMError` for a file with other content.
+        Raises `CCWSIMError` for a file with unexpected content.
         """
         path = self._file(f"reference/{name}.npz")
         if path is None:
@@ -132,7 +132,7 @@ def inputs_in(folder: str | Path | None) -> PaperInputs:
         return PaperInputs()
     given = Path(folder)
     if not given.is_dir():
-        raise CCWSIMError(f"{folder}: there is no such folder; leave it out for the bundled images")
+        raise CCWSIMError(f"{folder}: no such folder; leave it out for the bundled images")
     for candidate in (given, given.parent):
         found = PaperInputs(candidate.resolve())
         if any(found.is_own(name) for name in IMAGES):
@@ -144,6 +144,6 @@ def inputs_in(folder: str | Path | None) -> PaperInputs:
 
 
 def inside(data: HardData, shape: tuple[int, int]) -> HardData:
-    """Return the data inside a grid."""
+    """Return only the data inside a grid."""
     kept = (data.cells < shape).all(axis=1)
     return HardData(data.cells[kept], data.facies[kept])

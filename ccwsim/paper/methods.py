@@ -1,4 +1,4 @@
-"""The methods that the paper compares: settings, published realizations, measures and charts."""
+"""Methods compared in the paper: settings, published realizations, measures and charts."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ DEFAULT_WORDS = (
     "proportions, and seams are repaired, for both methods alike. Elsewhere both are run as they "
     "were published."
 )
-"""Additions of this program, which runs as published leave out."""
+"""Additions of this program, not used in runs as published."""
 COLOURS = {
     "training image": LIGHT.reference,
     "CCWSIM": "#173F6B",
@@ -41,7 +41,7 @@ COLOURS = {
     "DeeSse": "#A78BD0",
     "SNESIM": "#7A7F86",
 }
-"""Colour of each method, in every chart of the report."""
+"""Colour of each method in all charts of the report."""
 LAGS = (21, 41, 61, 81)
 """Lags of connectivity in tables."""
 
@@ -49,7 +49,7 @@ LAGS = (21, 41, 61, 81)
 def paper_parameters(
     method: str, level: int, *, exact: bool = True, template: int = 32, default: bool = False
 ) -> Parameters:
-    """Return the settings of the authors' script; with `exact` every datum is honoured.
+    """Return the settings of the authors' script; with `exact`, every datum is honoured.
 
     Patches are drawn as published and seams are not repaired, except with `default`.
     """
@@ -61,7 +61,7 @@ def paper_parameters(
 def published(
     run: ExperimentRun, image: TrainingImage, name: str, shape: tuple[int, int]
 ) -> NDArray | None:
-    """Return realizations of a published code if they are of the same study."""
+    """Return realizations of a published code if they belong to the same study."""
     if not run.inputs.is_own(image_named(name)):
         return None
     found = run.inputs.published(name, image)
@@ -80,18 +80,18 @@ def image_named(name: str) -> str:
 
 
 def median_seconds(ensemble: Ensemble) -> float:
-    """Return the CPU time of a realization."""
+    """Return the median CPU time of a realization in seconds."""
     return float(np.median(ensemble.cpu_seconds))
 
 
 def wrong_share(images: NDArray, image: TrainingImage, data: HardData) -> float:
-    """Return the share of the data that realizations (facies indices) do not honour, mean."""
+    """Return the mean share of the data that realizations (facies indices) do not honour."""
     wrong = [data.n_mismatched(image.codes[one]) for one in images]
     return float(np.mean(wrong) / max(data.n, 1))
 
 
 def mean_distances(images: NDArray, image: TrainingImage) -> NDArray[np.float64]:
-    """Return the pattern distance from the training image at 1, 1/2, 1/3, mean of realizations."""
+    """Return the mean pattern distance from the training image at resolutions 1, 1/2, 1/3."""
     return pattern_distance(Stack(images, image.codes), image).mean(axis=0)
 
 
@@ -121,7 +121,7 @@ def relative_tau(images: NDArray, image: TrainingImage) -> dict[int, float]:
 
 
 def lags_for(*shapes: tuple[int, ...], largest: int) -> NDArray[np.int64]:
-    """Return the lags from 0 to half of the smallest side of images, at most `largest`.
+    """Return lags from 0 to half of the images' smallest side, at most `largest`.
 
     Examples
     --------
@@ -135,19 +135,19 @@ def lags_for(*shapes: tuple[int, ...], largest: int) -> NDArray[np.int64]:
 def paper_map(
     indices: NDArray[np.uint8], image: TrainingImage, caption: str, data: HardData | None = None
 ) -> Picture:
-    """Return a map in the usual colours, with data."""
+    """Return a map in the default colours, with hard data."""
     return map_picture(indices, image, facies_colours(image), caption, data)
 
 
 def image_picture(image: TrainingImage, description: str, share: float = 0.6) -> Picture:
-    """Return the training image itself."""
+    """Return a picture of the training image."""
     ny, nx = image.shape
     caption = f"Training image, {nx} × {ny}: {description}"
     return map_picture(image.indices, image, facies_colours(image), caption, share=share)
 
 
 def connectivity_chart(stacks: Mapping[str, NDArray], image: TrainingImage, lags: NDArray) -> Chart:
-    """Return mean connectivity E–W of several methods around the training image's."""
+    """Return a chart of mean connectivity E–W of several methods and the training image."""
     code = int(image.codes[-1])
     lines = []
     for name, images in stacks.items():
@@ -166,5 +166,5 @@ def connectivity_chart(stacks: Mapping[str, NDArray], image: TrainingImage, lags
 
 
 def colour_of(name: str) -> str:
-    """Return the colour of a method, by its whole name or the part before a comma."""
+    """Return the colour of a method by its full name or by the part before a comma."""
     return COLOURS.get(name, COLOURS.get(name.split(",")[0], "#7A7F86"))

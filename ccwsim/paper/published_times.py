@@ -1,7 +1,7 @@
-"""Numbers of the paper and the published codes, each with its source.
+"""Numbers reported by the paper and measured on the published codes, with their sources.
 
-Seconds on another machine and in another language cannot be compared with seconds measured here,
-but ratios within one source can: of two levels, methods or numbers of data.
+Seconds from another machine and language cannot be compared with seconds measured here, but ratios
+of two levels, methods or numbers of data within one source can.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ OCTAVE = Source(
     "The authors' CCWSIM and MS-CCSIM run unchanged but without their windows: T 32, OR 8, 20 "
     "candidates, prop 0.1, CT [2 2], 8 paths",
     "GNU Octave, one thread, on another machine than the paper's; 2.5 to 5.8 times the paper's "
-    "MATLAB times where both are known. The interpreted cut alone takes 5.4 of the 5.8 s of an "
+    "MATLAB times if both are known. The interpreted cut alone takes 5.4 of the 5.8 s of an "
     "unconditional run, so these times say little about levels",
 )
 
@@ -38,7 +38,7 @@ class PublishedTime:
     """CPU time of one realization as a source reports it."""
 
     source: Source
-    where: str  # the table or figure
+    where: str  # table or figure of the source
     image: str  # training image: "channel", "stone wall", "three facies", …
     n_cells: int | None  # cells of the grid; None if unknown
     n_data: int | None  # hard data, 0 for an unconditional run; None if unknown
@@ -54,7 +54,7 @@ SOURCES = {"paper": PAPER, "octave": OCTAVE}
 
 
 def _read_times() -> tuple[PublishedTime, ...]:
-    """Return the times of the table beside this module; empty fields are unknown."""
+    """Read the table of times beside this module; empty fields are unknown values."""
     text = files("ccwsim.paper").joinpath("published_times.csv").read_text("utf-8")
     return tuple(
         PublishedTime(
@@ -75,11 +75,11 @@ def _read_times() -> tuple[PublishedTime, ...]:
 
 ALL_TIMES = _read_times()
 TABLE_2 = tuple(t for t in ALL_TIMES if t.where == "Table 2")
-"""CPU time against the number of hard data, by method, level and image; T 32, OR 8."""
+"""CPU times by number of hard data, method, level and image; T 32, OR 8."""
 TABLE_2_DATA = (1000, 2000)
 """Numbers of hard data of Table 2."""
 FIGURE_13 = tuple(t for t in ALL_TIMES if t.where == "Fig. 13")
-"""CPU time of the largest of five grids, by level; the values of the other four are not at hand."""
+"""CPU time of the largest of five grids by level; values of the other four are unavailable."""
 LEVEL_CHANGES = {(1, 2): -0.548, (2, 3): -0.174}
 """Fig. 13: relative change of CPU time from one level to the next, averaged over the five sizes."""
 OCTAVE_TIMES = tuple(t for t in ALL_TIMES if t.source is OCTAVE)
@@ -104,7 +104,7 @@ TABLE_1 = {
 def published_time(
     source: Source, method: str, level: int, n_cells: int, n_data: int, image: str = "channel"
 ) -> PublishedTime | None:
-    """Return the time that a source reports for one case, None if there is none."""
+    """Return the time that a source reports for a case, or None."""
     wanted = source, method, level, n_cells, n_data, image
     for t in ALL_TIMES:
         if (t.source, t.method, t.level, t.n_cells, t.n_data, t.image) == wanted:

@@ -24,11 +24,11 @@ from ccwsim.report.pictures import bundle_chart, bundle_of, share_picture
 
 SHOWN = 3
 LEVEL = 2
-CLOSE_SHARE = 0.03  # largest difference of a reproduced proportion
-CLOSE_TAU = 0.85  # smallest ratio of a reproduced connectivity
-ENOUGH = 0.8  # share of the lags at which the image's curve must be among the realizations'
+CLOSE_SHARE = 0.03  # a proportion is reproduced within this difference
+CLOSE_TAU = 0.85  # smallest ratio to the image's connectivity that counts as reproduced
+ENOUGH = 0.8  # minimum share of lags at which the image's curve is among the realizations'
 SLACK = 0.02
-RECOVERED = 0.9  # share of the cells of the reference image that dense data must recover
+RECOVERED = 0.9  # minimum share of reference cells that dense data recover
 TEMPLATE = 48  # template of the authors' runs with three facies
 NONSTATIONARY = ("delta", "bend")
 KEPT = 0.5  # a trend is lost if realizations keep a smaller share of it on average
@@ -67,12 +67,12 @@ def unconditional(run: ExperimentRun) -> Outcome:
         "patterns (bits) from the training image; τ relative to the training image's."
     )
     remark = (
-        f"The grid of the paper's figure is not known to us; the one here is {side} × {side}, as "
-        "in its conditional runs."
+        f"The grid of the paper's figure is unknown; here it is {side} × {side}, as in the "
+        "paper's conditional runs."
     )
     table = Table(header, tuple(rows), caption)
     blocks = (Row(tuple(pictures)), table, Text(remark, quiet=True))
-    what = "a realization (mean); grid and level are not at hand"
+    what = "a realization (mean); grid and level are unknown"
     time = _judged_time(run, shown, what, "Fig. 6")
     return Outcome(blocks, (_reproduced(shown, image), time))
 
@@ -139,7 +139,7 @@ def _conditional_maps(
     if other is not None:
         shares = etype(Stack(other, image.codes)).probability[last]
         average.append(methods.paper_map(other[0], image, "The authors' code, same study", data))
-        average.append(share_picture(shares, f"E-type of its {len(other)} realizations at hand"))
+        average.append(share_picture(shares, f"E-type of its {len(other)} available realizations"))
     return Row(tuple(shown)), Row(tuple(average))
 
 
@@ -159,14 +159,14 @@ def _by_data(free: Ensemble, runs: list[Ensemble]) -> Table:
 
 
 def _varied(many: Ensemble) -> Judgement:
-    """Judge whether the E-type is certain at the data and open far from them."""
+    """Judge whether the E-type is certain at the data and uncertain far from them."""
     cells = many.hard_data.cells
     shares = many.probability(int(many.training_image.codes[-1]))
     at_data = shares[cells[:, 0], cells[:, 1]]
     certain = float(np.mean((at_data == 0) | (at_data == 1)))
     open_cells = float(np.mean((shares > 0) & (shares < 1)))
     found = (
-        f"The E-type is certain at {percent(certain)} of the data and open at "
+        f"The E-type is certain at {percent(certain)} of the data and uncertain at "
         f"{percent(open_cells)} of all cells."
     )
     claim = "Fig. 7: three distinct realizations and their average, which follows the data."
@@ -181,9 +181,9 @@ def _conditional_times(run: ExperimentRun, free: Ensemble, many: Ensemble) -> li
     theirs = stated_seconds("Fig. 7") / stated_seconds("Fig. 6")
     claim = (
         f"Conditional realizations (2.42 s, Fig. 7) take {theirs:.2f} times as long as "
-        "unconditional ones (6.52 s, Fig. 6); grids and levels of the two are not at hand."
+        "unconditional ones (6.52 s, Fig. 6); grids and levels of both are unknown."
     )
-    found = f"On one grid and level, conditional ones take {ratio:.2f} times as long."
+    found = f"On the same grid and level, conditional realizations take {ratio:.2f} times as long."
     return [time, verdicts.of_ratio(claim, found, ratio, theirs)]
 
 
@@ -233,14 +233,14 @@ def _tau_table(tau: dict[str, dict[int, float]], stacks: dict[str, NDArray]) -> 
 
 
 def _surrounded(bundles: list[Bundle], statistic: Statistic) -> Judgement:
-    """Judge whether the image's curve is among those of the realizations, E–W and N–S."""
+    """Judge whether the image's curve lies among the realizations' curves, E–W and N–S."""
     shares = [_among(bundle) for bundle in bundles]
     what = "variograms" if statistic == "variogram" else "probabilities of connection"
     found = (
-        f"The image's curve is among the realizations' at {percent(shares[0])} of the lags E–W "
-        f"and {percent(shares[1])} N–S."
+        f"The image's curve is among the realizations' curves at {percent(shares[0])} of the lags "
+        f"E–W and {percent(shares[1])} N–S."
     )
-    claim = f"Fig. 9: {what} of the image and of 100 realizations; its curves are not at hand."
+    claim = f"Fig. 9: {what} of the image and of 100 realizations; its curves are not available."
     return verdicts.judged(claim, found, "surrounded" if min(shares) >= ENOUGH else "in part")
 
 
@@ -252,14 +252,14 @@ def _among(bundle: Bundle) -> float:
 
 
 def _against_codes(tau: dict[str, dict[int, float]]) -> list[Judgement]:
-    """Judge our connectivity against the published codes', at the largest lag."""
+    """Judge our connectivity against that of the published codes at the largest lag."""
     judgements = []
     lag, ours = list(tau["CCWSIM"].items())[-1]
     for name, found in tau.items():
         if name == "CCWSIM":
             continue
         theirs = found[lag]
-        words = f"At {lag} cells {ours:.2f} of the image's connectivity; {name}: {theirs:.2f}."
+        words = f"At {lag} cells, part of the image's connectivity {ours:.2f}; {name} {theirs:.2f}."
         order = int(ours - theirs > SLACK) - int(theirs - ours > SLACK)
         claim = f"Connectivity of {name}, same study."
         judgements.append(verdicts.of_order(claim, words, order))
@@ -305,12 +305,12 @@ def _dense_judgements(
 ) -> tuple[Judgement, ...]:
     image, data = e.training_image, e.hard_data
     share, missed = float(np.mean(e.indices == reference)), None
-    found = f"{percent(share)} of the cells are those of the reference image."
+    found = f"{percent(share)} of the cells agree with the reference image."
     claim = "Fig. 14: a simulation with 4000 data beside its reference image."
     judgement = verdicts.of_claim(claim, found, share >= RECOVERED)
     if other is not None:
         theirs, missed = np.mean(other == reference), methods.wrong_share(other, image, data)
-        found += f" With the authors' code {percent(theirs)}."
+        found += f" With the authors' code: {percent(theirs)}."
         judgement = verdicts.of_order(claim, found, 1 if share > theirs else -1)
     honoured = verdicts.of_data(float(e.n_mismatched.mean() / data.n), data.n, missed)
     what = "a realization with about 4000 data (mean)"
@@ -362,7 +362,7 @@ def _facies_judgements(run: ExperimentRun, e: Ensemble) -> tuple[Judgement, ...]
 
 
 def limits(run: ExperimentRun) -> Outcome:
-    """Simulate bundled images whose quarters differ, and measure the difference that remains."""
+    """Simulate nonstationary bundled images and measure the remaining differences of quarters."""
     run.expect(2 * len(NONSTATIONARY))
     blocks: list[Block] = []
     judgements: list[Judgement] = []
@@ -383,7 +383,7 @@ def limits(run: ExperimentRun) -> Outcome:
     table = Table(header, tuple(rows), "Quarters SW, SE, NW, NE; mean of the realizations.")
     remark = Text(
         "The paper's nonstationary image (Sundarbans, Fig. 17) and its Ganges image (Fig. 8; 7.7 s "
-        "a realization) are not at hand; the images here are drawn by this program.",
+        "a realization) are not available; the images here are drawn by this program.",
         quiet=True,
     )
     return Outcome((*blocks, table, remark), tuple(judgements))
@@ -400,7 +400,7 @@ def _quarter_maps(e: Ensemble, name: str) -> Row:
 def _quarters(
     name: str, image: TrainingImage, own: Stationarity, each: list[Stationarity]
 ) -> tuple[str, ...]:
-    """Return the shares of the facies that differs most between the quarters of the image."""
+    """Return the shares of the facies that differs most between the image's quarters."""
     k = int(np.argmax(own.proportions.std(axis=0)))
     kept = np.mean([one.proportions for one in each], axis=0)
     shown = [", ".join(percent(float(v)) for v in p[:, k]) for p in (own.proportions, kept)]
@@ -410,8 +410,8 @@ def _quarters(
 def kept_share(own: Stationarity, each: list[Stationarity]) -> float:
     """Return the share of the differences between the image's quarters that realizations keep.
 
-    It is the slope of the realizations' mean variograms of the quarters over the image's, both less
-    their mean over the quarters, along both axes.
+    Variograms of the quarters, minus their mean over the quarters, are compared along both axes;
+    the result is the slope of the realizations' mean values over the image's.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""All experiments in the order of the paper, their run, and their report."""
+"""All experiments of the paper in order, with their run and report."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ EXPERIMENTS = (
         "Variograms and probability of connection",
         "Section 5.3, Fig. 9",
         "Fig. 9 shows variograms and the probability of connection of the channel image and of "
-        "100 realizations (E–W and N–S); its curves are not at hand.",
+        "100 realizations (E–W and N–S); its curves are not available.",
         statistics,
     ),
     Experiment(
@@ -75,8 +75,8 @@ EXPERIMENTS = (
         "CPU time against grid size",
         "Section 5.6, Fig. 13",
         "Fig. 13 shows mean CPU times of 20 conditional realizations for five grids at levels 1, 2 "
-        "and 3: 56, 32 and 31 s at the largest, 25 million cells; averaged over the sizes −54.8 % "
-        "from level 1 to 2 and −17.4 % from 2 to 3.",
+        "and 3: 56, 32 and 31 s at the largest, 25 million cells; averaged over the sizes, time "
+        "changes by −54.8 % from level 1 to 2 and −17.4 % from 2 to 3.",
         grid_size,
     ),
     Experiment(
@@ -100,18 +100,18 @@ EXPERIMENTS = (
         "Three facies on a large grid",
         "Section 5.8, Fig. 16",
         "Fig. 16 shows three facies on 1000 × 1000 cells at level 2; CPU time 3.50 s. The number "
-        "of data, 400, is that of the authors' files.",
+        "of data, 400, comes from the authors' files.",
         three_facies,
     ),
     Experiment(
         "Limits: nonstationary training images",
         "Section 5.9, Fig. 17",
         "Section 5.9 names nonstationary training images as a limit of the method; Fig. 17 shows "
-        "the Sundarbans, an image that is not at hand.",
+        "the Sundarbans, an image that is not available.",
         limits,
     ),
 )
-"""In the order of the paper."""
+"""All experiments in the order of the paper."""
 
 TITLE = "CCWSIM: the paper's experiments, run again"
 PAPER = (
@@ -119,30 +119,30 @@ PAPER = (
     "CCWSIM, sections 5.1 to 5.9, Figs. 6 to 17, Tables 1 and 2"
 )
 KNOWN = (
-    "Of the paper's numbers those of Tables 1 and 2, the CPU times of Figs. 6 to 8, 13, 14 and 16 "
-    "and the changes between levels of Fig. 13 are at hand; its curves, maps and the images of "
-    "Ganges and Sundarbans are not; the report says if a number is not known. Seconds of "
-    "MATLAB on another machine (Core i7 at 2.6 GHz) are set beside ours for the record; only "
-    "ratios within one run can be compared."
+    "Known are the paper's Tables 1 and 2, the CPU times of Figs. 6 to 8, 13, 14 and 16 and the "
+    "changes between levels of Fig. 13. The paper's curves, maps and images of Ganges and "
+    "Sundarbans are not available; the report says if a number is unknown. Seconds of MATLAB on "
+    "another machine (Core i7 at 2.6 GHz) are shown for the record; only ratios within one run "
+    "can be compared."
 )
 QUICK_RUN = (
     "This was a quick run, on small grids with few realizations: it shows that everything works. "
     "Its verdicts are not results; take the full run for those."
 )
 WORDS = (
-    "“agrees”: the paper's statement is found here too. “better”, “behind”: our number against the "
-    "other one. “differs”: the paper's statement is not found. “in part”: one of two measures, "
-    "or some of the lags. “surrounded”: the image's curve is among the realizations'. "
-    "“less time”: on another machine. “not comparable”: our grid is not the paper's. Two ratios "
-    f"agree where both are below 1, above 1 or within {100 * NOISE - 100:.0f} % of it and they "
-    f"differ by less than a factor of {ALIKE}, or by less than {100 * NOISE - 100:.0f} %; “same "
-    "order”: the first without the second."
+    "“agrees”, “differs”: the paper's statement holds here, or does not. “better”, “behind”: our "
+    "number is better or worse than the other. “in part”: the statement holds for one of two "
+    "measures, or some lags. “surrounded”: the image's curve lies among the realizations' curves. "
+    "“less time”: the paper's machine differs. “not comparable”: our grid differs from the "
+    "paper's. Two ratios have the “same order” if both are below 1, above 1 or within "
+    f"{100 * NOISE - 100:.0f} % of 1. They agree if they have the same order and differ by less "
+    f"than a factor of {ALIKE}, or if they differ by less than {100 * NOISE - 100:.0f} %."
 )
 
 
 @dataclass(frozen=True, eq=False)
 class Finished:
-    """A finished experiment: its outcome, or the problem that prevented it."""
+    """A finished experiment: its outcome, or the problem that stopped it."""
 
     experiment: Experiment
     outcome: Outcome | None
@@ -163,7 +163,7 @@ class Reproduction:
 
     @property
     def words(self) -> Counter[str]:
-        """Number of verdicts by their word."""
+        """Number of verdicts of each kind, by word."""
         outcomes = [f.outcome for f in self.finished if f.outcome is not None]
         return Counter(j.word for outcome in outcomes for j in outcome.judgements)
 
@@ -179,8 +179,8 @@ def reproduce(
 ) -> Reproduction:
     """Run the experiments of the paper, by default on the bundled images.
 
-    `progress` is called as progress(fraction, n_done) and `on_finished` with each finished
-    experiment; n_done counts them. `cancel` is called often and returns True to stop; finished
+    `progress` is called as progress(fraction, n_done), with the number of finished experiments, and
+    `on_finished` with each of them. `cancel` is called often and returns True to stop; finished
     experiments are kept.
 
     Examples
@@ -231,7 +231,7 @@ def with_largest_grid(extent: Extent, side: int | None) -> Extent:
 
 
 def _tried(experiment: Experiment, run: ExperimentRun) -> Finished:
-    """Run one experiment; errors are reported, and the other experiments continue."""
+    """Run one experiment; an error is reported and does not stop the other experiments."""
     start = time.perf_counter()
     outcome, problem = None, ""
     try:
@@ -248,7 +248,7 @@ def _tried(experiment: Experiment, run: ExperimentRun) -> Finished:
 
 
 def document_of(reproduction: Reproduction) -> Document:
-    """Return the report: all verdicts first, then a section for each experiment.
+    """Return the report: all verdicts, then a section for each experiment.
 
     Examples
     --------
@@ -269,7 +269,7 @@ def _opening(r: Reproduction) -> tuple[Block, ...]:
     if r.extent.name != "full":
         blocks.append(Text(QUICK_RUN))
     if r.stopped:
-        blocks.append(Text("The run was stopped: the experiments that are missing were not done."))
+        blocks.append(Text("The run was stopped; missing experiments were not run."))
     blocks.append(Text(WORDS, quiet=True))
     return tuple(blocks)
 
@@ -289,7 +289,7 @@ def summary(r: Reproduction) -> str:
 
 
 def verdict_of(finished: Finished) -> str:
-    """Return the words of an experiment's verdicts, or the problem.
+    """Return the verdicts of an experiment as text, or its problem.
 
     Examples
     --------
@@ -320,7 +320,7 @@ def _run_facts(r: Reproduction) -> tuple[tuple[str, str], ...]:
         folder = f"training images and data of the folder “{r.inputs.folder.name}”"
     x = r.extent
     extent = (
-        f"{x.name}: {x.n_many} realizations where the paper has 100, {x.n_few} to compare methods, "
+        f"{x.name}: {x.n_many} realizations if the paper has 100, {x.n_few} to compare methods, "
         f"{x.n_anodi} for distances, {x.n_timed} for times"
     )
     took = ", ".join(f"{f.experiment.title} {seconds(f.seconds)}" for f in r.finished)

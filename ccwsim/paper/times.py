@@ -1,4 +1,4 @@
-"""CPU time by level, against the size of the grid and the number of data (section 5.6)."""
+"""CPU time by level, grid size and number of data (section 5.6)."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ LEVELS = (1, 2, 3)
 PAPER_SIDE = 5000
 N_TIMED = 3
 LINEAR = 0.15
-"""Allowed difference from 1 of the power of linear growth."""
+"""Growth is linear if its exponent differs from 1 by at most this."""
 PAPER_CELLS = 512 * 512
 
 Times = dict[tuple[str, int, bool, int], Timing]
-"""By method, level, whether data are exact, and which of `TABLE_2_DATA`."""
+"""Times by method, level, whether data are exact, and index of `TABLE_2_DATA`."""
 
 
 def grid_size(run: ExperimentRun) -> Outcome:
@@ -52,8 +52,8 @@ def grid_size(run: ExperimentRun) -> Outcome:
     rows.append((f"paper, {PAPER_SIDE} × {PAPER_SIDE}", f"{PAPER_SIDE**2:,}", *theirs))
     header = ("grid", "cells", *(f"level {level}" for level in LEVELS))
     caption = (
-        f"CPU time of a realization, median of {n}, one thread, no data; the paper's are means of "
-        "20 conditional realizations, with a number of data that is not at hand."
+        f"CPU time of a realization, median of {n}, one thread, no data; the paper's times are "
+        "means of 20 conditional realizations, with an unknown number of data."
     )
     blocks = (_grid_chart(by_level, sides), Table(header, tuple(rows), caption))
     return Outcome(blocks, _grid_judgements(by_level))
@@ -73,7 +73,7 @@ def _grid_chart(by_level: dict[int, list[Timing]], sides: tuple[int, ...]) -> Ro
 
 
 def paper_series(per_cell: bool = False) -> list[TimeSeries]:
-    """Return the paper's times of its largest grid by level: seconds, or microseconds per cell."""
+    """Return the paper's times for its largest grid by level: seconds, or µs per cell."""
     series = []
     for t in FIGURE_13:
         cells, taken = np.array([t.n_cells], float), np.array([t.cpu_seconds], float)
@@ -124,11 +124,11 @@ def _change(share: float) -> str:
 
 
 def _growth(by_level: dict[int, list[Timing]]) -> Judgement:
-    """Describe the growth of the time by the slope of its logarithm over that of the cells."""
+    """Describe the growth of time by the slope of log time over log number of cells."""
     powers = {level: growth(times).exponent for level, times in by_level.items()}
     each = ", ".join(f"{power:.2f} (level {level})" for level, power in powers.items())
     worst = max(abs(power - 1) for power in powers.values())
-    claim = "Fig. 13: CPU time of five sizes; those of the four smaller ones are not at hand."
+    claim = "Fig. 13: CPU time of five sizes; those of the four smaller sizes are not available."
     found = f"Time grows with the power {each} of the cells."
     return verdicts.judged(claim, found, "linear" if worst <= LINEAR else "not linear")
 
@@ -211,7 +211,7 @@ def _paper(method: str, level: int, k: int) -> float:
 
 
 def _methods(times: Times) -> list[Judgement]:
-    """Judge the order of the methods at levels 1 and 3."""
+    """Judge which method is faster at levels 1 and 3."""
     judgements = []
     for level in (1, 3):
         for k, n in enumerate(TABLE_2_DATA):
@@ -234,7 +234,7 @@ def _methods(times: Times) -> list[Judgement]:
 
 
 def _ratios(times: Times) -> list[Judgement]:
-    """Judge the cost of twice the data, and the gain of level 3 over level 1, as published."""
+    """Judge the cost of doubling the data and the gain of level 3 over level 1, as published."""
     pairs = [
         (
             f"twice the data cost {TITLES[method]} at level {level} {{:.2f}} times the time.",

@@ -1,8 +1,8 @@
-"""Words for how our numbers compare with the paper's; every word follows from the numbers.
+"""Verdicts on our numbers compared with the paper's, computed from the numbers.
 
-Two numbers are *alike* if they differ by less than a factor of `ALIKE`. A ratio of two numbers of
-one run has an *order*: below 1, above 1, or 1 within `NOISE`, the precision of a median of a few
-times. Ratios agree if they have one order and are alike, or differ by less than `NOISE`.
+Two numbers are *alike* if they differ by less than a factor of `ALIKE`. The *order* of a ratio of
+two numbers of one run is below 1, above 1, or equal to 1 within `NOISE`, the precision of a median
+of a few times. Ratios agree if they are alike with equal order, or differ by less than `NOISE`.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ NOISE = 1.1
 
 
 def judged(claim: str, found: str, word: str) -> Judgement:
-    """Return a judgement in one of the words above, or in another one that is neutral.
+    """Return a judgement with one of the words above, or with another, neutral word.
 
     Examples
     --------
@@ -33,24 +33,24 @@ def judged(claim: str, found: str, word: str) -> Judgement:
 
 
 def of_claim(claim: str, found: str, holds: bool) -> Judgement:
-    """Judge a statement that holds here or does not."""
+    """Judge a statement by whether it holds here."""
     return judged(claim, found, AGREES if holds else DIFFERS)
 
 
 def of_order(claim: str, found: str, order: int) -> Judgement:
-    """Judge that our number is worse, −1, equal, 0, or better, 1, than the other."""
+    """Judge our number as worse (−1), equal (0) or better (1) than the other."""
     return judged(claim, found, {-1: BEHIND, 0: AGREES, 1: BETTER}[order])
 
 
 def compared(ours: float, theirs: float, *, more_is_better: bool, alike: float = ALIKE) -> str:
-    """Return how our number compares with theirs."""
+    """Return the word that compares our number with theirs."""
     if max(ours, theirs) <= alike * min(ours, theirs):
         return AGREES
     return BETTER if (ours > theirs) == more_is_better else BEHIND
 
 
 def order_of(ratio: float, noise: float = NOISE) -> int:
-    """Return −1 for a ratio below 1, 1 above, and 0 within the noise of 1.
+    """Return −1 for a ratio below 1, 1 for a ratio above 1, and 0 within the noise of 1.
 
     Examples
     --------
@@ -63,7 +63,7 @@ def order_of(ratio: float, noise: float = NOISE) -> int:
 def of_time(
     what: str, ours: float, theirs: float, where: str, comparable: bool = True
 ) -> Judgement:
-    """Judge our CPU time against the paper's, of another machine, if grids are comparable."""
+    """Judge our CPU time against the paper's if the grids are comparable."""
     claim = f"{where}: {seconds(theirs)} for {what}."
     if not comparable:
         return judged(claim, f"{seconds(ours)} on a smaller grid; not comparable.", OPEN)
@@ -79,7 +79,7 @@ def of_time(
 
 
 def of_ratio(claim: str, found: str, ours: float, theirs: float) -> Judgement:
-    """Judge a ratio within our run against the same ratio within the paper's."""
+    """Judge a ratio within our run against the same ratio in the paper."""
     apart = max(ours, theirs) / min(ours, theirs)
     if apart > NOISE and order_of(ours) != order_of(theirs):
         return judged(claim, found, DIFFERS)
@@ -87,7 +87,7 @@ def of_ratio(claim: str, found: str, ours: float, theirs: float) -> Judgement:
 
 
 def of_levels(times: Mapping[int, float]) -> Judgement:
-    """Judge whether each level takes less CPU time than the one below it; `times` are seconds."""
+    """Judge whether each level takes less CPU time than the level below; `times` in seconds."""
     levels = sorted(times)
     words = {-1: "less than", 0: "as long as", 1: "more than"}
     orders = {(a, b): order_of(times[b] / times[a]) for a, b in pairwise(levels)}
@@ -99,7 +99,7 @@ def of_levels(times: Mapping[int, float]) -> Judgement:
 
 
 def of_both(connectivity: int, patterns: int) -> str:
-    """Return the word for a method said to be better, by the orders of two measures."""
+    """Return the word for a claim that a method is better, from the orders of two measures."""
     if connectivity > 0 and patterns > 0:
         return AGREES
     return PART if max(connectivity, patterns) > 0 else DIFFERS
@@ -112,7 +112,7 @@ def of_data(wrong: float, n_data: int, theirs: float | None) -> Judgement:
         if wrong == 0
         else f"{percent(wrong)} of {n_data} data are not honoured."
     )
-    claim = "Section 4.4: candidates are searched for one that honours the data."
+    claim = "Section 4.4: a candidate that honours the data is looked for."
     if theirs is None:
         return of_claim(claim, found, wrong == 0)
     found += f" Realizations of the authors' code miss {percent(theirs)}."

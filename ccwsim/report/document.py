@@ -28,7 +28,7 @@ FOLDER = Path(__file__).parent
 
 @dataclass(frozen=True)
 class Text:
-    """A paragraph; a `quiet` one is small, as a remark."""
+    """A paragraph; a `quiet` paragraph is small, like a remark."""
 
     words: str
     quiet: bool = False
@@ -36,7 +36,7 @@ class Text:
 
 @dataclass(frozen=True)
 class Code:
-    """Lines to copy, with a caption."""
+    """Lines of code to copy, with a caption."""
 
     lines: str
     caption: str = ""
@@ -51,7 +51,7 @@ class Facts:
 
 @dataclass(frozen=True)
 class Table:
-    """A table with rows as long as its header."""
+    """A table; every row is as long as the header."""
 
     header: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
@@ -59,7 +59,7 @@ class Table:
 
     @property
     def numeric(self) -> list[bool]:
-        """Which columns hold only numbers, and are aligned to the right."""
+        """Whether each column has only numbers, which are aligned to the right."""
         columns = zip(*self.rows, strict=True) if self.rows else [()] * len(self.header)
         return [bool(column) and all(map(NUMBER.match, column)) for column in columns]
 
@@ -82,7 +82,7 @@ class Picture:
 class Chart:
     """An interactive plotly figure with its title and an alternative text.
 
-    `legend` has (name, CSS colour) for a chart without labels.
+    `legend` has (name, CSS colour) pairs for a chart without labels.
     """
 
     figure: Any
@@ -95,7 +95,7 @@ class Chart:
 class Row:
     """Pictures or charts side by side, with a caption.
 
-    With `columns`, all have one size; otherwise they share the width.
+    With `columns`, all have the same size; otherwise they share the width of the row.
     """
 
     items: tuple[Picture | Chart, ...]
@@ -105,7 +105,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Judgement:
-    """A statement, the finding, and a word, in a tone, that compares both."""
+    """A statement, the finding on it, and a verdict (`word`) with its tone."""
 
     claim: str
     found: str
@@ -127,7 +127,7 @@ Block = Text | Code | Facts | Table | Row | Picture | Chart | Judgements
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """A part of the report, with a note under its title, and its gist for the contents."""
+    """A section of the report, with a note under its title and a gist for the contents."""
 
     title: str
     blocks: tuple[Block, ...]
@@ -188,7 +188,7 @@ def packed_plotly() -> str:
 
 @cache
 def _environment() -> Environment:
-    """Return templates with a test for each kind of block, such as `one is table`, and filters."""
+    """Return templates with filters and a test for each block type, such as `one is table`."""
     loader = FileSystemLoader(FOLDER)
     environment = Environment(autoescape=True, loader=loader, undefined=StrictUndefined)
     environment.keep_trailing_newline = True
@@ -200,7 +200,7 @@ def _environment() -> Environment:
 
 
 def _figure(figure: Any) -> Markup:
-    # a name like "</script>" must not end the script that carries the figure
+    # a name such as "</script>" must not end the script that contains the figure
     return Markup(figure_json(figure).replace("<", "\\u003c"))
 
 

@@ -1,4 +1,4 @@
-"""Maps and curves of realizations as pictures and charts of a report."""
+"""Maps and curves of realizations, as pictures and charts in a report."""
 
 from __future__ import annotations
 
@@ -50,9 +50,9 @@ def map_picture(
     data: HardData | None = None,
     share: float = 1.0,
 ) -> Picture:
-    """Return a map, or slices through the middle of a volume, with the hard data.
+    """Return a picture of a map, or of the middle slices of a volume, with the hard data.
 
-    Data not honoured are ringed red and counted in the caption.
+    Data that are not honoured are ringed red and counted in the caption.
     """
     dots = None
     if data is not None and data.n:
@@ -68,7 +68,7 @@ def map_picture(
 
 
 def share_picture(shares: Floats, caption: str) -> Picture:
-    """Return a map, or slices of a volume, of shares from 0, dark blue, to 1, yellow."""
+    """Return a map, or slices of a volume, of shares from 0 (dark blue) to 1 (yellow)."""
     if shares.ndim == N_AXES:
         return _slices(slices_png(*steps_of(shares)), caption)
     return Picture(share_png(shares), caption, f"Map: {caption}", pixelated=True)
@@ -88,14 +88,14 @@ def bundle_of(
     lags: NDArray,
     progress: Fraction | None = None,
 ) -> Bundle:
-    """Return a statistic of a facies (a code) in realizations and in the training image."""
+    """Return a statistic of a facies (a code) for realizations and training image."""
     reference = curves_of(statistic, image, facies, way, lags)[0]
     each = curves_of(statistic, images, facies, way, lags, progress)
     return bundle_of_curves(lags.astype(float), reference, each)
 
 
 def bundle_of_curves(lags: Floats, reference: Floats, each: Floats) -> Bundle:
-    """Return a bundle with its quantiles, NaN at lags without values.
+    """Return a bundle of curves with quantiles, which are NaN at lags without values.
 
     Examples
     --------
@@ -108,9 +108,9 @@ def bundle_of_curves(lags: Floats, reference: Floats, each: Floats) -> Bundle:
 
 
 def layers_bundle(ensemble: Ensemble, facies: int) -> Bundle:
-    """Return the share of a facies (an index) in each layer of volumes, over their elevations.
+    """Return the share of a facies (an index) in each layer, by elevation of the layers.
 
-    The training image's shares are at the elevations of `layers_of_image`.
+    The training image's shares use the elevations of `layers_of_image`.
     """
     image = ensemble.training_image
     each = vertical_proportions(Stack(ensemble.indices[:MAX_CURVES], image.codes))[:, facies]
@@ -149,7 +149,7 @@ def layer_data(data: HardData, grid: Grid, code: int) -> LayerData:
 def layers_chart(
     ensemble: Ensemble, facies: int, bundle: Bundle, theme: Theme, **options: Any
 ) -> Any:
-    """Return the chart of `layers_bundle`; `options` are those of the chart."""
+    """Return the chart of `layers_bundle`; `options` are passed to the chart."""
     image, grid = ensemble.training_image, ensemble.grid
     return vertical_proportions_chart(
         bundle,

@@ -1,4 +1,4 @@
-"""Sentences that compare realizations with their training image, the same on all pages."""
+"""Sentences that compare realizations with their training image, shared by all pages."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ VERDICTS: dict[Statistic, tuple[str, str]] = {
 }
 HOW_JUDGED = (
     "Titles compare pieces of the realizations with crops of the training image (TI) of the same "
-    "size, by how much the crops differ among themselves; lines are of whole images."
+    "size, relative to the spread of the crops; lines show whole images."
 )
 NOT_JUDGED = "not judged: the training image or the grid is too small for crops"
 LAYERS_NOT_JUDGED = (
-    "layers not judged: the training image has another number of them, or is too small for crops"
+    "layers not judged: the training image has another number of layers, or is too small for crops"
 )
 
 
@@ -58,12 +58,12 @@ def curve_title(statistic: Statistic, way: Direction) -> str:
 
 
 def size_text(fit: Fit) -> str:
-    """Return the size of the crops in columns, rows and layers."""
+    """Return the size of crops as text: columns × rows × layers."""
     return describe_shape(fit.crop_shape)
 
 
 def describe_curve(fit: Fit | None, statistic: Statistic) -> str:
-    """Describe whether a curve is inside the band of crops, or at which lags and how it differs.
+    """Describe whether a curve is inside the band of crops; if not, at which lags it differs.
 
     Examples
     --------
@@ -87,7 +87,7 @@ def describe_curve(fit: Fit | None, statistic: Statistic) -> str:
 
 
 def describe_curves(fits: Mapping[str, Fit | None], statistic: Statistic) -> str:
-    """Describe which settings' curves are inside the band of crops, and how the others differ."""
+    """Name the settings with curves inside the band of crops; describe the other settings."""
     judged = {name: fit for name, fit in fits.items() if fit is not None and fit.judged}
     if not judged:
         return NOT_JUDGED
@@ -102,7 +102,7 @@ def describe_curves(fits: Mapping[str, Fit | None], statistic: Statistic) -> str
 
 
 def _around_worst(fit: Fit) -> tuple[int, int]:
-    """Return the first and last index around the worst value that miss the band on its side."""
+    """Return the index range around the worst value that misses the band on the same side."""
     above = fit.found > fit.reference
     same = fit.outside & (above == above[fit.worst])
     inside = np.flatnonzero(~same)
@@ -111,7 +111,7 @@ def _around_worst(fit: Fit) -> tuple[int, int]:
 
 
 def _lags_text(fit: Fit) -> str:
-    """Return the lags of these values as text."""
+    """Return the lags around the worst value as text."""
     first, last = _around_worst(fit)
     start, end = int(fit.at[first]), int(fit.at[last])
     if last == len(fit.at) - 1:
@@ -120,7 +120,7 @@ def _lags_text(fit: Fit) -> str:
 
 
 def describe_proportion(ensemble: Ensemble, facies: int) -> str:
-    """Describe the share of a facies (an index) in realizations, training image and data."""
+    """Describe a facies' share (facies as index) in realizations, training image and data."""
     image = ensemble.training_image
     mean, own = float(ensemble.proportions[:, facies].mean()), float(image.proportions[facies])
     others = [f"TI {100 * own:.1f} %"]
@@ -132,7 +132,7 @@ def describe_proportion(ensemble: Ensemble, facies: int) -> str:
 
 
 def relative_text(value: float, reference: float) -> str:
-    """Return the difference of a value from a reference that is not 0, in percent of it."""
+    """Return a value's difference from a nonzero reference as text, in percent of it."""
     off = 100 * (value / reference - 1)
     return f"{off:+.0f} %".replace("-", "−") if round(off) else "±0 %"
 
@@ -143,12 +143,12 @@ def advise_proportions(ensemble: Ensemble, fit: Fit | None) -> str:
         return ""
     names = ensemble.training_image.facies_names
     off = [name for name, missed in zip(names, fit.outside, strict=True) if missed]
-    off = off[1:] if len(off) == len(names) == 2 else off  # the other is the rest
+    off = off[1:] if len(off) == len(names) == 2 else off  # of two facies, name one
     return f"“Match proportions” is off and would bring {' and '.join(off)} nearer to the TI"
 
 
 def describe_geobodies(fit: Fit | None, name: str) -> list[str]:
-    """Describe how Γ and percolation of a facies miss the band of crops, if they do."""
+    """Describe Γ and percolation of a facies if they are outside the band of crops."""
     if fit is None:
         return []
     (gamma, *ways), (own, *own_ways) = fit.found, fit.reference
@@ -168,7 +168,7 @@ def describe_geobodies(fit: Fit | None, name: str) -> list[str]:
 
 
 def describe_layers(fit: Fit | None, name: str) -> str:
-    """Describe whether a facies has its share of each layer, or in which layers it differs."""
+    """Describe whether a facies' share fits in all layers; if not, name the wrong layers."""
     if fit is None:
         return LAYERS_NOT_JUDGED
     if not fit.judged:
@@ -185,9 +185,9 @@ def describe_layers(fit: Fit | None, name: str) -> str:
 
 
 def describe_patterns(fit: Fit | None) -> list[tuple[str, bool]]:
-    """Compare the pattern distances of each size with those of crops, and return if they are good.
+    """For each pattern size, compare the distance with that of crops: (text, is good).
 
-    Nearer than crops is good: the distance of crops is due to their size.
+    A smaller distance than that of crops is good: crops differ only because they are small.
     """
     if fit is None or not fit.judged:
         return [(f"patterns {NOT_JUDGED}", True)]
@@ -206,13 +206,13 @@ def describe_patterns(fit: Fit | None) -> list[tuple[str, bool]]:
 
 
 def describe_unseen(share: float, at_data: float | None, size: str = "3 × 3 × 3") -> str:
-    """Describe the share of patterns that do not occur in the image, of all and at hard data."""
+    """Describe the share of patterns absent from the image, overall and at hard data."""
     data = "" if at_data is None else f", {100 * at_data:.2f} % of those at data,"
     return f"{100 * share:.2f} % of the {size} patterns{data} do not occur in the TI"
 
 
 class MeasureRow(NamedTuple):
-    """One measure as text: its values, the verdict, and whether that is good."""
+    """One measure as text: values, verdict, and whether the verdict is good."""
 
     title: str
     definition: str
@@ -223,15 +223,15 @@ class MeasureRow(NamedTuple):
 
 
 HOW_MEASURED = (
-    "Training image and realizations are whole; the last column compares pieces of realizations "
-    "with crops of the training image of the same size, as windows cut geobodies. ± is how far "
-    "pieces may be from crops before it counts, by how much crops differ among themselves."
+    "The TI and realizations columns are for whole images; the last column compares pieces of "
+    "realizations with crops of the training image of the same size, because windows cut "
+    "geobodies. ± is the tolerance, given by the spread of the crops."
 )
 MEASURES_HEAD = ("measure", "TI", "realizations, 5–95 %", "beside crops of the TI")
 
 
 def describe_measures(found: Measured) -> list[MeasureRow]:
-    """Return all measures as text; verdicts compare pieces of realizations with crops.
+    """Return all measures as text, with verdicts that compare realizations with crops.
 
     Examples
     --------
@@ -271,7 +271,7 @@ def _spread(values: NDArray[np.float64]) -> tuple[float, float, float]:
 
 
 def describe_variety(differing: float, proportions: Sequence[float]) -> str:
-    """Describe the share of cells in which two realizations differ, beside independent cells.
+    """Describe the share of cells that differ between realizations and between random images.
 
     Examples
     --------

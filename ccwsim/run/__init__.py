@@ -1,1 +1,1 @@
-"""Many realizations: their executors, their storage, and the memory they take."""
+"""Simulation of many realizations: executors, storage, and an estimate of memory."""

@@ -1,4 +1,4 @@
-"""An estimate of the memory that a run takes, before it starts: a little too high, not too low."""
+"""An estimate of the memory that a run takes: rather a little too high than too low."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ from ccwsim.model.study import Study
 from ccwsim.system.machine import n_cores
 
 GRIDS_AT_WORK = 2
-"""Grids of one byte per cell that a thread needs: in path and in grid coordinates."""
+"""Grids of one byte per cell needed by a thread: in path and in grid coordinates."""
 GRIDS_OF_DATA = 2
-"""Grids of data, in both coordinates."""
+"""Grids that hold the hard data: in path and in grid coordinates."""
 BYTES_A_DATUM = 200
 MAKING = 40
-"""Bytes per block of the image while its energies are summed up in 64-bit integers."""
+"""Bytes per block of the image for 64-bit sums while its energies are computed."""
 LOOKING_AROUND = 6
 """Bytes per cell of the image while thresholds for isolated data are computed."""
 TOTALS_AND_PLACES = 24
-"""Bytes per location for scores with costs and for the numbers of good locations."""
+"""Bytes per location for total scores and for the indices of good locations."""
 MARGIN = 1.25
 MAPS_BYTES = 16
-"""Bytes a cell of the grid for the maps of a page, and for each facies: shares and counts."""
+"""Bytes per grid cell for the maps of a page; `FACIES_BYTES` are added for each facies."""
 FACIES_BYTES = 12
 
 
 def footprint(
     study: Study, n: int, n_workers: int | None = None, keep_sources: bool = False
 ) -> int:
-    """Return about the bytes that `simulate`, with these arguments, takes with its result."""
+    """Return an estimate of the bytes that `simulate` takes, including its result."""
     cells, threads = study.grid.n_cells, min(n, n_workers or n_cores())
     bytes_a_cell = 5 if keep_sources else 1
     grids = GRIDS_AT_WORK * bytes_a_cell + (GRIDS_OF_DATA if study.hard_data.n else 0)
@@ -55,9 +55,9 @@ def footprint(
 def demand_of(
     study: Study, n: int, n_kept: int | None = None, n_workers: int | None = None, copies: int = 1
 ) -> Demand:
-    """Return what a run of `n` realizations and the page that shows them ask of a server.
+    """Return the resources demanded by a run of `n` realizations and the page that shows them.
 
-    At most `n_kept` of them are in memory at a time, for a moment in several `copies`.
+    At most `n_kept` realizations are in memory at a time, for a moment in several `copies`.
     """
     cells, image = study.grid.n_cells, study.training_image
     kept = n if n_kept is None else min(n, n_kept)
@@ -68,7 +68,7 @@ def demand_of(
 
 
 def _of_image(study: Study, n: int, n_threads: int) -> int:
-    """Return the bytes of the training image in the orientations and template sizes drawn."""
+    """Return the bytes of the training image in all orientations and template sizes that occur."""
     p, image = study.parameters, study.training_image
     usual = lengths_of(p, study.grid.shape)[-1]
     sizes = templates(p, image.shape) if p.template_variation else [None]
@@ -85,7 +85,7 @@ def _of_image(study: Study, n: int, n_threads: int) -> int:
 
 
 def _of_repair(study: Study) -> int:
-    """Return the bytes of the inputs of seam repair: known patterns and running sums."""
+    """Return the bytes that seam repair needs for known patterns and running sums."""
     image, volume = study.training_image, len(study.grid.shape) == 3
     blocks = image.indices.size / (8 if volume else 16)
     planes = 1 if image.n_facies <= 2 else image.n_facies
@@ -106,7 +106,7 @@ def _of_oriented(study: Study, lengths: ScaledLengths) -> int:
 
 
 def _of_search(study: Study) -> int:
-    """Return the bytes that a thread needs for scores and totals, of all and of good locations."""
+    """Return the bytes that a thread needs for the scores of locations."""
     p = study.parameters
     lengths = lengths_of(p, study.grid.shape)[-1]
     with_costs = study.hard_data.n > 0 or max(p.location_weights) > 0
@@ -115,7 +115,7 @@ def _of_search(study: Study) -> int:
 
 
 def _n_blocks(study: Study, lengths: ScaledLengths) -> float:
-    """Return about the number of locations of the searched image."""
+    """Return the approximate number of locations that are searched in the image."""
     return study.training_image.indices.size / prod(lengths.cell_size) / prod(lengths.block)
 
 

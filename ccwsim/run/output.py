@@ -1,4 +1,4 @@
-"""Where finished realizations are stored: in memory, or straight on disk."""
+"""Storage of finished realizations, in memory or in a file."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ from ccwsim.system.memory import format_bytes
 from ccwsim.system.whole_files import WholeFile, unwritable
 
 Stored = tuple[NDArray[np.uint8], NDArray[np.int32] | None]
-"""Indices of the finished realizations, which may be a `LazyStack`, and their sources."""
+"""Finished realizations as facies indices (an array or a `LazyStack`), and their sources."""
 
 
 @contextmanager
 def store_of(
     study: Study, n: int, keep_sources: bool, out: str | os.PathLike[str] | None
 ) -> Iterator[Memory | MapFile]:
-    """Yield a store for n realizations; a file is complete at the end, or unchanged."""
+    """Yield a store for n realizations; a file is replaced only if the run succeeds."""
     if out is None:
         yield Memory(study.grid.shape, n, keep_sources)
         return
     if not isinstance(out, (str, os.PathLike)):
         raise CCWSIMError(f"out = {shown(out)} must be the path of an npy file, or None")
     if keep_sources:
-        raise CCWSIMError("sources are not written to disk; leave out `out` or `keep_sources`")
+        raise CCWSIMError("sources cannot be written to disk; omit `out` or `keep_sources`")
     file = MapFile(out, study.training_image.codes, (n, *study.grid.shape))
     try:
         yield file
@@ -58,7 +58,7 @@ class Memory:
             self._sources[k] = sources
 
     def finish(self, finished: list[int]) -> Stored:
-        """Return the finished ones, ascending, without a copy if these are all."""
+        """Return the finished realizations in order, without a copy if all are finished."""
         indices, sources = self._indices, self._sources
         if len(finished) < len(indices):
             indices = indices[finished]
@@ -67,9 +67,9 @@ class Memory:
 
 
 class MapFile:
-    """Writes facies codes to a NumPy file, by a temporary file beside it and a rename.
+    """Writes facies codes to a temporary file, which is renamed to the NumPy file at the end.
 
-    Realizations are written, as memory-mapped pages would count as memory of this process.
+    The file is not memory-mapped, as mapped pages would count as memory of this process.
     """
 
     def __init__(
@@ -77,7 +77,7 @@ class MapFile:
     ) -> None:
         self._path = path = Path(out)
         if path.suffix.lower() != ".npy":
-            raise CCWSIMError(f"{path}: realizations go straight to disk as .npy only")
+            raise CCWSIMError(f"{path}: realizations can be written to disk only as .npy")
         self._codes, self._shape, self._lock = codes, shape, Lock()
         self._header = self._header_of(shape[0])
         self._size = prod(shape[1:]) * codes.itemsize
@@ -86,7 +86,7 @@ class MapFile:
             if size > (free := shutil.disk_usage(path.parent).free):
                 raise CCWSIMError(
                     f"realizations of {format_bytes(size)} do not fit into {path.parent}, which "
-                    f"has {format_bytes(free)} left; ask for fewer, or for another folder"
+                    f"has {format_bytes(free)} left; ask for fewer or use another folder"
                 )
             self._whole = WholeFile(path)
             self._file = self._whole.file
@@ -104,7 +104,7 @@ class MapFile:
             self._file.write(codes.data)
 
     def finish(self, finished: list[int]) -> Stored:
-        """Close the gaps of missing realizations, rename the file, and map it."""
+        """Close the gaps left by missing realizations, rename the file, and map it."""
         n = len(finished)
         if not n:
             return np.empty((0, *self._shape[1:]), np.uint8), None
@@ -130,7 +130,7 @@ class MapFile:
                 self._file.write(content)
 
     def _header_of(self, n: int) -> bytes:
-        """Return a header, whose length does not depend on n: NumPy pads its digits."""
+        """Return a header; its length does not depend on n, as NumPy pads the digits."""
         header = BytesIO()
         kind = np.lib.format.dtype_to_descr(self._codes.dtype)
         shape = n, *self._shape[1:]

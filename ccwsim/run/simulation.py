@@ -1,4 +1,4 @@
-"""`simulate`: the realizations of a study, on any executor, in memory or on disk."""
+"""`simulate`: simulation of many realizations on any executor, in memory or on disk."""
 
 from __future__ import annotations
 
@@ -49,33 +49,33 @@ def simulate(
     Parameters
     ----------
     training_image : TrainingImage or array_like of shape (ny, nx) or (nz, ny, nx)
-        An array has facies codes, row 0 at the south, layer 0 at the bottom.
+        An array contains facies codes, with row 0 in the south and layer 0 at the bottom.
     grid_shape : pair or triple of int, or Grid
-        Rows and columns of the simulation grid, or layers, rows and columns of a volume.
+        Numbers of rows and columns of the simulation grid; of a volume, layers, rows and columns.
     parameters : Parameters, optional
     hard_data : HardData, pair, table or array_like, optional
-        All that `HardData.of` takes: (cells, facies), a table with x, y and facies, or an array of
+        As for `HardData.of`: (cells, facies), a table with x, y and facies, or an array of
         the grid's shape with NaN in cells without a datum.
     n_realizations : int
     seed : int, optional
-        None draws one, stored as `Ensemble.seed`. A seed gives the same realizations for any number
-        of workers, and realization r does not depend on `n_realizations`.
+        None draws a seed and stores it as `Ensemble.seed`. A seed gives the same realizations for
+        any number of workers; realization r does not depend on `n_realizations`.
     n_workers : int, optional
-        Threads; one per core by default.
+        Number of threads; by default one per core.
     progress : callable, optional
         Called as progress(fraction, n_done) about 20 times a second.
     cancel : callable, optional
-        Called as often; returns True to stop.
+        Called equally often; returns True to stop the run.
     first_realization : int
-        Number of the first one: calls for 0 … 9 and 10 … 19 give the same as one for 0 … 19.
+        Number of the first realization: calls for 0 … 9 and 10 … 19 equal one call for 0 … 19.
     keep_sources : bool
-        Record the cell of the TI that each cell came from, at four bytes per cell.
+        Record from which cell of the TI each cell was copied, at four bytes per cell.
     executor : concurrent.futures.Executor or distributed.Client, optional
-        Simulate there instead: on threads or processes of a pool, or on the workers of a Dask
-        cluster, which need ccwsim too. It stays open. `n_workers` then applies only to an executor
-        that does not tell its number.
+        Simulate on threads or processes of this pool, or on the workers of a Dask
+        cluster, which need ccwsim too. It stays open. `n_workers` applies only to an executor
+        that does not state its number of workers.
     out : path, optional
-        An npy file to which realizations are written, in facies codes, and from which the ensemble
+        An npy file to which realizations are written as facies codes, and from which the ensemble
         reads them. An existing file is replaced at the end.
 
     Returns
@@ -85,7 +85,7 @@ def simulate(
     Raises
     ------
     CCWSIMError
-        For inputs that do not fit together; the message suggests others.
+        If inputs do not fit together; the message suggests a fix.
     Cancelled
         If `cancel` returned True; its `ensemble` has the finished realizations.
 

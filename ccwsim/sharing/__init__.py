@@ -1,1 +1,1 @@
-"""A study to give away: as a link, as a project, as Python, as a command, as a report."""
+"""Ways to share a study: link, project file, Python code, command and report."""

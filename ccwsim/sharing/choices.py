@@ -1,4 +1,4 @@
-"""The choices of the user as plain values, before they become the arguments of `simulate`."""
+"""The user's choices as plain values, from which the arguments of `simulate` are made."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from ccwsim.model.parameters import Parameters
 DataSource = Literal["none", "bundled", "file", "sampled", "placed"]
 EMap = Literal["probability", "most likely", "entropy"]
 Answers = tuple[tuple[str, Any], ...]
-"""Answers of the user to the questions of a reader: (argument, value), sorted."""
+"""The user's answers to questions of a file reader, as sorted (argument, value) pairs."""
 
 
 @dataclass(frozen=True)
 class Upload:
-    """A file from the user's machine; its name is shown, never used as a path."""
+    """A file uploaded by the user; its name is shown, never used as a path."""
 
     name: str
     content: bytes = field(repr=False)
 
     @cached_property
     def digest(self) -> str:
-        """A short name of name and content."""
+        """Short digest of name and content."""
         return digest(self.name, self.content)
 
 
 @dataclass(frozen=True)
 class ImageChoice:
-    """Which training image, how it is read, and how it is turned and named."""
+    """Choice of the training image, with its reading options, orientation and names."""
 
     bundled: str = "channels"
     upload: Upload | None = None
@@ -45,32 +45,32 @@ class ImageChoice:
 
     @property
     def digest(self) -> str:
-        """A short name of all that decides how the image looks, colours excepted."""
+        """Short digest of everything that determines the image, except its colours."""
         source = self.upload.digest if self.upload else self.bundled
         turned = self.flip_ew, self.flip_ns, self.transpose
         return digest(source, self.answers, turned, self.names)
 
     @property
     def files(self) -> tuple[Upload, ...]:
-        """The file of the user, if it is one."""
+        """The uploaded file, if the image comes from one."""
         return () if self.upload is None else (self.upload,)
 
 
 @dataclass(frozen=True)
 class WellTables:
-    """The other tables that a table of intervals of wells needs."""
+    """Tables that belong to a table of well intervals."""
 
     collars: Upload | None = None
-    surveys: Upload | None = None  # none if all wells are vertical
+    surveys: Upload | None = None  # None if all wells are vertical
 
 
 CellsOfWells = tuple[tuple[str, tuple[tuple[int, ...], ...]], ...]
-"""Names of wells, and the cells of each."""
+"""Wells as (name, cells) pairs."""
 
 
 @dataclass(frozen=True)
 class DataChoice:
-    """Where the hard data come from."""
+    """Choice of the source of the hard data."""
 
     source: DataSource = "none"
     bundled: str = ""
@@ -79,18 +79,18 @@ class DataChoice:
     n_sampled: int = 400
     seed_sampled: int = 1
     placed: HardData | None = None
-    tables: WellTables | None = None  # `upload` has intervals of wells, and these are the others
-    wells: CellsOfWells = ()  # of data placed by hand: wells that had a name in a file
+    tables: WellTables | None = None  # the other tables, if `upload` has well intervals
+    wells: CellsOfWells = ()  # named wells of data placed by hand that came from a file
 
     @property
     def files(self) -> tuple[Upload, ...]:
-        """The files of the user."""
+        """The uploaded files."""
         tables = self.tables or WellTables()
         return tuple(f for f in (self.upload, tables.collars, tables.surveys) if f is not None)
 
     @property
     def waits(self) -> bool:
-        """Whether a file is still to be brought."""
+        """Whether a file has still to be uploaded."""
         tables = self.tables
         missing = self.upload is None or (tables is not None and tables.collars is None)
         return self.source == "file" and missing
@@ -110,8 +110,8 @@ class Choices:
 
 @dataclass(frozen=True)
 class Shown:
-    """The results that are looked at."""
+    """The results that the user looks at."""
 
-    realization: int = 0  # which one is large, from 0
-    facies: int = 1  # the place of the facies whose curves and probability are shown
-    e_type: EMap = "probability"  # the content of the uncertainty map
+    realization: int = 0  # number of the large realization, from 0
+    facies: int = 1  # index of the facies whose curves and probability are shown
+    e_type: EMap = "probability"  # name of the uncertainty map

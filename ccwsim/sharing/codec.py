@@ -1,6 +1,6 @@
-"""The fields of a study: one table of names, ranges and ways to write each as text.
+"""The fields of a study: a table of their names, limits and text formats.
 
-Links, project files, options of the command line and limits of the pages all come from these rows.
+Links, project files, command line options and limits of the pages use these rows.
 """
 
 from __future__ import annotations
@@ -23,51 +23,51 @@ YES_NO = {"yes": True, "no": False}
 MAX_LETTERS = 40
 """Maximum length of a word in a link, such as the name of a method or of a facies."""
 _PER_AXIS = "whole", "number"
-"""Kinds of which a parameter of a volume may have three."""
+"""Kinds of parameters that may have three values in a volume."""
 _FIGURE = r"-?\d{1,400}(?:\.\d{1,400})?"
 _PATTERNS = {"count": r"-?\d{1,18}", "whole": r"-?\d{1,9}", "number": r"\d{1,9}(?:\.\d{1,400})?"}
 
 
 @dataclass(frozen=True)
 class FieldSpec:
-    """One row of the table.
+    """One row of the table of fields.
 
-    A volume has a third number, along z, in sizes and lengths; a whole or a number may be three
-    there, written along x, y and z and held along z, y and x.
+    In volumes, sizes and lengths have a third number, along z; a whole or a number may be three
+    numbers there, written in the order x, y, z and stored in the order z, y, x.
     """
 
-    key: str  # in a link
-    part: str  # what holds it: "study", "data", "grid", "parameters" or "shown"
-    fields: tuple[str, ...]  # there, and in a project file; several have a number each: x, y, z
+    key: str  # name in a link
+    part: str  # part of the study: "study", "data", "grid", "parameters" or "shown"
+    fields: tuple[str, ...]  # names in that part and in a project file; one for each of x, y, z
     kind: str  # count, whole, number (both checked by `Parameters`), sizes, lengths, choice, word
-    low: float = 0  # limits of a page, a link or an option
-    high: float = 0
-    file_high: float = 2**63 - 1  # limit of a project file
-    first: int = 0  # the first number in a link
-    words: Mapping[str, Any] | None = None  # the values of a choice, by their words in a link
-    option: str = ""  # on the command line, if there is one; `no_option` is its opposite
+    low: float = 0  # smallest value in a page, link or option
+    high: float = 0  # largest value there
+    file_high: float = 2**63 - 1  # largest value in a project file
+    first: int = 0  # offset of numbers in a link
+    words: Mapping[str, Any] | None = None  # values of a choice, by word in a link
+    option: str = ""  # command line option, if there is one; `no_option` is its opposite
     metavar: str = ""
     help: str = ""
 
     @property
     def no_option(self) -> str:
-        """The option that says no to a choice of yes and no."""
+        """The option that turns a yes-or-no choice off."""
         return self.option.replace("--", "--no-", 1) if self.words == YES_NO else ""
 
     def value_in(self, parts: Mapping[str, Any]) -> Any:
-        """Return the value in the parts of a study."""
+        """Return the value of this field in the parts of a study."""
         values = [getattr(parts[self.part], name) for name in self.fields]
         if len(values) == 1:
             return values[0]
         return tuple(value for value in values if value is not None)  # a map has no layers
 
     def as_fields(self, value: Any) -> dict[str, Any]:
-        """Return a value by the fields that hold it."""
+        """Return a value as a dictionary of the fields that hold it."""
         values = value if len(self.fields) > 1 else (value,)
         return dict(zip_longest(self.fields, values))
 
     def write(self, value: Any) -> str:
-        """Return a value as a text that `read` understands."""
+        """Return a value as text that `read` understands."""
         if self.words:
             return next(word for word, own in self.words.items() if own == value)
         if isinstance(value, tuple):
@@ -77,7 +77,7 @@ class FieldSpec:
         return format_number(value) if isinstance(value, float) else str(value)
 
     def read(self, text: str) -> Any:
-        """Return the value of a text; an error gives the reason as the end of a sentence."""
+        """Return the value of a text; error messages are the end of a sentence."""
         if self.words:
             if text not in self.words:
                 raise CCWSIMError(f"is none of {', '.join(self.words)}")
@@ -101,7 +101,7 @@ class FieldSpec:
         return int(text) if self.kind == "whole" else float(text)
 
     def check(self, value: Any, where: str) -> Any:
-        """Return the value of a project file."""
+        """Return a value of a project file after checking it."""
         name = self.fields[0]
         if self.words:
             if value not in self.words.values():
@@ -113,16 +113,16 @@ class FieldSpec:
         return n
 
     def _numbers(self, text: str) -> tuple[Any, ...]:
-        """Two numbers, or of a volume three."""
+        """Return two numbers, or three for a volume."""
         figure, kind = (r"[1-9]\d{0,4}", int) if self.kind == "sizes" else (_FIGURE, float)
         if re.fullmatch(f"{figure}([xX×]{figure}){{1,2}}", text, re.ASCII):
             found = tuple(map(kind, re.split("[xX×]", text)))
             if self.low <= min(found) and max(found) <= self.high:
                 return found
-        raise CCWSIMError("is no pair such as 640x480, or three such as 100x100x48, that can be")
+        raise CCWSIMError("is not two or three numbers in range, such as 640x480 or 100x100x48")
 
     def _per_axis(self, text: str) -> tuple[Any, ...]:
-        """Numbers along x, y and z as a parameter has them, along z, y and x."""
+        """Return numbers written in the order x, y, z in the order of parameters: z, y, x."""
         figure = _PATTERNS[self.kind]
         if not re.fullmatch(f"{figure}(x{figure}){{2}}", text, re.ASCII):
             raise CCWSIMError("is neither one number nor three, along x, y and z")
@@ -131,7 +131,7 @@ class FieldSpec:
 
 
 def format_number(value: float) -> str:
-    """Return a number as it can be read back exactly, without powers of ten.
+    """Return a number as text that reads back exactly, without powers of ten.
 
     Examples
     --------
@@ -154,7 +154,7 @@ def short_name(name: str) -> str:
 
 
 def parts_of(choices: Choices, shown: Shown) -> dict[str, Any]:
-    """Return the parts of a study that `FIELDS` name."""
+    """Return the parts of a study, by the names that `FIELDS` use."""
     own = {"data": choices.data, "grid": choices.grid, "parameters": choices.parameters}
     return {"study": choices, "shown": shown, **own}
 

@@ -1,7 +1,7 @@
-"""A study as the query of an address: only what differs from the default.
+"""A study as the query of a web address: only values that differ from the defaults.
 
-Numbers, words and pairs are rows of `ccwsim.sharing.codec`; training image and hard data, which
-have several forms, are written and read here.
+`ccwsim.sharing.codec` writes and reads numbers, words and pairs; this module does the same for
+training images and hard data, which have several forms.
 """
 
 from __future__ import annotations
@@ -30,22 +30,22 @@ from ccwsim.sharing.codec import FIELDS, MAX_LETTERS, FieldSpec, fields_of, part
 MAX_PACKED_LETTERS = 8000
 """Maximum length of hard data in an address."""
 VOLUME = -3
-"""Begins packed data of a volume."""
+"""First number of packed data of a volume."""
 OWN = "own"
-"""Begins the name of an image or data of the sender's own, which no address can carry."""
+"""Prefix of names of the sender's own images and data, which no address can carry."""
 Own = ImageChoice | DataChoice
 TURNS = {"ew": "flip_ew", "ns": "flip_ns", "transpose": "transpose"}
 ANSWERS = {"outside": "on_outside", "unknown": "on_unknown"}
 OF_IMAGE = ("ti", "turn", "name", "colour")
 OF_DATA = ("data", "data-n", "data-seed", "points", *ANSWERS)
 KEYS = (*OF_IMAGE, *OF_DATA, *(row.key for row in FIELDS if row.part != "data"))
-"""All names that a study may have in an address."""
+"""All names of values in an address."""
 TOGETHER = ("method", "wavelet_level", "template_size", "overlap_size")
-"""Parameters that are legal or not together."""
+"""Parameters whose values are only valid in combination."""
 
 
 def link_of(choices: Choices, shown: Shown | None = None) -> dict[str, list[str]]:
-    """Return a study as names and values of an address; defaults are left out."""
+    """Return a study as names and values in an address, without defaults."""
     names = own_choices(choices)
     query = {**_image_query(choices.image), **_data_query(choices)}
     for key, choice in names.items():
@@ -58,7 +58,7 @@ def link_of(choices: Choices, shown: Shown | None = None) -> dict[str, list[str]
 
 
 def usual_data(image: ImageChoice) -> DataChoice:
-    """Return the hard data of a study that names none: bundled ones are of their image only.
+    """Return the default hard data for an image: bundled data belong to one image only.
 
     Examples
     --------
@@ -71,7 +71,7 @@ def usual_data(image: ImageChoice) -> DataChoice:
 
 
 def left_out(choices: Choices) -> tuple[str, ...]:
-    """Return the parts of a study that an address cannot carry, in words."""
+    """Return descriptions of the parts of a study that an address cannot carry."""
     found = []
     for choice in own_choices(choices).values():
         what = "training image" if isinstance(choice, ImageChoice) else "hard data"
@@ -85,7 +85,7 @@ def left_out(choices: Choices) -> tuple[str, ...]:
 
 
 def own_choices(choices: Choices) -> dict[str, Own]:
-    """Return the parts of a study that an address cannot carry, by their names there."""
+    """Return the parts of a study that an address cannot carry, by their names in it."""
     image, data, found = choices.image, choices.data, dict[str, Own]()
     if image.upload is not None:
         found[f"{OWN}-{image.digest}"] = image
@@ -103,10 +103,10 @@ def own_choices(choices: Choices) -> dict[str, Own]:
 def read_link(
     query: Mapping[str, Sequence[str]], own: Mapping[str, Own] | None = None
 ) -> tuple[Choices, Shown, tuple[str, ...]]:
-    """Return the study of an address, and its parts that could not be read, in sentences.
+    """Return the study in an address, and a sentence for each part that could not be read.
 
-    Unknown names are ignored; one that is nearly a known one is asked after. `own` holds images and
-    data that are at hand though no address can carry them, as `own_choices` names them.
+    Unknown names are ignored; if one resembles a known name, a sentence suggests it. `own` holds
+    available images and data that no address can carry, by the names that `own_choices` gives.
     """
     reader, usual, shown = _Reader(query, own or {}), Choices(), Shown()
     parts = parts_of(usual, shown)
@@ -126,14 +126,14 @@ def read_link(
 
 
 def meant(name: str) -> str:
-    """Return which of our names a name is or nearly is, or an empty text."""
+    """Return the known name that equals or resembles a name, or an empty text."""
     close = get_close_matches(name, KEYS, n=1, cutoff=0.75)
     return close[0] if close else ""
 
 
 def _image_query(image: ImageChoice) -> dict[str, list[str]]:
     if image.upload is not None:
-        return {}  # `own_choices` names it
+        return {}  # its name comes from `own_choices`
     turns = [short for short, name in TURNS.items() if getattr(image, name)]
     query = {
         "ti": [image.bundled] if image.bundled != ImageChoice().bundled else [],
@@ -159,31 +159,31 @@ def _data_query(choices: Choices) -> dict[str, list[str]]:
         query["data"] = [source]
         query["points"] = [packed(data.placed)] if data.placed.n else []
     else:
-        return {"data": ["none"]}  # or `own_choices` names them
+        return {"data": ["none"]}  # names of the user's own data come from `own_choices`
     answers = dict(data.answers)
     query |= {key: [answers[name]] for key, name in ANSWERS.items() if name in answers}
     return {name: values for name, values in query.items() if values}
 
 
 class _Reader:
-    """Reads the parts of a study; values that are wrong are noted, and the default is taken."""
+    """Reads the parts of a study; wrong values are noted and replaced by defaults."""
 
     def __init__(self, query: Mapping[str, Sequence[str]], own: Mapping[str, Own]) -> None:
         self._query, self._own = query, own
         self.notes: list[str] = []
 
     def text(self, name: str) -> str | None:
-        """Return the last value of a name."""
+        """Return the last value given for a name."""
         values = self._query.get(name)
         return values[-1] if values else None
 
     def refuse(self, name: str, reason: str, taken: str) -> None:
-        """Note a value that cannot be taken."""
+        """Note that a value cannot be used."""
         value = printable(self.text(name) or "", MAX_LETTERS)
         self.notes.append(f"{name} = {value} {reason}: {taken}.")
 
     def value(self, row: FieldSpec, usual: Any) -> Any:
-        """Return the value of a setting, the default if it is absent or cannot be read."""
+        """Return the value of a setting, or the default if it is absent or unreadable."""
         text = self.text(row.key)
         try:
             return usual if text is None else row.read(text)
@@ -192,14 +192,14 @@ class _Reader:
             return usual
 
     def fields(self, part: str, parts: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the settings of a part of a study, by the fields that hold them."""
+        """Return the settings of a part of a study by field name."""
         found: dict[str, Any] = {}
         for row in fields_of(part):
             found |= row.as_fields(self.value(row, row.value_in(parts)))
         return found
 
     def grid(self, usual: Grid, parts: Mapping[str, Any]) -> Grid:
-        """Return the grid; numbers that do not go together leave the usual place in the world."""
+        """Return the grid; inconsistent numbers are replaced by the default world coordinates."""
         fields = self.fields("grid", parts)
         try:
             return replace(usual, **fields)
@@ -208,7 +208,7 @@ class _Reader:
             return replace(usual, **{name: fields[name] for name in ("nx", "ny", "nz")})
 
     def parameters(self) -> Parameters:
-        """Return the parameters; sizes that do not go together keep their defaults together."""
+        """Return the parameters; inconsistent sizes are all replaced by their defaults."""
         taken = Parameters()
         rows = {row.fields[0]: row for row in fields_of("parameters")}
         given = {
@@ -232,9 +232,9 @@ class _Reader:
             return kept
         if _is_own(name):
             self.notes.append(
-                "The training image of this link is a file of its sender's, which an address "
-                f"cannot carry and this server does not have: {usual.bundled} is taken. Open the "
-                "project file, or the image again."
+                "The training image of this link is the sender's own file, which an address "
+                f"cannot carry and this server does not have: {usual.bundled} is used. Open the "
+                "project file or the image again."
             )
             return usual
         known = datasets.all_image_names()
@@ -272,7 +272,7 @@ class _Reader:
                 found[int(match[1])] = f"#{match[2]}"
             else:
                 value = printable(text, MAX_LETTERS)
-                self.notes.append(f"colour = {value} is no code and #rrggbb: left out.")
+                self.notes.append(f"colour = {value} is not a code and #rrggbb; it is ignored.")
         return tuple(sorted(found.items()))
 
     def data(self, usual: DataChoice) -> DataChoice:
@@ -284,8 +284,8 @@ class _Reader:
         if _is_own(name):
             self.notes.append(
                 "The hard data of this link are the sender's own, which an address cannot carry "
-                "and this server does not have: there are none. Open the project file, or the data "
-                "again."
+                "and this server does not have: no data are used. Open the project file or the "
+                "data again."
             )
         if name == "none" or _is_own(name):
             return DataChoice()
@@ -322,13 +322,13 @@ def _is_own(name: str | None) -> bool:
 
 
 def packed(data: HardData) -> str:
-    """Return hard data as letters, digits, - and _.
+    """Return hard data as a word of letters, digits, - and _.
 
-    First how many there are, then each facies in turn: its code, how many data it has, and the
-    steps from one cell to the next along (layers,) rows and columns, all in as few bytes as they
-    need. Data of a volume begin with -3, which is no number of data.
+    The word has the number of data, then for each facies its code, its number of data, and the
+    steps from one cell to the next along (layers,) rows and columns, all in as few bytes as
+    possible. Data of a volume begin with -3, which cannot be a number of data.
 
-    Raises `CCWSIMError` for more than `MAX_LINK_DATA`.
+    Raises `CCWSIMError` for more than `MAX_LINK_DATA` data.
 
     Examples
     --------
@@ -386,7 +386,7 @@ def unpacked(text: str) -> HardData:
 
 
 def _number(value: int) -> bytes:
-    """A whole number in bytes of seven bits, the lowest first, its sign in the lowest bit."""
+    """Return an integer as bytes of seven bits, lowest first, with the sign in the lowest bit."""
     folded = value << 1 if value >= 0 else (-value << 1) - 1
     found = bytearray()
     while folded >= 128:

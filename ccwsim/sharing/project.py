@@ -34,22 +34,22 @@ STUDY, IMAGE, DATA = "study.json", "training_image.npy", "hard_data.npy"
 MAX_STUDY_BYTES = 2**20
 MAX_PROJECT_MEMBERS = 16
 MAX_LINK_LETTERS = 10_000
-"""Maximum length of a value of a link in a project; packed hard data are the longest."""
+"""Maximum length of a link's value in a project; packed hard data are the longest values."""
 MADE = (2020, 1, 1, 0, 0, 0)
-"""The date of every member, so that the same study gives the same file."""
+"""Date of every member of the zip, so that the same study gives the same file."""
 
 
 @dataclass(frozen=True, eq=False)
 class Project:
-    """A study and the view of it, as a file keeps them."""
+    """A study and the results shown, as stored in a file."""
 
     study: Study
     n_realizations: int = 1
     colours: tuple[tuple[int, str], ...] = ()  # codes and colours `#rrggbb` chosen by the user
     shown: Shown = field(default_factory=Shown)
-    link: Mapping[str, list[str]] = field(default_factory=dict)  # what an address can carry of it
-    versions: Mapping[str, str] = field(default_factory=dict)  # of the software that made it
-    digest: str = ""  # of the realizations, if they were known
+    link: Mapping[str, list[str]] = field(default_factory=dict)  # the part that fits an address
+    versions: Mapping[str, str] = field(default_factory=dict)  # versions of software
+    digest: str = ""  # digest of the realizations, if known
 
     def __post_init__(self) -> None:
         n = check_int("n_realizations", self.n_realizations, 1)
@@ -74,7 +74,7 @@ class Project:
 def save_project(path_or_file: Any, project: Project) -> None:
     """Write a project to a path, whole or not at all, or to an open binary file.
 
-    Raises `CCWSIMError` for a place that cannot be written.
+    Raises `CCWSIMError` for a path that cannot be written.
     """
     write_bytes(path_or_file, project_as_bytes(project))
 
@@ -97,7 +97,7 @@ def project_as_bytes(project: Project) -> bytes:
 
 
 def read_project(path_or_file: PathOrFile) -> Project:
-    """Return the project of a file.
+    """Return the project in a file.
 
     Raises `CCWSIMError` for a file that is no project, broken, too large, or made by a newer
     version; the message says which.
@@ -124,7 +124,7 @@ def _check_version(given: Any, name: str) -> None:
 
 
 def _project(given: dict[str, Any], members: Mapping[str, bytes], name: str) -> Project:
-    """Return the project of its JSON and arrays; the nouns check most values themselves."""
+    """Return the project from its JSON and arrays; most classes check their values themselves."""
     image = _take(given, "training_image", dict, name)
     facies_names = [printable(own) for own in _texts(image, "facies_names", name)]
     colours = _colours(_take(image, "colours", list, name), name)
@@ -194,7 +194,7 @@ def _integers(content: bytes, name: str, n_dimensions: int) -> np.ndarray:
 
 
 def _members(content: bytes, name: str) -> dict[str, bytes]:
-    """The members that a project has, whose sizes are looked at before they are unpacked."""
+    """Return the members of a project file; their sizes are checked before unpacking."""
     if not content.startswith(b"PK"):
         raise CCWSIMError(f"{name} is no project of CCWSIM; choose a file that was saved as one")
     with opened_archive(content, name) as archive:
@@ -242,12 +242,12 @@ def _colours(given: list[Any], name: str) -> tuple[tuple[int, str], ...]:
     for pair in given:
         ok = isinstance(pair, list) and len(pair) == 2 and type(pair[0]) is int
         if not ok or not re.fullmatch("#[0-9a-fA-F]{6}", str(pair[1])):
-            raise CCWSIMError(f"{name}: {shown(pair)} is no code and colour; save it again")
+            raise CCWSIMError(f"{name}: {shown(pair)} is not a code and a colour; save it again")
     return tuple((code, colour) for code, colour in given)
 
 
 def _known(noun: Any, given: dict[str, Any], needed: Sequence[str], name: str) -> dict[str, Any]:
-    """Return the fields of a noun that checks its values itself; none may be unknown."""
+    """Return the fields of a class that checks its own values; unknown fields are errors."""
     missing = [own for own in needed if own not in given]
     if missing:
         raise CCWSIMError(f"{name}: {missing[0]} is missing in its settings; save it again")
@@ -260,7 +260,7 @@ def _known(noun: Any, given: dict[str, Any], needed: Sequence[str], name: str) -
 
 
 def _checked(part: str, given: Mapping[str, Any], name: str) -> dict[str, Any]:
-    """Return the fields of a part of a study, checked by the table of fields."""
+    """Return the fields of a part of a study, checked against the table of fields."""
     found: dict[str, Any] = {}
     for row in fields_of(part):
         (own,) = row.fields

@@ -1,4 +1,4 @@
-"""The same study in Python and on the command line: text to copy that gives the same cells."""
+"""A study as Python code and as a command: text to copy that reproduces the same cells."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from ccwsim.sharing.codec import fields_of, format_number
 
 OUTPUT = "realizations.npz"
 ALONG_Z = {"cell": "--cell-height", "origin": "--bottom"}
-"""Options of the command line for the third number of lengths."""
+"""Command line options for the third number of lengths."""
 
 
 @dataclass(frozen=True)
 class Recipe:
-    """How to get the realizations of a study again."""
+    """Code and command that reproduce the realizations of a study."""
 
     python: str  # a script
     command: str  # one line for a shell
-    python_needs_project: bool  # whether it reads the project file, which then must lie beside it
+    python_needs_project: bool  # whether it reads the project file from the same folder
     command_needs_project: bool
 
 
@@ -62,7 +62,7 @@ def _python(choices: Choices, study: Study, project: str) -> tuple[list[str], bo
 
 
 def _image_lines(choices: Choices) -> list[str] | None:
-    """How a bundled image is loaded, turned and named; None for one from a file."""
+    """Return code that loads, rotates and names a bundled image; None for an uploaded image."""
     choice = choices.image
     if choice.upload is not None:
         return None
@@ -81,7 +81,7 @@ def _image_lines(choices: Choices) -> list[str] | None:
 
 
 def _data_lines(choices: Choices, study: Study) -> list[str] | None:
-    """How the data are had: nothing for none, None for those that only the project has."""
+    """Return code that makes the data; no lines without data, None if only the project has them."""
     choice, data = choices.data, study.hard_data
     if not data.n:
         return []
@@ -98,7 +98,7 @@ def _data_lines(choices: Choices, study: Study) -> list[str] | None:
 
 
 def is_bundled(choices: Choices, study: Study) -> bool:
-    """Return whether the data of a study are bundled ones, none of them left out."""
+    """Return whether a study uses bundled data, all of them."""
     data = choices.data
     return data.source == "bundled" and (
         datasets.load_hard_data(data.bundled).digest == study.hard_data.digest
@@ -106,12 +106,12 @@ def is_bundled(choices: Choices, study: Study) -> bool:
 
 
 def _usual(grid: Grid) -> Grid:
-    """Return the grid whose world coordinates need not be written."""
+    """Return the grid of the same shape with default world coordinates."""
     return Grid(1, 1, nz=None if grid.nz is None else 1)
 
 
 def _call(own: Grid | Parameters, usual: Grid | Parameters, *always: str) -> str:
-    """Return a noun as Python code: fields that are not usual, and some always."""
+    """Return a grid or parameters as Python code: the fields in `always` and those not default."""
     names = [f.name for f in fields(own) if getattr(own, f.name) != getattr(usual, f.name)]
     names = [*always, *(name for name in names if name not in always)]
     parts = [f"{name}={getattr(own, name)!r}" for name in names]

@@ -1,4 +1,4 @@
-"""A study and its results as one report."""
+"""The report of a study and its results."""
 
 from __future__ import annotations
 
@@ -44,11 +44,11 @@ from ccwsim.sharing.link import left_out
 from ccwsim.sharing.recipe import Recipe
 
 MAX_LISTED = 40
-"""More data or realizations are summed up instead of listed."""
+"""Maximum number of data or realizations listed; larger numbers are summarized."""
 MAX_MAPS = 24
 REVISED = (
-    "These realizations were re-simulated locally around edits of the hard data: link, script and "
-    "command simulate the study anew, which honours the same data and differs in other cells."
+    "These realizations were re-simulated locally around edits of the hard data. Link, script and "
+    "command simulate the study anew: the same data are honoured, other cells differ."
 )
 
 
@@ -61,10 +61,10 @@ def study_report(
     link: str,
     how: Recipe,
 ) -> Document:
-    """Return the report of a study and of its results.
+    """Return the report of a study and its results.
 
-    It shows the realization and the facies of `shown`, with a colour a facies; `facts` are short
-    phrases on the results, `link` opens the study and `how` simulates it again.
+    It shows the realization and the facies of `shown`, in one colour per facies; `facts` are short
+    phrases on the results, `link` opens the study and `how` reproduces it.
     """
     image, grid = ensemble.training_image, ensemble.grid
     facies = min(shown.facies, image.n_facies - 1)
@@ -150,7 +150,7 @@ def _data(ensemble: Ensemble) -> tuple[Block, ...]:
 
 
 def _first_maps(ensemble: Ensemble, colours: Sequence[str], number: int) -> Row:
-    """Return the training image, at the scale of the realizations if possible, and one."""
+    """Return the training image and one realization, at the same scale if possible."""
     image, data = ensemble.training_image, ensemble.hard_data
     share = min(max(image.shape[-1] / ensemble.grid.nx, 0.5), 2.0)
     caption = f"Training image {image.name or ''}, {describe_shape(image.shape)} cells"
@@ -190,7 +190,7 @@ def _e_type_maps(ensemble: Ensemble, facies: int) -> Row:
 
 
 def _curve_charts(ensemble: Ensemble, facies: int) -> tuple[Row, ...]:
-    """Return variograms, then connectivity, of a facies along each axis."""
+    """Return the variograms and the connectivity functions of a facies along each axis."""
     image = ensemble.training_image
     name, code, rows = image.facies_names[facies], int(image.codes[facies]), []
     images = Stack(ensemble.indices[:MAX_CURVES], image.codes)

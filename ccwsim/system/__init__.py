@@ -1,1 +1,1 @@
-"""Threads, memory and the machine."""
+"""The operating system: memory, cores, files, caches and the log."""

@@ -1,4 +1,4 @@
-"""Errors of work that nobody watches: in words for the reader, with their cause in the log."""
+"""Errors of background work: described to the reader, and logged with their cause."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ LOG = logging.getLogger("ccwsim")
 
 
 def reason(error: Exception) -> str:
-    """Return in a few words why work on a thread failed; an unexpected cause goes to the log."""
+    """Return the reason of an error in a few words; unexpected errors are logged."""
     if isinstance(error, CCWSIMError):
         return str(error)
     if isinstance(error, MemoryError):
@@ -20,7 +20,7 @@ def reason(error: Exception) -> str:
 
 
 def logged(error: BaseException) -> str:
-    """Write an error with its traceback to the log, once, and return its number there."""
+    """Write an error with its traceback to the log, once, and return its number in the log."""
     number = getattr(error, "number_in_log", "")
     if not number:
         number = secrets.token_hex(3)

@@ -1,4 +1,4 @@
-"""A bounded cache: the value used least recently is dropped first."""
+"""A bounded cache that drops the least recently used value first."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ Value = TypeVar("Value")
 
 
 class LruCache(Generic[Value]):
-    """The values used last, by key; several threads may use it.
+    """The most recently used values, by key; safe to use from several threads.
 
-    At most `max_values` are kept, and at most `max_bytes` of arrays and texts, but always the
-    newest `min_values`.
+    At most `max_values` values and `max_bytes` of arrays and texts are kept, but always the
+    newest `min_values` values.
 
     Examples
     --------
@@ -43,7 +43,7 @@ class LruCache(Generic[Value]):
             return self._values.get(key)
 
     def put(self, key: Hashable, value: Value) -> None:
-        """Keep a value; drop others where these are too many or too large."""
+        """Keep a value; drop the oldest values if all exceed the bounds."""
         with self._lock:
             self._values[key] = value
             self._values.move_to_end(key)
@@ -53,7 +53,7 @@ class LruCache(Generic[Value]):
                 self._values.popitem(last=False)
 
     def get_or_make(self, key: Hashable, make: Callable[[], Value]) -> Value:
-        """Return a value, made now if needed; two threads may both make the same one."""
+        """Return a value, made now if needed; two threads may both make it."""
         value = self.get(key)
         if value is None:
             value = make()
@@ -62,7 +62,7 @@ class LruCache(Generic[Value]):
 
 
 def n_bytes(value: Any) -> int:
-    """Return the memory of the arrays and texts in a value."""
+    """Return the bytes of all arrays and texts in a value."""
     if isinstance(value, np.ndarray):
         return value.nbytes
     if isinstance(value, str | bytes):

@@ -1,4 +1,4 @@
-"""The machine that measures: times mean little without it."""
+"""A description of the machine, to be reported with measured times."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ccwsim.system.memory import free_memory, lines_of
 
 @dataclass(frozen=True)
 class Machine:
-    """What times were measured on; `free_bytes` is None if the system does not tell."""
+    """The machine on which times were measured; `free_bytes` is None if unknown."""
 
     processor: str
     n_cores: int
@@ -32,14 +32,14 @@ class Machine:
 
 
 def n_cores() -> int:
-    """Return how many cores this process may use."""
+    """Return the number of cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
 def this_machine() -> Machine:
-    """Return the machine that this runs on, with the memory that is available now."""
+    """Return a description of this machine, with the memory that is available now."""
     system, python = platform.system(), platform.python_version()
     versions = version("numpy"), version("numba")
     return Machine(_processor(), n_cores(), system, python, *versions, free_memory())

@@ -1,4 +1,4 @@
-"""The memory that is available: of the container, if it has less than the machine."""
+"""The available memory of the machine, or of its container if that has less."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from pathlib import Path
 
 ROOT = Path("/")
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD, M_ARENA_MAX = -1, -3, -8
-"""Numbers of options in <malloc.h> of glibc."""
+"""Numbers of options of `mallopt`, from <malloc.h> of glibc."""
 OWN_PIECE = 1 << 20
-"""Bytes from which a piece of memory goes back to the system at once when it is free."""
+"""Minimum bytes of an allocation that returns to the system as soon as it is freed."""
 UNLIMITED = 1 << 60
-"""Version 1 of control groups reports about this many bytes where there is no limit."""
+"""Limits of at least this many bytes mean no limit (control groups, version 1)."""
 VERSION_1 = "memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"
 VERSION_2 = "memory.max", "memory.current", "inactive_file"
-"""Files of control groups with limit and usage, and the field of memory that can be dropped."""
+"""Files of control groups with limit and usage, and the name of the reclaimable memory."""
 
 
 def free_memory(root: Path = ROOT) -> int | None:
-    """Return the bytes available without swapping, None if the system does not tell.
+    """Return the bytes available without swapping, None if unknown.
 
-    That is the least of what the machine and the control groups of this process leave.
+    This is the minimum over the machine and the control groups of this process.
     """
     found = [_field(root / "proc/meminfo", "MemAvailable"), *_of_groups(root)]
     known = [free for free in found if free is not None]
@@ -30,23 +30,23 @@ def free_memory(root: Path = ROOT) -> int | None:
 
 
 def used_memory(root: Path = ROOT, process: int | None = None) -> int | None:
-    """Return the bytes that a process, this one by default, holds; None where nobody tells."""
+    """Return the bytes of memory that a process (by default this one) holds; None if unknown."""
     return _field(root / f"proc/{process or 'self'}/status", "VmRSS")
 
 
 def give_back_memory() -> None:
-    """Give free memory of this process back to the system, if its C library can."""
-    # glibc keeps what threads freed in an arena of each thread, and gives it back only when asked:
+    """Return freed memory of this process to the system, if its C library can."""
+    # glibc keeps memory that threads freed in their arenas, and returns it only on request:
     # without this call a server holds the memory of its largest run for as long as it lives.
     with suppress(OSError, AttributeError):
         ctypes.CDLL(None).malloc_trim(0)
 
 
 def settle_memory(n_arenas: int) -> None:
-    """Let memory that threads free go back to the system, if the C library can.
+    """Let memory that threads free return to the system, if the C library can.
 
-    By default glibc spreads pieces over eight arenas a core and keeps larger and larger ones. So
-    there are `n_arenas`, without pieces of more than `OWN_PIECE`. Call it before threads begin.
+    By default glibc uses eight arenas per core and keeps ever larger blocks in them. This call
+    limits it to `n_arenas` and to blocks below `OWN_PIECE`. Call it before threads start.
     """
     with suppress(OSError, AttributeError):
         library = ctypes.CDLL(None)
@@ -56,7 +56,7 @@ def settle_memory(n_arenas: int) -> None:
 
 
 def _of_groups(root: Path) -> list[int | None]:
-    """Return what the control groups of this process leave it, in both versions of them."""
+    """Return the bytes available in the control groups (versions 1 and 2) of this process."""
     found: list[int | None] = []
     for line in lines_of(root / "proc/self/cgroup"):
         _, kinds, path = [*line.split(":", 2), "", ""][:3]
@@ -68,16 +68,16 @@ def _of_groups(root: Path) -> list[int | None]:
 
 
 def _along(top: Path, path: str, names: tuple[str, str, str]) -> list[int | None]:
-    """Return what each group from the process's own up to the top leaves.
+    """Return the bytes available in each group from that of the process up to the top.
 
-    Inside of a container the path may be that of the host, and the top is the container's own.
+    Inside a container the path may be that of the host, while the top is that of the container.
     """
     parts = [part for part in path.split("/") if part not in ("", "..")]
     return [_left(top.joinpath(*parts[:n]), *names) for n in range(len(parts), -1, -1)]
 
 
 def _left(group: Path, limit: str, usage: str, reclaimable: str) -> int | None:
-    """Return what is left of a limit; files that were read can be dropped, and do not count."""
+    """Return the bytes left below a limit; cached files do not count, as they can be dropped."""
     maximum, used = _number(group / limit), _number(group / usage)
     if maximum is None or used is None or maximum >= UNLIMITED:
         return None
@@ -92,7 +92,7 @@ def _of_pages() -> int | None:
 
 
 def _field(path: Path, name: str, unit: int = 1024) -> int | None:
-    """Return the number behind a name, as "MemAvailable: 123 kB" has it."""
+    """Return the number after a name, in a file with lines such as "MemAvailable: 123 kB"."""
     for line in lines_of(path):
         words = line.replace(":", " ").split()
         if len(words) > 1 and words[0] == name and words[1].isdigit():
@@ -106,7 +106,7 @@ def _number(path: Path) -> int | None:
 
 
 def lines_of(path: Path) -> list[str]:
-    """Return the lines of a file of the system, none if it cannot be read."""
+    """Return the lines of a system file, none if it cannot be read."""
     try:
         return path.read_text("utf-8", errors="replace").splitlines()
     except OSError:
@@ -114,7 +114,7 @@ def lines_of(path: Path) -> list[str]:
 
 
 def format_bytes(number: float) -> str:
-    """Say an amount of memory.
+    """Format a number of bytes.
 
     Examples
     --------

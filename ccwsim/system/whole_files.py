@@ -1,4 +1,4 @@
-"""Files that are replaced whole or not at all."""
+"""Files that are replaced completely or not at all."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from ccwsim.model.errors import CCWSIMError
 
 try:
     import fcntl
-except ImportError:  # not on Windows, where an open file cannot be deleted anyway
+except ImportError:  # missing on Windows, which does not let open files be deleted anyway
     fcntl: Any = None
 
 MIN_AGE = 60.0
-"""Seconds before a file that nobody writes is one that a run left when it was killed."""
+"""Minimum age in seconds of a temporary file that counts as left over from a killed run."""
 
 
 @contextmanager
 def unwritable(path: str | os.PathLike[str]) -> Iterator[None]:
-    """Say errors of the system as a CCWSIMError that names the file."""
+    """Turn errors of the system into a `CCWSIMError` that names the file."""
     try:
         yield
     except CCWSIMError:
@@ -35,21 +35,21 @@ def unwritable(path: str | os.PathLike[str]) -> Iterator[None]:
 
 
 def check_replaceable(path: str | os.PathLike[str]) -> Path:
-    """Return the file that a path leads to, through links, or say that it must stay as it is."""
+    """Return the file behind a path, with links followed; raise if it cannot be replaced."""
     with unwritable(path):
         target = Path(os.path.realpath(path))
         if target.exists() and not target.is_file():
-            raise OSError("it is no file; give another one")
+            raise OSError("it is no file; give another path")
         if target.exists() and not target.stat().st_mode & 0o222:
-            raise OSError("it is read-only; make it writable or give another one")
+            raise OSError("it is read-only; make it writable or give another path")
     return target
 
 
 class WholeFile:
-    """A temporary file beside its target, in whose place it comes as a whole.
+    """A temporary file beside its target, which it replaces when complete.
 
-    It gets the mode of the target. What earlier runs of the same target left when they were killed
-    is deleted.
+    It gets the mode of the target. Temporary files of the same target left by killed runs
+    are deleted.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
@@ -63,11 +63,11 @@ class WholeFile:
                 fcntl.flock(self.file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             if self._target.exists():
                 os.chmod(self._beside, stat.S_IMODE(self._target.stat().st_mode))
-        except OSError:  # a file system without locks or modes: the file is as good
+        except OSError:  # the file system has no locks or modes, which are not essential
             pass
 
     def commit(self) -> Path:
-        """Put the file in place of its target, and return its path."""
+        """Replace the target by the file, and return the path of the target."""
         self.file.flush()
         os.fsync(self.file.fileno())
         self.file.close()
@@ -83,7 +83,7 @@ class WholeFile:
 
 
 def delete_left_over(target: Path) -> None:
-    """Delete old temporary files of a target that no process writes any more."""
+    """Delete old temporary files of a target to which no process writes."""
     if fcntl is None:
         return
     with suppress(OSError):
@@ -93,7 +93,7 @@ def delete_left_over(target: Path) -> None:
                 continue
             with suppress(OSError), path.open("rb") as file:
                 if time.time() - path.stat().st_mtime > MIN_AGE:
-                    fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # an error if it is written
+                    fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # fails while a process writes
                     path.unlink()
 
 

@@ -1,4 +1,4 @@
-"""The frame of every page: title, style, menu, and the state of the session."""
+"""The elements of every page: title, style, menu, and the state of the session."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ ASSETS = Path(__file__).parents[1] / "assets"
 STYLE = Path(__file__).with_name("style.css")
 MENU_SCRIPT = Path(__file__).with_name("menu.js")
 STUDY_WIDTH = 336
-"""Pixels of the study column."""
+"""Width of the study column in pixels."""
 
 SIMULATE_PAGE = "pages/simulate.py"
 PAGES = (
@@ -40,9 +40,9 @@ PAGES = (
     ("Benchmark", "pages/benchmark.py"),
     ("Paper", "pages/paper.py"),
 )
-"""The menu: name and file of each page. `st.navigation` hides names in narrow windows."""
+"""Name and file of each page in the menu; `st.navigation` would hide names in narrow windows."""
 OFF_MENU = (("Import", IMPORT_PAGE),)
-"""Pages that a step of the study leads to."""
+"""Pages outside the menu, to which a step of the study leads."""
 
 
 def show_page(title: str, body: Callable[[State], None]) -> None:
@@ -55,7 +55,7 @@ def show_page(title: str, body: Callable[[State], None]) -> None:
     )
     st.html(f"<style>{own_colours()}\n{STYLE.read_text('utf-8')}</style>")
     st.logo(str(ASSETS / f"logo-{theme_name()}.svg"), size="large")
-    # the page is drawn again when the user switches the theme
+    # reading the theme makes Streamlit draw the page again when the user switches it
     draw_component("theme", "theme", {"theme": theme_name()}, "theme")
     draw_component("cookie", "cookie", {"name": COOKIE, "value": browser()})
     settle_server()
@@ -72,7 +72,7 @@ def show_page(title: str, body: Callable[[State], None]) -> None:
 
 
 def _top(title: str, state: State) -> None:
-    """Draw the menu of pages, Share, Open and How to, and notes on the address."""
+    """Draw the menu of pages, Share, Open and How to, and notes about the address."""
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="top"):
         _menu(title)
         draw_share(state)
@@ -92,7 +92,7 @@ def _menu(title: str) -> None:
             except (StreamlitAPIException, KeyError):
                 if label == title:
                     st.markdown(f"**{label}**")
-        # the part that keeps the page's own name in view is the last thing in the row
+        # the element that keeps the name of the current page in view comes last in the row
         here = [label for label, _ in PAGES].index(title) if title in dict(PAGES) else 0
         script = MENU_SCRIPT.read_text("utf-8").replace("PLACE", str(here))
         st.html(f"<script>{script}</script>", unsafe_allow_javascript=True)
@@ -100,7 +100,7 @@ def _menu(title: str) -> None:
 
 @st.fragment
 def _draw_how_to(title: str) -> None:
-    """Draw a menu with the how-to of a page, by its title; the others can be read there too."""
+    """Draw a menu with the how-to of the page of this title, and with those of other pages."""
     with error_boundary():
         titles = list(how_tos())
         if title not in titles:

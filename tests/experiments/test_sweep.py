@@ -196,7 +196,7 @@ CHOICES = [
     (
         [numbers(*FIRST), numbers(*SECOND, tau=0.2), POOR, NEXT],
         0,
-        "the error of τ(h) is 0.2 or more, the best 0.01",
+        "the error of τ(h) is 0.2 or more, the best is 0.01",
     ),
     ([numbers(*FIRST, wrong=2), numbers(*SECOND, wrong=2), POOR, numbers(3, 2)], 2, "as good"),
     ([numbers(*FIRST, tau=np.nan), numbers(*SECOND, tau=np.nan), POOR, NEXT], 1, "fastest"),

@@ -66,7 +66,7 @@ def test_what_is_taken_as_maps_and_what_as_volumes():
     np.testing.assert_array_equal(as_stack(image, [0, 1, 2]).indices[0], image.indices)
     with pytest.raises(CCWSIMError, match="shape"):
         as_stack(np.zeros((1, 1, 1, 2, 2), int))
-    with pytest.raises(CCWSIMError, match="not 2 of them"):
+    with pytest.raises(CCWSIMError, match="not 2 images"):
         as_image(np.zeros((2, 3, 4, 4), int))
 
 

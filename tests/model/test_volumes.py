@@ -119,7 +119,7 @@ class TestGrid:
             Grid(3, 4, nz=4).cells_of([1], [1])
         with pytest.raises(CCWSIMError, match="a map: leave out z"):
             Grid(3, 4).cells_of([1], [1], [1])
-        with pytest.raises(CCWSIMError, match="as many x as y as z"):
+        with pytest.raises(CCWSIMError, match="x, y and z of points must be lists"):
             Grid(3, 4, nz=4).cells_of([1], [1], [1, 2])
         with pytest.raises(CCWSIMError, match=r"\(1, 2\) do not suit a grid of 4 × 3 × 4.*layer"):
             Grid(3, 4, nz=4).holds(np.zeros((1, 2), int))

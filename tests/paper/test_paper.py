@@ -228,7 +228,7 @@ def test_what_the_paper_gives_is_not_said_to_be_missing(small):
     page = report_html(document_of(small))
     for number in ("−54.8 %", "−17.4 %", "7.7 s", "14.53 s", "28.18 s", "1.19", "1.01"):
         assert number in page
-    assert "Table 1 are not at hand" not in page
+    assert "Table 1 are not available" not in page
     assert "authors' page" not in page
 
 

@@ -39,7 +39,7 @@ def test_layers_are_named_with_the_sign_of_the_worst():
     )
     inside = "each layer inside the band of TI crops (80 × 64 × 12)"
     assert describe_layers(fit([0.3], [0.3]), "sand") == inside
-    assert "another number of them" in describe_layers(None, "sand")
+    assert "another number of layers" in describe_layers(None, "sand")
     assert "not judged" in describe_layers(fit([np.nan], [0.3]), "sand")
 
 

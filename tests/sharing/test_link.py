@@ -176,7 +176,7 @@ def test_bundled_data_are_those_of_their_image_unless_the_link_names_them():
         ({"data": ["own"]}, "Open the project file"),
         ({"data": ["oil"]}, "data = oil is none of"),
         ({"data": ["placed"], "points": ["BgACeAQ"]}, "copy the whole link again"),
-        ({"grid": ["0x5"]}, "grid = 0x5 is no pair such as 640x480"),
+        ({"grid": ["0x5"]}, "grid = 0x5 is not two or three numbers in range"),
         ({"template": ["big"]}, "template = big is no number"),
         ({"template": ["33"]}, "Template 33 must be a multiple of 4 at level 2"),
         ({"refine": ["maybe"]}, "refine = maybe is none of yes, no"),
@@ -185,7 +185,7 @@ def test_bundled_data_are_those_of_their_image_unless_the_link_names_them():
         ({"templte": ["48"]}, "There is no setting templte: template may be meant"),
         ({"turn": ["up"]}, "turn = up is not made of ew, ns and transpose"),
         ({"name": ["mud"]}, "1 names for 2 facies"),
-        ({"colour": ["red"]}, "colour = red is no code"),
+        ({"colour": ["red"]}, "colour = red is not a code"),
     ],
 )
 def test_a_bad_value_is_said_and_the_rest_is_taken(query, said):

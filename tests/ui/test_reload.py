@@ -72,7 +72,7 @@ def test_another_browser_with_the_same_address_gets_nothing_of_it(store):
     choices = app.session_state[KEY].choices
     assert choices.image == ImageChoice()
     assert choices.data == DataChoice()
-    assert "a file of its sender's" in texts(app)
+    assert "is the sender's own file" in texts(app)
     assert "are the sender's own" in texts(app)
 
 

@@ -1,6 +1,6 @@
 """Generators of the bundled training images, reference fields and hard data.
 
-`python -m tools.datasets write` writes ccwsim/assets again.
+`python -m tools.datasets write` generates the files in ccwsim/assets.
 """
 
 from __future__ import annotations
@@ -31,18 +31,18 @@ from tools.datasets.volumes import folded_layers, sinuous_channels, stacked_lens
 PALETTE = [(235, 225, 200), (60, 90, 150), (190, 90, 50), (80, 140, 80)]
 MIN_SIDE, MAX_SIDE = 64, 1024
 FIELD_SEED = 2024
-"""Of every reference field."""
+"""Seed of every reference field."""
 
 
 class Generator(NamedTuple):
-    """How to draw an image of a shape, and the seed of the bundled one."""
+    """Function that draws an image of a shape, and the seed of the bundled image."""
 
     draw: Callable[[Any, RandomState], NDArray[np.uint8]]
     seed: int
 
 
 class Sampling(NamedTuple):
-    """How hard data were read off their reference field."""
+    """Sampling of hard data from their reference field."""
 
     seed: int
     n: int
@@ -79,22 +79,22 @@ SAMPLINGS = {
 def generate(
     name: str, *, shape: tuple[int, int] | None = None, seed: int | None = None
 ) -> TrainingImage:
-    """Draw a training image with the generator that made the bundled one.
+    """Draw a training image with the generator of the bundled image of this name.
 
     Parameters
     ----------
     name : str
         One of `ccwsim.datasets.names()`.
     shape : pair of int, optional
-        Rows and columns, each from 64 to 1024; the size of the bundled image where it is not given.
+        Rows and columns, each from 64 to 1024; by default the shape of the bundled image.
     seed : int, optional
-        From 0 to 2³² − 1; that of the bundled image where it is not given.
+        From 0 to 2³² − 1; by default the seed of the bundled image.
 
     Returns
     -------
     TrainingImage
-        The same for the same arguments. Another processor or library version may round a bank the
-        other way, which changes single cells.
+        Equal for equal arguments, except single cells on another processor or library version, as
+        rounding may differ.
 
     Raises
     ------
@@ -105,7 +105,7 @@ def generate(
         there = ", ".join(GENERATORS)
         raise CCWSIMError(f"training image {shown(name)} is unknown; there are {there}")
     dataset, generator = catalogue.DATASETS[name], GENERATORS[name]
-    # RandomState, because its stream is frozen: newer generators may change with NumPy.
+    # RandomState, as its stream is frozen; newer generators may change with NumPy's version
     rng = RandomState(generator.seed if seed is None else _checked_seed(seed))
     facies = generator.draw(dataset.shape if shape is None else _checked_shape(shape), rng)
     return TrainingImage(
@@ -114,12 +114,12 @@ def generate(
 
 
 def generate_reference_field(image: str, side: int) -> TrainingImage:
-    """Draw a square field of the same kind as a training image."""
+    """Draw a square reference field with the generator of a training image."""
     return generate(image, shape=(side, side), seed=FIELD_SEED)
 
 
 def generate_hard_data(name: str) -> HardData:
-    """Read the bundled hard data off their reference field again."""
+    """Sample the bundled hard data from their reference field."""
     how, side = SAMPLINGS[name], datasets.hard_data_grid_shape(name)[0]
     field = generate_reference_field(datasets.hard_data_training_image(name), side)
     return scattered_data(field.array, how.n, how.min_spacing, RandomState(how.seed))
@@ -128,7 +128,7 @@ def generate_hard_data(name: str) -> HardData:
 def generate_volume(
     name: str, *, shape: tuple[int, int, int] | None = None, seed: int | None = None
 ) -> TrainingImage:
-    """Draw a volume as the bundled one of a name was drawn, with its shape and seed or others."""
+    """Draw a volume with the generator, and by default shape and seed, of the bundled volume."""
     dataset, generator = catalogue.VOLUMES[name], VOLUMES[name]
     rng = RandomState(generator.seed if seed is None else _checked_seed(seed))
     facies = generator.draw(shape or dataset.shape, rng)
@@ -137,7 +137,7 @@ def generate_volume(
 
 
 def generate_wells(name: str) -> HardData:
-    """Read vertical wells off another volume of the same kind."""
+    """Sample vertical wells from another volume of the same generator."""
     field = generate_volume(name, shape=catalogue.WELLS_SHAPE, seed=FIELD_SEED).array
     places = scattered_data(field[0], N_WELLS, WELL_SPACING, RandomState(WELL_SEED)).cells
     cells = np.array([(z, row, column) for row, column in places for z in range(len(field))])
@@ -147,9 +147,9 @@ def generate_wells(name: str) -> HardData:
 def scattered_data(
     field: NDArray[np.integer], n: int, min_spacing: float, rng: RandomState
 ) -> HardData:
-    """Read n cells of a field, shape (ny, nx), that are at least `min_spacing` cells apart.
+    """Sample n cells of a field, shape (ny, nx), that are at least `min_spacing` cells apart.
 
-    Fewer than n come back where the field has no room for more.
+    There are fewer than n data if the field has no room for more.
     """
     cells = np.empty((n, 2), np.int64)
     found = 0
@@ -173,7 +173,7 @@ def write_image(path: Path, facies: NDArray[np.integer]) -> None:
 
 
 def write_hard_data(path: Path, data: HardData, grid: Grid) -> None:
-    """Write hard data as x, y, of a volume z, and facies."""
+    """Write hard data as columns x, y, (for a volume) z, and facies."""
     rows = np.column_stack([grid.centers_of(data.cells), data.facies])
     path.parent.mkdir(parents=True, exist_ok=True)
     kinds, axes = ["%.1f"] * grid.n_dimensions, "xyz"[: grid.n_dimensions]
@@ -182,7 +182,7 @@ def write_hard_data(path: Path, data: HardData, grid: Grid) -> None:
 
 
 def write_assets() -> None:
-    """Draw every bundled image, field and data set and write it to ccwsim/assets."""
+    """Draw all bundled images, fields and data sets, and write them to ccwsim/assets."""
     for name in datasets.names():
         write_image(catalogue.image_path(name), generate(name).array)
     for name, sides in catalogue.FIELD_SIDES.items():

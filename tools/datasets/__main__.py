@@ -1,4 +1,4 @@
-"""Write the bundled files again: ``python -m tools.datasets write``."""
+"""Generate the bundled files: ``python -m tools.datasets write``."""
 
 import argparse
 

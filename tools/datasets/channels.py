@@ -1,4 +1,4 @@
-"""Anastomosing channels that wind, split and join again, straight or round a bend."""
+"""Anastomosing channels, which wind, split and join again, along a straight course or a bend."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ CLOSEST = 20.0
 ROOM_FOR_LOOP = 32.0
 HALF_WIDTH = 3.7
 FINEST, COARSEST = 0.55, 1.75
-"""How the network is scaled on the inside and on the outside of the bend."""
+"""Scale of the network on the inside and on the outside of the bend."""
 
 
 def channels(shape: tuple[int, int], rng: RandomState) -> NDArray[np.uint8]:
@@ -27,10 +27,11 @@ def channels(shape: tuple[int, int], rng: RandomState) -> NDArray[np.uint8]:
 
 
 def bend(shape: tuple[int, int], rng: RandomState) -> NDArray[np.uint8]:
-    """Draw sand channels (1) in mud (0) that come in from the north and leave to the east.
+    """Draw sand channels (1) in mud (0) that enter from the north and leave to the east.
 
-    An even network is placed about a pivot north-east of the image by the complex exponential,
-    which keeps angles: bends stay natural, thin and close together inside, wide and far outside.
+    The complex exponential bends a straight network around a pivot north-east of the image. It
+    preserves angles, so that bends look natural; channels are thin and dense on the inside of the
+    bend, and wide and sparse on the outside.
     """
     size = float(max(shape))
     inner = 0.75 * size
@@ -58,7 +59,7 @@ def channel_network(shape: tuple[int, int], rng: RandomState) -> list[Curve]:
 
 
 def _threads(ny: int, x: Floats, rng: RandomState) -> list[Floats]:
-    """Return courses y(x) from south to north that keep clear of each other."""
+    """Return the courses y(x) of channels, from south to north, with a minimum distance."""
     threads: list[Floats] = []
     for lane in np.arange(-SPACING / 2, ny + SPACING, SPACING):
         bends = 8.5 * wave(len(x), rng.uniform(75, 115), 0.22, rng)
@@ -77,10 +78,10 @@ def _soft_positive(values: Floats, scale: float) -> Floats:
 def _branches(
     x: Floats, lower: Floats, upper: Floats, rng: RandomState
 ) -> list[tuple[Floats, Floats]]:
-    """Return, from west to east, what fills the gap between two neighbours here and there.
+    """Return branches in the gap between two neighbouring channels, from west to east.
 
-    Mostly a link that leaves one of them and joins the other; where there is room, sometimes a
-    loop that leaves and comes back, and so makes an island.
+    Most branches connect both channels; if there is room, some leave and rejoin the same channel,
+    around an island.
     """
     branches = []
     at = int(rng.uniform(0, 90))

@@ -1,4 +1,4 @@
-"""Centrelines of channels and fractures, and how to paint them."""
+"""Centrelines of channels and fractures, and the cells that they cover."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tools.datasets.fields import Floats, wave
 
 
 class Curve(NamedTuple):
-    """A centreline: points about a cell apart, and half the width at each, all in cells."""
+    """A centreline: points about a cell apart, and the half width at each point, in cells."""
 
     x: Floats
     y: Floats
@@ -22,13 +22,13 @@ class Curve(NamedTuple):
 
 
 def ease(t: Floats) -> Floats:
-    """Go from 0 at t = 0 to 1 at t = 1, leaving and arriving without a kink."""
+    """Return a smooth step from 0 at t = 0 to 1 at t = 1, without a kink at the ends."""
     t = np.clip(t, 0, 1)
     return t * t * (3 - 2 * t)
 
 
 def varied_width(n: int, half_width: float, variation: float, rng: RandomState) -> Floats:
-    """Return half widths of n points that vary slowly, by the share `variation`."""
+    """Return slowly varying half widths of n points; `variation` is their relative variation."""
     return half_width * (1 + variation * np.clip(wave(n, 60, 0.6, rng), -2, 2))
 
 
@@ -37,23 +37,24 @@ def meander(
 ) -> tuple[Floats, Floats, Floats]:
     """Return x, y and direction of n unit steps of a river that meanders eastwards from (0, 0).
 
-    The direction stays within `swing` degrees (below 90) of the east, so it never meets itself.
+    The direction stays within `swing` degrees (below 90) of the east, so the river never crosses
+    itself.
     """
     direction = np.radians(swing) * np.tanh(1.1 * wave(n, wavelength, 0.12, rng))
     return np.cumsum(np.cos(direction)), np.cumsum(np.sin(direction)), direction
 
 
 def distance_to(curves: Iterable[Curve], shape: tuple[int, int], reach: float = 2.0) -> Floats:
-    """Return how far each cell is from the nearest bank, below 0 inside a curve.
+    """Return the distance of each cell to the nearest bank, negative inside a curve.
 
     Parameters
     ----------
     curves : iterable of Curve
-        What to draw.
+        Centrelines with widths.
     shape : tuple of int
         Rows and columns.
     reach : float
-        Cells farther than this from every bank hold infinity.
+        Maximum distance that is computed; the result is infinite in cells farther away.
 
     Examples
     --------
@@ -80,7 +81,7 @@ def distance_to(curves: Iterable[Curve], shape: tuple[int, int], reach: float = 
 
 
 def painted(curves: Iterable[Curve], shape: tuple[int, int]) -> NDArray[np.bool_]:
-    """Return the cells that lie inside any of the curves."""
+    """Return the mask of the cells inside any of the curves."""
     return distance_to(curves, shape) < 0
 
 
@@ -90,7 +91,7 @@ def _window(values: Floats, far: float, size: int) -> slice:
 
 
 def _resampled(curve: Curve) -> Curve:
-    """Put a point every half cell, so that banks come out smooth."""
+    """Return a curve with a point every half cell, so that banks are smooth."""
     steps = np.hypot(np.diff(curve.x), np.diff(curve.y))
     along = np.concatenate([[0.0], np.cumsum(steps)])
     wanted = np.linspace(0, along[-1], int(2 * along[-1]) + 2)

@@ -1,4 +1,4 @@
-"""A river delta: one trunk that divides again and again towards the sea."""
+"""A river delta: a trunk channel that divides repeatedly towards the sea."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from tools.datasets.curves import Curve, ease, painted
 from tools.datasets.fields import Floats, gaussian_field, smoothed, wave, without_specks
 
 SPREAD = 0.9
-"""Half the angle of the fan, in radians."""
+"""Half of the angle of the fan, in radians."""
 
 
 @dataclass(frozen=True)
 class Reach:
-    """A channel from one fork to the next: where it starts, seen from the apex, and its sector."""
+    """A channel from one fork to the next: its start in polar coordinates, and its sector."""
 
     radius: float
     angle: float
@@ -51,7 +51,7 @@ def _trunk(apex: Floats, half_width: float, rng: RandomState) -> Curve:
 
 
 def _grown(reach: Reach, front: float, rng: RandomState) -> tuple[Curve, list[Reach]]:
-    """Follow a reach to its end; return its course (angle as x, radius as y) and what forks off."""
+    """Return the course of a reach (angle as x, radius as y), and the reaches that fork off."""
     low, high = reach.sector
     end = reach.radius + front * rng.uniform(0.12, 0.20)
     is_last = end > 0.86 * front
@@ -69,7 +69,7 @@ def _grown(reach: Reach, front: float, rng: RandomState) -> tuple[Curve, list[Re
 
 
 def _forked(reach: Reach, radius: float, angle: float, rng: RandomState) -> list[Reach]:
-    """Share the sector among two channels, or now and then keep one."""
+    """Return two channels that share the sector, or sometimes one channel."""
     low, high = reach.sector
     width = 0.9 * reach.half_width
     if radius > 80 and rng.uniform() < 0.12:
@@ -91,7 +91,7 @@ def _on_map(course: Curve, apex: Floats) -> Curve:
 def _mouth_bars(
     tips: list[tuple[float, float]], apex: Floats, shape: tuple[int, int], rng: RandomState
 ) -> NDArray[np.bool_]:
-    """Return the lobes that the channels build where they meet the sea."""
+    """Return the mask of the mouth bars: lobes at the ends of the channels, in the sea."""
     rows, columns = np.mgrid[: shape[0], : shape[1]]
     ragged = 0.22 * gaussian_field(shape, 8, rng)
     bars = np.zeros(shape, bool)

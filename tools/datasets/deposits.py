@@ -1,4 +1,4 @@
-"""Images drawn by thresholds and stacking: barchans, dunes and sand lenses."""
+"""Images from thresholds of fields and from stacking: barchans, dunes and sand lenses."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def dunes(shape: tuple[int, int], rng: RandomState) -> NDArray[np.uint8]:
 
 
 def lenses(shape: tuple[int, int], rng: RandomState) -> NDArray[np.uint8]:
-    """Draw shale (0), sand (1) and basal gravel (2), north up the section; younger cuts older."""
+    """Draw shale (0), sand (1) and basal gravel (2) in a section; younger lenses cut older ones."""
     rows, columns = np.mgrid[: shape[0], : shape[1]].astype(float)
     rows += 5 * gaussian_field(shape, 90, rng, ratio=0.5) + 0.6 * gaussian_field(shape, 8, rng)
     facies = np.zeros(shape, np.uint8)
@@ -51,7 +51,7 @@ def lenses(shape: tuple[int, int], rng: RandomState) -> NDArray[np.uint8]:
 
 
 def _cut_in(facies: NDArray, above: Floats, across: Floats, thick: float, skew: float) -> None:
-    """Cut one lens: a flat top that sags a little, a deeper base, gravel in the thalweg."""
+    """Cut one lens into the facies: a nearly flat top, a deeper base, and gravel at the thalweg."""
     t = np.clip(across, -1, 1)
     body = (1 - t**2) * (1 + skew * t)
     base = -thick * body

@@ -1,4 +1,4 @@
-"""Random fields and walks that give the drawn bodies their natural irregularity."""
+"""Random fields and walks that make the drawn geobodies irregular, as in nature."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ def _filtered_noise(
     response: Callable[[Floats, Floats], Floats],
     rng: RandomState,
 ) -> Floats:
-    """Filter white noise by a response to frequency (ky, kx), in cycles a cell.
+    """Return white noise filtered by a response to frequency (ky, kx), in cycles per cell.
 
-    The noise is drawn with a margin that is cut off, because the Fourier filter is periodic.
+    The noise is drawn with a margin, which is cut off, because the Fourier filter is periodic.
     """
     ny, nx = shape[0] + margin, shape[1] + margin
     ky = np.asarray(np.fft.fftfreq(ny)[:, None], np.float64)
@@ -38,7 +38,7 @@ def gaussian_field(
     ratio: float = 1.0,
     azimuth: float = 0.0,
 ) -> Floats:
-    """Return a smooth random field of mean 0 and variance 1 with a Gaussian covariance.
+    """Return a smooth random field with mean 0, variance 1 and a Gaussian covariance.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def gaussian_field(
     length : float
         Correlation length along the main axis, in cells.
     rng : RandomState
-        Where the noise comes from.
+        Source of the noise.
     ratio : float
         Correlation length across the main axis, as a share of `length`.
     azimuth : float
@@ -70,10 +70,10 @@ def gaussian_field(
 def ridge_field(
     shape: tuple[int, int], wavelength: float, azimuth: float, spread: float, rng: RandomState
 ) -> Floats:
-    """Return a field of crests `wavelength` cells apart that fork and end, as ripples do.
+    """Return a field of crests that fork and end like ripples, `wavelength` cells apart.
 
-    The spectrum is a narrow band of wavelengths, and crests turn by about `spread` degrees either
-    side of `azimuth` (the way the crests run, from the east, counter-clockwise).
+    The spectrum is a narrow band of wavelengths. Crests run along `azimuth`, counter-clockwise from
+    the east, and deviate from it by about `spread` degrees on either side.
     """
     normal = np.radians(azimuth + 90)
 
@@ -86,27 +86,27 @@ def ridge_field(
 
 
 def wave(n: int, wavelength: float, damping: float, rng: RandomState) -> Floats:
-    """Return n steps of an irregular wave of mean 0 and variance 1.
+    """Return n steps of an irregular wave with mean 0 and variance 1.
 
-    A damped oscillator driven by noise, the AR(2) process that describes the direction of a
+    The wave is a damped oscillator driven by noise: the AR(2) process for the direction of a
     meandering river (Ferguson, 1976, Disturbed periodic model for river meanders).
 
     Parameters
     ----------
     n : int
-        How many unit steps.
+        Number of unit steps.
     wavelength : float
-        Steps from bend to bend of the same side.
+        Number of steps between bends to the same side.
     damping : float
         From near 0 (regular) to 1 (no memory of the last bend).
     rng : RandomState
-        Where the disturbances come from.
+        Source of the disturbances.
     """
     k = 2 * np.pi / wavelength
     a1 = 2 * np.exp(-damping * k) * np.cos(k * np.sqrt(1 - damping**2))
     a2 = -np.exp(-2 * damping * k)
     lead = int(4 * wavelength)
-    from scipy.signal import lfilter  # here: it takes longer to import than all the rest
+    from scipy.signal import lfilter  # imported late: it loads slowly
 
     series = lfilter([1.0], [1.0, -a1, -a2], rng.standard_normal(n + lead))[lead:]
     gain = (1 - a2) / ((1 + a2) * ((1 - a2) ** 2 - a1**2))
@@ -114,7 +114,7 @@ def wave(n: int, wavelength: float, damping: float, rng: RandomState) -> Floats:
 
 
 def smoothed(facies: NDArray[np.integer], sigma: float) -> NDArray[np.uint8]:
-    """Give each cell the facies that prevails around it, which rounds corners and drops dust."""
+    """Give each cell the facies that prevails around it; this rounds corners and removes specks."""
     shares = [
         ndimage.gaussian_filter((facies == code).astype(float), sigma, mode="nearest")
         for code in range(int(facies.max()) + 1)
@@ -123,7 +123,7 @@ def smoothed(facies: NDArray[np.integer], sigma: float) -> NDArray[np.uint8]:
 
 
 def without_specks(facies: NDArray[np.integer], n_cells: int) -> NDArray[np.uint8]:
-    """Give bodies of fewer than `n_cells` cells the facies of the nearest larger body.
+    """Give geobodies of fewer than `n_cells` cells the facies of the nearest larger geobody.
 
     Examples
     --------
@@ -143,7 +143,7 @@ def without_specks(facies: NDArray[np.integer], n_cells: int) -> NDArray[np.uint
 
 
 def bodies_of(inside: NDArray[np.bool_]) -> NDArray[np.int32]:
-    """Number the connected bodies (4 neighbours) from 1; 0 is outside."""
+    """Label the geobodies (4 neighbours) from 1 on; cells outside are 0."""
     bodies = np.empty(inside.shape, np.int32)
     ndimage.label(inside, output=bodies)
     return bodies

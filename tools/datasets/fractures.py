@@ -1,4 +1,4 @@
-"""Two sets of fractures; the younger ones stop where they meet an older one."""
+"""Two sets of fractures; younger fractures end at older ones."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def fractures(shape: tuple[int, int], rng: RandomState) -> NDArray[np.uint8]:
 def _fracture_set(
     n: int, azimuth: float, lengths: tuple[float, float], shape: tuple[int, int], rng: RandomState
 ) -> list[Curve]:
-    """Return n nearly parallel fractures, more short ones than long ones, thin at the tips."""
+    """Return n nearly parallel fractures with thin tips; short fractures are more frequent."""
     fractures: list[Curve] = []
     for _ in range(n):
         fracture = _fracture(azimuth, lengths, shape, rng)
@@ -50,7 +50,7 @@ def _fracture(
 
 
 def _is_crowded(fracture: Curve, others: list[Curve]) -> bool:
-    """Return whether it runs beside another: the rock there is already relieved."""
+    """Return whether a fracture runs close to another, where the rock is already relieved."""
     if not others:
         return False
     points = np.concatenate([np.column_stack([other.x, other.y]) for other in others])
@@ -59,7 +59,7 @@ def _is_crowded(fracture: Curve, others: list[Curve]) -> bool:
 
 
 def _stopped_at(drawn: NDArray[np.bool_], fracture: Curve, shape: tuple[int, int]) -> Curve:
-    """Return the part about the middle of a fracture that lies between two drawn ones."""
+    """Return the middle part of a fracture, up to the drawn fractures on both sides."""
     rows = np.clip(np.rint(fracture.y), 0, shape[0] - 1).astype(int)
     columns = np.clip(np.rint(fracture.x), 0, shape[1] - 1).astype(int)
     met = np.flatnonzero(drawn[rows, columns])

@@ -13,7 +13,7 @@ SPACING = 105.0
 
 
 def levees(shape: tuple[int, int], rng: RandomState) -> NDArray[np.uint8]:
-    """Draw flood plain (0), levees (1), crevasse splays (2) and channels (3), flow to the east."""
+    """Draw flood plain (0), levees (1), crevasse splays (2) and channels (3) flowing eastwards."""
     facies = np.zeros(shape, np.uint8)
     for lane in np.arange(0.45 * SPACING, shape[0] - 0.3 * SPACING, SPACING):
         river, direction = _river(lane, shape[1], rng)
@@ -35,7 +35,7 @@ def _river(lane: float, nx: int, rng: RandomState) -> tuple[Curve, Floats]:
 
 
 def _splays(river: Curve, direction: Floats, rng: RandomState) -> list[Curve]:
-    """Return fans of short lobes that burst out of some outer banks."""
+    """Return fans of short lobes that break out of some outer banks."""
     turn = np.gradient(np.convolve(direction, np.ones(15) / 15, mode="same"))
     bends = np.flatnonzero(
         (np.abs(turn[1:-1]) >= np.abs(turn[:-2])) & (np.abs(turn[1:-1]) > np.abs(turn[2:]))
@@ -53,7 +53,7 @@ def _splays(river: Curve, direction: Floats, rng: RandomState) -> list[Curve]:
 
 
 def _lobe(x: float, y: float, heading: float, rng: RandomState) -> Curve:
-    """Return a finger that starts thin at the breach, widens and ends round."""
+    """Return a lobe that begins thin at the breach, widens, and has a round end."""
     length = int(rng.uniform(14, 27))
     bent = heading + 0.25 * wave(length, 30, 0.4, rng)
     half_width = 2.0 + rng.uniform(4.5, 6.0) * np.sin(np.linspace(0, 0.6 * np.pi, length))

@@ -11,7 +11,7 @@ from scipy.spatial import KDTree
 from tools.datasets.fields import Floats, gaussian_field, without_specks
 
 THINNEST = 2.6
-"""The least joint, in cells: thinner ones would break up into dashes."""
+"""Minimum thickness of a joint in cells; thinner joints would have gaps."""
 
 
 def stone_wall(shape: tuple[int, int], rng: RandomState) -> NDArray[np.uint8]:
@@ -24,7 +24,7 @@ def stone_wall(shape: tuple[int, int], rng: RandomState) -> NDArray[np.uint8]:
 
 
 def _packed_stones(shape: tuple[int, int], rng: RandomState) -> tuple[Floats, Floats]:
-    """Throw stones, the largest first, where they overlap no other; small ones fill the holes."""
+    """Place stones at random without overlap, the largest first; small stones fill the holes."""
     area = (shape[0] + 40) * (shape[1] + 40)
     sizes = np.concatenate([rng.uniform(11, 20, area // 220), rng.uniform(5.5, 9, area // 170)])
     sizes = np.sort(sizes)[::-1]
@@ -42,9 +42,9 @@ def _packed_stones(shape: tuple[int, int], rng: RandomState) -> tuple[Floats, Fl
 def _gap_between(
     centres: Floats, radii: Floats, shape: tuple[int, int], rng: RandomState
 ) -> Floats:
-    """Return how much nearer each cell is to its stone than to the next stone.
+    """Return for each cell the distance to the second-nearest stone − that to the nearest stone.
 
-    Distance counts from the rim of a stone, and each stone is stretched its own way.
+    Distances are from the rim of a stone; each stone is stretched in a random direction.
     """
     warp = np.array([2.0 * gaussian_field(shape, 9, rng) for _ in range(2)])
     cells = np.moveaxis(np.mgrid[: shape[0], : shape[1]] + warp, 0, -1)
@@ -60,7 +60,7 @@ def _gap_between(
 
 
 def _rounded(stones: NDArray[np.bool_], radius: float) -> NDArray[np.bool_]:
-    """Take off every corner that a disc of this radius does not reach (a morphological opening)."""
+    """Return the stones with corners rounded by a disc of this radius (morphological opening)."""
     padded = np.pad(stones, 8, mode="edge")
     core = np.asarray(ndimage.distance_transform_edt(padded)) > radius
     grown = np.asarray(ndimage.distance_transform_edt(~core)) <= radius

@@ -10,14 +10,14 @@ from tools.datasets.fields import gaussian_field
 
 Shape = tuple[int, int, int]
 SAND_SHARE, SHALE_SHARE = 0.27, 0.58
-"""Channels and lenses are added until there is as much sand, or as little shale."""
+"""Shares of sand and of shale; channels or lenses are added until these are reached."""
 BEDS_SEED = 8
 DEEPEST_FOLD = 60
-"""Beds go on so many cells below and above a volume."""
+"""Number of cells that beds extend below and above a volume."""
 
 
 def sinuous_channels(shape: Shape, rng: RandomState) -> NDArray[np.uint8]:
-    """Draw sand channels with a flat top and a rounded base, at any depth of the mud."""
+    """Draw sand channels with flat tops and rounded bases, at random depths in mud."""
     nz, ny, nx = shape
     facies = np.zeros(shape, np.uint8)
     z, y, x = np.arange(nz)[:, None, None], np.arange(ny)[None, :, None], np.arange(nx)
@@ -37,7 +37,7 @@ def sinuous_channels(shape: Shape, rng: RandomState) -> NDArray[np.uint8]:
 
 
 def stacked_lenses(shape: Shape, rng: RandomState) -> NDArray[np.uint8]:
-    """Draw sand lenses in shale, flat below and rounded above, with gravel at their bases."""
+    """Draw sand lenses in shale with flat bases and rounded tops, and gravel at the bases."""
     nz, ny, nx = shape
     facies = np.zeros(shape, np.uint8)
     z, y, x = np.arange(nz)[:, None, None], np.arange(ny)[:, None], np.arange(nx)
@@ -58,9 +58,9 @@ def stacked_lenses(shape: Shape, rng: RandomState) -> NDArray[np.uint8]:
 
 
 def folded_layers(shape: Shape, rng: RandomState) -> NDArray[np.uint8]:
-    """Draw beds of four facies that lie on each other and are folded and faulted together.
+    """Draw a stack of beds of four facies that are folded and faulted together.
 
-    All volumes have the same beds, those of one formation, with folds and a fault of their own.
+    All volumes have the same beds of one formation; folds and fault differ between volumes.
     """
     nz, ny, nx = shape
     fold = 7 * gaussian_field((ny, nx), 55, rng, ratio=0.5, azimuth=30)
@@ -71,5 +71,5 @@ def folded_layers(shape: Shape, rng: RandomState) -> NDArray[np.uint8]:
     tops, codes = [float(-DEEPEST_FOLD)], [int(beds.randint(4))]
     while tops[-1] < nz + DEEPEST_FOLD:
         tops.append(tops[-1] + beds.uniform(2.5, 6.5))
-        codes.append((codes[-1] + 1 + int(beds.randint(3))) % 4)  # beds on each other differ
+        codes.append((codes[-1] + 1 + int(beds.randint(3))) % 4)  # differs from the bed below
     return np.array(codes, np.uint8)[np.searchsorted(tops, depth)]

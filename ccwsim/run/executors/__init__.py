@@ -1,4 +1,4 @@
-"""Where realizations are simulated: threads of this process, any executor, a Dask cluster."""
+"""Runners that simulate realizations on threads, on any executor, or on a Dask cluster."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["Take", "Work", "connect", "executor_of_environment", "runner_of"]
 def runner_of(
     work: Work, executor: Any = None, n_workers: int | None = None
 ) -> ThreadRunner | BatchRunner:
-    """Return the runner of some work for an executor, a Dask client, or threads for None."""
+    """Return a runner for an executor or a Dask client; for None, a runner on threads."""
     workers = n_cores() if n_workers is None else check_int("n_workers", n_workers, 1)
     if executor is None:
         return ThreadRunner(work, workers)
@@ -27,7 +27,7 @@ def runner_of(
         return ThreadRunner(work, workers, executor)
     if isinstance(executor, Executor):
         return BatchRunner(BatchBackend(executor, workers), work)
-    dask = sys.modules.get("distributed")  # a client exists only after its import
+    dask = sys.modules.get("distributed")  # if distributed is not imported, no client can exist
     if dask is not None and isinstance(executor, dask.Client):
         return BatchRunner(ClusterBackend(executor), work)
     raise CCWSIMError(

@@ -1,4 +1,4 @@
-"""Realizations in batches: sent to workers a few at a time, collected as they return."""
+"""Batches of realizations, sent to workers a few at a time and collected as they return."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ from ccwsim.run.executors.worker import (
 )
 
 BATCH_SECONDS = 0.25
-"""Intended duration of a batch: long compared with its transfer, short compared with a second."""
+"""Intended duration of a batch in seconds, long compared with its transfer."""
 BATCH_BYTES = 64_000_000
 BATCHES_PER_WORKER = 2
-"""Batches submitted at a time, so that no worker waits for its next one."""
+"""Batches submitted at a time per worker, so that no worker waits for its next batch."""
 STOP_SECONDS = 0.7
-"""Time for running batches to return their finished realizations after a stop."""
+"""Seconds for running batches to return their finished realizations after a stop."""
 
 
 class BatchBackend:
     """Sends batches to an executor of `concurrent.futures`, which stays open.
 
-    A request has only the key of its study; if the worker does not know it, the batch is sent again
-    with the study. `n_workers` applies if the executor does not tell its number.
+    A request contains only the key of its study; if the worker lacks the study, the batch is resent
+    with it. `n_workers` applies if the executor does not state its number of workers.
     """
 
     def __init__(self, executor: Any, n_workers: int) -> None:
@@ -40,17 +40,17 @@ class BatchBackend:
         self._n_workers = getattr(executor, "_max_workers", None) or n_workers
 
     def open(self, work: Work) -> None:
-        """Prepare to send batches of a study."""
+        """Prepare for batches of the study of `work`."""
         self._content, self._key = serialized(work.study), study_key(work.study)
         self._keep_sources = work.keep_sources
         self._flag: Any = FileFlag()
 
     def n_workers(self) -> int:
-        """Return the number of batches that run at once."""
+        """Number of batches that run at a time."""
         return self._n_workers
 
     def submit(self, numbers: tuple[int, ...], with_study: bool) -> Future[Reply]:
-        """Send a batch."""
+        """Send a batch, if asked together with its study."""
         request = self._request(numbers)
         content = self._content if with_study else None
         try:
@@ -61,11 +61,11 @@ class BatchBackend:
             raise CCWSIMError(f"the executor takes no work: {error}; give an open one") from error
 
     def shares(self, numbers: Iterable[int]) -> dict[int, float]:
-        """Return the share of some realizations done at the last report of their workers."""
+        """Return the finished shares of realizations, from the last reports of their workers."""
         return self._flag.shares(numbers)
 
     def recovers(self, error: BaseException) -> bool:
-        """Return whether a batch that failed is to be sent again; or raise an error with advice."""
+        """Return whether to send a failed batch again; raise `CCWSIMError` if that cannot help."""
         if isinstance(error, BrokenExecutor):
             raise CCWSIMError(
                 "a worker process ended before its work was done, perhaps for lack of memory; "
@@ -73,7 +73,7 @@ class BatchBackend:
             ) from error
         if isinstance(error, ImportError):
             raise CCWSIMError(
-                f"a worker cannot import what it needs ({error}); install ccwsim and its "
+                f"a worker cannot import a module ({error}); install ccwsim and its "
                 "requirements where the workers run"
             ) from error
         return False
@@ -98,14 +98,14 @@ class BatchRunner:
         self._seconds = 0.0
 
     def prepare(self, progress: Progress | None, cancel: Cancel | None) -> bool:
-        """Open the backend; return True."""
+        """Open the backend and return True."""
         if progress:
             progress(0.0, 0)
         self._backend.open(self._work)
         return True
 
     def run(self, take: Take, progress: Progress | None, cancel: Cancel | None) -> list[int]:
-        """Do as `ThreadRunner.run`, with batches in any order."""
+        """Run the realizations as `ThreadRunner.run` does, with batches in any order."""
         n = self._work.n
         try:
             while len(self._finished) < n:
@@ -121,7 +121,7 @@ class BatchRunner:
         return sorted(self._finished)
 
     def _send(self) -> None:
-        """Send batches until every worker has enough."""
+        """Send batches until every worker has `BATCHES_PER_WORKER`."""
         at_once = BATCHES_PER_WORKER * self._backend.n_workers()
         while len(self._out) < at_once and (self._with_study or self._left):
             with_study = bool(self._with_study)
@@ -133,7 +133,7 @@ class BatchRunner:
                 return
 
     def _receive(self, take: Take) -> None:
-        """Wait a moment for replies, and collect all that arrived."""
+        """Wait a moment for replies, and collect those that arrived."""
         done, _ = wait(self._out, POLL_SECONDS, FIRST_COMPLETED)
         for future in done:
             batch = self._out.pop(future)
@@ -146,12 +146,12 @@ class BatchRunner:
                 self._keep(take, batch, future.result())
 
     def _under_way(self) -> float:
-        """Return the sum of the finished shares of unfinished realizations."""
+        """Return the sum of the shares done of realizations that are still running."""
         sent = [number for batch in self._out.values() for number in batch]
         return sum(self._backend.shares(sent).values())
 
     def _stop(self, take: Take) -> None:
-        """Cancel waiting batches, stop running ones, and collect what they return in time."""
+        """Cancel waiting batches, stop running batches, and collect replies that come in time."""
         self._backend.stop()
         done, _ = wait([future for future in self._out if not future.cancel()], STOP_SECONDS)
         for future in done:

@@ -24,11 +24,11 @@ SCHEDULER = "CCWSIM_SCHEDULER"
 """Environment variable with the address of a Dask scheduler, such as tcp://host:8786."""
 CONNECT_SECONDS = 5.0
 COUNT_SECONDS = 2.0
-"""Time between two counts of the workers, which may change."""
+"""Seconds between two counts of the workers, whose number may change."""
 RESULT_SECONDS = 3.0
-"""Time to wait for a reply before it is requested anew."""
+"""Seconds to wait for a reply before it is requested again."""
 MAX_LOSSES = 5
-"""Largest number of times the study is sent anew after its workers were lost."""
+"""Maximum number of times the study is sent again after its workers were lost."""
 
 _clients: dict[str, Any] = {}
 _lock = Lock()
@@ -47,7 +47,7 @@ def connect(address: str, seconds: float = CONNECT_SECONDS) -> Any:
             "pip install -r requirements-dask.txt"
         ) from error
     try:
-        # A client would try again and again where nobody listens.
+        # A client would retry for long at an address without a scheduler, so it is checked first.
         parts = urlsplit(address)
         if not parts.hostname or not parts.port:
             raise ValueError("host and port are needed")
@@ -62,7 +62,7 @@ def connect(address: str, seconds: float = CONNECT_SECONDS) -> Any:
 
 
 def executor_of_environment() -> Any:
-    """Return the client of the scheduler that `CCWSIM_SCHEDULER` names, None if it is not set."""
+    """Return a client of the scheduler in `CCWSIM_SCHEDULER`, None if that is not set."""
     address = os.environ.get(SCHEDULER, "").strip()
     if not address:
         return None
@@ -75,18 +75,18 @@ def executor_of_environment() -> Any:
 
 @dataclass(frozen=True)
 class ClusterFlag:
-    """An event of the scheduler of a Dask cluster."""
+    """A stop flag that workers read from the scheduler of a Dask cluster."""
 
     name: str
 
     def is_set(self) -> bool:
-        """Return whether the work is to stop."""
+        """Return whether the work should stop."""
         from distributed import Event
 
         return bool(Event(self.name).is_set())
 
     def report(self, number: int, share: float) -> None:
-        """Send the share of a realization that is done to all subscribers."""
+        """Send the finished share of a realization to all subscribers."""
         from distributed import get_worker
 
         get_worker().log_event(self.name, (number, share))
@@ -95,7 +95,7 @@ class ClusterFlag:
 class ClusterBackend(BatchBackend):
     """Sends batches to the workers of a `distributed.Client`, which stays open.
 
-    It makes its own futures: those of `Client.get_executor()` would wait for a killed worker until
+    It does not use `Client.get_executor()`, whose futures would wait for a killed worker until
     the connection times out.
     """
 
@@ -128,7 +128,7 @@ class ClusterBackend(BatchBackend):
             ) from error
 
     def n_workers(self) -> int:
-        """Return the number of threads of all workers, at least 1."""
+        """Number of threads of all workers together, at least 1."""
         if time.monotonic() > self._next_count:
             with suppress(Exception):
                 self._n_workers = sum(self._client.nthreads().values())
@@ -136,7 +136,7 @@ class ClusterBackend(BatchBackend):
         return max(self._n_workers, 1)
 
     def submit(self, numbers: tuple[int, ...], with_study: bool) -> Future[Reply]:
-        """Send a batch; the workers have the study, and Dask repeats a batch whose worker ends."""
+        """Send a batch without the study, which the workers have; Dask repeats lost batches."""
         request, future = self._request(numbers), Future()
         task = self._client.submit(simulate_batch, request, self._study, pure=False)
         task.add_done_callback(lambda task: self._fetch(task, future))
@@ -146,7 +146,7 @@ class ClusterBackend(BatchBackend):
     def _fetch(self, task: Any, future: Future[Reply]) -> None:
         """Move the reply of a task to its future, on a thread of the client.
 
-        It is requested anew, with longer and longer waits: Dask waits long for a lost worker.
+        The reply is requested again after growing delays, as Dask waits long for a lost worker.
         """
         seconds = RESULT_SECONDS
         while not self._stopped and not future.done():
@@ -156,7 +156,7 @@ class ClusterBackend(BatchBackend):
                 seconds *= 2
             except InvalidStateError:  # the future was cancelled meanwhile
                 return
-            except BaseException as error:  # CancelledError of asyncio is no Exception
+            except BaseException as error:  # `CancelledError` of asyncio is not an `Exception`
                 with suppress(InvalidStateError):
                     future.set_exception(error)
 
@@ -165,11 +165,11 @@ class ClusterBackend(BatchBackend):
         self._shares[number] = share
 
     def shares(self, numbers: Iterable[int]) -> dict[int, float]:
-        """Return the workers' last reports about some realizations."""
+        """Return the finished shares of realizations, from the last reports of the workers."""
         return {number: self._shares[number] for number in numbers if number in self._shares}
 
     def recovers(self, error: BaseException) -> bool:
-        """Send the study anew if it was lost with its workers; else as the base class."""
+        """Send the study again if it was lost with its workers; otherwise as the base class."""
         from distributed import KilledWorker
 
         if isinstance(error, KilledWorker):
@@ -189,6 +189,6 @@ class ClusterBackend(BatchBackend):
     def stop(self) -> None:
         """Set the event that workers poll."""
         self._stopped = True
-        with suppress(Exception):  # a scheduler that is gone cannot be told
+        with suppress(Exception):  # the scheduler may be gone
             self._event.set()
             self._client.unsubscribe_topic(self._flag.name)

@@ -30,16 +30,16 @@ class Work(NamedTuple):
 
 
 class ThreadRunner:
-    """Runs the realizations of `work` on threads: kernels release the interpreter lock.
+    """Runs the realizations of `work` on threads, as kernels release the interpreter lock.
 
-    A given `pool` stays open, and its number of threads applies.
+    A given `pool` stays open; its number of threads then replaces `n_workers`.
     """
 
     def __init__(self, work: Work, n_workers: int, pool: ThreadPoolExecutor | None = None) -> None:
         self._work, self._n_workers, self._pool = work, n_workers, pool
 
     def prepare(self, progress: Progress | None, cancel: Cancel | None) -> bool:
-        """Prepare the image and compile; return False if `cancel` returned True meanwhile."""
+        """Prepare the image and compile the kernels; return False if cancelled meanwhile."""
         study = self._work.study
         self._image = image = PreparedImage(study)
         if is_compiled(study, image):
@@ -51,7 +51,7 @@ class ThreadRunner:
         return bool(compiled)
 
     def run(self, take: Take, progress: Progress | None, cancel: Cancel | None) -> list[int]:
-        """Pass each to `take`; return the finished ones, from 0: all unless cancelled."""
+        """Pass each realization to `take`; return the indices k of those that finished."""
         study, first, n, keep_sources = self._work
 
         def task(k: int, watch: Watch) -> None:

@@ -1,4 +1,4 @@
-"""A worker that shares no memory with the caller: its requests, replies and simulation."""
+"""Simulation by a worker that shares no memory with the caller, with requests and replies."""
 
 from __future__ import annotations
 
@@ -27,46 +27,46 @@ from ccwsim.model.training_image import TrainingImage
 from ccwsim.system.lru_cache import LruCache
 
 FLAG_SECONDS = 0.2
-"""Seconds between two polls of a flag by a worker, with a report of its progress."""
+"""Seconds between two polls of the stop flag by a worker, which then reports its progress."""
 MAX_STUDIES = 4
-"""Studies that a worker keeps, the most recent ones."""
+"""Maximum number of recent studies that a worker keeps."""
 
 
 def serialized(study: Study) -> bytes:
-    """Return a study as bytes, without derived attributes."""
+    """Return a study as bytes, without cached attributes."""
     image, data = study.training_image, study.hard_data
     parts = (image.array, image.name, image.facies_names), (data.cells, data.facies)
     return pickle.dumps((*parts, study.grid, study.parameters, study.seed))
 
 
 def deserialized(content: bytes) -> Study:
-    """Return the study, with read-only arrays as kernels expect them."""
+    """Return the study in these bytes, with the read-only arrays that kernels expect."""
     (array, name, facies_names), data, grid, parameters, seed = pickle.loads(content)
     image = TrainingImage(array, name=name, facies_names=facies_names)
     return Study(image, grid, parameters, HardData(*data), seed)
 
 
 def study_key(study: Study) -> str:
-    """Return a short key of the content: equal for studies with equal realizations."""
+    """Return a short key of a study; studies with equal realizations have equal keys."""
     image, data = study.training_image.digest, study.hard_data.digest
     return digest(image, study.grid, study.parameters, data, study.seed)
 
 
 class Flag(Protocol):
-    """Tells a worker to stop, and takes its progress back to the caller."""
+    """Tells a worker to stop, and reports its progress to the caller."""
 
     def is_set(self) -> bool: ...
 
     def report(self, number: int, share: float) -> None:
-        """Send the share of a realization that is done."""
+        """Send the finished share of a realization."""
         ...
 
 
 @dataclass(frozen=True)
 class FileFlag:
-    """A folder of this machine, which holds progress and is removed to stop the work.
+    """A folder of this machine with progress reports; removing it stops the work.
 
-    A worker on another machine does not see that, and finishes its batch.
+    A worker on another machine does not see the folder and finishes its batch.
     """
 
     path: str = field(default_factory=lambda: tempfile.mkdtemp(prefix="ccwsim-"))
@@ -77,33 +77,33 @@ class FileFlag:
         shutil.rmtree(self.path, ignore_errors=True)
 
     def is_set(self) -> bool:
-        """Return whether the work is to stop."""
+        """Return whether the work should stop."""
         return self.host == socket.gethostname() and not os.path.exists(self.path)
 
     def report(self, number: int, share: float) -> None:
-        """Write the share of a realization that is done to the folder, if that exists."""
+        """Write the finished share of a realization to the folder, if the folder exists."""
         with suppress(FileNotFoundError):
             (Path(self.path) / str(number)).write_text(str(share))
 
     def shares(self, numbers: Iterable[int]) -> dict[int, float]:
-        """Return the last reports about some realizations."""
+        """Return the last reported shares of realizations."""
         shares = {}
         for number in numbers:
-            with suppress(FileNotFoundError, ValueError):  # no report yet, or being written
+            with suppress(FileNotFoundError, ValueError):  # no report yet, or it is being written
                 shares[number] = float((Path(self.path) / str(number)).read_text())
         return shares
 
 
 @dataclass(frozen=True)
 class BatchRequest:
-    """A request for some realizations of a study, which is named by its key."""
+    """A request for realizations of a study, identified by its key."""
 
     study: str
     numbers: tuple[int, ...]
     keep_sources: bool
     flag: Flag
     source: str = SOURCE
-    """Digest of the caller's kernels: other kernels may give other realizations."""
+    """Digest of the caller's kernels; different kernels may give different realizations."""
 
 
 @dataclass(frozen=True)
@@ -111,14 +111,14 @@ class Reply:
     """The realizations of a request; fewer than requested if the flag was set."""
 
     known: bool
-    """False if the worker lacks the study, which must then be sent with the request."""
+    """False if the worker lacks the study; the request must be resent with it."""
     realizations: list[Realization]
     seconds: float = 0.0
-    """Per realization, to size the next batches."""
+    """Seconds per realization, from which the size of the next batches is computed."""
 
 
 class FlagWatch(Watch):
-    """A watch that polls a flag, and reports progress to it, every few tenths of a second."""
+    """A watch that polls a flag, and reports progress to it, every `FLAG_SECONDS`."""
 
     def __init__(self, flag: Flag) -> None:
         self._flag, self._raised = flag, Event()
@@ -127,17 +127,17 @@ class FlagWatch(Watch):
         self._next = 0.0
 
     def begin(self, number: int) -> None:
-        """Report about another realization from now on."""
+        """From now on report the progress of another realization."""
         self._number, self.share = number, 0.0
         self.check()
 
     def check(self) -> None:
-        """Raise `Cancelled` if the flag was set at its latest poll."""
+        """Raise `Cancelled` if the flag was set at the latest poll."""
         if time.monotonic() >= self._next:
             if self._flag.is_set():
                 self._raised.set()
             elif self._number is not None:
-                with suppress(OSError):  # the realization is worth more than the report
+                with suppress(OSError):  # a failed report must not end the realization
                     self._flag.report(self._number, self.share)
             self._next = time.monotonic() + FLAG_SECONDS
         super().check()
@@ -147,11 +147,11 @@ _studies: LruCache[tuple[Study, PreparedImage]] = LruCache(MAX_STUDIES)
 
 
 def simulate_batch(request: BatchRequest, content: bytes | None) -> Reply:
-    """Simulate some realizations; `content` is the study, None if the worker may have it."""
+    """Simulate realizations; `content` is the study, or None if the worker may have it already."""
     if request.source != SOURCE:
         raise CCWSIMError(
-            "a worker has another version of ccwsim, which may draw other realizations; "
-            "install the same one everywhere"
+            "a worker has another version of ccwsim, which may give different realizations; "
+            "install the same version everywhere"
         )
     prepared = _recall(request.study, content)
     if prepared is None:
@@ -173,7 +173,7 @@ def simulate_batch(request: BatchRequest, content: bytes | None) -> Reply:
 
 
 def _recall(key: str, content: bytes | None) -> tuple[Study, PreparedImage] | None:
-    """Return a study and its prepared image, if possible those of an earlier request."""
+    """Return a study and its prepared image, kept from an earlier request if possible."""
     prepared = _studies.get(key)
     if prepared is None and content is not None:
         study = deserialized(content)

@@ -1,4 +1,4 @@
-"""Results of the measured times: in words, as tables, as CSV; and their limits."""
+"""Results of the measured times as sentences, tables and CSV, and how to read them."""
 
 from __future__ import annotations
 
@@ -25,34 +25,34 @@ from ccwsim.ui.widgets.text import scrolled
 
 TEACHING = (
     "Press Measure: a line for each level will show how the time of one realization grows with "
-    "the grid. Straight at slope one, and flat in the time a cell, is linear growth. The red "
+    "the grid. Linear growth is a straight line of slope one, or a constant time per cell. The red "
     "markers are the paper's times, on another machine."
 )
 WHAT_CAN_BE_COMPARED = (
-    "The paper's times are of MATLAB on its authors' machine, the times here are of compiled "
-    "kernels on this one. Seconds of one cannot be set against seconds of the other, and no "
-    "speed-up follows from them. What can be compared are ratios within one machine: of two "
-    "levels, of two methods, of two numbers of data, and whether time grows with the cells."
+    "The paper's times were measured with MATLAB on the authors' machine; the times here are of "
+    "compiled kernels on this machine. Their seconds cannot be compared, and no speed-up follows "
+    "from them. You can compare ratios within one machine: of two levels, two methods or two "
+    "numbers of data, and the growth of time with the cells."
 )
 DISTURBED = (
-    "Others were computing on this server at the same time: CPU times are longer than they would "
-    "be on a quiet machine. Measure again when it is."
+    "Others were computing on this server at the same time, so CPU times are longer than on an "
+    "idle machine. Measure again when the server is idle."
 )
 TABLE_2_NOTE = (
-    "wrong: data that a realization does not honour, here. paper: Table 2, channel training "
-    "image, 512 × 512 cells, MATLAB on another machine; compare the last two columns. Here both "
-    "methods are this program's own and compiled alike, and both re-simulate locally until the "
+    "wrong: number of data that a realization does not honour here. paper: Table 2, channel "
+    "training image, 512 × 512 cells, MATLAB on another machine; compare the last two columns. "
+    "Here both methods are compiled code of this program, and both re-simulate locally until the "
     "data are honoured, unless the study turns that off."
 )
 Setting = tuple[str, int, bool]
-"""Method, level (of volumes within layers), and whether volumes are simulated."""
+"""Method, level (in volumes within layers), and whether volumes are simulated."""
 NONE = "–"
 PAPER_SIDE = 512
 """Side of the grid of Table 2."""
 
 
 def by_setting(timings: Sequence[Timing]) -> dict[Setting, list[Timing]]:
-    """Return the times of each method and level, in the order they came."""
+    """Return the times by method and level, in the order measured."""
     found: dict[Setting, list[Timing]] = {}
     for timing in timings:
         found.setdefault(setting_of(timing), []).append(timing)
@@ -60,13 +60,13 @@ def by_setting(timings: Sequence[Timing]) -> dict[Setting, list[Timing]]:
 
 
 def setting_of(timed: Timing | TimingCase) -> Setting:
-    """Return method, level and dimension of a case or its times."""
+    """Return the method, level and dimension of a case."""
     p = timed.parameters
     return p.method, level_of(p), len(timed.grid_shape) > 2
 
 
 def name_of(setting: Setting, settings: Sequence[Setting]) -> str:
-    """Return the name of a setting among others: with the method if there are several."""
+    """Return the name of a setting, with its method if the settings have several."""
     method, level, volume = setting
     several = len({method for method, _, _ in settings}) > 1
     kind = ("volume " if volume else "map ") if any(v for _, _, v in settings) else ""
@@ -74,12 +74,12 @@ def name_of(setting: Setting, settings: Sequence[Setting]) -> str:
 
 
 def size_text(shape: Shape) -> str:
-    """Return the size of a grid."""
+    """Return the size of a grid as text."""
     return f"{shape[0]}²" if len(shape) == 2 else describe_shape(shape)
 
 
 def describe_growth(name: str, timings: Sequence[Timing]) -> str:
-    """Return how the time of a setting grows with the cells; empty for a single size."""
+    """Describe how a setting's time grows with the cells; empty for a single size."""
     if len({t.n_cells for t in timings}) < 2:
         return ""
     found = growth(timings)
@@ -96,7 +96,7 @@ def describe_growth(name: str, timings: Sequence[Timing]) -> str:
 
 
 def growth_lines(timings: Sequence[Timing]) -> list[str]:
-    """Describe the times of each setting, and of the levels; nothing for a single size."""
+    """Describe the growth of each setting's time and the effect of levels, line by line."""
     found = by_setting(timings)
     each = [describe_growth(name_of(setting, list(found)), own) for setting, own in found.items()]
     more = (describe_levels(timings), describe_volumes(timings))
@@ -104,7 +104,7 @@ def growth_lines(timings: Sequence[Timing]) -> list[str]:
 
 
 def describe_volumes(timings: Sequence[Timing]) -> str:
-    """Compare the times of a cell of a volume and of a map, each of its largest grid."""
+    """Compare the time per cell of volumes with that of maps, on the largest grid of each."""
     found = by_setting(timings)
     both = [
         (setting, own[-1], found[(*setting[:2], False)][-1])
@@ -124,7 +124,7 @@ def describe_volumes(timings: Sequence[Timing]) -> str:
 
 
 def describe_levels(timings: Sequence[Timing]) -> str:
-    """Compare the times of the finest and the coarsest wavelet level, here and in the paper."""
+    """Compare the times of the lowest and highest wavelet level, here and in the paper."""
     paper = {t.level: t.cpu_seconds or 0.0 for t in published.FIGURE_13}
     maps = [t for t in timings if t.parameters.method == "ccwsim" and len(t.grid_shape) == 2]
     own = {t.parameters.level: t for t in maps}
@@ -146,7 +146,7 @@ def describe_levels(timings: Sequence[Timing]) -> str:
 
 
 def describe_plan(n_cases: int, n_realizations: int, seconds: float) -> str:
-    """Describe a run and about how long it will take."""
+    """Describe a planned run and its approximate duration."""
     work = f"{plural(n_cases, 'setting')} × {plural(n_realizations, 'realization')}"
     duration = format_duration(max(seconds, 1.0))
     return f"{work} on one thread: about {duration}.{compilation_to_come()}"
@@ -183,7 +183,7 @@ def _sizes(size: Any) -> str:
 
 
 def _how_maps(cases: Sequence[TimingCase]) -> str:
-    """Say what maps beside volumes are of."""
+    """Describe the maps that are timed beside volumes, if there are any."""
     maps = [case.parameters for case in cases if len(case.grid_shape) == 2]
     if not maps or len(maps) == len(cases):
         return ""
@@ -194,7 +194,7 @@ def _how_maps(cases: Sequence[TimingCase]) -> str:
 
 
 def progress_label(run: TimingRun) -> str:
-    """Return how many settings are timed, and which one is now."""
+    """Return the number of timed settings and the setting being timed, as text."""
     n = len(run.timings)
     text = f"{n} of {len(run.cases)} settings"
     if n < len(run.cases):
@@ -205,7 +205,7 @@ def progress_label(run: TimingRun) -> str:
 
 
 def grid_table(timings: Sequence[Timing]) -> str:
-    """Return times by size of the grid, of maps with the paper's largest grid in the last row."""
+    """Return times by grid size as HTML; for maps the last row is the paper's largest grid."""
     found = by_setting(timings)
     head = ["cells", *(name_of(setting, list(found)) for setting in found)]
     rows = []
@@ -225,9 +225,9 @@ def grid_table(timings: Sequence[Timing]) -> str:
 def data_table(
     timings: Sequence[Timing], settings: Sequence[Setting], numbers: Sequence[int], side: int
 ) -> str:
-    """Return Table 2: method and level by number of data, measured and published side by side.
+    """Return Table 2 as HTML: measured and published times by method, level and number of data.
 
-    The paper has no volumes; `side` is that of the grid, or of its layers.
+    The paper has no volumes; `side` is the side of the grid or of its layers.
     """
     found = {(*setting_of(t)[:2], t.n_data): t for t in timings}
     shown = [n for n in numbers if n]
@@ -254,7 +254,7 @@ def data_table(
 
 
 def octave_table() -> str:
-    """Return the times and wrong data measured on the published codes."""
+    """Return a table in HTML of times and wrong data of the published codes."""
     rows = []
     for t in published.OCTAVE_TIMES:
         took = NONE if t.cpu_seconds is None else f"{t.cpu_seconds:.1f} s"
@@ -273,7 +273,7 @@ def table_of(
     marked: int = -1,
     words: Sequence[int] = (0,),
 ) -> str:
-    """Return a table in HTML; equal neighbours in a head become one cell, `marked` is a row."""
+    """Return an HTML table; equal neighbours in a head are merged, row `marked` stands out."""
     top = "".join(f"<tr>{_head(row)}</tr>" for row in heads)
     body = "".join(
         f"<tr{' class=paper' if k == marked else ''}>"
@@ -330,7 +330,7 @@ TIMINGS_HEAD = (
 
 
 def timings_csv(runs: Sequence[TimingRun], machine: str) -> bytes:
-    """Return one line a realization that was timed, with its setting and the machine."""
+    """Return one CSV line per timed realization, with its setting and the machine."""
     lines = []
     for run in runs:
         for timing in list(run.timings):

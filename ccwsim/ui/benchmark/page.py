@@ -47,11 +47,11 @@ from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 STYLE = Path(__file__).with_name("benchmark.css")
 LEVELS_HELP = (
-    "Wavelet level, or scale of MS-CCSIM. Lower searches more finely and takes longer; 0 compares "
-    "single cells."
+    "Wavelet level, or scale of MS-CCSIM. Lower levels search more finely and take longer; level 0 "
+    "compares single cells."
 )
 MIN_BYTES_TOLD = 50e6
-"""Bytes that are worth a word."""
+"""Memory use is stated from this number of bytes."""
 MICRO = 1e6
 
 
@@ -99,17 +99,17 @@ def _draw_largest(state: State) -> None:
         sides, name, layers = side_options(this_machine().free_bytes), "largest", ""
         page_state.largest = min(page_state.largest, sides[-1])
         tip = (
-            "Square grids from 256 × 256 up to this one. Time grows with the cells: 5000 × 5000 "
+            "Square grids from 256 × 256 up to this size. Time grows with the cells: 5000 × 5000 "
             "takes six times as long as 2000 × 2000."
         )
     else:
         sides, name, layers = list(VOLUME_SIDES[1:]), "largest_volume", f" × {nz}"
-        tip = f"Volumes of {nz} layers from {VOLUME_SIDES[0]} × {VOLUME_SIDES[0]} up to it."
+        tip = f"Volumes of {nz} layers from {VOLUME_SIDES[0]} × {VOLUME_SIDES[0]} to this size."
     options: dict[str, Any] = {"options": sides, "width": 170 if nz else 150, "help": tip}
     options |= {"format_func": lambda side: f"{side} × {side}{layers}"}
     field(st.selectbox, "Largest grid", key=name, **bound_to(page_state, name), **options)
     if nz is not None:
-        tip = "Maps with as many cells are timed as well, of the training image's middle layer."
+        tip = "Also time maps with as many cells, simulated from the training image's middle layer."
         field(st.checkbox, "Maps beside", key="maps", help=tip, **bound_to(page_state, "maps"))
 
 
@@ -117,14 +117,14 @@ def _draw_numbers(state: State) -> None:
     page_state, nz = state.page(Benchmark), layers_of(state)
     name, sides = ("side", DATA_SIDES) if nz is None else ("side_volume", DATA_SIDES_VOLUME)
     layers = f" × {nz}" if nz else ""
-    tip = "The volume that the data lie in; the paper has none."
+    tip = "Volume with the data; the paper has no volumes."
     options: dict[str, Any] = {"options": list(sides), "width": 170 if nz else 130}
-    options["help"] = tip if nz else "The paper's Table 2 is of 512 × 512 cells."
+    options["help"] = tip if nz else "The paper's Table 2 uses 512 × 512 cells."
     options["format_func"] = lambda side: f"{side} × {side}{layers}"
     field(st.selectbox, "Grid", key=f"data_{name}", **bound_to(page_state, name), **options)
     numbers = number_options(getattr(page_state, name), nz)
     options = {"options": numbers, "format_func": lambda n: str(n or "none")}
-    options["help"] = "They are sampled from an unconditional realization at random cells."
+    options["help"] = "Data are sampled from an unconditional realization at random cells."
     _draw_pills(page_state, "numbers", "Hard data", options)
 
 
@@ -137,7 +137,7 @@ def _draw_choices(state: State, which: Literal["grid", "data"]) -> None:
 
 
 def _draw_pills(page_state: Benchmark, name: str, label: str, options: dict) -> None:
-    """Draw pills for a list of the choices; those chosen but not on offer now are not shown."""
+    """Draw pills for a list of choices; selected values that are unavailable are not shown."""
     options |= {"selection_mode": "multi", "width": "content"} | bound_to(page_state, name)
     options["value"] = [one for one in options["value"] if one in options["options"]]
     field(st.pills, label, key=name, **options)
@@ -145,7 +145,7 @@ def _draw_pills(page_state: Benchmark, name: str, label: str, options: dict) -> 
 
 def _draw_start(state: State, kind: Kind) -> None:
     page_state, key = state.page(Benchmark), f"{kind}_realizations"
-    note = "The median of them is shown. More make it steadier and take proportionally longer."
+    note = "The median time is shown. More realizations give a steadier median and take longer."
     number = {"min_value": 1, "max_value": MAX_REALIZATIONS_TIMED, "width": 140, "help": note}
     number |= bound_to(page_state, "n_realizations")
     field(st.number_input, "Realizations each", key=key, **number)
@@ -155,7 +155,7 @@ def _draw_start(state: State, kind: Kind) -> None:
 
 
 def _describe_plan(state: State, kind: Kind) -> str:
-    """Describe a run, or say which choice is missing."""
+    """Describe the planned run, or name the missing choice."""
     page_state = state.page(Benchmark)
     try:
         cases = cases_of(state, kind)
@@ -171,7 +171,7 @@ def _describe_plan(state: State, kind: Kind) -> str:
 
 
 def _draw_part(state: State, kind: Kind) -> None:
-    """Draw the description of a run, and one measurement, followed while it runs."""
+    """Draw one measurement with its description, and update it while it runs."""
     step_note(_describe_plan(state, kind))
     run = getattr(state.page(Benchmark), kind)
 
@@ -192,7 +192,7 @@ def _draw_part(state: State, kind: Kind) -> None:
 
 
 def _draw_grids(state: State) -> None:
-    """Draw times against the size of the grid, empty before a run."""
+    """Draw times by size of the grid; empty before a run."""
     run = state.page(Benchmark).grids
     timings = list(run.timings) if run else []
     ticks = ticks_of(timings, layers_of(state) is not None)
@@ -209,7 +209,7 @@ def _draw_grids(state: State) -> None:
     with left:
         st.html(findings.grid_table(timings))
     with right:
-        step_note("\n".join(findings.growth_lines(timings)) or "One size says nothing on growth.")
+        step_note("\n".join(findings.growth_lines(timings)) or "Growth needs at least two sizes.")
         step_note(findings.describe_run(run))
 
 
@@ -225,12 +225,12 @@ def _draw_chart(
 
 
 def has_paper(timings: Sequence[Timing]) -> bool:
-    """Whether the paper's times can stand beside: it has no volumes."""
+    """Return whether the paper's times can be shown: they are for maps only."""
     return all(len(t.grid_shape) == 2 for t in timings)
 
 
 def ticks_of(timings: Sequence[Timing], volumes: bool) -> dict[int, str]:
-    """Return the numbers of cells on the axis: those of square grids, or powers of ten."""
+    """Return the ticks of the cell axis: sizes of square grids, or powers of ten."""
     if has_paper(timings) and not (volumes and not timings):
         sides = {t.grid_shape[0] for t in timings} | {SIDES[0], SIDES[1], SIDES[3], SIDES[-1]}
         return {side**2: f"{side}²" for side in sorted(sides)}
@@ -240,7 +240,7 @@ def ticks_of(timings: Sequence[Timing], volumes: bool) -> dict[int, str]:
 
 
 def _draw_data(state: State) -> None:
-    """Draw times against the number of data in the layout of Table 2."""
+    """Draw times by number of data in the layout of Table 2."""
     page_state, run = state.page(Benchmark), state.page(Benchmark).data
     if run:
         chosen = list(dict.fromkeys(map(findings.setting_of, run.cases)))
@@ -262,7 +262,7 @@ def _draw_data(state: State) -> None:
 
 
 def chosen_settings(state: State) -> list[findings.Setting]:
-    """Return the methods and levels that are chosen now, none if they do not fit."""
+    """Return the methods and levels chosen now; empty if they do not fit the study."""
     own = state.page(Benchmark)
     if not own.data_levels or not own.data_methods:
         return []

@@ -1,4 +1,4 @@
-"""Measurements: the page's choices, the cases they give, and the run on a thread."""
+"""Measurements: choices on the page, the resulting cases, and the run on a thread."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ SIDES = (256, 512, 1000, 2000, 3000, 5000)
 """Sides of square grids as in Fig. 13; the last has the paper's 25 million cells."""
 DATA_SIDES = (256, 512, 1000)
 VOLUME_SIDES = (48, 64, 100, 160, 256)
-"""Sides of the layers of volumes; their number is that of the study's grid."""
+"""Sides of the layers of volumes; the study's grid sets the number of layers."""
 DATA_SIDES_VOLUME = (64, 100, 160)
 NUMBERS = (0, 100, 400, 1000, 2000, 4000)
 TIMED_METHODS = tuple(method for method in METHODS if method != "ccsim")
 """The methods with levels: CCSIM is level 0 of CCWSIM."""
 BYTES_PER_CELL = 10
-"""Memory that a run needs, with a margin."""
+"""Memory that a run needs per cell, with a margin."""
 MAX_SHARE_OF_MEMORY = 0.5
 FINEST, COARSEST = 0, 3
 
@@ -50,8 +50,8 @@ FINEST, COARSEST = 0, 3
 class TimingRun(PageRun[None]):
     """A measurement of several cases, one after another.
 
-    `timings` are those finished, in the order of the cases; `disturbed` is whether others were
-    computing on this server at the same time.
+    `timings` has the finished cases in order; `disturbed` is whether others were computing on
+    this server at the same time.
     """
 
     training_image: TrainingImage
@@ -64,14 +64,14 @@ class TimingRun(PageRun[None]):
 
     @property
     def n_pieces(self) -> int:
-        """How many cases there are."""
+        """Number of cases."""
         return len(self.cases)
 
     def demand(self) -> Demand:
-        """Return what it asks of the server: one case at a time."""
+        """Return the resources that the run needs: those of one case at a time."""
         n_bytes = 0
         for case in self.cases:
-            with suppress(CCWSIMError):  # one that does not fit ends the run when it is its turn
+            with suppress(CCWSIMError):  # a case that does not fit ends the run when it is reached
                 image = image_of_case(self.training_image, case)
                 study = Study(image, Grid.of(case.grid_shape), case.parameters)
                 at_once = max(CELLS_AT_ONCE // case.n_cells, 1)
@@ -94,11 +94,11 @@ class TimingRun(PageRun[None]):
 
 @dataclass
 class Benchmark:
-    """The state of the page: its choices, the latest run of each kind, why one did not start.
+    """The state of the page: choices, latest run of each kind, reason a run did not start.
 
-    `largest` is the side of the largest grid, `side` that of the grid on which the number of data
-    changes, `largest_volume` and `side_volume` those of the layers of volumes; `maps` is whether
-    maps are timed beside volumes. Methods that do not exist are left out.
+    `largest` is the side of the largest grid and `side` the side of the grid with data;
+    `largest_volume` and `side_volume` are the sides of the layers of volumes. `maps` is whether
+    maps are timed beside volumes. Unknown methods are left out.
     """
 
     largest: int = 2000
@@ -123,12 +123,12 @@ class Benchmark:
 
     @property
     def running(self) -> TimingRun | None:
-        """The run that goes on now; two at once would slow each other down."""
+        """The current run, if any; simultaneous runs would slow each other down."""
         return next((run for run in self.runs if run.going), None)
 
 
 def start_timing(state: State, kind: Kind) -> None:
-    """Start timing; earlier results stay if nothing can be timed."""
+    """Start timing; earlier results stay if the run cannot start."""
     page_state = state.page(Benchmark)
     image, n = image_of(state.choices.image), page_state.n_realizations
     try:
@@ -146,20 +146,20 @@ def level_options(state: State) -> list[int]:
 
 
 def side_options(free_bytes: int | None) -> list[int]:
-    """Return the largest grids on offer: two sizes at least, and what memory allows."""
+    """Return the largest grids offered: at least two sizes, more if memory allows."""
     available = float("inf") if free_bytes is None else MAX_SHARE_OF_MEMORY * free_bytes
     return [s for s in SIDES[1:] if s == SIDES[1] or s * s * BYTES_PER_CELL <= available]
 
 
 def number_options(side: int, nz: int | None = None) -> list[int]:
-    """Return the numbers of data on offer: at most a quarter of the cells."""
+    """Return the numbers of data offered, up to a quarter of the cells."""
     return [n for n in NUMBERS if 4 * n <= side * side * (nz or 1)]
 
 
 def cases_of(state: State, kind: Kind) -> list[TimingCase]:
-    """Return the cases to time against the size of the grid, or the number of data.
+    """Return the cases of a measurement, by size of the grid or by number of data.
 
-    Raises `CCWSIMError` if nothing is chosen, or a level does not fit the study.
+    Raises `CCWSIMError` if a choice is missing or a level does not fit the study.
     """
     own, nz = state.page(Benchmark), layers_of(state)
     if kind == "data":
@@ -182,7 +182,7 @@ def cases_of(state: State, kind: Kind) -> list[TimingCase]:
 
 
 def layers_of(state: State) -> int | None:
-    """Return the layers of the volumes that are timed; None if the study is a map."""
+    """Return the number of layers of timed volumes; None if the study is a map."""
     image = image_of(state.choices.image)
     if image.n_dimensions == 2:
         return None
@@ -195,9 +195,9 @@ def timed_parameters(
     chosen_levels: Sequence[int],
     image_shape: Shape | None = None,
 ) -> list[Parameters]:
-    """Return the study's parameters at each method and level; sizes go to the nearest legal.
+    """Return the study's parameters for each method and level, with the nearest valid sizes.
 
-    They fit the training image, or one of `image_shape`.
+    Sizes fit the training image, or an image of `image_shape` if given.
     """
     p, shape = state.choices.parameters, image_shape or image_of(state.choices.image).shape
     found = [
@@ -212,7 +212,7 @@ def timed_parameters(
 
 
 def expected(state: State, cases: Sequence[TimingCase]) -> float:
-    """Return about how many seconds a run will take, from what this session has measured."""
+    """Return the expected seconds of a run, based on this session's measurements."""
     page_state, image = state.page(Benchmark), image_of(state.choices.image)
     runs = [run for run in page_state.runs if run.training_image.digest == image.digest]
     known = [timing for run in runs for timing in run.timings]

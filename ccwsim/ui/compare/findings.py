@@ -1,4 +1,4 @@
-"""Results of a comparison: in sentences, as tables, and as CSV."""
+"""Results of a comparison as sentences, tables and CSV."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ from ccwsim.ui.compare.settings import LETTERS
 from ccwsim.ui.results.tables import as_csv, numbers_table
 
 MAX_EQUAL_TIME = 1.05
-"""Up to this ratio of CPU times two settings count as equally fast."""
+"""Settings count as equally fast up to this ratio of CPU times."""
 
 
 def colour_of(letter: str) -> str:
-    """Return the colour of a setting as a style sheet says it, for both themes."""
+    """Return the colour of a setting as a CSS value for both themes."""
     light, dark = (setting_colours(theme)[LETTERS.index(letter)] for theme in (LIGHT, DARK))
     return f"light-dark({light}, {dark})"
 
 
 def sentences(found: Comparison) -> list[str]:
-    """Return one sentence on each setting against the first one, then on proportions and data."""
+    """Return a sentence comparing each setting with the first, then proportions and data."""
     each = [describe_against_first(found, k) for k in range(1, len(found.names))]
     return [*each, *_describe_proportions(found), *_describe_data(found)]
 
 
 def describe_against_first(found: Comparison, k: int) -> str:
-    """Say how setting `k` compares with the first one: in speed, and as the table of ratios."""
+    """Compare setting `k` with the first setting, by speed and by ANODI ratios."""
     name, first = found.names[k], found.names[0]
     text = f"{name} is {describe_speed(found.cpu_seconds[k] / found.cpu_seconds[0])} {first}"
     if found.anodi is None:
@@ -42,14 +42,14 @@ def describe_against_first(found: Comparison, k: int) -> str:
 
 
 def describe_speed(ratio: float) -> str:
-    """Say a ratio of CPU times: "4 times faster than"."""
+    """Return a ratio of CPU times in words, such as "4 times faster than"."""
     if 1 / MAX_EQUAL_TIME < ratio < MAX_EQUAL_TIME:
         return "as fast as"
     return f"{three_digits(max(ratio, 1 / ratio))} times {'slower' if ratio > 1 else 'faster'} than"
 
 
 def _describe_proportions(found: Comparison) -> list[str]:
-    """Say which proportions are off by more than crops of the training image scatter."""
+    """Describe proportions that are outside the scatter of crops of the training image."""
     said = []
     for name, ensemble in zip(found.names, found.ensembles, strict=True):
         fit = fit_proportions(ensemble)
@@ -75,7 +75,7 @@ def _describe_data(found: Comparison) -> list[str]:
 
 
 def describe_grades(row: PairRatio) -> str:
-    """Say a pair of settings; what two standard errors do not tell from 1 is called equal."""
+    """Describe a pair of settings; ratios within two standard errors of 1 count as equal."""
     if not np.isfinite(row.ratio):
         return "one realization has no variety"
     if np.isnan(row.errors).any():
@@ -91,7 +91,7 @@ def describe_grades(row: PairRatio) -> str:
 
 
 def describe_ratio(row: PairRatio) -> str:
-    """Say a row of the table of ratios."""
+    """Return a row of the table of ratios in words."""
     return f"{row.name} against {row.other}: {describe_grades(row)}"
 
 
@@ -100,7 +100,7 @@ def _graded(grade: int, below: str, same: str, above: str) -> str:
 
 
 def figures_table(found: Comparison) -> str:
-    """Return one line a setting as HTML: time, data, and distances of patterns."""
+    """Return an HTML table with time, data and pattern distances of each setting."""
     with_data = found.ensembles[0].hard_data.n > 0
     data_heads = ("data wrong", "re-simulated", "forced") if with_data else ()
     heads = ("", "CPU a realization", f"to {found.names[0]}", *data_heads)
@@ -117,7 +117,7 @@ def figures_table(found: Comparison) -> str:
 
 
 def ratio_table(found: Comparison) -> str:
-    """Return between, within and ratio of every pair as HTML, with what it says."""
+    """Return an HTML table with between, within, ratio and verdict of every pair."""
     rows = []
     for row in found.ratios:
         ratios = (row.between, row.within, row.ratio)
@@ -128,7 +128,7 @@ def ratio_table(found: Comparison) -> str:
 
 
 def settings_csv(found: Comparison) -> bytes:
-    """Return one line a setting: its parameters and figures, means over its realizations."""
+    """Return CSV with parameters and mean figures of each setting."""
     codes = found.ensembles[0].training_image.codes
     names = [f.name for f in fields(Parameters)]
     data = ["data_wrong", "data_mended", "data_forced"]
@@ -146,7 +146,7 @@ def settings_csv(found: Comparison) -> bytes:
 
 
 def realizations_csv(found: Comparison) -> bytes:
-    """Return one line a realization of each setting, with its position in the MDS plot."""
+    """Return CSV with a line for each realization, with its position in the MDS plot."""
     codes = found.ensembles[0].training_image.codes
     head = ["setting", "realization", "cpu_seconds", "data_wrong", "data_mended", "data_forced"]
     head += [f"proportion_{code}" for code in codes]
@@ -166,7 +166,7 @@ def realizations_csv(found: Comparison) -> bytes:
 
 
 def ratios_csv(found: Comparison) -> bytes:
-    """Return the table of ANODI ratios."""
+    """Return the table of ANODI ratios as CSV."""
     head = ["setting", "to", "between_ratio", "within_ratio", "ratio"]
     lines = (
         [r.name, r.other, *(f"{ratio:.6g}" for ratio in (r.between, r.within, r.ratio))]

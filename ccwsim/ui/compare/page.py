@@ -90,7 +90,7 @@ SHOWN_AT_ONCE = {
     *("method", "wavelet_level", "template_size", "overlap_size"),
     *("n_candidates", "search_fraction", "refine"),
 }
-"""Parameters that are not behind the menu of a setting."""
+"""Parameters shown outside the menu of a setting."""
 MIN_IMAGE_SHARE = 0.8
 """The training image's column is never narrower than this share of a setting's."""
 MAPS: dict[str, Any] = {"scale": "compared", "body": False}
@@ -98,9 +98,9 @@ MAX_HEIGHTS = {2: 460, 3: 300}
 """Pixels of maps and of the slices of volumes, by dimension."""
 NO_CURVES = np.empty((0, 0))
 BORDERS = dict(zip(DASHES, ("solid", "dashed", "dotted", "dashed"), strict=True))
-"""How CSS says a dash; it has no dash-dot."""
+"""CSS border style of each dash; CSS has no dash-dot."""
 GLYPHS = dict(zip(SYMBOLS, "●■▲✚", strict=True))
-"""How text says a symbol."""
+"""Character in text for each chart symbol."""
 
 
 def draw_page(state: State) -> None:
@@ -137,7 +137,7 @@ def _is_outdated(state: State) -> bool:
 
 
 def problem_of(state: State) -> str:
-    """Return why the settings cannot be compared, or an empty text."""
+    """Return the reason why the settings cannot be compared, or an empty text."""
     choices = state.choices
     try:
         image, data = image_of(choices.image), data_of(choices)
@@ -151,7 +151,7 @@ def problem_of(state: State) -> str:
 
 
 def _draw_settings(state: State) -> None:
-    """Draw one column a setting: common parameters at once, the rest behind a menu."""
+    """Draw one column per setting: common parameters, and a menu with the rest."""
     settings = settings_of(state)
     with st.container(key="settings"):
         columns = st.columns(len(settings), gap="medium", wrap=False)
@@ -189,7 +189,7 @@ def _draw_actions(state: State, k: int, n: int) -> None:
     with st.container(horizontal=True, gap="small", key=f"actions_{letter}"):
         help_ = "Take this setting to Simulate."
         if k:
-            help_ = "Take this setting to Simulate; what the study had takes its place here."
+            help_ = "Take this setting to Simulate; the study's setting takes its place."
         act: dict[str, Any] = {"on_click": use_setting, "args": (state, k)}
         if button("Use these", key=f"use_{letter}", help=help_, **act):
             go_to("pages/simulate.py", "The study has this setting now.")
@@ -209,11 +209,11 @@ def _draw_actions(state: State, k: int, n: int) -> None:
 
 
 def _draw_run_row(state: State, problem: str) -> None:
-    """Draw the number of realizations, the button that starts it, and its files."""
+    """Draw the number of realizations, the start button and the downloads."""
     page_state = state.page(ComparePageState)
     with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="compare_row"):
         limits = {"min_value": 1, "max_value": MAX_REALIZATIONS_COMPARED, "width": 140}
-        options = {"help": "More make small differences between settings surer.", **limits}
+        options = {"help": "More realizations make small differences more certain.", **limits}
         n_of(state)
         n = bound_to(page_state, "n")
         field(st.number_input, "Realizations of each", key="n_compared", **n, **options)
@@ -234,7 +234,7 @@ def _draw_run_row(state: State, problem: str) -> None:
 
 
 def describe_study(state: State) -> str:
-    """Say what all settings have in common."""
+    """Describe the inputs that all settings share."""
     choices = state.choices
     image, data, grid = image_of(choices.image), data_of(choices), choices.grid
     with_data = f"{data.n} data" if data.n else "no data"
@@ -246,14 +246,14 @@ def describe_study(state: State) -> str:
 
 @st.fragment
 def _draw_results(state: State, busy: bool) -> None:
-    """Draw the partial results of a running comparison, else the latest one.
+    """Draw the partial results of a running comparison, or those of the latest one.
 
-    `busy` is whether something was worked out when the page was drawn.
+    `busy` is whether a computation was running when the page was drawn.
     """
     page_state = state.page(ComparePageState)
     with error_boundary():
         run = page_state.run
-        if (run is not None) != busy:  # a part of it asked for more work
+        if (run is not None) != busy:  # a part of the page started more work
             st.rerun()
         found, request = page_state.found, page_state.request
         if run is not None and run.partial is not None:
@@ -285,7 +285,7 @@ def _draw_found(state: State, found: Comparison, request: ComparisonRequest) -> 
 
 
 def _draw_outlines(state: State) -> None:
-    """Show outlines of the results before there are any."""
+    """Draw outlines in place of results before the first comparison."""
     grid, n = state.choices.grid, len(settings_of(state))
     with st.container(key="maps"):
         columns = st.columns(n, gap="medium")
@@ -296,7 +296,7 @@ def _draw_outlines(state: State) -> None:
 
 
 def draw_name(letter: str, note: str) -> None:
-    """Write the letter of a setting in its colour, and what it is."""
+    """Write the letter of a setting in its colour, with its description."""
     text = escape(note)
     html = f'<b>{letter}</b><span title="{text}">{text}</span>'
     st.html(f'<div class="setting" style="--own: {findings.colour_of(letter)}">{html}</div>')
@@ -305,7 +305,7 @@ def draw_name(letter: str, note: str) -> None:
 def draw_maps(
     state: State, found: Comparison, request: ComparisonRequest, colours: Sequence[str]
 ) -> None:
-    """Draw one column for the training image and one for each setting, with the E-type below."""
+    """Draw a column for the training image and each setting, with the E-type below."""
     page_state = state.page(ComparePageState)
     image, grid, n = found.ensembles[0].training_image, request.grid, found.ensembles[0].n
 
@@ -364,7 +364,7 @@ def _draw_beside(found: Comparison) -> None:
 
 
 def draw_curves(state: State, found: Comparison) -> None:
-    """Draw the charts of the chosen facies, or that they are being computed."""
+    """Draw the curves of the chosen facies, or a note that they are being computed."""
     facies = state.facies
     name = found.ensembles[0].training_image.facies_names[facies]
     if not has_curves(found, facies):
@@ -407,7 +407,7 @@ def draw_curves(state: State, found: Comparison) -> None:
 
 
 def draw_patterns(state: State, found: Comparison) -> None:
-    """Draw MDS plot and ANODI ratios, or say why they are not there."""
+    """Draw the MDS plot and the ANODI ratios, or the reason why they are missing."""
     if found.anodi is None:
         if found.problem:
             step_note(f"Patterns are not compared: {found.problem}.")
@@ -420,17 +420,17 @@ def draw_patterns(state: State, found: Comparison) -> None:
     with left:
         _draw_mds(state, found)
     with right:
-        panel_title("ANODI ratios", "every setting against each one before it")
+        panel_title("ANODI ratios", "each setting against those before it")
         st.html(scrolled(findings.ratio_table(found), "ANODI ratios"))
         weights = ", ".join(three_digits(w) for w in found.anodi.weights)
         image, side = found.ensembles[0].training_image, found.anodi.pattern_size
         size = describe_shape((side,) * image.n_dimensions)
         step_note(
             "Between: how varied the realizations are; within: how far they are from the training "
-            "image; each is the first setting's over the second one's at full, half and third "
+            "image; each is the first setting's value / the second's, at full, half and third "
             f"resolution, weighted {weights}; ratio = between / within. Above 1 the first setting "
-            f"is the better one (Tan et al. 2014, on exact histograms of all {size} patterns). "
-            "Called different: by more than two standard errors (jackknife)."
+            f"is better (Tan et al. 2014, on exact histograms of all {size} patterns). Differences "
+            "count if they exceed two standard errors (jackknife)."
         )
 
 

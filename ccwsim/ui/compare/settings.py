@@ -1,4 +1,4 @@
-"""The compared settings, the comparison on a thread, and the state of the page."""
+"""The compared settings, the run of the comparison, and the state of the page."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ from ccwsim.ui.study.run import failed
 from ccwsim.ui.study.study_column import set_parameters
 
 N_USUAL, N_USUAL_VOLUME = 12, 4
-"""Realizations of each setting at first."""
+"""Default number of realizations per setting, of maps and of volumes."""
 LETTERS: tuple[str, ...] = ("A", "B", "C", "D")
 """Names of the settings; A is the study's own."""
 
 
 @dataclass(frozen=True)
 class ComparisonRequest:
-    """A comparison as asked for: results are out of date if the page would ask for another."""
+    """The inputs of a comparison; results are outdated if the page's inputs differ."""
 
     image: ImageChoice
     data: DataChoice
@@ -50,13 +50,13 @@ class ComparisonRequest:
 
     @property
     def key(self) -> tuple:
-        """Equal for equal results: colours of the facies do not count."""
+        """Key that is equal for equal results; it ignores colours of the facies."""
         return self.image.digest, self.data, self.grid, self.seed, self.n, self.settings
 
 
 @dataclass
 class ComparisonRun(PageRun[Comparison]):
-    """A comparison, or one more facies' curves for a `known` one; `facies` is a code."""
+    """A comparison, or curves of one more facies (a code) for the comparison `known`."""
 
     request: ComparisonRequest
     training_image: TrainingImage
@@ -68,11 +68,11 @@ class ComparisonRun(PageRun[Comparison]):
 
     @property
     def n_pieces(self) -> int:
-        """How many realizations there are."""
+        """Number of realizations of all settings."""
         return self.request.n * len(self.request.settings)
 
     def demand(self) -> Demand:
-        """Return what it asks of the server: all its realizations are kept."""
+        """Return the resources that the run needs; all realizations are kept."""
         if self.known is not None:
             return NOTHING
         r, image, data = self.request, self.training_image, self.hard_data
@@ -82,7 +82,7 @@ class ComparisonRun(PageRun[Comparison]):
         return Demand(sum(demand.n_cells for demand in each), data.n, n_bytes)
 
     def work(self, job: Job[Comparison]) -> Comparison:
-        """Return the comparison; partial ones come before."""
+        """Return the comparison, after publishing partial results."""
         r, options = self.request, (job.report, job.is_cancelled)
         if self.known is not None:
             return add_curves(self.known, self.facies, *options)
@@ -99,10 +99,9 @@ class ComparisonRun(PageRun[Comparison]):
 class ComparePageState:
     """The state of the page.
 
-    `others` are the settings beside the study's own; None is the usual one at that position, and
-    follows the study. `n` is how many realizations each has; None until the page is first drawn.
-    `run` is the comparison that runs now; `found` is the latest one, and `request` its
-    request.
+    `others` are the settings besides the study's own; None stands for the default at that position,
+    which follows the study. `n` is the number of realizations per setting; None until the page is
+    first drawn. `run` is the running comparison; `found` the latest result, `request` its inputs.
     """
 
     others: list[Parameters | None] = field(default_factory=lambda: [None, None])
@@ -115,7 +114,7 @@ class ComparePageState:
 
 
 def settings_of(state: State) -> tuple[Parameters, ...]:
-    """Return all settings, each with the nearest sizes that fit the training image."""
+    """Return all settings, with the nearest sizes that fit the training image."""
     shape = image_of(state.choices.image).shape
     own = fitted(state.choices.parameters, shape)
     usual = usual_others(own, shape)
@@ -125,9 +124,9 @@ def settings_of(state: State) -> tuple[Parameters, ...]:
 
 
 def usual_others(own: Parameters, shape: Shape) -> list[Parameters]:
-    """Return settings that are worth comparing with one's own, all of them different."""
+    """Return distinct settings that are worth comparing with the study's own."""
     wanted: list[Any] = [k for k in (3, 1, 2) if k in levels(shape)]
-    if len(shape) == 3:  # volumes are thin: not coarser along z than within layers
+    if len(shape) == 3:  # volumes are thin: the level along z is at most the level within layers
         wanted = [(z, k, k) for k in wanted for z in (k - 1, k) if z in levels(shape, True)]
     tried: list[dict] = [{"method": "ccsim"}]
     tried += [{"method": "ccwsim", "wavelet_level": level} for level in wanted]
@@ -143,16 +142,16 @@ def usual_others(own: Parameters, shape: Shape) -> list[Parameters]:
 
 
 def describe_setting(p: Parameters, own: Parameters) -> str:
-    """Describe the differences of a setting from another."""
+    """Describe the differences of a setting from the study's own."""
     names = [f.name for f in fields(Parameters) if getattr(p, f.name) != getattr(own, f.name)]
-    if p.method == "ccsim":  # it has no level
+    if p.method == "ccsim":  # CCSIM has no level
         names = [name for name in names if name != "wavelet_level"]
     names.sort(key=lambda name: name != "method")
     return ", ".join(_describe(name, getattr(p, name)) for name in names) or "the same"
 
 
 def describe_parameters(p: Parameters) -> str:
-    """Describe a setting in a line.
+    """Describe a setting in one line.
 
     Examples
     --------
@@ -167,7 +166,7 @@ def describe_parameters(p: Parameters) -> str:
 
 
 def change_setting(state: State, k: int, **changes: object) -> None:
-    """Change setting `k`; the first one is the study's own."""
+    """Change setting `k`; setting 0 is the study's own."""
     if k == 0:
         set_parameters(state, **changes)
         return
@@ -182,7 +181,7 @@ def copy_setting(state: State, k: int, source: int) -> None:
 
 
 def add_setting(state: State) -> None:
-    """Add a usual setting that is not there yet."""
+    """Add a default setting that is not in the list yet."""
     present = settings_of(state)
     if len(present) < MAX_SETTINGS:
         usual = usual_others(present[0], image_of(state.choices.image).shape)
@@ -191,7 +190,7 @@ def add_setting(state: State) -> None:
 
 
 def remove_setting(state: State, k: int) -> None:
-    """Remove setting `k`; those after it move up and stay what they are."""
+    """Remove setting `k`; later settings move up unchanged."""
     present = list(settings_of(state))
     if 0 < k < len(present) and len(present) > MIN_SETTINGS:
         del present[k]
@@ -199,7 +198,7 @@ def remove_setting(state: State, k: int) -> None:
 
 
 def use_setting(state: State, k: int) -> None:
-    """Make setting `k` the study's own; the study's becomes setting `k`, so nothing is lost."""
+    """Swap setting `k` with the study's own setting, so that nothing is lost."""
     present = list(settings_of(state))
     present[0], present[k] = present[k], present[0]
     state.change(parameters=present[0])
@@ -215,13 +214,13 @@ def _describe(name: str, value: object) -> str:
 
 
 def request_of(state: State) -> ComparisonRequest:
-    """Return the comparison that the page would ask for now."""
+    """Return the inputs of a comparison as the page is now."""
     c = state.choices
     return ComparisonRequest(c.image, c.data, c.grid, c.seed, n_of(state), settings_of(state))
 
 
 def n_of(state: State) -> int:
-    """Return how many realizations each setting has: fewer of volumes at first."""
+    """Return the number of realizations per setting; the default is smaller for volumes."""
     page_state = state.page(ComparePageState)
     if page_state.n is None:
         page_state.n = N_USUAL if state.choices.grid.nz is None else N_USUAL_VOLUME
@@ -229,7 +228,7 @@ def n_of(state: State) -> int:
 
 
 def start_comparison(state: State) -> None:
-    """Compare the settings as they are; a comparison that is still going is stopped."""
+    """Start comparing the current settings; a running comparison is stopped."""
     page_state = state.page(ComparePageState)
     try:
         image, data = image_of(state.choices.image), data_of(state.choices)
@@ -245,7 +244,7 @@ def start_comparison(state: State) -> None:
 
 
 def want_curves(state: State) -> None:
-    """Compute the curves of the chosen facies if the comparison does not have them yet."""
+    """Compute the curves of the chosen facies if the comparison lacks them."""
     page_state = state.page(ComparePageState)
     found = page_state.found
     if page_state.run is not None or found is None or has_curves(found, state.facies):
@@ -263,12 +262,12 @@ def has_curves(found: Comparison, facies: int) -> bool:
 
 
 def code_of(found: Comparison, facies: int) -> int:
-    """Return the code of a facies by its place among the codes."""
+    """Return the code of a facies by its index."""
     return int(found.ensembles[0].training_image.codes[facies])
 
 
 def collect_comparison(state: State) -> None:
-    """Take the result of a finished run; earlier results stay if it has none."""
+    """Take the result of a finished run; earlier results stay if the run has no result."""
     page_state = state.page(ComparePageState)
     run = page_state.run
     if run is None or run.going:
@@ -290,14 +289,14 @@ def collect_comparison(state: State) -> None:
 def _stopped(found: Comparison | None, n: int, has_older: bool) -> str:
     if found is not None:
         all_ = "all" if len(found.names) == n else f"{len(found.names)} of {n}"
-        return f"Stopped after {all_} settings were simulated; what was worked out is shown."
+        return f"Stopped after {all_} settings were simulated; the results so far are shown."
     return "Stopped before two settings were simulated." + (
         " The earlier comparison is still shown." if has_older else ""
     )
 
 
 def follow_comparison(state: State, run: ComparisonRun) -> None:
-    """Show progress; draw the page again for more partial results, and at the end."""
+    """Show progress; draw the page again for new partial results and at the end."""
     job, n_parts = run.job, run.n_parts
     if job is not None:
         follow(
@@ -309,7 +308,7 @@ def follow_comparison(state: State, run: ComparisonRun) -> None:
 
 
 def progress_label(run: ComparisonRun) -> str:
-    """Say which work is done once all realizations are finished; empty before."""
+    """Return the name of the work after the last realization; empty before."""
     if run.job is None or run.job.n_done < run.n_pieces:
         return ""
     return "Comparing patterns" if run.partial and run.partial.curves else "Comparing curves"

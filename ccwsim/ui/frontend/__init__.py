@@ -1,1 +1,1 @@
-"""Components that run in the browser: a folder each, with JavaScript, HTML, CSS and Python."""
+"""Components that run in the browser, each a folder of JavaScript, HTML, CSS and Python."""

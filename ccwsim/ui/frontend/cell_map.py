@@ -1,4 +1,4 @@
-"""The cells of a map or a volume with their colours and labels, and data and marks on top."""
+"""Content of maps and volumes: cells with colours and labels, data and marks on top."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 
 N_STEPS = 200
-"""Steps of a probability map: shares of up to 200 realizations are shown exactly."""
+"""Colour steps of a probability map: shares of up to 200 realizations are exact."""
 
 
 @dataclass(frozen=True)
 class CellMap:
-    """A map or volume to draw: indices, and the colour and the label of each."""
+    """A map or volume to draw: indices with a colour and a label for each value."""
 
     indices: NDArray[np.uint8]  # (ny, nx) or (nz, ny, nx)
     colours: Sequence[str]  # "#rrggbb" of each value of `indices`
-    labels: Sequence[str]  # of each value, for the hover
+    labels: Sequence[str]  # label of each value, for the hover
     alt: str
     keys: Sequence[tuple[str, str]] = ()  # (label, colour) pairs of the legend
-    strip: dict[str, Any] | None = None  # a colour strip instead: colours, low, high
+    strip: dict[str, Any] | None = None  # a colour strip in place of a legend: colours, low, high
     # (layer,) row, column, index of colour, wrong
     points: list[list[int]] = field(default_factory=list)
     point_colours: Sequence[str] = ()
-    points_are: tuple[str, str] = ("datum", "data")  # one of the points, several
+    points_are: tuple[str, str] = ("datum", "data")  # singular and plural of the points' name
     # drawn on top of a map: kind ("box", "ring", "disc", "cross"), row, column, height, width,
     # colour, label
     marks: list[dict[str, Any]] = field(default_factory=list)
@@ -41,7 +41,7 @@ class CellMap:
 def facies_map(
     indices: NDArray[np.uint8], training_image: TrainingImage, colours: Sequence[str], alt: str
 ) -> CellMap:
-    """Return the map or volume of facies indices in the colours of the facies."""
+    """Return a map or volume of facies indices in the colours of the facies."""
     names = training_image.facies_names
     keys = list(zip(names, colours, strict=True))[:8]
     return CellMap(indices, colours, names, alt, keys=keys, point_colours=colours)
@@ -55,7 +55,7 @@ def share_map(
     colours: Sequence[str] = CIVIDIS,
     point_colours: Sequence[str] = (),
 ) -> CellMap:
-    """Return the map or volume of numbers from 0 to 1, such as probabilities."""
+    """Return a map or volume of numbers from 0 to 1, such as probabilities."""
     steps = ramp(colours, N_STEPS + 1)
     labels = [f"{name} {k / N_STEPS:.2f}" for k in range(N_STEPS + 1)]
     indices = np.rint(shares * N_STEPS).astype(np.uint8)
@@ -66,7 +66,7 @@ def share_map(
 def points_of(
     data: HardData, training_image: TrainingImage, realization: NDArray[np.integer] | None = None
 ) -> list[list[int]]:
-    """Return hard data as [row, column, facies index, wrong], in volumes after the layer.
+    """Return hard data as [row, column, facies index, wrong], in volumes with the layer first.
 
     A datum is wrong if a `realization`, in facies codes, has another facies there.
     """

@@ -1,4 +1,4 @@
-"""Put a map or a volume on the page: only here and in the layout of a page the two differ."""
+"""Put a map or a volume on the page; the two differ only here and in page layouts."""
 
 from __future__ import annotations
 
@@ -27,18 +27,18 @@ def draw_cells(
     body: bool = True,
     cursor: Sequence[int] | None = None,
 ) -> None:
-    """Put a map or a volume on the page, under a `key` of its own.
+    """Put a map or a volume on the page, under a unique `key`.
 
-    `name` is the file name, without ending, of the saved picture. The coordinates of `grid` are
-    drawn along the edges. Maps of one `link` zoom, move and hover together; volumes share the
-    cursor, the slices and the vertical exaggeration. `max_height` is in pixels: of a map, or of the
-    map and the body of a volume.
+    `name` is the file name of the saved picture, without ending. The coordinates of `grid` are
+    drawn along the edges. Maps with the same `link` zoom, pan and hover together; volumes share
+    cursor, slices and vertical exaggeration. `max_height` limits a map, or the slice and the body
+    of a volume, in pixels.
 
-    Only maps: those of one `scale` have cells of the same size on the page, as large as all that
-    lead (`leads`) have room for; without `tools` (zoom, save) a small one keeps its room; `on_cell`
-    gets row and column of a cell that the user clicks. Only volumes: `body` shows the volume beside
-    its three slices; these go through the cell `cursor` (layer, row, column) when it is another
-    than before, otherwise only the user moves them.
+    Maps only: maps with the same `scale` have cells of the same size on the page, the largest for
+    which all leading maps (`leads`) have room; `tools` shows zoom and save; `on_cell` gets row and
+    column of a cell that the user clicks. Volumes only: `body` shows the volume beside its three
+    slices; a changed `cursor` (layer, row, column) moves the slices to that cell, otherwise only
+    the user moves them.
     """
     options: dict[str, Any] = {"grid": grid, "link": link, "name": name}
     if max_height:
@@ -63,17 +63,17 @@ def draw_editable(
     editing: dict[str, Any],
     **options: Any,
 ) -> None:
-    """Put a map or a volume on the page whose points can be edited.
+    """Put a map or a volume with editable points on the page.
 
-    `take_edits` gets edits that the page may have had already, each with `seq`, a growing number,
-    and either `do`, "undo" or "redo", or what was drawn: on a map `set`, a list of [row, column,
-    index of the facies or −1 to erase]; in a volume `cells`, a list of [layer, row, column] that
-    the user clicks or draws over in a slice, or at the cross hairs when Enter is pressed, and
-    `axis`, that across the slice.
+    `take_edits` gets a list of edits, some of which it may have received before. Each has `seq`, a
+    growing number, and either `do` ("undo" or "redo") or the drawing: on a map `set`, a list of
+    [row, column, facies index or −1 to erase]; in a volume `cells`, a list of [layer, row, column]
+    that the user clicks or draws over in a slice, or marks with Enter at the cross hairs, and
+    `axis`, the axis across the slice.
 
-    `editing` has `ack`, the number of the last edit taken, `can_undo` and `can_redo`; of a map also
-    `brushes`, label and colour of each facies, `reads`, whether the map shows facies to place, and
-    `empty`, whether it shows nothing. `options` are those of the content of the component.
+    `editing` has `ack` (the number of the last edit taken), `can_undo` and `can_redo`; maps have
+    also `brushes` (label and colour of each facies), `reads` (whether the map shows facies to
+    place) and `empty` (whether it shows nothing). `options` are those of the component's content.
     """
     if cells.indices.ndim == 3:
         key = "volume_editor"

@@ -1,4 +1,4 @@
-"""Components that Streamlit does not have: each is a folder of JavaScript, HTML and CSS."""
+"""Our own Streamlit components: each is a folder of JavaScript, HTML and CSS."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ BELOW = {
     "volume": ("shared/drawing", "shared/edits", "volume/slice", "volume/body"),
     **dict.fromkeys(("history", "settings", "sheet", "quiz"), ("shared/tiles",)),
 }
-"""The modules that a component builds on, after `shared/calls`: the browser gets one text."""
+"""Modules that each component uses besides `shared/calls`; all are sent as one text."""
 ENTRY = "export default "
-"""Marks the function that Streamlit calls; of the modules of a component, the one in the last."""
+"""Text before the function that Streamlit calls, in the last module of a component."""
 
 
 def draw_component(
@@ -34,8 +34,8 @@ def draw_component(
 ) -> None:
     """Draw a component with the content that its JavaScript reads.
 
-    `take` is called with what the component reports as `event`, before the page is drawn again;
-    `options` are those of Streamlit, such as the width.
+    `take` is called with the value that the component reports as `event`, before the page is drawn
+    again; `options` are passed to Streamlit, such as the width.
     """
 
     def changed() -> None:
@@ -49,7 +49,7 @@ def draw_component(
 
 
 def reported(key: str, event: str) -> Any:
-    """Return what a component reported; None after a run that was interrupted."""
+    """Return the value that a component reported; None after an interrupted run."""
     return getattr(st.session_state.get(key), event, None)
 
 
@@ -60,9 +60,9 @@ def _component(name: str) -> Any:
 
 
 def component_parts(name: str) -> tuple[str, str, str]:
-    """Return HTML, CSS and JavaScript of a component, after the modules that it builds on.
+    """Return HTML, CSS and JavaScript of a component, including the modules it uses.
 
-    One without HTML of its own has an empty element with its name as class.
+    A component without an HTML file is an empty element with its name as class.
     """
     modules = "shared/calls", *BELOW.get(name, ()), f"{name}/{name}"
     html, css, js = (
@@ -74,6 +74,6 @@ def component_parts(name: str) -> tuple[str, str, str]:
 
 
 def _text(name: str) -> str:
-    """Return a file of the folder, an empty text where there is none."""
+    """Return the text of a file of the folder; empty if the file does not exist."""
     path = FOLDER / name
     return path.read_text("utf-8") if path.exists() else ""

@@ -1,4 +1,4 @@
-"""The page Paper: what will be done, the controls, and the experiments with their verdicts."""
+"""The page Paper: introduction, controls, and the experiments with their verdicts."""
 
 from __future__ import annotations
 
@@ -43,22 +43,22 @@ STYLE = Path(__file__).with_name("paper.css")
 EXTENTS = {False: "Full", True: "Quick"}
 INTRODUCTION = (
     "Runs the experiments of Bavandsavadkoohi et al. (2024), sections 5.1 to 5.9, in this program, "
-    "and writes one report: each figure and table next to what the paper says, with agreement or "
-    "difference in words. The report is one HTML file that works offline and prints."
+    "and writes one report: each figure and table next to what the paper says, with a "
+    "verdict in words. The report is one HTML file that works offline and prints."
 )
 DURATIONS = {False: "some minutes on two cores", True: "under a minute, on smaller grids"}
 BYTES_PER_CELL = 8
-"""Memory of an experiment for each cell of its realizations, with statistics and pictures."""
+"""Memory of an experiment per cell of its realizations, including statistics and pictures."""
 VARIABLE = "CCWSIM_DATA"
-"""Environment variable of the server that names the folder of the authors' files."""
+"""Environment variable of the server with the path of the authors' files."""
 
 
 @dataclasses.dataclass
 class PaperRun(PageRun[Reproduction]):
-    """A run of all experiments, going on or ended.
+    """A run of all experiments, running or ended.
 
-    `finished` are the experiments so far; `report`, its HTML, is empty until the end, and if no
-    experiment was finished.
+    `finished` has the finished experiments; `report` is the HTML report, empty before the end or if
+    no experiment was finished.
     """
 
     inputs: PaperInputs
@@ -70,11 +70,11 @@ class PaperRun(PageRun[Reproduction]):
 
     @property
     def n_pieces(self) -> int:
-        """How many experiments there are."""
+        """Number of experiments."""
         return len(EXPERIMENTS)
 
     def demand(self) -> Demand:
-        """Return what it asks of the server: its largest experiment, as they run one by one."""
+        """Return the resources needed: those of the largest experiment, as they run one by one."""
         x = QUICK if self.quick else FULL
         many, few = x.side(512) ** 2 * x.n_many, x.largest_side**2 * x.n_few
         n_cells = max(many, few, max(x.timed_sides) ** 2 * x.n_timed)
@@ -91,16 +91,16 @@ class PaperRun(PageRun[Reproduction]):
 
 @dataclasses.dataclass
 class PaperState:
-    """The state of the page: whether the next run is the small one, its seed, the latest run."""
+    """The state of the page: extent and seed of the next run, and the latest run."""
 
     quick: bool = False
     seed: int = 0
     run: PaperRun | None = None
-    message: str = ""  # why a run was not started
+    message: str = ""  # reason why a run was not started
 
 
 def server_inputs() -> tuple[PaperInputs, str]:
-    """Return the inputs of the server, and the problem with its folder, if there is one."""
+    """Return the server's inputs and the problem with their folder, if any."""
     folder = os.environ.get(VARIABLE)
     try:
         return inputs_in(folder or None), ""
@@ -109,7 +109,7 @@ def server_inputs() -> tuple[PaperInputs, str]:
 
 
 def draw_paper(state: State) -> None:
-    """Draw what will be done, the controls, and the experiments with their verdicts."""
+    """Draw introduction, controls, and the experiments with their verdicts."""
     page_state = state.page(PaperState)
     draw_style(STYLE)
     st.html('<h2 class="part">The paper’s experiments, run again</h2>')
@@ -131,7 +131,7 @@ def draw_paper(state: State) -> None:
 
 
 def start(state: State) -> None:
-    """Start a run; there is never more than one of a session."""
+    """Start a run; a session has at most one."""
     page_state = state.page(PaperState)
     if page_state.run is not None and page_state.run.going:
         return
@@ -188,14 +188,14 @@ def _ended(run: PaperRun | None) -> None:
 
 
 def describe_inputs(inputs: PaperInputs) -> str:
-    """Describe the images and data of the experiments."""
+    """Describe the source of the experiments' images and data."""
     if inputs.folder is None:
         return "On the bundled training images and data, in place of the authors’."
     return "On the authors’ training images and data, which this server has."
 
 
 def progress_label(run: PaperRun) -> str:
-    """Say how many experiments are finished, and the name of the one that runs."""
+    """Return the number of finished experiments and the title of the running one."""
     n = len(run.finished)
     if n >= len(EXPERIMENTS):
         return "Writing the report …"
@@ -203,7 +203,7 @@ def progress_label(run: PaperRun) -> str:
 
 
 def ended_text(run: PaperRun) -> str:
-    """Return how a run ended; empty while it goes on."""
+    """Describe how a run ended; empty while it is running."""
     if run.error is not None:
         return f"The run ended early: {reason(run.error)}"
     if run.result is None:
@@ -213,7 +213,7 @@ def ended_text(run: PaperRun) -> str:
 
 
 def verdict_list(finished: Sequence[Finished]) -> str:
-    """Return all experiments as a list in HTML: those to come are quiet, the others unfold."""
+    """Return all experiments as an HTML list: finished experiments unfold, the rest are dimmed."""
     items = []
     for k, experiment in enumerate(EXPERIMENTS):
         line = f"<b>{k + 1}</b><i>{escape(experiment.title)}</i><em>{escape(experiment.place)}</em>"

@@ -1,1 +1,1 @@
-"""What a session remembers, and what it is resolved to."""
+"""The state of a session, and the study that its choices describe."""

@@ -1,4 +1,4 @@
-"""The address of a page: a study starts from it, and it follows the study."""
+"""The address of a page: it can start a study, and it is updated with every change."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from ccwsim.ui.session.resolve import data_of, fitted_to_image, image_of
 from ccwsim.ui.session.state import State
 
 CLASS = "class"
-"""In the address of a class each reader gets a seed of their own."""
+"""Key of the query that gives each reader of a shared link a different seed."""
 MIN_OWN_SEED = 1000
-"""Seeds below this are what people type: none of them is given out."""
+"""Minimum of the seeds drawn for readers; smaller seeds are those that people type."""
 
 
 def take_address(state: State) -> None:
-    """Start a study from the address of the page; notes tell what cannot be taken."""
+    """Start a study from the address of the page, with notes about parts that are not usable."""
     choices, shown, notes = read_link(_query(), kept_for_reload())
     choices, more = made_consistent(own_seed(state, choices))
     state.choices, state.notes = choices, (*notes, *more)
@@ -36,7 +36,7 @@ def take_address(state: State) -> None:
 
 
 def own_seed(state: State, choices: Choices) -> Choices:
-    """Return a study with a seed of this reader's own, drawn once, if the address is a class's."""
+    """Return a study with a random seed for this reader, if the address has the key `CLASS`."""
     if st.query_params.get(CLASS) != "1":
         return choices
     del st.query_params[CLASS]
@@ -45,19 +45,19 @@ def own_seed(state: State, choices: Choices) -> Choices:
 
 
 def made_consistent(choices: Choices) -> tuple[Choices, tuple[str, ...]]:
-    """Return choices whose parts go together, and what had to be changed for it."""
+    """Return choices whose parts fit together, and notes about the changes this needed."""
     notes = []
     fitting = fitted_to_image(choices, image_of(choices.image))
     if fitting.grid != choices.grid and choices.grid != Choices().grid:
         notes.append(
             f"The grid of {describe_shape(choices.grid.shape)} cells does not suit the training "
-            f"image: {describe_shape(fitting.grid.shape)} are taken."
+            f"image: {describe_shape(fitting.grid.shape)} are used."
         )
     own, other = choices.parameters, fitting.parameters
     if own != other and own != Parameters():
         notes.append(
             f"Template {own.template_size} and overlap {own.overlap_size} do not suit the training "
-            f"image at level {own.level}: {other.template_size} and {other.overlap_size} are taken "
+            f"image at level {own.level}: {other.template_size} and {other.overlap_size} are used "
             f"at level {other.level}."
         )
     try:
@@ -69,12 +69,12 @@ def made_consistent(choices: Choices) -> tuple[Choices, tuple[str, ...]]:
 
 
 def show(state: State, shown: Shown) -> None:
-    """Look at something of the results."""
+    """Show the parts of the results that a link names."""
     state.shown, state.facies, state.e_type = shown.realization, shown.facies, shown.e_type
 
 
 def shown_of(state: State) -> Shown:
-    """Return what of the results is looked at."""
+    """Return the parts of the results that are shown."""
     return Shown(state.shown, state.facies, state.e_type)
 
 
@@ -85,14 +85,14 @@ def follow_study(state: State) -> None:
     kept = {name: values for name, values in query.items() if not meant(name)}
     wanted = {**kept, **link_of(state.choices, shown_of(state))}
     text = urlencode(wanted, doseq=True)
-    # what the browser told may be older than what it was sent last
+    # the address reported by the browser may be older than the one it was sent last
     if text != state.address or wanted != query:
         st.query_params.from_dict(wanted)
         state.address = text
 
 
 def page_link_of(choices: Choices, shown: Shown) -> str:
-    """Return the whole address that opens a study on this page."""
+    """Return the complete address that opens a study on this page."""
     text = urlencode(link_of(choices, shown), doseq=True)
     page = (st.context.url or "").split("?")[0]
     return f"{page}?{text}" if text else page or "?"
@@ -103,13 +103,13 @@ def _query() -> dict[str, list[str]]:
 
 
 def page_link(page: str, label: str) -> None:
-    """Draw a link to a page; a page that is run alone has no others."""
+    """Draw a link to a page, if the pages run together as an app."""
     with suppress(StreamlitAPIException, KeyError):
         st.page_link(page, label=label)
 
 
 def go_to(page: str, instead: str = "") -> None:
-    """Go to a page; a page that is run alone says something instead."""
+    """Go to a page; if this page runs without the app, show the text `instead`."""
     with suppress(StreamlitAPIException, KeyError):
         st.switch_page(page)
         return

@@ -1,4 +1,4 @@
-"""Results that all sessions share, by the content of what a function is given."""
+"""A cache of results for all sessions, whose keys are the contents of the arguments."""
 
 from __future__ import annotations
 
@@ -30,5 +30,5 @@ CONTENT: dict[str | type[Any], Callable[[Any], Any]] = {
     Parameters: lambda parameters: parameters.digest,
     Ensemble: _of_ensemble,
 }
-"""What tells an argument from others of its type."""
+"""Functions that return the content by which an argument of a type is compared."""
 cached = partial(st.cache_resource, show_spinner=False, hash_funcs=CONTENT)

@@ -1,4 +1,4 @@
-"""What files that are downloaded are called: by the study that they are of."""
+"""Names of downloaded files, made from the study."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ccwsim.model.training_image import TrainingImage
 
 
 def image_part(image: TrainingImage) -> str:
-    """Return the name of a training image as part of the name of a file.
+    """Return the name of a training image, made safe for file names.
 
     Examples
     --------
@@ -23,7 +23,7 @@ def image_part(image: TrainingImage) -> str:
 
 
 def grid_part(image: TrainingImage, grid: Grid) -> str:
-    """Return image and grid as part of the name of a file.
+    """Return the image and the grid as part of a file name.
 
     Examples
     --------
@@ -34,7 +34,7 @@ def grid_part(image: TrainingImage, grid: Grid) -> str:
 
 
 def study_part(ensemble: Ensemble) -> str:
-    """Return what was simulated as part of the name of a file: image, grid, T, L and seed."""
+    """Return image, grid, T, L and seed of an ensemble as part of a file name."""
     p = ensemble.parameters
     return (
         f"{grid_part(ensemble.training_image, ensemble.grid)}_T{_sizes(p.template_size)}"
@@ -43,5 +43,5 @@ def study_part(ensemble: Ensemble) -> str:
 
 
 def _sizes(value: Any) -> str:
-    """Return a size, that of a volume along x, y and z."""
+    """Return a size as text, for a volume along x, y and z."""
     return "x".join(map(str, value[::-1])) if isinstance(value, tuple) else str(value)

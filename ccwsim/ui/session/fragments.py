@@ -1,4 +1,4 @@
-"""Parts of a page that are drawn by themselves: errors are caught, jobs are followed."""
+"""Fragments of pages: errors are shown as messages, and running jobs are followed."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ from ccwsim.ui.widgets.errors import PENDING_ERROR, is_control_flow, user_messag
 from ccwsim.ui.widgets.fields import button
 
 LAST_DRAWN = "ccwsim_last_drawn"
-"""Where the session keeps the choices that a page was last drawn with, whole."""
+"""Key of the choices with which a page was last drawn completely."""
 FAILED = "ccwsim_failed"
-"""In the session while a part of the page could not be drawn."""
+"""Key that is set in the session while a part of the page cannot be drawn."""
 DRAW_SECONDS = 0.5
-"""Seconds between two looks at a job whose results are drawn as they come."""
+"""Seconds between two checks of a job whose partial results are drawn."""
 TOGETHER = 1.0
-"""Seconds in which values that arrive are drawn together."""
+"""Seconds during which arriving values are collected, to be drawn together."""
 
 
 @contextmanager
 def error_boundary(whole: bool = False, way_back: bool = False) -> Iterator[None]:
-    """Say errors in words, keep the state, and write changes into the address.
+    """Show errors as messages, keep the state, and write changes into the address.
 
-    For the body of a page and of each fragment. If a `whole` page fails, or a part with `way_back`,
-    a way back to the last study that could be drawn is offered, once.
+    Use it around the body of a page or fragment. If a `whole` page or a part with `way_back` fails,
+    a button to return to the last study that could be drawn is offered, once.
     """
     if whole:
         st.session_state.pop(FAILED, None)
@@ -54,12 +54,12 @@ def error_boundary(whole: bool = False, way_back: bool = False) -> Iterator[None
     if KEY in st.session_state:
         try:
             follow_study(session_state())
-        except Exception as error:  # the page is there, only its address is not
+        except Exception as error:  # the page is complete, only its address is not updated
             logged(error)
 
 
 def _draw_way_back() -> None:
-    """Offer the study that could be drawn, so that one that cannot never locks the reader out."""
+    """Draw a button that returns to the last study that could be drawn."""
     drawn = st.session_state.get(LAST_DRAWN)
     with st.container(horizontal=True, gap="small"):
         if drawn is not None and drawn != session_state().choices:
@@ -83,11 +83,11 @@ def follow(
     keys: tuple[str, str] = ("progress", "cancel"),
     cancel: str = "Cancel",
 ) -> None:
-    """Show the progress of a job, with a way to stop it, and draw the page again at its end.
+    """Show the progress of a job and a button to stop it; draw the page again at its end.
 
-    `on_finished` is called before that; `has_news` asks for it already for a part of the results.
-    `label` replaces the number of finished pieces; `draw` draws below it what is known so far.
-    `keys` are those of the progress and of the button to stop, which says `cancel`.
+    `on_finished` is called before the page is drawn again, which also happens if `has_news()`.
+    `label` replaces the number of finished pieces; `draw` draws partial results below it.
+    `keys` are the keys of the progress and of the button, whose text is `cancel`.
     """
     follower = st.fragment(_follow, run_every=DRAW_SECONDS if draw else POLL_SECONDS)
     follower(job, on_finished, has_news, label, draw, keys, cancel)
@@ -117,9 +117,9 @@ def follow_tasks(
     since: float,
     draw: Callable[[int], None] | None = None,
 ) -> None:
-    """Draw the page again when values of `tasks` are there, some together.
+    """Draw the page again once all values of `tasks` are known, or some after `TOGETHER` seconds.
 
-    The page was drawn at `since`, of `time.monotonic`; `draw` gets the number of missing values.
+    `since` is when the page was drawn (`time.monotonic`); `draw` gets the number of missing values.
     """
     with error_boundary():
         ready = [worker.cache.get(task.key) is not None for task in tasks]

@@ -1,7 +1,7 @@
-"""What an address cannot carry is kept on the server for a while, so that a page can be reloaded.
+"""Images and data kept on the server for a while, so that a page can be reloaded.
 
-A reload begins a new session. A cookie tells that it is the same browser; the address tells which
-image and data they are, by their content.
+A reload starts a new session, and its address contains only digests of images and data. A cookie
+identifies the browser, the digests identify its image and data.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ from ccwsim.system.lru_cache import n_bytes
 
 COOKIE = "ccwsim_browser"
 KEPT_SECONDS = 4 * 3600
-"""Since the study was last on the page."""
+"""Seconds that images and data are kept after they were last on a page."""
 SHARE_OF_UPLOADS = 4
-"""They take at most a fourth of what the server has for files: those on a page take the rest."""
+"""Kept files take at most a quarter (one divided by this) of the server's memory for files."""
 MAX_OF_BROWSER = 8
-"""Images and data: a reader tries some, in a few tabs."""
+"""Maximum number of images and data kept for a browser."""
 
 
 class KeptChoices:
-    """Images and data of the readers' own, by browser and name, the longest unused first.
+    """Images and data from readers, by browser and name, the least recently used first.
 
-    The oldest go if they are too many, too old or too large together.
+    The oldest are dropped if they are too many, too old or too large together.
     """
 
     def __init__(
@@ -42,7 +42,7 @@ class KeptChoices:
         self._lock = Lock()
 
     def keep(self, browser: str, own: Mapping[str, Own]) -> None:
-        """Keep the choices on a browser's page as its newest."""
+        """Keep the images and data on a page of a browser as its newest."""
         with self._lock:
             for name, choice in own.items():
                 self._kept.pop((browser, name), None)
@@ -53,7 +53,7 @@ class KeptChoices:
             self._forget()
 
     def of(self, browser: str) -> dict[str, Own]:
-        """Return the choices kept for a browser, by name."""
+        """Return the images and data kept for a browser, by name."""
         with self._lock:
             self._forget()
             return {key[1]: kept[1] for key, kept in self._kept.items() if key[0] == browser}
@@ -69,29 +69,29 @@ class KeptChoices:
 
 
 def size_of(choice: Own) -> int:
-    """Return about how many bytes an image or data take."""
+    """Return the approximate bytes of an image or of data."""
     return n_bytes([choice.files, getattr(choice, "placed", None)])
 
 
 @cache
 def kept_choices() -> KeptChoices:
-    """Return the one store of this process."""
+    """Return the only store of this process."""
     return KeptChoices(limits_of_environment().uploads // SHARE_OF_UPLOADS, KEPT_SECONDS)
 
 
 def browser() -> str:
-    """Return the secret name of the reader's browser; the page gives it to one that has none."""
+    """Return the secret name of the reader's browser, which the page sets as a cookie."""
     if COOKIE not in st.session_state:
         st.session_state[COOKIE] = st.context.cookies.get(COOKIE) or token_urlsafe(24)
     return st.session_state[COOKIE]
 
 
 def kept_for_reload() -> dict[str, Own]:
-    """Return images and data that this browser had on a page."""
+    """Return the images and data kept for this browser."""
     return kept_choices().of(browser())
 
 
 def keep_for_reload(choices: Choices) -> None:
-    """Keep what of a study its address cannot carry."""
+    """Keep the image and data of a study that its address cannot contain."""
     if own := own_choices(choices):
         kept_choices().keep(browser(), own)

@@ -12,9 +12,9 @@ Result = TypeVar("Result")
 
 
 class PageRun(Generic[Result]):
-    """Work of a page on a thread; a dataclass derived from it holds inputs and partial results.
+    """Work of a page on a thread; subclasses are dataclasses with its inputs and partial results.
 
-    `n_pieces` pieces of work, called `unit`, are counted in its progress.
+    Its progress counts `n_pieces` pieces of work, called `unit`.
     """
 
     unit = "realizations"
@@ -22,7 +22,7 @@ class PageRun(Generic[Result]):
 
     @property
     def n_pieces(self) -> int:
-        """How many pieces of work there are, 0 to count none."""
+        """Number of pieces of work; 0 if they are not counted."""
         return 0
 
     def work(self, job: Job[Result]) -> Result:
@@ -30,43 +30,43 @@ class PageRun(Generic[Result]):
         raise NotImplementedError
 
     def demand(self) -> Demand:
-        """Return what it asks of the server."""
+        """Return the resources that it demands from the server."""
         return NOTHING
 
     def start(self) -> Self:
-        """Begin; an error if the server does not have what it demands."""
+        """Start the run; raise `CCWSIMError` if the server lacks the resources it demands."""
         self.job = Job(self.work, demand=self.demand(), n=self.n_pieces, unit=self.unit)
         return self
 
     @property
     def going(self) -> bool:
-        """Whether it has begun and not ended."""
+        """Whether the run has begun and not ended."""
         return self.job is not None and not self.job.finished
 
     @property
     def error(self) -> Exception | None:
-        """Why it ended early, None unless it did."""
+        """The error with which the run ended, if any."""
         return self.job.error if self.job is not None else None
 
     @property
     def result(self) -> Result | None:
-        """What it gave, None until its end."""
+        """The result of the run, None until its end."""
         return self.job.result if self.job is not None else None
 
     def wait(self, seconds: float) -> bool:
-        """Wait at most `seconds` and return whether it has ended."""
+        """Wait at most `seconds` and return whether the run has ended."""
         return self.job is not None and self.job.wait(seconds)
 
     def stop(self) -> None:
-        """Ask it to stop."""
+        """Ask the run to stop."""
         if self.job is not None:
             self.job.cancel()
 
 
 def start_page_run(page_state: Any, name: str, run: PageRun) -> bool:
-    """Start a run and make it the one called `name` of a page; return whether it has begun.
+    """Start a run and store it as attribute `name` of the page state; return whether it began.
 
-    If the server refuses it, the earlier run stays and the reason is the `message` of the page.
+    If the server refuses the run, the earlier run stays and `message` of the page states why.
     """
     page_state.message = ""
     try:

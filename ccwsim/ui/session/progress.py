@@ -1,4 +1,4 @@
-"""How far a job is, in words: pieces done, time left, its position, kernels that compile."""
+"""The progress of a job as text: finished pieces, time left, queue position, compilation."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from ccwsim.engine.compilation import compilation, must_compile
 from ccwsim.jobs.job import Job
 
 SLOW_START = 0.8
-"""Seconds without progress after which the kernels must be compiling."""
+"""Seconds without progress after which kernels are assumed to compile."""
 
 
 def progress_text(job: Job, label: str = "") -> str:
-    """Say how far a job is; a `label` takes the place of the number of finished pieces."""
+    """Return the progress of a job as text; `label` replaces the number of finished pieces."""
     if delay := delay_text(job):
         return f"{label} · {delay}" if label else delay
     text = label or f"{job.n_done:,} of {job.n:,} {job.unit}"
@@ -19,7 +19,7 @@ def progress_text(job: Job, label: str = "") -> str:
 
 
 def delay_text(job: Job) -> str:
-    """Say why a job makes no progress: it stops, waits, or kernels compile; else nothing."""
+    """Return why a job makes no progress: it stops, waits, or kernels compile; else ""."""
     if job.is_cancelled():
         return "Stopping …"
     if position := job.position:
@@ -30,12 +30,12 @@ def delay_text(job: Job) -> str:
 
 
 def queue_text(position: int) -> str:
-    """Say the position of a job that waits."""
+    """Return the position of a waiting job as text."""
     return f"Waiting: {ordinal(position)} in the queue"
 
 
 def compilation_text() -> str:
-    """Say that kernels compile, how many of them are done and how long the others may take."""
+    """Describe the compilation of kernels: how many are done and the estimated time left."""
     text = "Compiling the kernels for this machine, on the first run only"
     if progress := compilation():
         text += f": {progress.n_done} of {progress.n} done"
@@ -45,19 +45,19 @@ def compilation_text() -> str:
 
 
 def compilation_to_come() -> str:
-    """Say what an estimate of time leaves out on a machine's first run; else nothing."""
+    """Return a note that kernels must compile first, if they must; else ""."""
     return " Before that the kernels compile, once." if must_compile() else ""
 
 
 def format_duration(seconds: float) -> str:
-    """Return a time that is only approximate, without more digits than it deserves."""
+    """Return an approximate time in seconds as text, rounded to few digits."""
     if seconds < 90:
         return f"{seconds:.0f} s"
     return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"
 
 
 def ordinal(number: int) -> str:
-    """Return the word for a position in a row.
+    """Return the ordinal of a number.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""From choices to the arguments of `simulate`: read, cached by content, and made to fit."""
+"""Turns choices into arguments of `simulate`; files are read once and cached by content."""
 
 from __future__ import annotations
 
@@ -54,26 +54,26 @@ from ccwsim.ui.session.cached import CONTENT, cached
 
 Made = TypeVar("Made", PointColumns, WellColumns, Conversion)
 Moved = dict[str, tuple[Any, Any]]
-"""Parameters that an image has no room for, by name: the value asked for, and the one given."""
+"""Parameters too large for the image, by name, each with the requested and the used value."""
 OF_VOLUMES = ("z", "well", "depth_from", "depth_to", "depth", "z_up")
 OF_SURVEYS = tuple(name for name in vars(WellColumns()) if name.startswith("survey"))
 SETTLING = ("on_collision", "on_outside", "on_unknown")
-"""Names of answers about hard data: to read volumes, to read surveys, to settle what is open."""
+"""Names of answers about hard data: for volumes, for surveys, and for conflicting data."""
 BUT_NAMES = {**CONTENT, TrainingImage: lambda image: image.digest}
-"""What tells arguments apart if the names of facies decide nothing."""
+"""As `CONTENT`, but without the names of facies."""
 USUAL_VOLUME = 100, 100
-"""Rows and columns of the grid of a volume; it has as many layers as its training image."""
+"""Default rows and columns of the grid of a volume; its layers are those of the image."""
 
 
 def study_of(choices: Choices) -> Study:
-    """Return a study as a whole; an error if its parts do not fit together."""
+    """Return the study of these choices; raise `CCWSIMError` if its parts do not fit together."""
     image = image_of(choices.image)
     return Study(image, choices.grid, choices.parameters, data_of(choices), choices.seed)
 
 
 @cached(max_entries=32)
 def image_of(choice: ImageChoice) -> TrainingImage:
-    """Return the training image of a choice; an error if a question about it is open."""
+    """Return the training image of a choice; raise if a question about it is open."""
     if choice.upload is None:
         read = datasets.load(choice.bundled)
     else:
@@ -92,9 +92,9 @@ def image_of(choice: ImageChoice) -> TrainingImage:
 
 @contextmanager
 def opened(upload: Upload | None) -> Iterator[BytesIO]:
-    """Yield an upload as a file object that carries its name, and read under its limits."""
+    """Yield an upload as a file object with its name, within the limits for reading."""
     if upload is None:
-        raise CCWSIMError("there is no file yet; choose one")
+        raise CCWSIMError("there is no file yet; choose a file")
     file = BytesIO(upload.content)
     file.name = upload.name
     with limited(upload_limits()):
@@ -102,12 +102,12 @@ def opened(upload: Upload | None) -> Iterator[BytesIO]:
 
 
 def data_of(choices: Choices) -> HardData:
-    """Return the hard data of a study on its grid; an error if they do not fit."""
+    """Return the hard data of a study on its grid; raise `CCWSIMError` if they do not fit."""
     return imported_data(choices).hard_data
 
 
 def imported_data(choices: Choices) -> HardDataImport:
-    """Return the hard data of a study with a report of what happened on the way."""
+    """Return the hard data of a study, with a report about their import."""
     choice, image, grid = choices.data, image_of(choices.image), choices.grid
     if choice.source == "file" and choice.files:
         return _imported(choice, grid, image)
@@ -115,7 +115,7 @@ def imported_data(choices: Choices) -> HardDataImport:
 
 
 def placed_data(choices: Choices) -> PlacedPoints:
-    """Return the hard data of a study in the cells of its grid, with what is wrong with them."""
+    """Return the hard data of a study in the cells of its grid, with their problems."""
     choice, image, grid = choices.data, image_of(choices.image), choices.grid
     if choice.source == "file" and choice.files:
         return _placed(_without(choice, SETTLING), grid, image)
@@ -126,7 +126,7 @@ def placed_data(choices: Choices) -> PlacedPoints:
         data = _sampled(image, grid.shape, choices.parameters, n, seed)
     else:
         data = choice.placed if choice.source == "placed" and choice.placed else HardData()
-    if not data.n:  # none have as many axes as the grid
+    if not data.n:  # without data, the array of cells has the number of axes of the grid
         data = HardData(np.empty((0, grid.n_dimensions)), ())
     cells, values = data.cells.astype(float), data.facies.astype(float)
     named: dict[str, Any] = {"counted": "datum", "name": "hard data", "variable": "facies"}
@@ -136,7 +136,7 @@ def placed_data(choices: Choices) -> PlacedPoints:
 
 
 def wells_of(choices: Choices) -> CellsOfWells:
-    """Return the wells of a study that have a name, and the cells of each."""
+    """Return the named wells of a study, with the cells of each."""
     if choices.data.source != "file":
         return choices.data.wells
     found = imported_data(choices).wells
@@ -144,7 +144,7 @@ def wells_of(choices: Choices) -> CellsOfWells:
 
 
 def points_of(choice: DataChoice, grid: Grid | None = None) -> ImportedPoints:
-    """Return the points of files of hard data; a whole grid may be another than `grid`, if any."""
+    """Return the points in files of hard data; a file with a full grid may differ from `grid`."""
     if choice.tables is not None:
         return _well_points(choice.tables, choice.upload, _well_columns(choice), grid)
     shape = None if grid is None else grid.shape
@@ -152,12 +152,12 @@ def points_of(choice: DataChoice, grid: Grid | None = None) -> ImportedPoints:
 
 
 def preview_of(choice: DataChoice, grid: Grid) -> PointsPreview:
-    """Return the columns of a file of hard data and their guessed meaning."""
+    """Return the columns of a file of hard data, with their guessed roles."""
     return _preview(choice.upload, _columns(choice, grid.shape), grid.shape)
 
 
 def previews_of_wells(choice: DataChoice) -> dict[str, PointsPreview | CCWSIMError]:
-    """Return the columns of the tables of wells and what is guessed of them, or what is wrong."""
+    """Return the columns of each well table with their guessed roles, or an error per table."""
     tables = choice.tables or WellTables()
     files = {"collars": tables.collars, "intervals": choice.upload, "surveys": tables.surveys}
     found: dict[str, PointsPreview | CCWSIMError] = {}
@@ -171,11 +171,11 @@ def previews_of_wells(choice: DataChoice) -> dict[str, PointsPreview | CCWSIMErr
 
 
 def grid_for_data(choices: Choices) -> Grid | None:
-    """Return a grid that holds all data of a study; None if the present one does, or none can."""
+    """Return a grid that holds all data; None if the present grid does, or no grid can."""
     choice, grid = choices.data, choices.grid
     try:
         file = choice.source == "file" and choice.files
-        own = None if grid.nz is None else grid  # a table has heights where the grid has layers
+        own = None if grid.nz is None else grid  # a table has heights, the grid has layers
         points = points_of(choice, own) if file else placed_data(choices).points
         if points.grid is None:
             cells = grid.cells_of(*points.places.T) if points.world else points.places.astype(int)
@@ -192,12 +192,12 @@ def grid_for_data(choices: Choices) -> Grid | None:
 
 
 def _without(choice: DataChoice, names: tuple[str, ...]) -> DataChoice:
-    """Return a choice without some of its answers, which decide nothing."""
+    """Return a choice without the named answers, which have no effect on it."""
     return replace(choice, answers=tuple(one for one in choice.answers if one[0] not in names))
 
 
 def _made(kind: type[Made], choice: DataChoice) -> Made:
-    """Return columns or a conversion from the answers about it."""
+    """Return an object of this type with the answers that name its attributes."""
     return kind(**{name: answer for name, answer in choice.answers if name in vars(kind())})
 
 
@@ -212,7 +212,7 @@ def _well_columns(choice: DataChoice) -> WellColumns:
 
 
 def _settled(placed: PlacedPoints, choice: DataChoice) -> HardDataImport:
-    """Return placed points with what is open settled as the user answered."""
+    """Return placed points with their conflicts resolved as the user answered."""
     answers = {name: answer for name, answer in choice.answers if name in SETTLING}
     return resolve_points(placed, Conversion(**answers))
 
@@ -246,7 +246,7 @@ def _well_points(
         )
     for what, upload in (("collars", tables.collars), ("intervals", intervals)):
         if upload is None:
-            raise CCWSIMError(f"there is no table of {what} yet; choose one")
+            raise CCWSIMError(f"there is no table of {what} yet; choose a file")
     surveys: Any = nullcontext() if tables.surveys is None else opened(tables.surveys)
     with opened(tables.collars) as collars, opened(intervals) as log, surveys as stations:
         return read_well_points(collars, log, grid, columns, surveys=stations)
@@ -266,17 +266,17 @@ def _imported(choice: DataChoice, grid: Grid, image: TrainingImage) -> HardDataI
 def _sampled(
     image: TrainingImage, shape: Shape, parameters: Parameters, n: int, seed: int
 ) -> HardData:
-    """Read data off a fresh unconditional realization, as section 5.2 of the paper does."""
+    """Return data sampled from an unconditional realization, as in section 5.2 of the paper."""
     demand = demand_of(Study(image, Grid.of(shape), parameters), 1)
     reference = result_in_turn(partial(simulate, image, shape, parameters, seed=seed), demand)
     return sample_random(reference.realizations[0], n, seed)
 
 
 def same_realizations(study: Choices, other: Choices) -> bool:
-    """Return whether two studies give the same realizations: names and colours decide nothing."""
+    """Return whether two studies give the same realizations; names and colours are ignored."""
     try:
         return study == other or _what_decides(study) == _what_decides(other)
-    except CCWSIMError:  # one of them cannot be simulated
+    except CCWSIMError:  # one of the studies cannot be simulated
         return False
 
 
@@ -287,7 +287,7 @@ def _what_decides(choices: Choices) -> tuple[object, ...]:
 
 
 def template_sizes(level: int, shape: Shape, along_z: bool = False) -> list[int]:
-    """Return the template sizes that a level and a training image allow; `along_z`: along z."""
+    """Return the template sizes allowed by a level and a training image, along z if `along_z`."""
     if along_z:
         sizes = legal_sizes(level, 1, min(shape[0], MAX_TEMPLATE))
         return [size for size in sizes if overlap_sizes(level, size, along_z=True)]
@@ -296,21 +296,21 @@ def template_sizes(level: int, shape: Shape, along_z: bool = False) -> list[int]
 
 
 def overlap_sizes(level: int, template_size: int, along_z: bool = False) -> list[int]:
-    """Return the overlap sizes that a level and a template allow; one that is thin needs none."""
+    """Return the overlap sizes allowed by a level and a template; a thin template needs none."""
     thin = along_z and template_size < MIN_TEMPLATE
     return legal_sizes(level, 0 if thin else 1, template_size // 2)
 
 
 def levels(shape: Shape, along_z: bool = False) -> list[int]:
-    """Return the levels for which a training image has a template."""
+    """Return the levels at which a training image allows some template size."""
     return [level for level in range(MAX_LEVEL + 1) if template_sizes(level, shape, along_z)]
 
 
 def fitted(parameters: Parameters, shape: Shape, **changes: Any) -> Parameters:
-    """Return parameters with some changed, and the sizes moved to the nearest legal ones.
+    """Return parameters with `changes`, and with sizes moved to the nearest allowed values.
 
-    For a volume they become triples, half of the horizontal sizes and a level less along z where
-    they were numbers; for a map, the number along x.
+    For a volume, numbers become triples, with half the size and one level less along z; for a map,
+    triples become their number along x.
 
     Examples
     --------
@@ -331,12 +331,12 @@ def fitted(parameters: Parameters, shape: Shape, **changes: Any) -> Parameters:
     )
     values |= zip(PER_AXIS, zip(z, y, x, strict=True) if len(shape) == 3 else x, strict=True)
     if len(shape) == 2 and isinstance(weight := values["location_weight"], tuple):
-        values["location_weight"] = max(weight[1:])  # one only along z means nothing in a map
+        values["location_weight"] = max(weight[1:])  # a map has no weight along z
     return Parameters(**values)
 
 
 def _along_axes(name: str, size: Any) -> tuple[int, int, int]:
-    """Return a size or level along z, y and x; of one number along z what suits most volumes."""
+    """Return a size or level along z, y and x; a single number is reduced along z."""
     if isinstance(size, tuple):
         return size
     along_z = max(size - 1, 0) if name == "wavelet_level" else max(size // 2, 1)
@@ -346,7 +346,7 @@ def _along_axes(name: str, size: Any) -> tuple[int, int, int]:
 def _fitted_axis(
     sizes: tuple[int, ...], is_ccsim: bool, shape: Shape, along_z: bool
 ) -> tuple[int, int, int]:
-    """Return template, overlap and level along an axis, moved to the nearest legal ones."""
+    """Return template, overlap and level along an axis, moved to the nearest allowed values."""
     template, overlap, level = sizes
     along_z = along_z and len(shape) == 3
     possible = levels(shape, along_z)
@@ -358,9 +358,9 @@ def _fitted_axis(
 
 
 def refitted(p: Parameters, shape: Shape, moved: Moved) -> tuple[Parameters, Moved]:
-    """Return parameters for another image, and which of them it has no room for.
+    """Return parameters fitted to another image, and the parameters that were reduced for it.
 
-    What an image before had no room for (`moved`) comes back, unless it was changed since.
+    Values reduced for an earlier image (`moved`) are restored, unless they were changed since.
 
     Examples
     --------
@@ -384,7 +384,7 @@ def fitted_to_image(choices: Choices, image: TrainingImage) -> Choices:
 
 
 def fitted_grid(grid: Grid, shape: Shape) -> Grid:
-    """Return a grid with the axes of a training image: the usual one, if it has others."""
+    """Return `grid` if it has the axes of a training image, else the default grid."""
     if grid.n_dimensions == len(shape):
         return grid
     return Grid(*USUAL_VOLUME, nz=shape[0]) if len(shape) == 3 else Choices().grid

@@ -1,4 +1,4 @@
-"""The sessions of a server: their jobs end and their memory is free again after a tab closes."""
+"""Cleaning up after closed tabs: jobs of their sessions end and their memory is freed."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from ccwsim.system.machine import n_cores
 from ccwsim.system.memory import give_back_memory, settle_memory
 
 LOOK_SECONDS = 2.0
-"""Seconds between two looks at who is still there."""
+"""Seconds between two checks for closed sessions."""
 GRACE = 20.0
-"""Seconds that a tab may be away, as when a laptop changes networks, before its jobs end."""
+"""Seconds that a tab may be disconnected, such as during a change of network."""
 EARLY = 10.0
-"""Seconds before Streamlit stops looking for a closed session at which it is forgotten."""
+"""Seconds before the end of Streamlit's time to live at which a closed session is dropped."""
 
 
 def current_session() -> str:
-    """Return the session that this thread draws, watched from now on; empty if it draws none."""
+    """Return the session that this thread draws, and watch it from now on; "" if none."""
     context = get_script_run_ctx(suppress_warning=True)
     session = context.session_id if context is not None else ""
     session_monitor().note(session)
@@ -36,14 +36,14 @@ def current_session() -> str:
 
 
 def is_open(session: str) -> bool:
-    """Return whether a browser shows a session; without a server nobody can have left."""
+    """Return whether a browser shows a session; always True without a server."""
     return not session or not Runtime.exists() or Runtime.instance().is_active_session(session)
 
 
 def forget(session: str) -> None:
-    """Let Streamlit give back the memory of a closed session.
+    """Make Streamlit free the memory of a closed session.
 
-    After the time to live Streamlit itself drops it only when another one is closed.
+    By itself Streamlit frees it only when another session is closed after the time to live.
     """
     if not Runtime.exists():
         return
@@ -54,29 +54,29 @@ def forget(session: str) -> None:
             return
         kept = runtime._session_mgr.get_session_info(session)
         runtime.close_session(session)
-        if kept is not None:  # the loop of the server names the last session until another comes
+        if kept is not None:  # the event loop refers to the last session until another one starts
             kept.session.session_state.clear()
             kept.session.session_state._new_widget_state.widget_metadata.clear()
             kept.session._fragment_storage.clear()
 
-    # close_session is not thread-safe, and no public way leads to the server's loop and sessions
-    with suppress(Exception):  # it may be ending at this moment, which serves as well
+    # close_session is not thread-safe, and Streamlit has no public access to its loop and sessions
+    with suppress(Exception):  # the server may be ending, which frees the session too
         runtime._get_async_objs().eventloop.call_soon_threadsafe(close)
 
 
 @cache
 def settle_server() -> None:
-    """Prepare a server for sessions: kernels, their jobs, and memory that is easy to give back."""
+    """Prepare a server for sessions: kernels, jobs, and memory that returns to the system."""
     server_queue().current_session = current_session
     if Runtime.exists():
         settle_memory(max(2, n_cores()))
         gc.collect()
-        gc.freeze()  # imported objects: searching them for garbage stops every session
+        gc.freeze()  # collecting imported objects would pause every session
         compile_in_background()
 
 
 class SessionMonitor:
-    """Watches who is still there: jobs of a session that was left end; later it is forgotten."""
+    """Watches sessions: after a tab closes, its jobs are ended, and later its memory is freed."""
 
     def __init__(
         self,
@@ -93,7 +93,7 @@ class SessionMonitor:
         self._freed = False
 
     def note(self, session: str) -> None:
-        """Look after a session from now on, on a thread that ends with the last of them."""
+        """Watch a session from now on, on a thread that ends with the last session."""
         with self._lock:
             if not session or session in self._sessions:
                 return
@@ -103,9 +103,9 @@ class SessionMonitor:
                 self._thread.start()
 
     def look(self) -> None:
-        """End the jobs of sessions that were left `GRACE` seconds ago; forget older ones."""
+        """End the jobs of sessions closed `GRACE` seconds ago; drop sessions closed long ago."""
         now, to_live = self._clock(), config.get_option("server.disconnectedSessionTTL")
-        kept = max(to_live - EARLY, min(GRACE, to_live / 2))  # later Streamlit keeps but loses it
+        kept = max(to_live - EARLY, min(GRACE, to_live / 2))  # Streamlit cannot close it later
         for session in list(self._sessions):
             if self._is_open(session):
                 self._left.pop(session, None)
@@ -122,9 +122,9 @@ class SessionMonitor:
                     self._left.pop(session, None)
 
     def give_back(self) -> None:
-        """Give the memory of sessions that were forgotten before the last look to the system.
+        """Return the memory of sessions dropped before the last check to the system.
 
-        With the last of them goes what was kept for all, which came from their images and data.
+        After the last session, the caches of all sessions are emptied too.
         """
         freed, self._freed = self._freed, False
         if not freed:
@@ -148,5 +148,5 @@ class SessionMonitor:
 
 @cache
 def session_monitor() -> SessionMonitor:
-    """Return the one monitor of this process."""
+    """Return the only monitor of this process."""
     return SessionMonitor(server_queue())

@@ -1,4 +1,4 @@
-"""Everything a session remembers, in one typed object that survives page changes."""
+"""The state of a session, in one typed object that survives page changes."""
 
 from __future__ import annotations
 
@@ -23,21 +23,21 @@ PageState = TypeVar("PageState")
 
 @dataclass(frozen=True, eq=False)
 class PastRun:
-    """A run as it came out, with the reference field of its hard data, if there is one."""
+    """A finished run, with the reference field of its hard data, if there is one."""
 
     choices: Choices
     ensemble: Ensemble
     reference: TrainingImage | None = None
-    at: datetime = field(default_factory=lambda: datetime.now().astimezone())  # when it came out
+    at: datetime = field(default_factory=lambda: datetime.now().astimezone())  # time of its end
 
     @property
     def key(self) -> str:
-        """What tells it from the other runs of the session."""
+        """A key that differs from those of all other runs of the session."""
         return self.at.isoformat()
 
     @property
     def nbytes(self) -> int:
-        """Memory of the realizations, in indices and, if they differ, in codes too."""
+        """Bytes of the realizations as indices and, if these differ, as codes too."""
         ensemble = self.ensemble
         in_codes = ensemble.realizations
         own = 0 if in_codes is ensemble.indices else in_codes.nbytes
@@ -45,20 +45,20 @@ class PastRun:
 
     @property
     def files(self) -> list[bytes]:
-        """The user's own files that the study has; runs of one study share them."""
+        """Contents of the files uploaded for the study; runs of a study share them."""
         return [file.content for file in (*self.choices.image.files, *self.choices.data.files)]
 
 
 @dataclass
 class PastRuns:
-    """The latest runs, newest first, in the memory that the server gives each session for them."""
+    """The latest runs, newest first, within the memory that a session has for them."""
 
     runs: list[PastRun] = field(default_factory=list)
     max_runs: int = MAX_RUNS
     max_bytes: int | None = None
 
     def remember(self, run: PastRun) -> None:
-        """Keep a run in place of the newest if only data placed by hand differ; the oldest go."""
+        """Keep a run, in place of the newest if only data placed by hand differ; drop old runs."""
         if self.runs and _but_for_placed(self.runs[0].choices) == _but_for_placed(run.choices):
             self.runs.pop(0)
         self.runs.insert(0, run)
@@ -78,35 +78,35 @@ def _but_for_placed(choices: Choices) -> Choices:
 
 @dataclass
 class State:
-    """What a session remembers."""
+    """The state of a session."""
 
-    choices: Choices = field(default_factory=Choices)  # as set up; always one that can be read
-    image_draft: ImageChoice | None = None  # not usable yet: broken, or a question is open
-    visit_import: bool = False  # a file has questions, which are asked on the page of its own
+    choices: Choices = field(default_factory=Choices)  # the study as set up; its files can be read
+    image_draft: ImageChoice | None = None  # not usable yet: a file is broken or needs an answer
+    visit_import: bool = False  # whether to go to the page Import, as a file needs answers
     data_draft: DataChoice | None = None
-    # parameters that the image has no room for: asked for, and given (see `refitted`)
+    # parameters too large for the image: requested and used values (see `refitted`)
     moved: dict[str, tuple[Any, Any]] = field(default_factory=dict)
-    live: bool = False  # every change starts a run
-    job: Job[Ensemble] | None = None  # the simulation that runs now
-    needs_confirmation: bool = False  # it came by a link or a project: a long run waits
-    last_attempt: Choices | None = None  # what a run was started with last, whatever came of it
-    ensemble: Ensemble | None = None  # the latest results, and the choices they came from
+    live: bool = False  # whether every change starts a run
+    job: Job[Ensemble] | None = None  # the current simulation
+    needs_confirmation: bool = False  # opened by a link or project: ask before a long run
+    last_attempt: Choices | None = None  # choices of the latest run, even if it failed
+    ensemble: Ensemble | None = None  # the latest results; below, their choices
     ensemble_choices: Choices | None = None
-    message: str = ""  # what went wrong or was stopped, shown above the results
-    shown: int = 0  # which realization is large
-    realization_to_restore: int = 0  # the large one when the latest run started
+    message: str = ""  # an error or a stop, shown above the results
+    shown: int = 0  # index of the realization that is shown large
+    realization_to_restore: int = 0  # value of `shown` when the latest run started
     facies: int = 1  # index of the facies whose curves and probability are shown
-    e_type: EMap = "probability"  # what the uncertainty map shows
-    reference: TrainingImage | None = None  # the field that the hard data were sampled from
-    runs: PastRuns = field(default_factory=PastRuns)  # of this session, to go back to
-    pages: dict[type, Any] = field(default_factory=dict)  # what single pages remember, by type
-    own_seed: int | None = None  # this reader's if a class shares a study
+    e_type: EMap = "probability"  # the statistic in the uncertainty map
+    reference: TrainingImage | None = None  # field from which the data were sampled
+    runs: PastRuns = field(default_factory=PastRuns)  # earlier runs, which can be shown again
+    pages: dict[type, Any] = field(default_factory=dict)  # state of single pages, by its type
+    own_seed: int | None = None  # seed drawn for this reader of a link shared by a class
     address: str = ""  # the latest query of the page's address
-    notes: tuple[str, ...] = ()  # what of an address or a project could not be taken, until read
-    opened: tuple[str, str] = ("", "")  # the latest project file, and why it could not be opened
+    notes: tuple[str, ...] = ()  # unusable parts of an address or project
+    opened: tuple[str, str] = ("", "")  # the latest project file, and the error in it
 
     def page(self, kind: type[PageState]) -> PageState:
-        """Return what a page remembers; `kind` is the type of it, made without arguments."""
+        """Return the state of a page by its type `kind`, which is created without arguments."""
         return self.pages.setdefault(kind, kind())
 
     def change(self, **changes: Any) -> None:
@@ -122,7 +122,7 @@ def session_state() -> State:
 
 
 def start_afresh() -> None:
-    """Let go of everything of this session, as if the page had just been opened; stop its jobs."""
+    """Reset this session, as if the page had just been opened, and stop its jobs."""
     state = session_state()
     if state.job is not None:
         state.job.cancel()

@@ -1,6 +1,6 @@
-"""Files that readers send: the memory of the server is not theirs to fill.
+"""Uploads of files, bounded so that they cannot fill the memory of the server.
 
-Streamlit keeps whatever a browser sends for as long as its session lives, asked for or not.
+Streamlit by itself keeps every file that a browser sends until its session ends.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from ccwsim.sharing.choices import Upload
 from ccwsim.ui.widgets.errors import catch_callback_errors
 
 MAX_OF_SESSION = 4
-"""Files of the largest size that a session may have: an image, data, a reference, a project."""
+"""Maximum size of all files of a session: this number of files of the largest size."""
 NO_ROOM = "application/x-no-room"
-"""The type of a file that came when there was no room for it; its content is dropped."""
+"""MIME type given to a file whose content was dropped because the server had no room."""
 
 _taken: WeakValueDictionary[int, Upload] = WeakValueDictionary()
-"""Files that studies have, of all sessions, by identity."""
+"""Files in studies of all sessions, by identity of their content."""
 
 
 def file_uploader(
@@ -40,7 +40,7 @@ def file_uploader(
     removed: Callable[[], None] = lambda: None,
     **options: Any,
 ) -> None:
-    """Draw a file uploader; `take` gets the chosen file, `removed` is called if it is removed."""
+    """Draw a file uploader; `take` gets a chosen file, `removed` is called if it is removed."""
 
     def changed() -> None:
         file = st.session_state[key]
@@ -53,11 +53,11 @@ def file_uploader(
 
 
 def upload_of(file: UploadedFile) -> Upload:
-    """Return a file of the reader's for a study; an error if the server has no room for it."""
+    """Return an uploaded file for a study; raise `CCWSIMError` if the server has no room."""
     if file.type == NO_ROOM:
         raise CCWSIMError(
-            f"{file.name} was not taken: this server holds as many files of all its readers as it "
-            "has memory for; use a smaller file, or try again later"
+            f"{file.name} was not taken: the memory of this server for files is full; "
+            "use a smaller file, or try again later"
         )
     upload = Upload(file.name, file.getvalue())
     _taken[id(upload)] = upload
@@ -66,27 +66,27 @@ def upload_of(file: UploadedFile) -> Upload:
 
 @cache
 def bound_uploads() -> None:
-    """Bound what browsers may leave in the memory of this server, from now on."""
+    """From now on bound the memory taken by the uploads of this server."""
     if not Runtime.exists():
         return
     manager = Runtime.instance().uploaded_file_mgr
     if isinstance(manager, MemoryUploadedFileManager):
-        # no public way leads between a browser and what keeps its files
+        # Streamlit has no public access to the manager of uploaded files
         manager.add_file = BoundedUploads(manager).add_file  # type: ignore[method-assign]
 
 
 class BoundedUploads:
-    """Lets files into a manager of Streamlit while there is room for them.
+    """Adds files to a manager of Streamlit while there is room for them.
 
-    If a session has too many the oldest go, which the study has by then or nothing uses; a file
-    for which the server has no room comes without its content.
+    If a session has too many files, the oldest are dropped, as the study holds them or nothing uses
+    them. If the server has no room for a file, its content is dropped.
     """
 
     def __init__(self, manager: MemoryUploadedFileManager) -> None:
         self._manager, self._add, self._lock = manager, manager.add_file, Lock()
 
     def add_file(self, session_id: str, file: UploadedFileRec) -> None:
-        """Keep a file of a session, in place of its oldest ones if these are too large."""
+        """Keep a file of a session; drop its oldest files if all are too large together."""
         with self._lock:
             n = len(file.data)
             own = dict(self._manager.file_storage.get(session_id, {}))
@@ -102,7 +102,7 @@ class BoundedUploads:
             self._add(session_id, file)
 
     def held(self) -> int:
-        """Return how many bytes files of all sessions take, those in studies included."""
+        """Return the bytes of the files of all sessions, including those in studies."""
         sessions = list(self._manager.file_storage.values())
         records = [record.data for files in sessions for record in list(files.values())]
         return size_of_all([*records, *(upload.content for upload in _taken.values())])
@@ -111,17 +111,17 @@ class BoundedUploads:
         limits = limits_of_environment()
         if self.held() + n > limits.uploads:
             return False
-        free = free_bytes(limits)  # less the file, which has arrived; reading it takes as much
+        free = free_bytes(limits)  # reading a file takes its size in memory again
         return free is None or n <= free - server_queue().still_to_take
 
 
 def max_of_session() -> int:
-    """Return how many bytes the files of a session may have together."""
+    """Return the maximum total bytes of the files of a session."""
     return MAX_OF_SESSION * config.get_option("server.maxUploadSize") * 2**20
 
 
 def size_of_all(contents: Iterable[bytes]) -> int:
-    """Return how many bytes contents take; one that is held twice counts once.
+    """Return the total bytes of contents; a repeated object counts once.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The menus "Share" (link, project, report, the same in Python and on the command line), "Open"."""
+"""The menus "Share" (link, project, report, script and command of a study) and "Open"."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ from ccwsim.ui.widgets.fields import button, download
 from ccwsim.ui.widgets.text import plain, step_note
 
 REPORT_HEIGHT = 720
-"""Pixels of a report that is read on a page; it scrolls."""
+"""Height in pixels of a report shown on a page; it scrolls."""
 READING = "report_is_read"
 OLD_RESULTS = (
-    "Out of date: the link opens the study as it is set up now, the realizations that are shown "
-    "are of the study before."
+    "Out of date: the link opens the study as it is set up now, but the realizations shown are "
+    "those of the earlier study."
 )
 
 
@@ -54,7 +54,7 @@ def draw_open(state: State) -> None:
     """Draw the menu that opens a project."""
     with error_boundary(), st.popover("Open", key="open"):
         _open(state)
-        help_ = "The first study again; what this session has, its runs too, is let go."
+        help_ = "Returns to the first study and deletes the study and the runs of this session."
         button("Start afresh", key="afresh", on_click=start_afresh, help=help_)
 
 
@@ -69,7 +69,7 @@ def _share(state: State) -> None:
             study = study_of(state.choices)
             how = reproduction_recipe(state.choices, study, file_name(state.choices))
         except CCWSIMError as error:
-            st.error(plain(f"{error}. Correct the study before it is shared."))
+            st.error(plain(f"{error}. Correct the study before you share it."))
         else:
             _link(state)
             _files(state)
@@ -98,19 +98,19 @@ def _files(state: State) -> None:
         here: dict[str, Any] = {"on_click": _read_report, "disabled": state.ensemble is None}
         st.button("Read it here", key="share_read", **here)
     if state.ensemble is None:
-        step_note("The report can be had when there are realizations.")
+        step_note("A report needs realizations; simulate some first.")
     elif not is_current(state):
-        step_note("The report is of the realizations that are shown; the study was changed since.")
+        step_note("The report describes the realizations shown; the study was changed since.")
 
 
 def _read_report() -> None:
-    """Close the menu, which would lie under the report and be closed first."""
+    """Close the menu, so that closing the report does not need two clicks."""
     st.session_state["share"], st.session_state[READING] = False, True
 
 
 @st.dialog("Report", width="large")
 def _show_report(state: State) -> None:
-    """Show the report over the page; its own policy lets it fetch nothing."""
+    """Show the report over the page; its content policy blocks all network access."""
     with error_boundary():
         made = report_of(state)
         if made:
@@ -118,7 +118,7 @@ def _show_report(state: State) -> None:
 
 
 def report_of(state: State):
-    """Return what makes the report of the latest results, for a download; b"" without any."""
+    """Return a function that makes the report of the latest results; b"" without results."""
     ensemble = state.ensemble
     if ensemble is None:
         return b""
@@ -139,16 +139,16 @@ def _recipe(how: Recipe) -> None:
     with st.expander("The same in Python"):
         st.code(how.python.rstrip(), language="python")
         if how.python_needs_project:
-            step_note("It reads the project file: save it beside the script.")
+            step_note("The script reads the project file: save it in the folder of the script.")
     with st.expander("The same on the command line"):
         st.code(how.command, language="bash")
         if how.command_needs_project:
-            step_note("It reads the project file: save it where the command is given.")
+            step_note("The command reads the project file: save it in the folder of the command.")
 
 
 def _open(state: State) -> None:
     _title("Open a project")
-    step_note("A .ccwsim file, as “Save project” of Share writes it. It replaces the study.")
+    step_note("A .ccwsim file, saved with “Save project” of the menu Share. It replaces the study.")
     file = st.file_uploader(
         "Open a project", type=["ccwsim"], key="share_open", label_visibility="collapsed"
     )
@@ -171,7 +171,7 @@ def _title(text: str) -> None:
 
 
 def file_name(choices: Choices) -> str:
-    """Return what the project file of a study is called."""
+    """Return the name of the project file of a study."""
     return f"{image_part(image_of(choices.image))}.ccwsim"
 
 
@@ -186,9 +186,9 @@ def project_of(state: State) -> Project:
 
 
 def open_project(state: State, upload: Upload) -> None:
-    """Make the study of a project file the session's, and simulate it, or ask before a long run.
+    """Open the study of a project file in this session and simulate it; ask before a long run.
 
-    One that cannot be read, or is too large for a page, raises an error and changes nothing.
+    A file that cannot be read, or is too large for a page, raises an error and changes nothing.
     """
     with opened(upload) as file:
         project = read_project(file)
@@ -201,13 +201,13 @@ def open_project(state: State, upload: Upload) -> None:
     show(state, project.shown)
     state.needs_confirmation = True
     if question_of(state):
-        stop_run(state)  # it is a run of the study before
+        stop_run(state)  # the current run belongs to the earlier study
     else:
         start_run(state)
 
 
 def choices_of(project: Project) -> Choices:
-    """Return a project as choices: by name if the same is bundled, else from the file."""
+    """Return a project as choices, with bundled images and data by name, others from the file."""
     study = project.study
     by_link, _, _ = read_link(project.link)
     image = _image(project, by_link.image)
@@ -243,7 +243,7 @@ def _check(choices: Choices) -> None:
     ):
         if value > limit:
             raise CCWSIMError(
-                f"{value} {name} are more than a page takes ({limit}); simulate this project with "
+                f"{value} {name} are more than a page allows ({limit}); simulate this project with "
                 "python -m ccwsim simulate --project"
             )
 
@@ -253,4 +253,4 @@ def _notes(project: Project, name: str) -> tuple[str, ...]:
     made = project.versions.get("Program", own)
     if made == own:
         return ()
-    return (f"{name} was saved with {made}; this is {own}, which may draw other realizations.",)
+    return (f"{name} was saved with {made}; this is {own}, which may give different realizations.",)

@@ -1,4 +1,4 @@
-"""The page Sweep: many settings of the study, what each costs and gives, and one to take."""
+"""The page Sweep: many settings of the study, their cost and quality, and a recommendation."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ ERRORS = {
     "copying": ("Copying", "cells of the largest piece copied from the training image"),
     "mended": ("Re-simulated data", "data not honoured in the raster pass"),
 }
-"""What may be over time in the chart: the name of the choice, and the title of the axis."""
+"""Errors that the chart can show over time: name of the choice and title of the axis."""
 HEADS = {
     "pattern_full": "patterns",
     "pattern_half": "at 1/2",
@@ -95,14 +95,14 @@ HEADS = {
     "not_honoured": "not honoured",
     "cpu_ms": "CPU ms",
 }
-"""Names of the numbers on the page, by column of the CSV; only volumes have "vertical" ones."""
+"""Names of the numbers on the page, by column of the CSV; "vertical" is for volumes only."""
 TILES = "sweep_tiles"
 TILE_PIXELS = 124
-"""Pixels of a tile's longer side."""
+"""Length of a tile's longer side in pixels."""
 
 
 def draw_page(state: State) -> None:
-    """Draw ranges at the left, and results at the right."""
+    """Draw ranges on the left and results on the right."""
     draw_style(STYLE)
     with st.sidebar:
         _draw_controls(state)
@@ -121,7 +121,7 @@ def draw_page(state: State) -> None:
                 _sweep_button(state, "sweep_first")
             if not problem_of(state):
                 plan = plan_of(state).fitting
-                panel_title("Settings", "what will be tried: one realization of each will be here")
+                panel_title("Settings", "to be tried; one realization of each will appear here")
                 tiles = _to_come(plan, names_of(plan), "")
                 _draw_tiles(tiles, -1, state.choices.grid, lambda _: None)
     with st.container(key="run_bar"):
@@ -144,7 +144,7 @@ def _draw_controls(state: State) -> None:
         button("Back to what suits the study", key="ranges_back", on_click=reset, args=({},))
     step_title(3, "Realizations")
     limits = {"min_value": 1, "max_value": MAX_REALIZATIONS_OF_SWEEP}
-    help_ = "More tell closer settings apart, and take proportionally longer."
+    help_ = "More realizations distinguish closer settings and take proportionally longer."
     options = {**bound_to(page_state, "n_realizations"), **limits, "help": help_}
     field(st.number_input, "Of each setting", key="n_swept", **options)
     problem = problem_of(state) or page_state.message
@@ -159,7 +159,7 @@ def _draw_range(page_state: SweepState, name: str, values: list[Any], chosen: li
     def write(new: list[Any]) -> None:
         page_state.ranges = {**page_state.ranges, name: list(new)}
 
-    # the key has the values in it: others make another widget, which keeps nothing of the old one
+    # the key contains the values, so that other values make a new widget without old state
     key = f"range_{name}_{'_'.join(map(str, values))}"
     meaning = PARAMETERS[name.removesuffix(ALONG_Z)]["meaning"]
     options = {"choices": values, "value": chosen, "help": meaning}
@@ -169,12 +169,12 @@ def _draw_range(page_state: SweepState, name: str, values: list[Any], chosen: li
 
 
 def pills(label: str, choices: list[Any], **options: Any) -> Any:
-    """Draw pills that can all be on; `field` knows them by this name."""
+    """Draw pills with multiple selection; `field` recognizes them by this function."""
     return st.pills(label, choices, selection_mode="multi", width="stretch", **options)
 
 
 def _sweep_button(state: State, key: str) -> None:
-    """Draw a button that starts the sweep; if it cannot start, it is off and says why."""
+    """Draw the button that starts the sweep, disabled with a reason if it cannot start."""
     problem, run = problem_of(state), state.page(SweepState).run
     going = run is not None and run.going
     n = 0 if problem else len(plan_of(state))
@@ -186,7 +186,7 @@ def _sweep_button(state: State, key: str) -> None:
 
 @st.fragment
 def _draw_found(state: State) -> None:
-    """Draw all that is known so far; choosing a setting redraws only this."""
+    """Draw all results so far; choosing a setting redraws only this part."""
     with error_boundary():
         run = state.page(SweepState).run
         assert run is not None
@@ -197,12 +197,12 @@ def _draw_found(state: State) -> None:
         if run.n_drawn:
             _draw_rows(state, run, found)
         elif run.going:
-            panel_title("Settings", "they appear as they are finished")
+            panel_title("Settings", "they appear when they are finished")
             draw_tiles(run, names_of(run.settings), (-1, -1), lambda _: None)
 
 
 class _Shown(NamedTuple):
-    """Results as they are shown: names that tell settings apart, the large one, the best one."""
+    """Results as shown: names of varied parameters, the large setting, the best setting."""
 
     found: Sweep
     names: list[str]
@@ -241,7 +241,7 @@ def _draw_rows(state: State, run: SweepRun, found: Sweep) -> None:
 
 
 def _draw_chart(state: State, run: SweepRun, shown: _Shown) -> None:
-    """Draw error over time; a click on a point makes its setting the large one."""
+    """Draw errors over time; a click on a point enlarges its setting."""
     page_state, found = state.page(SweepState), shown.found
     kinds = [kind for kind in ERRORS if kind != "mended" or run.hard_data.n]
     kind = page_state.error if page_state.error in kinds else "patterns"
@@ -265,13 +265,13 @@ def _draw_chart(state: State, run: SweepRun, shown: _Shown) -> None:
 
 
 def _draw_outlines() -> None:
-    """Show what will be where, before a sweep."""
+    """Draw outlines in place of results before the first sweep."""
     with st.container(key="maps"):
         left, middle, right = st.columns(WIDTHS, gap="medium")
     shape = f"height: {CHART_HEIGHT}px"
     with left:
         text = (
-            "Each setting as a point: how long a realization takes, and how far it is from the "
+            "Each setting as a point: the time of a realization and its distance from the "
             "training image. The line is the Pareto front: no other setting is both faster and "
             "nearer."
         )
@@ -285,12 +285,12 @@ def _draw_outlines() -> None:
 
 
 def names_of(settings: tuple[Parameters, ...]) -> list[str]:
-    """Return the parameters by which settings are told apart."""
+    """Return the names of the parameters that differ between settings."""
     return varied(settings) or [name for name in RANGED if name.removesuffix(ALONG_Z) in PER_AXIS]
 
 
 def choose(state: State, number: int) -> None:
-    """Make a setting the large one."""
+    """Show a setting as the large one."""
     page_state = state.page(SweepState)
     run = page_state.run
     if run is not None and 0 <= number < len(run.found.rows):
@@ -298,7 +298,7 @@ def choose(state: State, number: int) -> None:
 
 
 def is_current(run: SweepRun, state: State) -> bool:
-    """Return whether a sweep is of the study as it is now."""
+    """Return whether a sweep is of the current study."""
     choices = state.choices
     try:
         image, data = image_of(choices.image), data_of(choices)
@@ -309,7 +309,7 @@ def is_current(run: SweepRun, state: State) -> bool:
 
 
 def draw_realization(state: State, run: SweepRun, k: int) -> None:
-    """Draw one realization of a setting large, with a way to its others."""
+    """Draw one realization of a setting large, with buttons for its other realizations."""
     page_state = state.page(SweepState)
     row, image = run.found.rows[k], run.training_image
     n = len(row.realizations)
@@ -326,12 +326,12 @@ def draw_realization(state: State, run: SweepRun, k: int) -> None:
 
 
 def indices_of(realizations: NDArray[np.integer], image: TrainingImage) -> NDArray[np.uint8]:
-    """Return facies indices, as maps are drawn from, of facies codes."""
+    """Convert facies codes to the facies indices that maps need."""
     return image.codes.searchsorted(realizations).astype(np.uint8)
 
 
 def draw_numbers(state: State, run: SweepRun, k: int) -> None:
-    """Draw the numbers of a setting, beside the best of all, and the button that takes it."""
+    """Draw the numbers of a setting beside the best values, and the button that uses it."""
     rows = run.found.rows
     panel_title("Its numbers")
     names = [name for name in RANGED if name != "search_fraction" or name in varied(run.settings)]
@@ -344,7 +344,7 @@ def draw_numbers(state: State, run: SweepRun, k: int) -> None:
 def numbers_of(
     row: SweepRow, rows: tuple[SweepRow, ...], run: SweepRun
 ) -> list[tuple[str, str, str]]:
-    """Return name, value ± spread between realizations, and the best value of all settings."""
+    """Return (name, value ± spread between realizations, best value of all settings)."""
     image, qualities = run.training_image, [r.quality for r in rows]
     k = next(k for k, other in enumerate(rows) if other is row)
     worst = image.facies_names[image.index_of(row.quality.proportion_facies)]
@@ -389,30 +389,30 @@ def numbers_of(
 
 
 def two(spread: float) -> str:
-    """Return a spread with two digits, never in powers of ten."""
+    """Return a spread with two digits and without powers of ten."""
     return f"{spread:.2g}" if spread < 100 else f"{spread:.0f}"
 
 
 def minus(text: str) -> str:
-    """Return a number with the sign for minus, not a hyphen."""
+    """Return a number with a minus sign in place of the hyphen."""
     return text.replace("-", "−")
 
 
 def use_button(state: State, parameters: Parameters, text: str, key: str) -> None:
-    """Draw a button that takes a setting into the study and goes to Simulate."""
+    """Draw a button that applies a setting to the study and opens Simulate."""
     kind = "primary" if key == "use_setting" else "secondary"
     options: dict[str, Any] = {"on_click": use_setting, "args": (state, parameters), "type": kind}
-    if button(text, key=key, help="Takes it into the study and goes to Simulate.", **options):
+    if button(text, key=key, help="Uses this setting in the study and opens Simulate.", **options):
         go_to("pages/simulate.py", "The study has this setting now.")
 
 
 def draw_tiles(
     run: SweepRun, names: list[str], marked: tuple[int, int], choose: Callable[[int], None]
 ) -> None:
-    """Draw a tile a setting, labelled by the parameters `names`, and outlines of those to come.
+    """Draw a tile per setting, labelled by the parameters `names`, and outlines of the rest.
 
-    `marked` are the numbers of the large and of the recommended setting; `choose` is called with
-    the number of the one that is clicked.
+    `marked` has the numbers of the large and the recommended setting; `choose` is called with the
+    number of the clicked setting.
     """
     rows = run.found.rows
     while len(run.tiles) < len(rows):
@@ -430,7 +430,7 @@ def draw_tiles(
 
 
 def _to_come(settings: Sequence[Parameters], names: list[str], note: str) -> list[dict[str, Any]]:
-    """Return outlines of the settings that are going to be tried."""
+    """Return outlines for the settings that have not been tried yet."""
     return [{"label": label(p, names), "note": note} for p in settings]
 
 
@@ -459,7 +459,7 @@ def draw_table(found: Sweep) -> None:
 
 
 def columns_of(row: SweepRow) -> dict[str, Any]:
-    """Return the setting and all its numbers by name."""
+    """Return the parameters of a setting and all its numbers by name."""
     q = row.quality
     data = (q.n_resimulated, q.n_forced, q.n_mismatched)
     spreads = (q.pattern_spread, *q.tau_spreads, q.proportion_spread, q.copied_spread)
@@ -473,7 +473,7 @@ def columns_of(row: SweepRow) -> dict[str, Any]:
 
 
 def sweep_csv(found: Sweep, recommended: int) -> bytes:
-    """Return one line a setting: its values, its numbers, and how it stands among the others."""
+    """Return CSV with a line per setting: parameters, numbers, Pareto front, recommendation."""
     front = set(pareto_front(found.times, found.errors()).tolist())
     lines = []
     for k, row in enumerate(found.rows):

@@ -1,4 +1,4 @@
-"""The settings that a sweep tries, its run on a thread, and the state of the page."""
+"""The settings of a sweep, its run on a thread, and the state of the page."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ from ccwsim.ui.session.resolve import data_of, fitted, image_of, levels
 from ccwsim.ui.session.state import State
 
 CELLS_KEPT = 64_000_000
-"""Cells of realizations that a sweep keeps, one byte each."""
+"""Maximum number of cells of realizations that a sweep keeps, one byte each."""
 SOURCE_BYTES = 4
-"""Bytes a cell for its location in the training image."""
+"""Bytes per cell for its location in the training image."""
 MAX_KEPT = 4
 REDRAW_SECONDS = 1.5
-"""Seconds at least from one look at new settings to the next."""
+"""Minimum number of seconds between two redraws for new settings."""
 MAX_SWEPT = 64
-"""Settings in one sweep."""
+"""Maximum number of settings in one sweep."""
 TEMPLATES = (8, 12, 16, 24, 32, 40, 48, 64, 96, 128, 192, 256)
 OVERLAPS = (2, 4, 6, 8, 12, 16, 24, 32, 48, 64)
 CANDIDATES = (1, 5, 10, 20, 50, 100)
@@ -64,8 +64,8 @@ LABELS = {
 class SweepRun(PageRun[Sweep]):
     """A sweep, running or ended.
 
-    `facies` is the one whose connectivity is judged; `rows` are the settings that are finished,
-    `n_drawn` how many of them the page shows, and `tiles` a small picture of each.
+    `facies` is the facies whose connectivity is judged; `rows` has the finished settings, `n_drawn`
+    is the number of them on the page, and `tiles` has a small picture of each.
     """
 
     training_image: TrainingImage
@@ -83,20 +83,20 @@ class SweepRun(PageRun[Sweep]):
 
     @property
     def n_pieces(self) -> int:
-        """How many settings there are."""
+        """Number of settings."""
         return len(self.settings)
 
     def demand(self) -> Demand:
-        """Return what it asks of the server: one setting at a time, and realizations kept."""
+        """Return the resources needed: one setting at a time, plus the kept realizations."""
         largest = 0
         for p in self.settings:
-            with suppress(CCWSIMError):  # one that does not fit is told about among the results
+            with suppress(CCWSIMError):  # a setting that does not fit is reported with the results
                 study = Study(self.training_image, self.grid, p, self.hard_data, self.seed)
                 needed = demand_of(study, self.n_realizations, n_workers=1).n_bytes
                 largest = max(largest, needed)
         each = self.grid.n_cells
         cells = each * len(self.settings)
-        kept = max(CELLS_KEPT, cells)  # one realization at least
+        kept = max(CELLS_KEPT, cells)  # at least one realization
         sources = SOURCE_BYTES * each * self.n_realizations
         return Demand(cells * self.n_realizations, self.hard_data.n, largest + sources + kept)
 
@@ -122,9 +122,9 @@ class SweepRun(PageRun[Sweep]):
 class SweepState:
     """The state of the page.
 
-    `ranges` are those that the user chose, by the name of the parameter; others follow the study.
-    `error` is the error in the chart, `chosen` the setting of the latest run that is large (None
-    for the recommended one), `shown` its realization; `message` is why none was started.
+    `ranges` has the ranges that the user chose, by parameter; other ranges follow the study.
+    `error` is the error in the chart, `chosen` the number of the large setting (None for the
+    recommended setting), `shown` its realization; `message` is the reason why no run was started.
     """
 
     ranges: dict[str, list[Any]] = field(default_factory=dict)
@@ -137,7 +137,7 @@ class SweepState:
 
 
 def follow_sweep(state: State, drawn_at: float) -> None:
-    """Show how far the sweep is; draw the page again for new settings and at the end."""
+    """Show progress; draw the page again for newly finished settings and at the end."""
     run = state.page(SweepState).run
     if run is None or run.job is None:
         return
@@ -149,7 +149,7 @@ def follow_sweep(state: State, drawn_at: float) -> None:
 
 
 def describe_end(run: SweepRun) -> str:
-    """Say which settings an ended sweep lacks, or nothing."""
+    """Describe the settings that an ended sweep lacks; empty if it is complete."""
     found, sentences = run.found, []
     if run.error is not None:
         sentences.append(f"The sweep ended early: {reason(run.error)}.")
@@ -163,7 +163,7 @@ def describe_end(run: SweepRun) -> str:
 
 
 def values_on_offer(choices: Choices) -> dict[str, list[Any]]:
-    """Return the values that each range may have: those of the study among the usual ones."""
+    """Return the values offered for each range: common values and the study's own."""
     shape = image_of(choices.image).shape
     p = fitted(choices.parameters, shape)
     offered: dict[str, list[Any]] = {}
@@ -175,7 +175,7 @@ def values_on_offer(choices: Choices) -> dict[str, list[Any]]:
             "overlap_size": [o for o in OVERLAPS if o <= longest // 2],
         }
         offered |= {name + end: _with(own, value_of(p, name + end)) for name, own in usual.items()}
-    offered = {name: offered[name] for name in LABELS if name in offered}  # z beside the others
+    offered = {name: offered[name] for name in LABELS if name in offered}  # as in `LABELS`
     offered |= {"n_candidates": _with(CANDIDATES, p.n_candidates), "method": list(METHODS)}
     if _may_have_data(choices):
         offered["search_fraction"] = _with(FRACTIONS, p.search_fraction)
@@ -183,7 +183,7 @@ def values_on_offer(choices: Choices) -> dict[str, list[Any]]:
 
 
 def ranges_of(state: State) -> dict[str, list[Any]]:
-    """Return the ranges as the user chose them, or as they suit the study."""
+    """Return the user's ranges, or those suited to the study."""
     offered = values_on_offer(state.choices)
     suited = suited_ranges(state.choices)
     ranges = {}
@@ -195,7 +195,7 @@ def ranges_of(state: State) -> dict[str, list[Any]]:
 
 
 def suited_ranges(choices: Choices) -> dict[str, list[Any]]:
-    """Return the study's own values, with templates and levels around them."""
+    """Return suggested ranges: the study's own values, with nearby templates and levels."""
     shape = image_of(choices.image).shape
     p, offered = fitted(choices.parameters, shape), values_on_offer(choices)
     suited = {name: [value_of(p, name)] for name in LABELS if value_of(p, name) is not None}
@@ -203,7 +203,7 @@ def suited_ranges(choices: Choices) -> dict[str, list[Any]]:
     near = (size // 2, size, size * 3 // 2)
     templates = [t for t in near if t >= MIN_TEMPLATE and t in offered["template_size"]]
     tried = [level for level in levels(shape) if level in DEFAULT_LEVELS]
-    if len(shape) == 3:  # a volume takes longer: fewer settings, and levels along z of their own
+    if len(shape) == 3:  # volumes take longer, so fewer settings; levels along z are separate
         templates, tried = templates[:2], [k for k in tried if k <= own_level]
         along_z = [k for k in offered["wavelet_level_z"] if k <= suited["wavelet_level_z"][0]]
         suited["wavelet_level_z"] = along_z or suited["wavelet_level_z"]
@@ -214,9 +214,9 @@ def suited_ranges(choices: Choices) -> dict[str, list[Any]]:
 
 
 def plan_of(state: State) -> SweepPlan:
-    """Return the settings that the ranges come to; a range without a value is an error."""
+    """Return the settings of the chosen ranges; a range without a value is an error."""
     shape = image_of(state.choices.image).shape
-    # pills come in the order of their clicks, methods in no order but their own
+    # pills return values in click order; methods keep their usual order
     ranges = {
         name: values if name == "method" else sorted(values)
         for name, values in ranges_of(state).items()
@@ -225,7 +225,7 @@ def plan_of(state: State) -> SweepPlan:
 
 
 def seconds_of(state: State, plan: Sequence[Parameters] | SweepPlan) -> float:
-    """Return about how long a plan takes, by the pace of the latest run if there is one."""
+    """Return the expected seconds of a plan, scaled by the pace of the latest run."""
     choices = state.choices
     image, n_data = image_of(choices.image), data_of(choices).n
     sizes = image.shape, choices.grid.shape, image.n_facies, n_data
@@ -234,7 +234,7 @@ def seconds_of(state: State, plan: Sequence[Parameters] | SweepPlan) -> float:
 
 
 def pace(ensemble: Ensemble | None) -> float:
-    """Return how many times longer than expected an ensemble took; 1 if there is none."""
+    """Return actual time / expected time of an ensemble; 1 without an ensemble."""
     if ensemble is None:
         return 1.0
     image, grid = ensemble.training_image, ensemble.grid
@@ -245,7 +245,7 @@ def pace(ensemble: Ensemble | None) -> float:
 
 
 def describe_study(state: State) -> str:
-    """Describe the study that is swept."""
+    """Describe the study of the sweep."""
     choices = state.choices
     image = image_of(choices.image)
     try:
@@ -260,7 +260,7 @@ def describe_study(state: State) -> str:
 
 
 def describe_plan(state: State, plan: SweepPlan) -> str:
-    """Say how many settings there are, how long they take, and which are left out and why."""
+    """Describe a plan: number of settings, duration, and settings left out with the reason."""
     n = plural(state.page(SweepState).n_realizations, "realization")
     duration = format_duration(max(seconds_of(state, plan), 1.0))
     text = f"{plural(len(plan), 'setting')} × {n}: about {duration} on one core."
@@ -269,12 +269,12 @@ def describe_plan(state: State, plan: SweepPlan) -> str:
         n = len(plan.left_out)
         text += f"\n{n} left out: {plan.left_out[0][1]}" + (" …" if n > 1 else ".")
     if plan.n_equal:
-        text += f"\n{plan.n_equal} left out that mean the same: CCSIM has no level."
+        text += f"\n{plan.n_equal} left out because they simulate the same: CCSIM has no level."
     return text
 
 
 def problem_of(state: State) -> str:
-    """Return why a sweep cannot start, or an empty text."""
+    """Return the reason why a sweep cannot start, or an empty text."""
     try:
         data, plan = data_of(state.choices), plan_of(state)
     except CCWSIMError as error:
@@ -295,7 +295,7 @@ def problem_of(state: State) -> str:
 
 
 def start(state: State) -> None:
-    """Start the sweep as it is set up, in place of an earlier one."""
+    """Start the planned sweep, replacing an earlier one."""
     page_state = state.page(SweepState)
     if problem_of(state):
         return
@@ -310,7 +310,7 @@ def start(state: State) -> None:
 
 
 def use_setting(state: State, parameters: Parameters) -> None:
-    """Take a setting into the study, moved to what its training image allows."""
+    """Apply a setting to the study, with the nearest values that the training image allows."""
     state.change(parameters=fitted(parameters, image_of(state.choices.image).shape))
 
 

@@ -1,4 +1,4 @@
-"""Whether data are honoured, how certain each cell is, and how close the reference field is."""
+"""Sections on conditioning: honoured data, uncertainty, and scores against a reference field."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ from ccwsim.ui.widgets.theme import chart_theme
 CERTAIN = 0.05
 """Entropy below which a cell counts as certain."""
 MAX_LISTED = 100
-"""Data of volumes that are listed."""
+"""Maximum number of data listed for a volume."""
 RIGHT_AND_WRONG = ["#D9D6CF", "#A63A26"]
 
 
 def draw_uncertainty(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw probability of the chosen facies, most likely facies and entropy."""
+    """Draw maps of the probability of the chosen facies, the most likely facies and the entropy."""
     task = statistics.e_type(ensemble)
     panel(state, "uncertainty", task, lambda e: draw_e_type_maps(e, state, ensemble, colours))
 
@@ -45,7 +45,7 @@ def draw_uncertainty(state: State, ensemble: Ensemble, colours: Sequence[str]) -
 def draw_e_type_maps(
     found: EType, state: State, ensemble: Ensemble, colours: Sequence[str], prefix: str = ""
 ) -> None:
-    """Draw the three maps or volumes side by side, linked; their keys start with `prefix`."""
+    """Draw the three linked maps side by side; their keys start with `prefix`."""
     image, data = ensemble.training_image, ensemble.hard_data
     name, shares = image.facies_names[state.facies], found.probability[state.facies]
     title = f"Probability of {name}"
@@ -69,7 +69,7 @@ def draw_e_type_maps(
 
 
 def draw_data(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw how the data are honoured, and where they are re-simulated locally."""
+    """Draw how the data are honoured, and a map of local re-simulations."""
     if not ensemble.hard_data.n:
         step_note("This study has no hard data; place or load some on the page Hard data.")
         return
@@ -82,7 +82,7 @@ def draw_data(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
         titled_chart("How the data are honoured", note, chart, "data_status", alt)
         step_note(
             "Raster pass: a patch with the right facies was found. Re-simulated: a window of that "
-            "size around the datum was simulated again. Forced: no window fits, so the cell alone "
+            "size around the datum was simulated again. Forced: no window fits, so only the cell "
             "is set, which may leave an isolated cell."
             if ensemble.parameters.exact_data
             else "Data are not honoured exactly: they condition the search only. Raster pass: a "
@@ -99,7 +99,7 @@ def draw_data(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
 
 
 def data_status_shares(ensemble: Ensemble) -> tuple[list[str], NDArray[np.float64]]:
-    """Return the statuses of data and their shares, shape (n_realizations, n_statuses)."""
+    """Return the names of data statuses and their shares, shape (n_realizations, n_statuses)."""
     sizes = sorted({int(size) for size in np.unique(ensemble.data_status) if size > 0})
     codes = [0, *sizes, FORCED]
     sides = "{0} × {0} cells" if ensemble.grid.nz is None else "{0} cells long"
@@ -112,7 +112,7 @@ def data_status_shares(ensemble: Ensemble) -> tuple[list[str], NDArray[np.float6
 
 
 def describe_match(ensemble: Ensemble) -> str:
-    """Say whether all data are honoured."""
+    """Return a text that states whether all data are honoured."""
     match = data_match(ensemble.realizations, ensemble.hard_data)
     n = ensemble.hard_data.n
     if not match.n_wrong.any():
@@ -124,7 +124,7 @@ def describe_match(ensemble: Ensemble) -> str:
 def resimulation_map(ensemble: Ensemble, ground: str) -> CellMap:
     """Return a map of the share of realizations in which each datum was re-simulated or forced.
 
-    A datum is drawn as a square that can be seen; index 0 means none.
+    Each datum is drawn as a square of several cells; index 0 means no datum.
     """
     resimulated = (ensemble.data_status != 0) & (ensemble.data_status != WRONG)
     shares = np.rint(100 * resimulated.mean(axis=0)).astype(np.uint8)
@@ -142,13 +142,13 @@ def resimulation_map(ensemble: Ensemble, ground: str) -> CellMap:
 
 
 def draw_data_list(ensemble: Ensemble) -> None:
-    """Draw the data that took more than the raster pass, those that are worst first."""
+    """List the data not honoured in the raster pass of all realizations, the worst first."""
     order, times = troubled_data(ensemble)
     n = len(order)
     if not n:
         panel_title("Data", "all honoured in the raster pass, in all realizations")
         return
-    of_all = f"{n} of {ensemble.hard_data.n} took more than the raster pass"
+    of_all = f"{n} of {ensemble.hard_data.n} needed more than the raster pass"
     panel_title("Data", f"{of_all}; the first {MAX_LISTED}" if n > MAX_LISTED else of_all)
     image, data, grid = ensemble.training_image, ensemble.hard_data, ensemble.grid
     names = dict(zip(image.codes.tolist(), image.facies_names, strict=True))
@@ -159,13 +159,13 @@ def draw_data_list(ensemble: Ensemble) -> None:
         rows.append([where, escape(names[int(data.facies[k])]), *counts])
     with st.container(height=320, border=False, key="data_list"):
         st.html(numbers_table(rows, ("x, y, z", "facies", "wrong", "forced", "re-simulated")))
-    step_note(f"In how many of {ensemble.n} realizations; none where it is empty.")
+    step_note(f"Counts are numbers of realizations, of {ensemble.n}; an empty field means none.")
 
 
 def troubled_data(ensemble: Ensemble) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return which data took more than the raster pass, the worst first, and how often each did.
+    """Return the indices of data not honoured in the raster pass, the worst first, and counts.
 
-    The counts, shape (3, n_data), are of realizations that have it wrong, forced, re-simulated.
+    Rows of the counts, shape (3, n_data), say how often a datum is wrong, forced and re-simulated.
     """
     wrong = data_match(ensemble.realizations, ensemble.hard_data).times_wrong
     forced = (ensemble.data_status == FORCED).sum(axis=0)
@@ -176,20 +176,20 @@ def troubled_data(ensemble: Ensemble) -> tuple[NDArray[np.int64], NDArray[np.int
 
 
 def wrong_points(ensemble: Ensemble) -> list[list[int]]:
-    """Return the data that some realization does not honour, as points of a map."""
+    """Return the data that are wrong in any realization, as points of a map."""
     match = data_match(ensemble.realizations, ensemble.hard_data)
     points = points_of(ensemble.hard_data, ensemble.training_image)
     return [[*points[k][:3], 1] for k in np.flatnonzero(match.times_wrong)]
 
 
 def draw_reference(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw scores against the field that the data were sampled from."""
+    """Draw scores against the reference field, from which the data were sampled."""
     reference = state.reference
     if reference is None:
         step_note(
-            "These data have no reference field. Sample data from a realization or from an image "
-            "of your own on the page Hard data: the field stays hidden, and realizations are "
-            "scored against it here."
+            "These data have no reference field. On the page Hard data, sample data from a "
+            "realization or from an image of your own; that field stays hidden, and "
+            "realizations are scored against it here."
         )
         return
     if problem := problem_of(reference, ensemble):
@@ -214,7 +214,7 @@ def draw_reference(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
         with right:
             chart = calibration_chart(table.forecast, table.observed, table.count, chart_theme())
             note = f"off by {100 * table.error:.1f} % on average"
-            alt = "How often facies of each probability are the true one"
+            alt = "How often a facies of each probability is the true facies"
             titled_chart("Calibration", note, chart, "calibration", alt)
 
     panel(state, "truth", statistics.reference_scores(ensemble, reference), draw)
@@ -224,7 +224,7 @@ def problem_of(reference: TrainingImage, ensemble: Ensemble) -> str:
     """Return why realizations cannot be scored against a field, or an empty text."""
     if reference.shape != ensemble.grid.shape:
         own, grid = describe_shape(reference.shape), describe_shape(ensemble.grid.shape)
-        return f"The reference field has {own} cells and the grid {grid}; sample the data again."
+        return f"The reference field has {own} cells, the grid has {grid}; sample the data again."
     unknown = np.setdiff1d(reference.codes, ensemble.training_image.codes)
     if len(unknown):
         return (
@@ -235,7 +235,7 @@ def problem_of(reference: TrainingImage, ensemble: Ensemble) -> str:
 
 
 def describe_scores(scores: ReferenceScores) -> str:
-    """Say the scores in words; cells with data are left out."""
+    """Return the scores, which exclude cells with data, as text."""
     dot = '<span class="dot">·</span>'
     return (
         f"{100 * scores.accuracy:.1f} % of {scores.n_cells:,} cells without data predicted {dot} "
@@ -245,7 +245,7 @@ def describe_scores(scores: ReferenceScores) -> str:
 
 
 def wrong_map(scores: ReferenceScores, colours: Sequence[str]) -> CellMap:
-    """Return where the most likely facies is the true one and where not."""
+    """Return a map of the cells in which the most likely facies is not the true facies."""
     labels, alt = ["right", "wrong"], "Where the most likely facies is not the true one"
     keys = list(zip(labels, RIGHT_AND_WRONG, strict=True))
     indices = (~scores.right).astype(np.uint8)

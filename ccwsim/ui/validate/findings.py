@@ -1,4 +1,4 @@
-"""What the realizations have right and wrong, in one line at the top of the page."""
+"""The findings about the realizations, in one line at the top of the page."""
 
 from __future__ import annotations
 
@@ -42,13 +42,13 @@ from ccwsim.ui.validate.statistics import (
 )
 
 MOMENT_SECONDS = 0.1
-"""How long the line waits for the proportions."""
+"""Seconds that the line waits for the proportions."""
 MAX_LISTED = 4
-"""Facies up to which all proportions are listed, else only those that are off."""
+"""Maximum number of facies of which all proportions are listed, not only deviating ones."""
 
 
 class Finding(NamedTuple):
-    """Something found, and whether it is as it should be."""
+    """A statement about the realizations, and whether it is good."""
 
     text: str
     good: bool
@@ -63,7 +63,7 @@ def findings(state: State, ensemble: Ensemble) -> list[Finding]:
     for word, task in tasks.items():
         page_state.worker.ask(task)
         if known(state, task) is None:
-            page_state.waiting[word] = task  # said when the page is drawn again
+            page_state.waiting[word] = task  # added when the page is drawn again
     page_state.worker.wait_for(tasks["shares"], MOMENT_SECONDS)
     if shares := known(state, proportions(ensemble)):
         found += of_proportions(ensemble, shares.fit)
@@ -86,7 +86,7 @@ def findings(state: State, ensemble: Ensemble) -> list[Finding]:
 
 
 def of_data(ensemble: Ensemble) -> Finding:
-    """Say whether the data are honoured."""
+    """Return a finding on whether the data are honoured."""
     n = ensemble.hard_data.n
     if not n:
         return Finding("no hard data", True)
@@ -97,20 +97,20 @@ def of_data(ensemble: Ensemble) -> Finding:
 
 
 def of_proportions(ensemble: Ensemble, fit: Fit | None) -> list[Finding]:
-    """Say the proportions with their sign, those that are off marked, and what would help."""
+    """Return findings on the proportions, with deviations marked, and advice."""
     n = ensemble.training_image.n_facies
     off = fit.outside if fit is not None else np.zeros(n, bool)
     said = [k for k in range(1 if n == 2 else 0, n) if n <= MAX_LISTED or off[k]]
     found = [Finding(describe_proportion(ensemble, k), not off[k]) for k in said]
     if n > MAX_LISTED:
         others = "all" if not said else "the other"
-        found.append(Finding(f"{others} proportions within what TI crops scatter", True))
+        found.append(Finding(f"{others} proportions within the scatter of TI crops", True))
     advice = advise_proportions(ensemble, fit)
     return [*found, Finding(advice, True)] if advice else found
 
 
 def of_curves(fits: Mapping[tuple[Statistic, str], Fit | None], name: str) -> list[Finding]:
-    """Say which curves are inside the band of crops, and for each other one how it is not."""
+    """Return findings on curves inside the band of crops, and on each curve outside it."""
     judged = {key: fit for key, fit in fits.items() if fit is not None and fit.judged}
     if not judged:
         return [Finding(f"curves of {name} {NOT_JUDGED}", True)]
@@ -129,7 +129,7 @@ def of_curves(fits: Mapping[tuple[Statistic, str], Fit | None], name: str) -> li
 
 
 def of_volume(state: State, ensemble: Ensemble) -> list[Finding]:
-    """Say what only volumes have: layers, small patterns and those never seen."""
+    """Return the findings only for volumes: layers, small patterns and unseen patterns."""
     name = ensemble.training_image.facies_names[state.facies]
     found = []
     if by_layer := known(state, layers(ensemble, state.facies)):
@@ -143,13 +143,13 @@ def of_volume(state: State, ensemble: Ensemble) -> list[Finding]:
 
 
 def of_variety(ensemble: Ensemble, differing: float) -> Finding:
-    """Say how much realizations differ; none of it is a failure."""
+    """Return a finding on how much realizations differ, which is never marked as bad."""
     shares = ensemble.proportions.mean(axis=0).tolist()
     return Finding(describe_variety(differing, shares), differing > 0)
 
 
 def draw_summary(state: State, ensemble: Ensemble) -> None:
-    """Write the findings in one line; what is not as it should be is marked."""
+    """Draw the findings in one line, with the bad findings marked."""
     (first, good), *others = findings(state, ensemble)
     said = ' <span class="dot">·</span> '.join(
         f'<span class="{"fact" if good else "fact odd"}">{escape(text)}</span>'

@@ -1,4 +1,4 @@
-"""A large ensemble: only the statistics of thousands of realizations are kept."""
+"""A large ensemble: thousands of realizations, of which only statistics are kept."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ from ccwsim.ui.widgets.text import plain, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
 CELLS_OF_BATCH = 4_000_000
-"""Cells that are kept at once, one byte each."""
+"""Maximum cells in memory at a time, one byte each."""
 SUMMARY_SECONDS = 1.0
-"""Between two summaries."""
+"""Seconds between two summaries."""
 LOW, HIGH = 0.05, 0.95
 
 
@@ -48,9 +48,9 @@ LOW, HIGH = 0.05, 0.95
 class LargeEnsembleRun(PageRun[None]):
     """A large ensemble, running or ended.
 
-    `facies` is the one whose curves are followed, `summary` the latest one. `errors` are standard
-    errors of the E-type, averaged over cells, after `numbers` of realizations; `n_wrong` counts
-    data not honoured in all of them. `nbytes` of memory suffice for any number.
+    `facies` is the index of the facies of the curves, `summary` the latest summary. `errors` are
+    standard errors of the E-type, averaged over cells, after `numbers` of realizations; `n_wrong`
+    counts mismatches of data, over all realizations; `nbytes` is the size of the statistics.
     """
 
     study: Study
@@ -64,11 +64,11 @@ class LargeEnsembleRun(PageRun[None]):
 
     @property
     def n_pieces(self) -> int:
-        """How many realizations there are."""
+        """Number of realizations."""
         return self.n
 
     def demand(self) -> Demand:
-        """Return what it asks of the server: one batch is kept at a time."""
+        """Return the resources that the run demands, with one batch in memory at a time."""
         return demand_of(self.study, self.n, n_kept=self._n_batch)
 
     @property
@@ -110,7 +110,7 @@ class LargeEnsembleRun(PageRun[None]):
 
 @dataclass
 class LargeEnsembleState:
-    """The number of realizations of the next run, the latest run, and why none was started."""
+    """The number of realizations for the next run, the latest run, and the latest error message."""
 
     n: int = 1000
     run: LargeEnsembleRun | None = None
@@ -118,7 +118,7 @@ class LargeEnsembleState:
 
 
 def draw_large_ensemble(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw the controls and what the latest large ensemble gave."""
+    """Draw the controls and the results of the latest large ensemble."""
     page_state = state.page(LargeEnsembleState)
     run = page_state.run
     step_note(
@@ -127,7 +127,7 @@ def draw_large_ensemble(state: State, ensemble: Ensemble, colours: Sequence[str]
     )
     with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="long_row"):
         limits = {"min_value": 10, "max_value": MAX_LARGE_ENSEMBLE, "step": 100, "width": 180}
-        help_ = "More make the probabilities more exact: four times as many halve the error."
+        help_ = "Probabilities get more exact: four times the number halves their error."
         options = {**bound_to(page_state, "n"), **limits, "help": help_}
         fields.field(st.number_input, "Realizations", key="n_long", **options)
         if run is None or not run.going:
@@ -139,7 +139,7 @@ def draw_large_ensemble(state: State, ensemble: Ensemble, colours: Sequence[str]
     draw = partial(_draw_run, run, state, colours)
     image, grid = run.study.training_image, run.study.grid
     if image.digest != ensemble.training_image.digest or grid != ensemble.grid:
-        step_note("The latest large ensemble is of another study.")
+        step_note("The latest large ensemble belongs to another study.")
     elif run.job is not None and run.going:
         follow(run.job, draw=draw, keys=("long_progress", "long_stop"), cancel="Stop")
     else:
@@ -147,7 +147,7 @@ def draw_large_ensemble(state: State, ensemble: Ensemble, colours: Sequence[str]
 
 
 def start(state: State) -> None:
-    """Start a large ensemble of the study that the realizations came from."""
+    """Start a large ensemble of the study of the present realizations."""
     page_state, e = state.page(LargeEnsembleState), state.ensemble
     assert e is not None
     study = Study(e.training_image, e.grid, e.parameters, e.hard_data, e.seed)
@@ -188,9 +188,9 @@ def describe_summary(run: LargeEnsembleRun, summary: RunningSummary) -> str:
     k, mean, image, n = run.facies, summary.proportions, run.study.training_image, run.n_wrong
     data = ""
     if run.study.hard_data.n:
-        data = f" All {run.study.hard_data.n} data honoured in every one."
+        data = f" All {run.study.hard_data.n} data are honoured in every realization."
         if n:
-            data = f" {n:,} {'datum is' if n == 1 else 'data are'} not honoured, over all of them."
+            data = f" {n:,} {'datum is' if n == 1 else 'data are'} not honoured, in total."
     return (
         f"After {summary.n:,} realizations: {image.facies_names[k]} {100 * mean.mean[k]:.2f} % "
         f"({100 * mean.low[k]:.1f}–{100 * mean.high[k]:.1f} % in nine of ten), in the training "
@@ -202,7 +202,7 @@ def describe_summary(run: LargeEnsembleRun, summary: RunningSummary) -> str:
 def bundle_of_band(
     run: LargeEnsembleRun, summary: RunningSummary, statistic: Statistic, way: str
 ) -> Bundle:
-    """Return a band as a bundle without single curves, up to half of the side as other curves."""
+    """Return a band as a bundle without single curves, for lags up to half the side."""
     image, grid = run.study.training_image, run.study.grid
     code, longest = int(image.codes[run.facies]), max_lag(way, image.shape, grid.shape)
     lags = summary.lags[summary.lags <= longest]

@@ -1,4 +1,4 @@
-"""The page Validate: realizations beside the training image, the data and each other."""
+"""The page Validate, which compares realizations with the training image, data and each other."""
 
 from __future__ import annotations
 
@@ -59,9 +59,9 @@ from ccwsim.ui.widgets.theme import chart_theme, draw_style
 STYLE = Path(__file__).with_name("validate.css")
 MAP_HEIGHT = 392
 SLICED = {"reuse", "truth"}
-"""Sections whose maps show the same slice of volumes as the first ones."""
+"""Sections whose maps show the slice of volumes that is chosen at the top."""
 STEADY = ".st-key-maps, .st-key-charts, [class*=st-key-section_]"
-"""Parts of the page that get no lower while they are drawn anew."""
+"""Selectors of page parts that keep their height while they are drawn again."""
 
 
 def draw_page(state: State) -> None:
@@ -99,16 +99,16 @@ def _draw_validation(state: State, ensemble: Ensemble) -> None:
 
 
 def _draw_controls(state: State, ensemble: Ensemble) -> None:
-    """Draw the choice of the facies, and a way to judge more realizations."""
+    """Draw the choice of the facies and of the number of realizations."""
     row: dict[str, Any] = {"horizontal": True, "vertical_alignment": "bottom", "gap": "small"}
     with st.container(**row, key="judge_what", width=420):
         options = options_of(dict(enumerate(ensemble.training_image.facies_names)))
         options |= {"value": state.facies, "write": lambda k: choose(state, k), "width": 140}
-        help_ = "Whose curves and probability are shown."
+        help_ = "The facies whose curves and probability are shown."
         field(st.selectbox, "Facies", key="judged", help=help_, **options)
         options = bound_to(state.choices, "n_realizations", state.change, width=140)
         options |= {"min_value": 1, "max_value": MAX_REALIZATIONS}
-        help_ = "How many the next run gives; a band of 5–95 % needs about 20 or more."
+        help_ = "Number of realizations of the next run; a band of 5–95 % needs about 20 or more."
         field(st.number_input, "Realizations", key="n_realizations", help=help_, **options)
         problem = problem_of(state)
         options = {"type": "primary", "disabled": bool(problem), "help": problem or None}
@@ -117,9 +117,9 @@ def _draw_controls(state: State, ensemble: Ensemble) -> None:
 
 @st.fragment
 def _draw_first_screen(state: State, colours: Sequence[str], elsewhere: tuple) -> None:
-    """Draw maps and MDS plot; a click in the plot redraws only this.
+    """Draw the maps and the MDS plot; a click in the plot redraws only these.
 
-    `elsewhere` is what the rest of the page shows; if that changes, all is drawn again.
+    `elsewhere` are the choices that the rest of the page depends on; a change redraws the page.
     """
     with error_boundary():
         if _shown_elsewhere(state) != elsewhere:
@@ -157,7 +157,7 @@ def _draw_realization(
     shown = facies_map(ensemble.indices[r], image, colours, f"Realization {r + 1}")
     shown.points.extend(points_of(ensemble.hard_data, image, ensemble.realizations[r]))
     file = f"realization_{r + 1}"
-    # the E-type below a section has coordinates: both begin and end on one line
+    # the E-type below a section has coordinates: both must have the same left and right edge
     grid = ensemble.grid if here.axis is not None and is_wide(ensemble.grid) else None
     options: dict[str, Any] = {"link": "grid", "scale": "maps", "max_height": MAP_HEIGHT}
     draw_cells(shown, "realization", grid=grid, name=file, **options)
@@ -188,20 +188,20 @@ SECTIONS = (
     ("uncertainty", "Uncertainty", "where the realizations agree", draw_uncertainty),
     ("bodies", "Proportions and geobodies", "how much, in how many pieces", draw_geobodies),
     ("measures", "Measures", "one number each, beside crops of the image", draw_measures),
-    ("patterns", "Patterns", "how varied, and how like the training image", draw_patterns),
+    ("patterns", "Patterns", "variety, and similarity to the training image", draw_patterns),
     ("data", "Hard data", "whether and how they are honoured", draw_data),
     ("directions", "Any direction", "variograms over all lags", draw_directions),
     ("transitions", "Transiograms", "which facies follows which", draw_transitions),
     ("reuse", "Copying", "what was copied from the training image", draw_copying),
     ("truth", "Reference field", "scores where it is known", draw_reference),
-    ("image", "Training image", "what it is like, and what suits it", draw_image),
+    ("image", "Training image", "its properties, and suitable parameters", draw_image),
     ("long", "Large ensemble", "statistics of thousands, none kept", draw_large_ensemble),
 )
-"""The parts of the page: anchor, title, gist, and the function that draws each."""
+"""The sections of the page: anchor, title, subtitle, and the function that draws each."""
 
 
 def _draw_sections(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw links to all sections, those that came into view, and outlines of the others."""
+    """Draw links to all sections, the sections that came into view, and outlines of the rest."""
     page_state = state.page(Validation)
     links = "".join(f'<a href="#{name}" target="_self">{title}</a>' for name, title, *_ in SECTIONS)
     st.html(f'<nav class="sections" aria-label="On this page">{links}</nav>')

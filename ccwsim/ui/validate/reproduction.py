@@ -1,4 +1,4 @@
-"""How realizations compare with the training image, and what they copied from it."""
+"""Sections that compare realizations with the training image, and show the copied pieces."""
 
 from __future__ import annotations
 
@@ -73,21 +73,21 @@ from ccwsim.ui.widgets.theme import chart_theme
 
 CURVE_HEIGHT = 190
 AREA, VOLUME = 10_000, 1_000_000
-"""Cells to which counts are scaled, as grid and training image differ in size."""
+"""Numbers of cells to which counts are scaled, as grid and training image differ in size."""
 TOUCHING = {26: "sides, edges, corners", 18: "sides, edges", 6: "sides"}
-"""Which neighbours connect the cells of volumes."""
+"""Numbers of neighbours that connect cells of volumes, and the names of the contacts."""
 N_SIZES = 60
-"""Sizes of geobodies at which their shares are drawn."""
+"""Number of geobody sizes at which shares are drawn."""
 MAX_TAILS = 3
-"""Facies up to which all pairs are drawn at once."""
+"""Maximum number of facies of which all pairs are drawn at once."""
 MAX_HEADS = 6
 COPYING_HEIGHT = 420
 MAX_USES = 100
-"""Locations used more often than this are drawn alike."""
+"""Number of uses from which all cells have the same colour."""
 
 
 def draw_curves_row(state: State, ensemble: Ensemble) -> None:
-    """Draw variograms and connectivity along all axes; of volumes layers and unseen patterns."""
+    """Draw variograms and connectivity along all axes; for volumes also layers and new patterns."""
     draw_band_key(ensemble)
     curves = [partial(draw_curve, state, ensemble, *which) for which in axis_curves(ensemble)]
     rows = [curves]
@@ -99,7 +99,7 @@ def draw_curves_row(state: State, ensemble: Ensemble) -> None:
 
 
 def axis_curves(ensemble: Ensemble) -> list[tuple[Statistic, str]]:
-    """Return the statistics that are judged along each axis: variograms first."""
+    """Return the statistics and axes that are judged, variograms first."""
     return list(product(STATISTICS, axes_of(ensemble.grid.shape)))
 
 
@@ -113,23 +113,23 @@ def _draw_layers(state: State, ensemble: Ensemble) -> None:
 
 
 def _draw_unseen(state: State, ensemble: Ensemble) -> None:
-    """Draw which share of the patterns of each realization the training image never has."""
+    """Draw the share of patterns of each realization that the training image does not contain."""
 
     def draw(found: PatternsCompared) -> None:
         strips = [("unseen", "of all patterns (%)", found.unseen)]
         if found.unseen_at_data is not None:
-            strips.append(("unseen_at_data", "of those at hard data (%)", found.unseen_at_data))
+            strips.append(("unseen_at_data", "of patterns at hard data (%)", found.unseen_at_data))
         panel_title("Unseen patterns", describe_unseen_of(found))
         for key, title, shares in strips:
             strip = Strip(title, 100 * shares, np.nan)
             chart = strip_chart(strip, chart_theme(), colour=chart_theme().ink)
-            draw_chart(chart, key, f"Patterns that the training image never has, {title}")
+            draw_chart(chart, key, f"Patterns that the training image does not contain, {title}")
 
     panel(state, "unseen", statistics.volume_patterns(ensemble), draw)
 
 
 def describe_unseen_of(found: PatternsCompared) -> str:
-    """Say which share of the patterns the training image never has, mean over realizations."""
+    """Return the mean share of patterns that the training image does not contain, as text."""
     at_data = found.unseen_at_data
     mean = None if at_data is None else float(np.nanmean(at_data))
     return describe_unseen(float(found.unseen.mean()), mean, describe_shape(found.shape))
@@ -145,7 +145,7 @@ def draw_curve(
     """Draw one statistic of the chosen facies along one direction."""
     name = ensemble.training_image.facies_names[state.facies]
     p = float(ensemble.training_image.proportions[state.facies])
-    # one and a half times the sill, more than a variogram usually reaches: the same both ways
+    # 1.5 × the sill, above most variograms, so that both directions have the same scale
     top = 1.5 * p * (1 - p) or 0.5
     title = curve_title(statistic, way)
     key = f"{statistic}_{way[0] if isinstance(way, str) else 'azimuth'}"
@@ -202,7 +202,7 @@ def _draw_lag_maps(found: LagMaps, name: str, azimuth: float) -> None:
 
 
 def draw_transitions(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw the transiograms; with many facies, those that start in one of them."""
+    """Draw the transiograms; with many facies, only those that start in a chosen facies."""
     page_state, names = state.page(Validation), ensemble.training_image.facies_names
     n = len(names)
     tails = list(range(n))
@@ -229,7 +229,7 @@ def draw_transitions(state: State, ensemble: Ensemble, colours: Sequence[str]) -
 
 
 def draw_geobodies(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw proportions at the left and the geobodies of the chosen facies at the right."""
+    """Draw the proportions on the left and the geobodies of the chosen facies on the right."""
     image, k = ensemble.training_image, state.facies
     names = image.facies_names
 
@@ -265,10 +265,10 @@ def draw_geobodies(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
 
 
 def _draw_sizes(found: GeobodiesCompared, name: str) -> None:
-    """Draw which share of a facies is in geobodies of each size or larger."""
+    """Draw the share of a facies in geobodies of at least each size."""
     chart = geobody_sizes_chart(sizes_of(found), chart_theme(), y_title="share")
-    alt = f"Share of {name} in geobodies of at least so many cells"
-    note = f"share of {name} in those of so many cells or more"
+    alt = f"Share of {name} in geobodies of at least this size"
+    note = f"share of {name} in geobodies of this size or larger"
     titled_chart("Sizes of geobodies", note, chart, "sizes", alt)
     if found.n_cells != found.n_cells_reference:
         step_note(
@@ -278,7 +278,7 @@ def _draw_sizes(found: GeobodiesCompared, name: str) -> None:
 
 
 def sizes_of(found: GeobodiesCompared) -> Bundle:
-    """Return the shares of a facies in geobodies of at least so many cells."""
+    """Return the shares of a facies in geobodies of at least each size."""
     largest = [sizes[0] for sizes in (*found.each.sizes, *found.reference.sizes) if len(sizes)]
     cells = np.unique(np.geomspace(1, max(largest, default=1) + 1, N_SIZES).round())
     each, reference = found.each.share_in(cells), found.reference.share_in(cells)[0]
@@ -286,7 +286,7 @@ def sizes_of(found: GeobodiesCompared) -> Bundle:
 
 
 def strips_of(found: GeobodiesCompared) -> list[tuple[str, str, Strip]]:
-    """Return the strips with their titles and keys."""
+    """Return the strip charts with their titles and keys."""
     each, image = found.each, found.reference
     unit = AREA if each.percolates_vertical is None else VOLUME
     per, per_image = unit / found.n_cells, unit / found.n_cells_reference
@@ -305,7 +305,7 @@ def strips_of(found: GeobodiesCompared) -> list[tuple[str, str, Strip]]:
 
 
 def describe_percolation(found: GeobodiesCompared, name: str) -> str:
-    """Say in how many realizations a facies percolates."""
+    """Return a text with the number of realizations in which a facies percolates."""
     each, image, n = found.each, found.reference, len(found.each.n_geobodies)
     ways = {"E–W": (each.percolates_ew, image.percolates_ew)}
     ways["N–S"] = each.percolates_ns, image.percolates_ns
@@ -319,7 +319,7 @@ def describe_percolation(found: GeobodiesCompared, name: str) -> str:
     return (
         f"{name[:1].upper()}{name[1:]} percolates {counts} of {n} realizations, "
         f"{of_image}. Cells that touch at {touching} are connected. Edges cut geobodies, "
-        "more so in a smaller image."
+        "more often in a smaller image."
     )
 
 
@@ -345,7 +345,7 @@ def draw_measures(state: State, ensemble: Ensemble, colours: Sequence[str]) -> N
 
 
 def measures_csv(found: Measured) -> bytes:
-    """Return one line a measure: the training image, crops, pieces, and each realization."""
+    """Return a CSV with a line per measure: training image, crops, pieces, each realization."""
     head = ["measure", "training_image", "crops", "tolerance", "pieces"]
     lines = []
     for k, measure in enumerate(found.measures):
@@ -358,7 +358,7 @@ def measures_csv(found: Measured) -> bytes:
 
 
 def draw_patterns(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw ANODI's between and within by resolution, with their ratio; of volumes crops as well."""
+    """Draw the ANODI distances by resolution and their ratio; for volumes also those of crops."""
     draw = partial(_draw_anodi, n_axes=ensemble.grid.n_dimensions)
     panel(state, "anodi", statistics.patterns(ensemble), draw)
     if ensemble.grid.nz is not None:
@@ -366,14 +366,14 @@ def draw_patterns(state: State, ensemble: Ensemble, colours: Sequence[str]) -> N
 
 
 def _draw_distances(found: PatternsCompared) -> None:
-    """Draw how far small patterns are from the training image's beside those of its crops."""
+    """Draw pattern distances from the training image, for realizations and for its crops."""
     panel_title("Distance from the training image", "Jensen–Shannon divergence, bits")
     for text, good in describe_patterns(found.fit):
         st.html(f'<p class="{"fact" if good else "fact odd"}">{escape(text)}</p>')
     if found.fit is not None:
         step_note(
-            f"Pieces of the realizations and crops of the training image of {size_text(found.fit)} "
-            "cells: a crop is at some distance because it is small."
+            "Pieces of the realizations and crops of the training image have "
+            f"{size_text(found.fit)} cells. Even crops have some distance, because they are small."
         )
 
 
@@ -396,15 +396,16 @@ def _draw_anodi(found: Anodi, n_axes: int) -> None:
         weights = ", ".join(three_digits(w) for w in found.weights)
         step_note(
             f"ANODI (Tan et al. 2014) on exact histograms of all {size} patterns. "
-            "Between: realizations from each other (discs), more is more varied. Within: from the "
-            "training image (diamonds), less is more like it. A larger ratio is better. Over the "
+            "Between: distance of realizations from each other (discs); larger is more varied. "
+            "Within: distance from the training image (diamonds); smaller is more similar. "
+            "A larger ratio is better. Over the "
             f"resolutions: Σ w · between / within with weights w of {weights}. The ratio grows as "
             "the grid shrinks: compare only realizations of one grid and training image."
         )
 
 
 def draw_copying(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw seams, uses of the training image and numbers of the realization that is shown."""
+    """Draw seams, uses of the training image and measures of copying of the shown realization."""
     r = state.shown
 
     def draw(found: Copying) -> None:
@@ -427,17 +428,17 @@ def draw_copying(state: State, ensemble: Ensemble, colours: Sequence[str]) -> No
             st.html(numbers_table(meter_of(found)))
             step_note(
                 "Neighbours kept: pairs of touching cells that touch in the same way in the "
-                "training image. All kept would be a copy; few kept would be noise. A piece is "
-                "what holds together without a seam."
+                "training image. 100 % would be a copy; few would be noise. A piece is a group of "
+                "cells that are connected without a seam."
             )
             if here.axis is not None:
-                step_note("The share of seams is of the volume, the map has those of the slice.")
+                step_note("The share of seams is that of the volume; the map shows the slice.")
 
     panel(state, "reuse", statistics.copied(ensemble, r), draw)
 
 
 def draw_image(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw what the training image of the realizations is like."""
+    """Draw the diagnosis of the training image."""
     image = ensemble.training_image
 
     def draw(found: Diagnosis) -> None:
@@ -463,7 +464,7 @@ def meter_of(found: Copying) -> list[tuple[str, str]]:
 def seam_map(
     found: Copying, ensemble: Ensemble, r: int, colours: Sequence[str], line: str
 ) -> CellMap:
-    """Return a realization with its seams drawn over it; the hover still says the facies."""
+    """Return a map of a realization with its seams; hovering over a seam still names the facies."""
     names = ensemble.training_image.facies_names
     n = len(names)
     seams = found.seams if n <= 128 else np.zeros_like(found.seams)
@@ -477,7 +478,7 @@ def seam_map(
 
 
 def use_map(found: Copying) -> CellMap:
-    """Return how often each cell of the training image was used."""
+    """Return a map of the number of uses of each cell of the training image."""
     most = max(int(found.uses.max()), 1)
     n = min(most, MAX_USES)
     labels = [f"used {k} times" for k in range(n + 1)]

@@ -1,4 +1,4 @@
-"""Slices of volumes: the layer, or the section along x or y, that all maps of the page show."""
+"""The slice of a volume that all maps of the page show: a layer, or a section along x or y."""
 
 from __future__ import annotations
 
@@ -18,36 +18,36 @@ from ccwsim.ui.widgets.fields import field, options_of
 from ccwsim.ui.widgets.text import step_note
 
 AXES = ("layer", "row", "column")
-"""What an array is cut along."""
+"""Names of slices, by the axis of the array that they cut."""
 KINDS = {0: "Layer", 1: "Section E–W", 2: "Section N–S"}
 HOVER = ("column, row", "column, layer", "row, layer")
-"""What the two numbers are that a map says of a cell."""
+"""Names of the two indices that a map shows for a cell, by axis of the slice."""
 
 
 @dataclass(frozen=True)
 class ShownSlice:
-    """One layer (axis 0), row or column of a volume; without an axis all of a map."""
+    """A layer (axis 0), row or column of a volume; without an axis, a whole map."""
 
     axis: int | None = None
     at: int = 0
 
     def __str__(self) -> str:
-        """Such as "layer 24", counted from 0; empty for a map."""
+        """Return text such as "layer 24", counted from 0; empty for a map."""
         return "" if self.axis is None else f"{AXES[self.axis]} {self.at}"
 
     @property
     def words(self) -> str:
-        """What is said behind the note of a map; empty for a map."""
+        """Text that is appended to the note of a chart; empty for a map."""
         return "" if self.axis is None else f", {self}"
 
     def of(self, array: NDArray) -> NDArray:
-        """Return its part of an array whose last axes are those of the volume."""
+        """Return this slice of an array whose last axes are those of the volume."""
         if self.axis is None:
             return array
         return np.take(array, self.at, self.axis - len(AXES))
 
     def ensemble(self, ensemble: Ensemble) -> Ensemble:
-        """Return its part of realizations and data as an ensemble of maps."""
+        """Return this slice of realizations and data as an ensemble of maps."""
         if self.axis is None:
             return ensemble
         data, grid, axis = ensemble.hard_data, ensemble.grid, self.axis
@@ -69,7 +69,7 @@ class ShownSlice:
 
 
 def middle_layer(shape: tuple[int, ...]) -> ShownSlice:
-    """Return the middle layer of a volume, all of a map.
+    """Return the middle layer of a volume, or a whole map.
 
     Examples
     --------
@@ -80,7 +80,7 @@ def middle_layer(shape: tuple[int, ...]) -> ShownSlice:
 
 
 def slice_of(state: State, ensemble: Ensemble) -> ShownSlice:
-    """Return the slice of realizations that is shown: the chosen one, or all of a map."""
+    """Return the chosen slice of the realizations, or a whole map."""
     if ensemble.grid.nz is None:
         return ShownSlice()
     page_state, shape = state.page(Validation), ensemble.grid.shape
@@ -114,4 +114,4 @@ def draw_slice_fields(state: State, ensemble: Ensemble) -> None:
             )
             bounds = {"min_value": 0, "max_value": last, "width": 320}
             field(st.slider, label, key=f"slice_{AXES[axis]}", value=shown.at, write=move, **bounds)
-        step_note(f"A map says ({HOVER[axis]}) of the cell under the pointer.")
+        step_note(f"A map shows ({HOVER[axis]}) of the cell under the pointer.")

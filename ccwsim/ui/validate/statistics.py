@@ -1,4 +1,4 @@
-"""The statistics that the page works out, and panels that show each as soon as it is known."""
+"""The statistics of the page, and panels that show each as soon as it is computed."""
 
 from __future__ import annotations
 
@@ -63,21 +63,21 @@ from ccwsim.ui.widgets.text import step_note
 
 MAX_MAP_LAG = 50
 MAX_COMPARED = 200
-"""Realizations that ANODI compares, each with each."""
+"""Maximum number of realizations in the pairwise comparison of ANODI."""
 DENSE_LAGS, STRIDE = 10, 4
-"""Transiograms take every lag up to here, and every fourth beyond."""
+"""Transiograms use every lag up to `DENSE_LAGS`, and then every `STRIDE`-th lag."""
 MAX_KEPT, MAX_KEPT_BYTES = 96, 256 * 10**6
 MIN_KEPT = 24
-"""Values that are kept however large they are: more than a page shows."""
+"""Minimum number of cached values, whatever their size: more than a page shows."""
 MIN_STOPPABLE = 3.0
-"""Seconds of work after which it can be stopped."""
+"""Seconds of work after which the button to stop is shown."""
 Value = TypeVar("Value")
 Given = ParamSpec("Given")
 
 
 @dataclass(frozen=True, eq=False)
 class LagMaps:
-    """Variogram maps: of the training image and the mean over realizations."""
+    """Variogram maps of the training image, and their mean over realizations."""
 
     lags: NDArray[np.integer]
     reference: NDArray[np.float64]
@@ -86,7 +86,7 @@ class LagMaps:
 
 @dataclass(frozen=True, eq=False)
 class Compared(Generic[Value]):
-    """A statistic of realizations, and how pieces of them compare with crops of the image."""
+    """A statistic of realizations, and the fit of their pieces to crops of the image."""
 
     value: Value
     fit: Fit | None
@@ -94,7 +94,7 @@ class Compared(Generic[Value]):
 
 @dataclass(frozen=True, eq=False)
 class GeobodiesCompared:
-    """Geobodies of the realizations and of the training image, cells of both, and how they fit."""
+    """Geobodies of realizations and training image, the numbers of cells, and the fit to crops."""
 
     each: Geobodies
     reference: Geobodies
@@ -105,10 +105,10 @@ class GeobodiesCompared:
 
 @dataclass(frozen=True, eq=False)
 class PatternsCompared:
-    """Distances of patterns from the training image's beside those of its crops.
+    """Distances of patterns from those of the training image, for realizations and for crops.
 
-    By realization, `unseen` is the share of the patterns of a `shape` that the image never has,
-    `unseen_at_data` that of those with hard data, None if there are none.
+    For each realization, `unseen` is the share of patterns of this `shape` that the image does not
+    contain; `unseen_at_data` is the share among patterns with hard data, None without data.
     """
 
     fit: Fit | None
@@ -118,7 +118,7 @@ class PatternsCompared:
 
 
 def as_task(work: Callable[Concatenate[Fraction, Given], Value]) -> Callable[Given, Task[Value]]:
-    """Make a function that returns work(progress, …) as a task; its key is what it is given."""
+    """Make a function that returns work(progress, …) as a task, with its arguments as key."""
 
     @wraps(work)
     def task_of(*given: Given.args, **options: Given.kwargs) -> Task[Value]:
@@ -143,7 +143,7 @@ def first(ensemble: Ensemble, n: int) -> Stack:
 def curves(
     progress: Fraction, ensemble: Ensemble, statistic: Statistic, facies: int, direction: Direction
 ) -> Compared[Bundle]:
-    """Return a statistic of a facies along a direction, and whether crops give the same."""
+    """Return a statistic of a facies along a direction, compared with crops of the image."""
     image, code = ensemble.training_image, code_of(ensemble, facies)
     longest = max_lag(direction, image.shape, ensemble.grid.shape)
     lags, distances = distinct_lags(direction, longest)
@@ -193,7 +193,7 @@ def layers(progress: Fraction, ensemble: Ensemble, facies: int) -> Compared[Bund
 
 @as_task
 def volume_patterns(progress: Fraction, ensemble: Ensemble) -> PatternsCompared:
-    """Return how near the patterns of volumes are to the training image's, and which are new."""
+    """Return pattern distances of volumes from the training image, and shares of new patterns."""
     image, data = ensemble.training_image, ensemble.hard_data
     size = min(PATTERN_SIZES[-1], *image.shape[-2:], *ensemble.grid.shape[-2:])
     sizes = [side for side in PATTERN_SIZES if side <= size]
@@ -212,7 +212,7 @@ def volume_patterns(progress: Fraction, ensemble: Ensemble) -> PatternsCompared:
 def geobodies(
     progress: Fraction, ensemble: Ensemble, facies: int, neighbours: int | None = None
 ) -> GeobodiesCompared:
-    """Return the geobodies of a facies; cells at corners touch unless `neighbours` says other."""
+    """Return the geobodies of a facies; cells that touch at corners connect by default."""
     image, code = ensemble.training_image, code_of(ensemble, facies)
     return GeobodiesCompared(
         geobody_statistics(ensemble, code, neighbours, progress),
@@ -225,7 +225,7 @@ def geobodies(
 
 @as_task
 def measures(progress: Fraction, ensemble: Ensemble, facies: int) -> Measured:
-    """Return the measures of a facies that are one number each."""
+    """Return the measures of a facies that are single numbers."""
     return measure(ensemble, code_of(ensemble, facies), progress)
 
 
@@ -267,18 +267,18 @@ def reference_scores(
 
 @as_task
 def diagnosis(progress: Fraction, image: TrainingImage) -> Diagnosis:
-    """Return what a training image is like; it calls facies by the names of this user."""
+    """Return the diagnosis of a training image, with the user's names of facies."""
     return diagnose(image)
 
 
 @as_task
 def copied(progress: Fraction, ensemble: Ensemble, r: int) -> Copying:
-    """Return what realization r copied, simulated again where its sources were not kept."""
+    """Return the pieces copied by realization r, which is simulated again if it has no sources."""
     return copying(sources_of(ensemble, r), ensemble.training_image.shape)
 
 
 def sources_of(ensemble: Ensemble, r: int) -> NDArray[np.int32]:
-    """Return the source of each cell, a flat index; an error if r was edited since its run."""
+    """Return the flat index of the source of each cell; raise if r was edited since its run."""
     if ensemble.sources is not None:
         return ensemble.sources[r]
     study = (ensemble.training_image, ensemble.grid, ensemble.parameters, ensemble.hard_data)
@@ -286,42 +286,42 @@ def sources_of(ensemble: Ensemble, r: int) -> NDArray[np.int32]:
     again = simulate(*study, 1, ensemble.seed, first_realization=number, keep_sources=True)
     if again.sources is None or not np.array_equal(again.indices[0], ensemble.indices[r]):
         raise CCWSIMError(
-            "data were edited since this realization was simulated, and cells around them "
-            "simulated again, so its sources are not known; run the study again to see them"
+            "data were edited after this realization was simulated, and cells around them were "
+            "simulated again, so its sources are unknown; run the study again to see them"
         )
     return again.sources[0]
 
 
 @st.cache_resource(show_spinner=False)
 def shared_values() -> LruCache:
-    """Return the values that all sessions share; their keys are digests of contents."""
+    """Return the cache of values for all sessions, whose keys are digests of contents."""
     return LruCache(MAX_KEPT, MAX_KEPT_BYTES, MIN_KEPT)
 
 
 @dataclass
 class Validation:
-    """What the page remembers."""
+    """The state of the page."""
 
-    azimuth: int = 45  # of the third variogram, in degrees from north
+    azimuth: int = 45  # azimuth of the third variogram, degrees from north
     along: str = "E-W"  # direction of the transiograms
-    tail: int = 0  # the facies that they start in, if there are many
-    slice_axis: int = 0  # of the maps of volumes, which show a slice at
-    slice_at: dict[int, int] = field(default_factory=dict)  # by axis
-    neighbours: int = 26  # of cells of geobodies in volumes
-    seen: set[str] = field(default_factory=set)  # sections to compute: they came into view
-    drawn: dict[str, Callable[[], Any]] = field(default_factory=dict)  # by panel
-    waiting: dict[str, Task] = field(default_factory=dict)  # by panel
+    tail: int = 0  # facies in which the transiograms start, if there are many facies
+    slice_axis: int = 0  # axis of the slice of a volume that maps show
+    slice_at: dict[int, int] = field(default_factory=dict)  # index of the slice, by axis
+    neighbours: int = 26  # neighbours that connect cells of geobodies in volumes
+    seen: set[str] = field(default_factory=set)  # sections that came into view
+    drawn: dict[str, Callable[[], Any]] = field(default_factory=dict)  # latest drawing, by panel
+    waiting: dict[str, Task] = field(default_factory=dict)  # task not yet done, by panel
     worker: StatisticsWorker = field(default_factory=lambda: StatisticsWorker(shared_values()))
-    deadline: float = 0.0  # until when this run of the page waits for quick statistics
+    deadline: float = 0.0  # time until which this run of the page waits for quick statistics
 
 
 def begin(state: State) -> None:
-    """Let this run of the page, or of a part of it, wait for quick statistics."""
+    """Start the time that this run of the page or fragment waits for quick statistics."""
     state.page(Validation).deadline = time.monotonic() + PATIENCE
 
 
 def panel(state: State, name: str, task: Task[Value], draw: Callable[[Value], None]) -> None:
-    """Draw a statistic, or what this panel showed before, dimmed, while it is worked out."""
+    """Draw a statistic; while it is computed, draw the earlier content of the panel, dimmed."""
     page_state = state.page(Validation)
     worker = page_state.worker
     worker.ask(task)
@@ -346,13 +346,13 @@ def panel(state: State, name: str, task: Task[Value], draw: Callable[[Value], No
 
 
 def known(state: State, task: Task[Value]) -> Value | None:
-    """Return a value only if it was computed already."""
+    """Return a value if it was computed already, else None."""
     value = state.page(Validation).worker.cache.get(task.key)
     return None if isinstance(value, Failure) else value
 
 
 def draw_work(state: State) -> None:
-    """Follow what is still worked out; called last on the page, where its position is fixed."""
+    """Follow the unfinished statistics; called last on the page, so that its position is fixed."""
     page_state = state.page(Validation)
     waiting = dict(page_state.waiting)
     if waiting and not page_state.worker.stopped:
@@ -362,7 +362,7 @@ def draw_work(state: State) -> None:
 
 
 def _fill(worker: StatisticsWorker, waiting: dict[str, Task], n: int) -> None:
-    """Fill the bars of all panels that wait: a fragment in each would be replaced as it draws."""
+    """Update the progress bars of all waiting panels, from one fragment instead of one in each."""
     bars = "".join(
         f".st-key-waiting_{name} .working i {{ width: {100 * (worker.share_of(task) or 0):.0f}% }}"
         for name, task in waiting.items()

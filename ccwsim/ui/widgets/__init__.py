@@ -1,1 +1,1 @@
-"""Fields, text, errors and themes of any page; nothing here knows a session."""
+"""Fields, text, errors and themes for all pages; nothing here depends on a session."""

@@ -1,4 +1,4 @@
-"""Errors on a page: the user gets a calm message with a number, the log the cause with it."""
+"""Errors on a page: a calm message with a number, under which the log has the cause."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from ccwsim.ui.widgets.text import plain
 
 T = TypeVar("T")
 PENDING_ERROR = "ccwsim_error"
-"""Key of the message of an error in a callback, which the page shows when it is drawn."""
-get_logger(LOG.name)  # written as Streamlit writes its own log
+"""Session key of a callback's error message, which the page shows when it is drawn."""
+get_logger(LOG.name)  # in the format of Streamlit's log
 
 
 def catch_callback_errors(act: Callable[..., Any]) -> Callable[..., None]:
     """Return a callback whose errors are shown when the page is drawn.
 
-    Otherwise an error in a callback would leave the user without a page.
+    Without this, an error in a callback would replace the page.
     """
 
     @wraps(act)
@@ -39,7 +39,7 @@ def catch_callback_errors(act: Callable[..., Any]) -> Callable[..., None]:
 
 
 def problem_in(act: Callable[[], object]) -> str:
-    """Return why something cannot be read or done, or an empty text if it can.
+    """Return the reason why an action fails, or an empty text if it succeeds.
 
     Examples
     --------
@@ -55,7 +55,7 @@ def problem_in(act: Callable[[], object]) -> str:
 
 
 def if_possible(read: Callable[[], T]) -> T | None:
-    """Return what can be read; None while a question is open, which the page says."""
+    """Return the result of `read`; None if it fails, because the page already shows the reason."""
     try:
         return read()
     except CCWSIMError:
@@ -63,9 +63,9 @@ def if_possible(read: Callable[[], T]) -> T | None:
 
 
 def user_message(error: Exception, what: str) -> str:
-    """Return the message of an error: something could not be "drawn", or "done".
+    """Return the user's message for an error; `what` is the failed action: "drawn" or "done".
 
-    An error that is no fault of the input is logged.
+    Errors that are not caused by the input are logged.
     """
     if isinstance(error, CCWSIMError):
         return plain(str(error))
@@ -83,5 +83,5 @@ def user_message(error: Exception, what: str) -> str:
 
 
 def is_control_flow(error: Exception) -> bool:
-    """Return whether Streamlit raised this to stop or restart the page: it is no error."""
+    """Return whether Streamlit raised this to stop or restart the page, which is no error."""
     return type(error).__module__.startswith("streamlit.runtime.scriptrunner")

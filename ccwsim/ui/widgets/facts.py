@@ -15,7 +15,7 @@ SMALL = 3
 
 
 def facts_of(ensemble: Ensemble) -> list[str]:
-    """Return the facts of an ensemble, short phrases with units."""
+    """Return the main facts of an ensemble as short phrases with units."""
     return [*_honoured(ensemble), _time(ensemble), *_proportions(ensemble)]
 
 

@@ -21,7 +21,7 @@ MIME = {
     "tif": "image/tiff",
     **dict.fromkeys(("ccwsim", "npz", "vti"), "application/octet-stream"),
 }
-"""Types of files to download, by the ending of the name."""
+"""MIME types of downloads, by file extension."""
 PARAMETERS = {row["name"]: row for row in parameter_table()}
 
 
@@ -35,7 +35,7 @@ def button(
 def download(
     label: str, content: bytes | Callable[[], bytes], name: str, *, key: str, **options: Any
 ) -> None:
-    """Draw a button that saves a file, which is made when it is pressed if `content` is called."""
+    """Draw a download button; a callable `content` makes the file when the button is pressed."""
     mime = MIME[name.rsplit(".", 1)[1]]
     st.download_button(label, content, name, mime, key, on_click="ignore", **options)
 
@@ -69,7 +69,7 @@ def field(
 
 
 def labels_of(options: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the labels of the options of a widget; none where the options are their own labels.
+    """Return the labels of a widget's options; empty if options are their own labels.
 
     Examples
     --------
@@ -81,12 +81,12 @@ def labels_of(options: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def _version(key: str, value: Any, labels: tuple[str, ...]) -> int:
-    """Return a number that changes when the state sets another value than the widget has.
+    """Return a version number that changes when the state's value differs from the widget's.
 
-    A widget that is given another value keeps sending the old one until the browser has drawn the
-    new: the program cannot tell this from a change by the user. So a new widget replaces it, and
-    stale browser values are dropped. The same holds if labels of options change. Spaces at the end
-    make another key, and the same name in the style sheet.
+    After a new value is set, a widget sends the old value until the browser has redrawn it, which
+    looks like a change by the user. So a new widget replaces it, and stale browser values are
+    dropped. This also happens if labels of options change. Trailing spaces make a new key without
+    changing the name in the style sheet.
     """
     version, start, called = _versions().get(key, (0, value, labels))
     if called != labels or st.session_state.get(key + " " * version, start) != value:
@@ -101,7 +101,7 @@ def _versions() -> dict[str, tuple[int, Any, tuple[str, ...]]]:
 
 
 def within(value: Any, options: dict[str, Any]) -> dict[str, Any]:
-    """Return options with bounds wide enough for a value: a widget must take what the study has.
+    """Return options with bounds wide enough for a value, since a widget must accept the study's.
 
     Examples
     --------
@@ -114,7 +114,7 @@ def within(value: Any, options: dict[str, Any]) -> dict[str, Any]:
 
 
 def starting_at(widget: Callable[..., Any], value: Any, options: dict[str, Any]) -> dict[str, Any]:
-    """Return options with the first value, whose name depends on the widget.
+    """Return options with the initial value, whose option name depends on the widget.
 
     Examples
     --------
@@ -129,7 +129,7 @@ def starting_at(widget: Callable[..., Any], value: Any, options: dict[str, Any])
 
 
 def help_of(name: str) -> str:
-    """Return the help of a parameter: meaning, allowed values, and other names."""
+    """Return the help text of a parameter: meaning, allowed values and other names."""
     row = PARAMETERS[name]
     symbols = [f"{row['symbol']} in the paper"] if row["symbol"] else []
     symbols += [f"`{row['matlab']}` in the authors' code"] if row["matlab"] else []
@@ -140,7 +140,7 @@ def help_of(name: str) -> str:
 def bound_to(
     owner: object, name: str, change: Callable[..., object] | None = None, **options: Any
 ) -> dict[str, Any]:
-    """Return value and write of a field for an attribute of `owner`, and its other options.
+    """Return the options of a field, with `value` and `write` bound to an attribute of `owner`.
 
     For a frozen `owner`, `change` is called as change(name=value) instead.
 

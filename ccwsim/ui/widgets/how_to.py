@@ -1,4 +1,4 @@
-"""The how-to pages of the documentation, shown over a page; the package has them offline."""
+"""The how-to pages of the documentation, shown in a dialog; the package includes them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ PICTURE = re.compile(r"^!\[[^\]]*\]\([^)]*\)\n+", re.MULTILINE)
 
 @cache
 def how_tos() -> dict[str, str]:
-    """Return the text of each how-to, and of the definitions of measures, by its title."""
+    """Return the text of each how-to and of the definitions of measures, by title."""
     package = Path(ccwsim.__file__).parent
     folders = (package / "docs", package.parent / "docs")
     docs = next((folder for folder in folders if (folder / "how-to").is_dir()), None)
@@ -28,7 +28,7 @@ def how_tos() -> dict[str, str]:
 
 
 def on_a_page(text: str) -> str:
-    """Return a document without its pictures, which show the page that is there, and without links.
+    """Return a document without links and without pictures, which only show the page itself.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Text on a page: headings, notes, wide tables, and text that is no Markdown."""
+"""Text on a page: headings, notes, wide tables and literal text."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ def step_title(number: int, title: str) -> None:
 
 
 def pair() -> list[DeltaGenerator]:
-    """Return two columns that stay side by side on a phone."""
+    """Return two columns that stay side by side on phones."""
     return list(st.columns(2, gap="small", wrap=False))
 
 
 def step_note(text: str) -> None:
-    """Write one or two short lines, literally."""
+    """Write one or two short lines of literal text."""
     lines = "<br>".join(escape(line) for line in text.splitlines())
     st.html(f'<div class="note">{lines}</div>')
 
@@ -48,6 +48,6 @@ def panel_title(text: str, note: str = "") -> None:
 
 
 def scrolled(content: str, name: str) -> str:
-    """Return HTML in a frame that scrolls sideways, with the keyboard too; `name` is its label."""
+    """Return HTML in a frame that scrolls sideways, also by keyboard; `name` is its label."""
     label = escape(name)
     return f'<div class="wide" tabindex="0" role="group" aria-label="{label}">{content}</div>'

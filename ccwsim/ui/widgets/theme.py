@@ -11,12 +11,12 @@ from ccwsim.figures import DARK, LIGHT, Theme, theme_named
 
 
 def theme_name() -> str:
-    """Return "dark" or "light", whichever the reader's browser shows."""
+    """Return "dark" or "light", the theme that the browser shows."""
     return "dark" if st.context.theme.type == "dark" else "light"
 
 
 def own_colours() -> str:
-    """Return the style sheet's names of our own colours, each in the light and the dark theme."""
+    """Return CSS variables for our own colours in the light and the dark theme."""
     pairs = " ".join(
         f"--{part.name}: light-dark({getattr(LIGHT, part.name)}, {getattr(DARK, part.name)});"
         for part in fields(Theme)
@@ -30,5 +30,5 @@ def chart_theme() -> Theme:
 
 
 def draw_style(sheet: Path, rules: str = "") -> None:
-    """Write a page's rules style sheet, after rules that depend on the moment."""
+    """Write a page's style sheet, after rules that depend on its state."""
     st.html(f"<style>{rules}\n{sheet.read_text('utf-8')}</style>")

@@ -68,7 +68,7 @@ def test_it_opens_cold_and_teaches():
     assert not app.error
     said = html(app)
     assert "Press Measure" in said
-    assert "cannot be set against" in said
+    assert "cannot be compared" in said
     assert "numba" in said
     assert re.search(r"12 settings × 3 realizations on one thread: about \d+ s", said)
     assert "26.78" in said or "ms-ccsim" not in METHODS

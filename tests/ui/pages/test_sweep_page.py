@@ -131,7 +131,7 @@ def test_what_does_not_fit_is_left_out_and_said():
     said = describe_plan(state, plan_of(state))
     assert "2 left out: Overlap 4 must be a multiple of 8 at level 3" in said
     state = state_of(ranges={**FEW, "method": ["ccsim"]})
-    assert "2 left out that mean the same" in describe_plan(state, plan_of(state))
+    assert "2 left out because they simulate the same" in describe_plan(state, plan_of(state))
 
 
 MANY = {

@@ -18,11 +18,11 @@ OPTIONS = {
     "tools": True,
     "picks": False,
 }
-"""The usual options of a map: those of `draw_cells`, and whether a click picks a cell."""
+"""Default options of a map: those of `draw_cells`, and whether a click picks a cell."""
 
 
 def map_content(cell_map: CellMap, *, grid: Grid | None = None, **options: Any) -> dict[str, Any]:
-    """Return the content of the component that draws a map, with some of `OPTIONS` replaced."""
+    """Return the content of the map component, with some of `OPTIONS` replaced."""
     ny, nx = cell_map.indices.shape
     return shared_content(cell_map, grid) | {
         "png": b64encode(index_png(cell_map.indices)).decode(),

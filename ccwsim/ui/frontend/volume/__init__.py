@@ -1,4 +1,4 @@
-"""Volumes on a canvas: three linked slices with cross hairs, and the volume itself as a body."""
+"""Volumes on a canvas: three linked slices with cross hairs, and a 3D view (the body)."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from ccwsim.model.grid import Grid
 from ccwsim.ui.frontend.cell_map import CellMap, shared_content
 
 OPTIONS = {"link": "", "name": "volume", "body": True, "max_height": 480, "picks": False}
-"""The usual options of a volume: those of `draw_cells`, and whether a click picks a cell."""
+"""Default options of a volume: those of `draw_cells`, and whether a click picks a cell."""
 COMPRESSION = 6
-"""Level of zlib: level 9 takes ten times as long for a tenth of the bytes."""
+"""Compression level of zlib; level 9 takes ten times as long and saves a tenth of the bytes."""
 
 
 def volume_content(
@@ -29,7 +29,7 @@ def volume_content(
     cursor: Sequence[int] | None = None,
     **options: Any,
 ) -> dict[str, Any]:
-    """Return the content of the component that draws a volume, with some of `OPTIONS` replaced.
+    """Return the content of the volume component, with some of `OPTIONS` replaced.
 
     The browser keeps cursor, angle and mode under `key`, or under `link`.
     """
@@ -38,7 +38,7 @@ def volume_content(
     return shared_content(cells, grid) | {
         "cells": _packed(f"{indices.shape} {digest}", indices),
         "digest": digest,
-        "shape": list(indices.shape[::-1]),  # along x, y and z, as all in the browser
+        "shape": list(indices.shape[::-1]),  # in the order x, y, z, as used in the browser
         "key": key,
         "cursor": list(cursor[::-1]) if cursor else None,
         **OPTIONS,
@@ -48,5 +48,5 @@ def volume_content(
 
 @st.cache_data(max_entries=32, show_spinner=False)
 def _packed(digest: str, _indices: NDArray[np.uint8]) -> str:
-    """Cells, x fastest, then y, then z from the bottom; compressed, as text."""
+    """Return the cells as compressed text: x varies fastest, then y, then z from the bottom."""
     return b64encode(zlib.compress(_indices.tobytes(), COMPRESSION)).decode()
