@@ -1,4 +1,4 @@
-"""The studies of the lecture plan, read from `catalogue.toml`."""
+"""The example studies, read from `catalogue.toml`."""
 
 from __future__ import annotations
 
@@ -17,11 +17,12 @@ Shows = Literal["realization", "second", "data", "probability", "variogram", "la
 
 @dataclass(frozen=True)
 class Example:
-    """A study that shows one thing.
+    """A study that demonstrates one aspect of the method.
 
-    `name` is a word for keys and addresses, `text` what to look at, `others` the settings that the
-    study's own is compared with, `source` its place in the paper, if any. `shows` are the
-    pictures beside the training image; with others, one realization of each.
+    `name` is a word for keys and addresses, `text` tells the reader where to look, `others` are the
+    settings compared with that of the study, `source` is the section of the paper, if any. `shows`
+    are the pictures beside the training image; with `others`, there is one realization of each
+    setting.
     """
 
     name: str
@@ -34,7 +35,7 @@ class Example:
 
     @property
     def settings(self) -> tuple[Parameters, ...]:
-        """The study's own setting and those it is compared with."""
+        """The setting of the study and the settings compared with it."""
         return self.choices.parameters, *self.others
 
 
@@ -47,13 +48,13 @@ class LecturePart:
 
 
 def _parameters(row: dict[str, Any]) -> Parameters:
-    """Return parameters; lists are numbers along z, y and x."""
+    """Return parameters of a table; lists are numbers along z, y and x."""
     own: dict[str, Any] = {name: tuple(v) if isinstance(v, list) else v for name, v in row.items()}
     return Parameters(**own)
 
 
 def _example(row: dict[str, Any]) -> Example:
-    """Return the example of a table of the catalogue, which leaves out defaults."""
+    """Return the example in a table of the catalogue; the table leaves out defaults."""
     side = row.pop("side", 512)
     shape = tuple(row.pop("grid", (side, side)))
     choices = Choices(
@@ -76,12 +77,12 @@ EXAMPLES = tuple(example for part in PARTS for example in part.examples)
 
 
 def example_named(name: str) -> Example | None:
-    """Return the example of a name, None if there is none."""
+    """Return the example with a name, None if there is none."""
     return next((example for example in EXAMPLES if example.name == name), None)
 
 
 def next_example(name: str) -> Example | None:
-    """Return the one that comes after an example in the lecture, None after the last."""
+    """Return the example after another in the lecture, None after the last."""
     names = [example.name for example in EXAMPLES]
     following = names.index(name) + 1 if name in names else len(names)
     return EXAMPLES[following] if following < len(names) else None

@@ -1,4 +1,4 @@
-"""An example as the study: taken in, told above the results, and the reader's own brought back."""
+"""Open an example as the study, describe it above the results, and restore the user's study."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from ccwsim.ui.widgets.fields import button
 SIMULATE, COMPARE = "pages/simulate.py", "pages/compare.py"
 TAKEN = "The study is this example now."
 N_COMPARED = 8
-BACK_HELP = "Brings back what you had before the first example, with its results."
+BACK_HELP = "Restores the study you had before the first example, with its results."
 View = Literal["studies", "quiz"]
 
 
 @dataclass
 class Examples:
-    """What the page remembers.
+    """The state of the page.
 
-    `opened` is the name of the example that was opened last, empty if none is; `kept` is the
-    study, and the comparison, before the first one.
+    `opened` is the name of the example that was opened last, empty if none is open; `kept` is the
+    study, with the comparison, before the first example.
     """
 
     view: View = "studies"
@@ -36,7 +36,7 @@ class Examples:
 
 
 def open_example(state: State, example: Example) -> None:
-    """Make an example the study and run it; the reader's own study is put aside."""
+    """Make an example the study and run it; keep the user's study."""
     _take(state, example)
     start_run(state)
 
@@ -64,7 +64,7 @@ def _take(state: State, example: Example) -> None:
 
 
 def back_to_own(state: State) -> None:
-    """Bring the reader's own study back as it was, with its results."""
+    """Restore the user's study with its results."""
     page_state, comparing = state.page(Examples), state.page(ComparePageState)
     kept = page_state.kept
     keep_example(state)
@@ -79,18 +79,18 @@ def back_to_own(state: State) -> None:
 
 
 def keep_example(state: State) -> None:
-    """Go on with the example as the reader's own study."""
+    """Continue with the example as the user's study."""
     page_state = state.page(Examples)
     page_state.kept, page_state.opened = None, ""
 
 
 def draw_opened(state: State, *, compared: bool = False) -> None:
-    """Draw a line on the example that is open, or on the seed of a class; else nothing.
+    """Draw a line about the open example or the seed in a class, if there is one.
 
-    `compared` is whether this is the page that compares settings.
+    `compared` tells whether this is the page that compares settings.
     """
     example = example_named(state.page(Examples).opened)
-    with st.container(key="opened"):  # always there, so that what is below is never made anew
+    with st.container(key="opened"):  # always drawn, so that Streamlit keeps the elements below
         if example is not None:
             _draw_example(state, example, compared)
         elif state.own_seed is not None and not compared:
@@ -115,9 +115,9 @@ def _draw_example(state: State, example: Example, compared: bool) -> None:
             act = compare_example if compared else open_example
             action("Next example", "next_example", act, following, note=following.title)
         if example.others and not compared:
-            act, note = compare_example, "This is A; the others beside it."
+            act, note = compare_example, "This setting is A; the other settings are beside it."
             if action("Compare its settings", "compare_opened", act, example, note=note):
                 go_to(COMPARE, TAKEN)
         action("Back to my study", "back_from_example", back_to_own, note=BACK_HELP)
-        note = "Goes on with this study as your own; the earlier one is let go."
+        note = "Continues with this study as your own; your earlier study is discarded."
         action("Keep this one", "keep_example", keep_example, note=note)

@@ -1,4 +1,4 @@
-"""The page Examples: the studies of the lecture plan, the quiz, and the link for a class."""
+"""The page Examples: studies in the order of a lecture, the quiz, and the link for a class."""
 
 from __future__ import annotations
 
@@ -50,19 +50,20 @@ from ccwsim.ui.widgets.theme import chart_theme, draw_style
 STYLE = Path(__file__).with_name("examples.css")
 VIEWS = {"studies": "Lecture plan", "quiz": "Quiz: which one is the training image?"}
 MAX_PICTURE_SIDE = 300
-"""Cells along a side: of a larger study the pictures show its south-west corner."""
+"""Maximum number of cells along a side of a picture; of a larger study, the picture shows the
+    south-west corner."""
 MAX_VOLUME_SIDE = 80
-"""Cells along a side of the layers of a volume."""
+"""Maximum number of cells along a horizontal side of a volume in a picture."""
 N_TOGETHER = 20
-"""Realizations of a probability or of curves."""
+"""Number of realizations for a probability map or for curves."""
 MAX_DOTS = 1000
 MAX_PIXELS = 600
-"""Pixels of a picture: twice what it has on the page, for fine screens."""
+"""Pixels of a picture, twice its size on the page for high-resolution screens."""
 N_LAGS = 80
 
 
 def draw_examples(state: State) -> None:
-    """Draw the studies of the lecture plan, or the quiz."""
+    """Draw the example studies, or the quiz."""
     draw_style(STYLE)
     page_state = state.page(Examples)
     views = {"options": list(VIEWS), "format_func": lambda view: VIEWS[view]}
@@ -84,9 +85,9 @@ def _draw_class_link(choices: Choices) -> None:
     """Draw the menu that gives the link of the study for a class."""
     with st.popover("Link for a class", key="class_menu"):
         step_note(
-            "Whoever opens this link gets your present study with a seed of their own, drawn once "
-            "and shown. Put the pictures side by side: what all have in common is the image's and "
-            "the data's, what differs is uncertainty."
+            "Everybody who opens this link gets your present study with a different random seed, "
+            "which is shown. Compare the pictures: common features come from the image and the "
+            "data, differences show the uncertainty."
         )
         st.code(class_link(choices, st.context.url or ""), language=None, wrap_lines=True)
         missing = left_out(choices)
@@ -95,7 +96,7 @@ def _draw_class_link(choices: Choices) -> None:
 
 
 def class_link(choices: Choices, page: str) -> str:
-    """Return the address that opens a study on Simulate, with another seed for everyone.
+    """Return the address that opens a study on Simulate, with a different seed for each user.
 
     `page` is the address of a page of the dashboard.
     """
@@ -106,9 +107,9 @@ def class_link(choices: Choices, page: str) -> str:
 
 def _draw_plan(state: State) -> None:
     step_note(
-        "Each opens with one click; your own study is kept, and comes back with one. The pictures "
-        "are realizations made just now, on a grid of at most 300 × 300 cells, of volumes 80 × 80 "
-        "in all layers."
+        "A click opens an example; your own study is kept, and another click restores it. The "
+        "pictures are new realizations on a grid of at most 300 × 300 cells, or 80 × 80 cells in "
+        "all layers of a volume."
     )
     deadline = time.monotonic() + PATIENCE
     number, waiting = 0, []
@@ -128,7 +129,7 @@ def _draw_plan(state: State) -> None:
 
 
 def _draw_card(state: State, number: int, example: Example, deadline: float) -> bool:
-    """Draw an example and return whether its pictures are there, or never will be."""
+    """Draw an example and return whether its pictures are complete or failed."""
     worker, task = picture_worker(), pictures_of(example, chart_theme())
     worker.ask(task)
     found = worker.wait_for(task, max(0.0, deadline - time.monotonic()))
@@ -159,13 +160,13 @@ def _draw_card(state: State, number: int, example: Example, deadline: float) -> 
 
 
 def _html(text: str) -> str:
-    """Return a text in HTML, with what stands between backticks as code."""
+    """Return a text in HTML, with text between backticks as code."""
     parts = escape(text).split("`")
     return "".join(f"<code>{p}</code>" if k % 2 else p for k, p in enumerate(parts))
 
 
 def pictures_html(example: Example, found: tuple[CardPicture, ...] | Failure | None) -> str:
-    """Return the pictures of an example, or room for them."""
+    """Return the pictures of an example, or empty space of their size."""
     room = tuple(CardPicture("<i></i>", *size) for size in expected(example))
     pictures = found if isinstance(found, tuple) else room
     figures = "".join(
@@ -183,9 +184,9 @@ def pictures_html(example: Example, found: tuple[CardPicture, ...] | Failure | N
 
 @dataclass(frozen=True)
 class CardPicture:
-    """One picture of an example: its HTML, and the label below it.
+    """Return one picture of an example: its HTML, with the label below it.
 
-    It has nx × ny cells: pictures beside each other have the same scale.
+    The picture has nx × ny cells; pictures beside each other have the same scale.
     """
 
     content: str
@@ -196,12 +197,12 @@ class CardPicture:
 
 @st.cache_resource(show_spinner=False)
 def picture_worker() -> StatisticsWorker:
-    """Return where pictures are drawn, one after another, and kept for all sessions."""
+    """Return the worker that draws pictures one after another and keeps them for all sessions."""
     return StatisticsWorker(LruCache(max_values=128, max_bytes=256 * 10**6))
 
 
 def small(choices: Choices) -> Choices:
-    """Return a study on a grid that is small enough for a picture, with the data that are in it."""
+    """Return a study on a grid small enough for a picture, with the data inside this grid."""
     most = MAX_PICTURE_SIDE if choices.grid.nz is None else MAX_VOLUME_SIDE
     ny, nx = (min(side, most) for side in choices.grid.shape[-2:])
     data = choices.data
@@ -218,7 +219,7 @@ def pictures_of(example: Example, theme: Theme) -> Task[tuple[CardPicture, ...]]
 
 
 def expected(example: Example) -> list[tuple[str, int, int]]:
-    """Return label, columns and rows of each picture, before there are any."""
+    """Return label, columns and rows of each picture before it is drawn."""
     image, settings, kinds = image_of(example.choices.image), example.settings, example.shows
     grid, first = small(example.choices).grid, kinds[0]
     labels = [SHOWN[kind] for kind in kinds]
@@ -295,7 +296,7 @@ def _shown(name: str, e: Ensemble, colours: list[str], theme: Theme) -> str:
         known = np.full(e.grid.shape, len(colours), np.uint8)
         rows, columns = e.hard_data.cells.T
         known[rows, columns] = _facies_of_data(e)
-        ground = [*colours, LIGHT.paper]  # facies are seen on it in either theme
+        ground = [*colours, LIGHT.paper]  # facies are visible on this grey in both themes
         return _img(data_map_png(known, ground, longest=MAX_PIXELS), f"{e.hard_data.n} hard data")
     return _realization(e, 1 if name == "second" else 0, colours, name)
 
@@ -303,7 +304,7 @@ def _shown(name: str, e: Ensemble, colours: list[str], theme: Theme) -> str:
 def _realization(e: Ensemble, r: int, colours: list[str], kind: str = "realization") -> str:
     dots, cells, facies = None, e.hard_data.cells, _facies_of_data(e)
     wrong = e.indices[r][tuple(cells.T)] != facies
-    if e.grid.nz is not None:  # those in the slice
+    if e.grid.nz is not None:  # data in the slice
         across, at = (1, e.grid.ny // 2) if kind == "section" else (0, e.grid.nz // 2)
         here = cells[:, across] == at if len(cells) else np.zeros(0, bool)
         cells, facies, wrong = np.delete(cells[here], across, 1), facies[here], wrong[here]

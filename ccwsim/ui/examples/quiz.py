@@ -1,7 +1,7 @@
-"""The quiz: one piece of the training image among pieces of realizations; which one is it?
+"""The quiz: find the piece of the training image among pieces of realizations.
 
-What gives a realization away is a seam that makes a shape, a window of cells, which the training
-image does not have.
+A realization is recognized by a seam with a shape (a window of cells) that is absent from the
+training image.
 """
 
 from __future__ import annotations
@@ -44,25 +44,25 @@ from ccwsim.ui.widgets.theme import chart_theme
 N_PICTURES = 6
 MAX_PIECE_SIDE = 96
 SIDES_PER_REALIZATION = 2
-"""Side of a realization over that of the piece shown of it."""
+"""Ratio of the side of a realization to that of the piece shown."""
 SIDE = 6
-"""Cells of the windows that are compared: seen at a glance, and few enough to be all known."""
+"""Side, in cells, of the compared windows; small enough to be seen at a glance."""
 PICTURES = "quiz_pictures"
 MAX_QUIZ_LEVEL = 4
-"""A round is quick to look at, and higher levels leave nothing to find."""
+"""Maximum level of the quiz; at higher levels the difference is too obvious."""
 MAX_QUIZ_CANDIDATES = 2000
 REVEAL_HEIGHT = 340
 MAX_FACIES_MARKED = 120
-"""Facies of an image whose seams can be drawn: each needs a second colour."""
+"""Maximum number of facies of an image whose seams can be drawn; each needs two colours."""
 
 
 @dataclass(frozen=True, eq=False)
 class Round:
     """The pictures of a round.
 
-    `pictures` are facies indices and `sources` where in the training image each cell is from, both
-    of shape (n, side, side). Picture `answer` is of the training image, the others of one
-    realization each, simulated with `parameters`.
+    `pictures` are facies indices and `sources` the position of each cell in the training image,
+    both of shape (n, side, side). Picture `answer` is a piece of the training image; each other
+    picture is of another realization, simulated with `parameters`.
     """
 
     training_image: TrainingImage
@@ -72,7 +72,7 @@ class Round:
     answer: int
 
     def copying_of(self, k: int) -> Copying:
-        """Return how picture k was put together; that of the training image is one piece."""
+        """Return the pieces of the training image that make up picture k."""
         return copying(self.sources[k], self.training_image.shape)
 
     @cached_property
@@ -81,21 +81,21 @@ class Round:
         return np.unique(window_hashes(self.training_image.indices))
 
     def shapes_at(self, k: int) -> tuple[NDArray[np.bool_], float]:
-        """Return where picture k has shapes that the training image has not, and their share."""
+        """Return a mask of shapes in picture k absent from the training image, and their share."""
         return new_shapes(self.pictures[k], self.known)
 
     @property
     def easiest(self) -> int:
-        """The realization with the most shapes that the training image has not."""
+        """The picture with the most shapes that are absent from the training image."""
         shares = [self.shapes_at(k)[1] for k in range(len(self.pictures))]
         shares[self.answer] = -1.0
         return int(np.argmax(shares))
 
 
 def draw_round(image: TrainingImage, parameters: Parameters, seed: int) -> Round:
-    """Draw a round; the same for the same arguments.
+    """Draw a round at random; the same arguments give the same round.
 
-    Every piece is cut at random from inside its image, so that no edge and no location tells.
+    Every piece is cut at random from inside its image, so that no edge or location gives a hint.
     """
     rng = np.random.default_rng(seed)
     side = piece_side(image.shape)
@@ -117,14 +117,14 @@ def draw_round(image: TrainingImage, parameters: Parameters, seed: int) -> Round
 
 
 def piece_side(shape: tuple[int, int]) -> int:
-    """Return the side of the pieces: no more than half the training image, so that they differ."""
+    """Return the side of the pieces, at most half the training image, so that pieces differ."""
     return max(4, min(MAX_PIECE_SIDE, min(shape) // 2))
 
 
 def window_hashes(indices: NDArray[np.integer]) -> NDArray[np.uint64]:
-    """Return one number a window of SIDE × SIDE cells, equal for equal windows.
+    """Return a number for each window of SIDE × SIDE cells; equal windows have equal numbers.
 
-    Two windows that differ have the same number about once in 10¹⁹.
+    Two different windows have the same number with a probability of about 10⁻¹⁹.
     """
     ny, nx = (n - SIDE + 1 for n in indices.shape)
     weights = np.random.default_rng(SIDE).integers(2**63, size=(SIDE, SIDE), dtype=np.uint64)
@@ -139,10 +139,10 @@ def window_hashes(indices: NDArray[np.integer]) -> NDArray[np.uint64]:
 def new_shapes(
     indices: NDArray[np.integer], known: NDArray[np.uint64]
 ) -> tuple[NDArray[np.bool_], float]:
-    """Return where a map has windows that the training image has not, and the share of them.
+    """Return a mask of windows in a map absent from the training image, and their share.
 
-    `known` are the hashes of the windows of the training image; of each other window the four
-    cells in its middle are marked.
+    `known` are the hashes of the windows of the training image; the four cells in the middle of
+    each other window are marked.
     """
     new = ~np.isin(window_hashes(indices), known)
     where = np.zeros(indices.shape, bool)
@@ -155,7 +155,7 @@ def new_shapes(
 
 @dataclass
 class RoundRun(PageRun[Round]):
-    """A round that is drawn, or was."""
+    """The task that draws a round, running or finished."""
 
     training_image: TrainingImage
     parameters: Parameters
@@ -168,13 +168,13 @@ class RoundRun(PageRun[Round]):
 
 @dataclass
 class Quiz:
-    """What the quiz remembers.
+    """The state of the quiz.
 
-    `image` is a bundled training image, or empty for the study's own; `level`, `n_candidates` and
-    `refine` are what the realizations are simulated with. `seed` is drawn once a session and moved
-    on by `n_rounds`. `run` draws the round of the settings in `asked`, and `picked` is the picture
-    that the reader took for the training image. `tallies` are, by setting, how often it was found
-    and in how many tries.
+    `image` is a bundled training image, or empty for the image of the study; `level`,
+    `n_candidates` and `refine` are the parameters of the realizations. `seed` is drawn once per
+    session and increased by `n_rounds`. `run` draws the round of the settings in `asked`, and
+    `picked` is the picture that the user took for the training image. `tallies` are the numbers of
+    right picks and of all picks for each setting.
     """
 
     image: str = "channels"
@@ -190,12 +190,12 @@ class Quiz:
 
     @property
     def round(self) -> Round | None:
-        """The pictures, None until they are there."""
+        """The pictures, None until they are drawn."""
         return self.run.result if self.run is not None else None
 
 
 def draw_quiz(state: State) -> None:
-    """Draw the settings, the pictures of the round, and what a pick said."""
+    """Draw the settings, the pictures of the round, and the answer to a pick."""
     quiz = state.page(Quiz)
     _controls(state)
     if quiz.asked != _asked(state):
@@ -212,7 +212,7 @@ def draw_quiz(state: State) -> None:
 
 
 def begin_round(state: State) -> None:
-    """Draw new pictures; an earlier pick is counted already."""
+    """Draw new pictures; an earlier pick has already been counted."""
     quiz = state.page(Quiz)
     quiz.asked, quiz.picked = _asked(state), None
     quiz.n_rounds += 1
@@ -220,7 +220,7 @@ def begin_round(state: State) -> None:
 
 
 def pick(quiz: Quiz, k: int) -> None:
-    """Take a pick and count it; only the first one of a round counts."""
+    """Store a pick; only the first pick of a round counts."""
     if quiz.round is None or quiz.picked is not None or not 0 <= k < len(quiz.round.pictures):
         return
     quiz.picked = k
@@ -230,7 +230,7 @@ def pick(quiz: Quiz, k: int) -> None:
 
 
 def describe_setting(quiz: Quiz) -> str:
-    """Return what a round is drawn with."""
+    """Return the settings of a round."""
     name = pretty(quiz.image) if quiz.image else "your image"
     refine = [] if quiz.refine else ["no refine"]
     return ", ".join([name, f"level {quiz.level}", f"K {quiz.n_candidates}", *refine])
@@ -277,7 +277,7 @@ def _draw_round(state: State, shown: Round) -> None:
             pick(quiz, int(answer["k"]))
 
     picked = quiz.picked is not None
-    answer = shown.answer if picked else None  # the browser knows it only afterwards
+    answer = shown.answer if picked else None  # the browser gets the answer only after the pick
     data = {"pictures": pictures, "round": number, "picked": quiz.picked, "answer": answer}
     draw_component("quiz", PICTURES, data, "chosen", chosen)
     if picked:
@@ -355,7 +355,7 @@ def describe_verdict(picked: int, shown: Round) -> str:
 
 
 def describe_seams(shown: Round, k: int) -> list[str]:
-    """Return what the seams of picture k are like, beside those of the others."""
+    """Return a description of the seams of picture k, compared with those of the others."""
     found, own = shown.copying_of(k), shown.shapes_at(k)[1]
     others = [shown.shapes_at(j)[1] for j in range(len(shown.pictures)) if j != shown.answer]
     low, high = (f"{100 * share:.1f}" for share in (min(others), max(others)))
@@ -363,17 +363,17 @@ def describe_seams(shown: Round, k: int) -> list[str]:
         f"Picture {k + 1} is put together from pieces of the training image: "
         f"{100 * found.seams.mean():.0f} % of its cells are at a seam, and the largest square of "
         f"one piece has {found.largest_square} × {found.largest_square} cells.",
-        "Most seams cannot be seen. One shows where it makes a shape that the training image has "
-        f"nowhere (red): {100 * own:.1f} % of the windows of {SIDE} × {SIDE} cells here, {low} to "
+        "Most seams cannot be seen. A seam is visible if it makes a shape absent from the training "
+        f"image (red): {100 * own:.1f} % of the windows of {SIDE} × {SIDE} cells here, {low} to "
         f"{high} % in the realizations of this round. Look there for banks with a step, and for "
-        "geobodies that end or change their width at once.",
-        "The training image has no such windows, by definition. A higher level, more candidates "
-        "or refine off make more of them.",
+        "geobodies that end or change their width abruptly.",
+        "The training image has no such windows, by definition. Their number grows with a higher "
+        "level, more candidates or refine off.",
     ]
 
 
 def seam_map(shown: Round, k: int, colours: Sequence[str]) -> CellMap:
-    """Return picture k with its seams, and in front of them the shapes that are new."""
+    """Return picture k with its seams and, over them, the shapes absent from the training image."""
     theme, names = chart_theme(), shown.training_image.facies_names
     indices = shown.pictures[k]
     n = len(names)
@@ -384,14 +384,14 @@ def seam_map(shown: Round, k: int, colours: Sequence[str]) -> CellMap:
     return CellMap(
         indices=marked,
         colours=[*colours, *(_greyed(colour) for colour in colours), theme.reference],
-        labels=[*names, *(f"{name}, at a seam" for name in names), "a shape that is new"],
-        alt=f"Seams of picture {k + 1}, and shapes that the training image does not have",
+        labels=[*names, *(f"{name}, at a seam" for name in names), "a new shape"],
+        alt=f"Seams of picture {k + 1}, and shapes absent from the training image",
         keys=[("a seam", _greyed(colours[0])), ("a new shape", theme.reference)],
     )
 
 
 def piece_map(shown: Round, k: int, colours: Sequence[str]) -> CellMap:
-    """Return the training image with the cells that picture k has, the others greyed."""
+    """Return the training image with the cells used in picture k in colour and all others grey."""
     image = shown.training_image
     n = image.n_facies
     if n > MAX_FACIES_MARKED:
@@ -401,11 +401,11 @@ def piece_map(shown: Round, k: int, colours: Sequence[str]) -> CellMap:
         indices=np.where(used, image.indices, n + image.indices).astype(np.uint8),
         colours=[*colours, *(_greyed(colour, 0.25) for colour in colours)],
         labels=[*image.facies_names, *(f"{name}, not used" for name in image.facies_names)],
-        alt=f"The training image; what picture {k + 1} has of it is in full colour",
+        alt=f"The training image; its cells in picture {k + 1} are in full colour",
     )
 
 
 def _greyed(colour: str, kept: float = 0.6) -> str:
-    """Return a colour part of the way to grey."""
+    """Return a colour mixed with grey."""
     channels = (int(colour[k : k + 2], 16) for k in (1, 3, 5))
     return "#" + "".join(f"{round(kept * c + (1 - kept) * 150):02X}" for c in channels)

@@ -1,4 +1,4 @@
-"""State and edits of the editor of hard data: taken one by one, undone, answered."""
+"""The state of the editor of hard data, its edits, undo and redo, and the results shown."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ Cell = tuple[int, ...]
 Ground = Literal["realization", "e_type", "empty"]
 Way = Literal["random", "N-S", "E-W", "vertical", "grid"]
 ERASE, AS_SHOWN = -1, -2
-"""Brushes that are no facies."""
+"""Brushes that are not facies."""
 MAX_MOMENTS = 200
 
 
 @dataclass(frozen=True, eq=False)
 class Moment:
-    """The data at one moment, with the field that they were sampled from."""
+    """The hard data at one moment, and the reference field if they were sampled from it."""
 
     data: DataChoice
     reference: TrainingImage | None = None
@@ -36,13 +36,13 @@ class Moment:
 
 @dataclass
 class History:
-    """Moments before the present one, and those that were undone, the nearest last."""
+    """Moments before the present one, and undone moments; in both the nearest is last."""
 
     past: list[Moment] = field(default_factory=list)
     future: list[Moment] = field(default_factory=list)
 
     def remember(self, now: Moment) -> None:
-        """Keep a moment before a change; undone moments are forgotten."""
+        """Keep the moment before a change; forget undone moments."""
         self.past.append(now)
         self.future.clear()
         del self.past[:-MAX_MOMENTS]
@@ -50,11 +50,11 @@ class History:
 
 @dataclass(frozen=True)
 class Sampling:
-    """How to sample a reference field: at random, along wells, or on a regular grid."""
+    """The way to sample a reference field: at random, along wells, or on a regular grid."""
 
     way: Way = "random"
     n: int = 100  # data, or wells
-    every: int = 8  # cells from one datum to the next, along a well or on the grid
+    every: int = 8  # distance in cells between data along a well or on the grid
     seed: int = 1
 
 
@@ -63,9 +63,9 @@ class DataTable:
     """The table of data: its rows, and notes on the user's edits."""
 
     world: bool = True  # positions are x and y, else row and column
-    base: Any = None  # the rows, a DataFrame, before the edits that the widget holds
-    of: tuple = ()  # identifies the data of `base` with its edits; a change means a new base
-    version: int = 0  # counts the bases
+    base: Any = None  # the rows, a DataFrame, without the edits that the widget holds
+    of: tuple = ()  # identifies the data of `base` with its edits; other data need a new base
+    version: int = 0  # number of the base
     notes: list[str] = field(default_factory=list)
 
 
@@ -73,29 +73,29 @@ class DataTable:
 class Editor:
     """The state of the page of hard data."""
 
-    ground: Ground = "realization"  # shown under the data
+    ground: Ground = "realization"  # content of the map under the data
     history: History = field(default_factory=History)
     sampling: Sampling = Sampling()
-    reference_choice: ImageChoice | None = None  # to sample; None for the shown realization
+    reference_choice: ImageChoice | None = None  # field to sample; None for the shown realization
     table: DataTable = field(default_factory=DataTable)
-    taken: int = 0  # the number of the last edit of the canvas that was taken
-    local: Ensemble | None = None  # re-simulated around the edits since the last run
-    message: str = ""  # what went wrong with the last edit
-    # of volumes: the index of the facies to place, or ERASE or AS_SHOWN; the first and the last
-    # layer of a well, None for all
+    taken: int = 0  # number of the last edit that was applied
+    local: Ensemble | None = None  # realizations re-simulated around the edits since the last run
+    message: str = ""  # error message of the last edit
+    # for volumes: the index of the facies to place, or ERASE or AS_SHOWN; the first and last
+    # layer of a well, None for all layers
     brush: int = 1
     layers: tuple[int, int] | None = None
 
 
 def with_changes(data: HardData, changes: Mapping[Cell, int | None]) -> HardData:
-    """Return data with cells ((layer,) row, column) set to a facies code, or freed by None."""
+    """Return data with cells ((layer,) row, column) set to a facies code, or removed if None."""
     before = dict(zip(map(tuple, data.cells.tolist()), data.facies.tolist(), strict=True))
     known = {cell: code for cell, code in {**before, **changes}.items() if code is not None}
     return HardData(list(known), list(known.values()))
 
 
 def take(state: State, choice: DataChoice, reference: TrainingImage | None = None) -> None:
-    """Make other hard data the study's; the present ones go into the history."""
+    """Replace the hard data of the study; the present data go into the history."""
     state.page(Editor).history.remember(moment_of(state))
     state.change(data=choice)
     state.data_draft, state.reference = None, reference
@@ -107,7 +107,7 @@ def take_data(
     reference: TrainingImage | None = None,
     wells: CellsOfWells = (),
 ) -> None:
-    """Make data placed by hand the study's, unless they are the same.
+    """Put data placed by hand into the study, unless it has the same data.
 
     `wells` are the cells of named wells in a file; cells without data are ignored.
     """
@@ -127,7 +127,7 @@ def undo(state: State) -> None:
 
 
 def redo(state: State) -> None:
-    """Take an edit again that was undone, if there is one."""
+    """Redo the last undone edit, if there is one."""
     history = state.page(Editor).history
     _step(state, history.future, history.past)
 
@@ -141,7 +141,7 @@ def _step(state: State, back: list[Moment], forth: list[Moment]) -> None:
 
 
 def take_edits(state: State, edits: Sequence[Mapping[str, Any]]) -> None:
-    """Take the edits that were not taken before, in their order; see `draw_editable`."""
+    """Apply new edits in their order; see `draw_editable`."""
     page_state = state.page(Editor)
     page_state.message = ""
     for edit in sorted(edits, key=lambda edit: edit["seq"]):
@@ -172,15 +172,15 @@ def _take_edit(state: State, edit: Mapping[str, Any]) -> None:
 
 
 def layers_of_wells(page_state: Editor, nz: int) -> tuple[int, int]:
-    """Return the first and the last layer of a well that is placed: all of them at first."""
+    """Return the first and last layer of a new well; by default it goes through all layers."""
     low, high = page_state.layers or (0, nz - 1)
     return min(low, nz - 1), min(high, nz - 1)
 
 
 def paint(state: State, axis: str, cells: Sequence[Cell], layers: range) -> None:
-    """Take an edit of a volume: cells (layer, row, column) of a slice across an `axis`.
+    """Apply an edit of a volume: cells (layer, row, column) of a slice across an `axis`.
 
-    In a map, across z, the last of them gets a vertical well through `layers`.
+    In a slice across z, the last cell gets a vertical well through `layers`.
     """
     page_state, grid = state.page(Editor), state.choices.grid
     page_state.message = ""
@@ -205,7 +205,7 @@ def paint(state: State, axis: str, cells: Sequence[Cell], layers: range) -> None
 
 
 def fits(ensemble: Ensemble, choices: Choices) -> bool:
-    """Return whether an ensemble is of the study, apart from hard data."""
+    """Return whether an ensemble belongs to the study, ignoring hard data."""
     return (
         ensemble.grid == choices.grid
         and ensemble.parameters == choices.parameters
@@ -215,11 +215,11 @@ def fits(ensemble: Ensemble, choices: Choices) -> bool:
 
 
 def answer(state: State) -> Ensemble | None:
-    """Return realizations that honour the present data, None if that takes a run.
+    """Return realizations that honour the present data, or None if a run is needed.
 
-    They are those of the latest run if it had the same data. If data were only added, they are
-    re-simulated locally, which only this page shows, and only until the run that each edit starts
-    is finished. Data that were removed have shaped cells around them.
+    If the latest run had the same data, its realizations are returned. If data were only added,
+    realizations are re-simulated locally; only this page shows them, until the run that each edit
+    starts is finished. If data were removed, a run is needed: they affect the cells around them.
     """
     data, page_state = data_of(state.choices), state.page(Editor)
     known = [e for e in (state.ensemble, page_state.local) if e and fits(e, state.choices)]

@@ -53,7 +53,7 @@ EXPORTS = {"csv": "CSV: x, y, facies", "gslib": "GSLIB points"}
 
 
 def draw_import(state: State) -> None:
-    """Draw a menu to open a file of hard data, with its questions."""
+    """Draw a menu to open a file of hard data, with the open questions about it."""
     with st.popover("Import", key="import_menu"):
         data_uploader("import_file", lambda file: use_file(state, DataChoice("file", upload=file)))
         draft = state.data_draft or state.choices.data
@@ -62,7 +62,7 @@ def draw_import(state: State) -> None:
 
 
 def draw_tables(state: State) -> None:
-    """Draw a menu for wells in two or three tables, as drill-hole data bases have them."""
+    """Draw a menu for wells in two or three tables, as in drill-hole databases."""
     with st.popover("Wells in tables", key="tables_menu"):
         draft = state.data_draft or state.choices.data
         draw_table_uploaders("table", draft, lambda choice: use_file(state, choice))
@@ -74,7 +74,7 @@ def draw_tables(state: State) -> None:
 
 
 def draw_problem(state: State, problem: str) -> None:
-    """Say why the hard data of the study cannot be used, and ask what to do."""
+    """Say why the hard data of the study cannot be used, and ask the questions that resolve it."""
 
     def use(choice: DataChoice, grid: Grid | None = None) -> None:
         state.change(data=choice, grid=grid or state.choices.grid)
@@ -86,7 +86,7 @@ def draw_problem(state: State, problem: str) -> None:
 
 
 def draw_export(state: State, data: HardData) -> None:
-    """Draw a menu of files of the hard data."""
+    """Draw a menu of files to save the hard data in."""
     grid = state.choices.grid
     name = f"{grid_part(image_of(state.choices.image), grid)}_hard_data"
     with st.popover("Export", key="export_menu", disabled=not data.n):
@@ -97,7 +97,7 @@ def draw_export(state: State, data: HardData) -> None:
 
 
 def use_file(state: State, choice: DataChoice, grid: Grid | None = None) -> None:
-    """Take the data of a file if they can be read, otherwise keep the choice as a draft."""
+    """Use the data of a file if they can be read, otherwise keep the choice as a draft."""
     before = moment_of(state)
     use_data(state, choice, grid)
     if state.choices.data is choice:
@@ -111,7 +111,7 @@ def _report(state: State, draft: DataChoice) -> None:
     tried = replace(state.choices, data=draft)
     try:
         report = imported_data(tried)
-        if state.data_draft is not None:  # it came with another image, or is still to be taken
+        if state.data_draft is not None:  # for another image, or waiting
             st.caption(f"{report.hard_data.n} data fit and are not in the study yet.")
         for note in report.notes:
             st.caption(plain(note))
@@ -123,7 +123,7 @@ def _report(state: State, draft: DataChoice) -> None:
 
 
 def draw_sampling(state: State) -> None:
-    """Draw a menu to sample data; they replace those of the study."""
+    """Draw a menu to sample data, which replace the data of the study."""
     page_state = state.page(Editor)
 
     def read_from(a_file: bool) -> None:
@@ -131,7 +131,7 @@ def draw_sampling(state: State) -> None:
 
     with st.popover("Sample", key="sample_menu"):
         st.caption(
-            "Reads data off a reference field, which is kept hidden to score realizations against."
+            "Samples data from a hidden reference field, with which realizations are then compared."
         )
         choice = page_state.reference_choice
         origin = {"value": choice is not None, "write": read_from, **options_of(ORIGINS)}
@@ -143,7 +143,7 @@ def draw_sampling(state: State) -> None:
 
 
 def sample(state: State) -> None:
-    """Take data sampled as chosen in the menu, and keep their reference field."""
+    """Put data sampled as chosen in the menu into the study, and keep their reference field."""
     page_state = state.page(Editor)
 
     def take() -> None:
@@ -157,7 +157,7 @@ def sample(state: State) -> None:
 
 
 def sampled(reference: TrainingImage, how: Sampling) -> HardData:
-    """Return the data of a field in the cells that `how` asks for."""
+    """Return data sampled from a field in the cells that `how` selects."""
     if how.way == "random":
         return sample_random(reference.array, how.n, how.seed)
     if how.way == "grid":
@@ -166,7 +166,7 @@ def sampled(reference: TrainingImage, how: Sampling) -> HardData:
 
 
 def reference_of(state: State) -> TrainingImage:
-    """Return the field to sample; raise if there is none of the shape of the grid."""
+    """Return the field to sample; raise an error if there is none with the shape of the grid."""
     grid, choice, ensemble = state.choices.grid, state.page(Editor).reference_choice, state.ensemble
     if choice is None:
         if ensemble is None or not fits(ensemble, state.choices):
@@ -189,7 +189,7 @@ def _ask_reference(page_state: Editor, choice: ImageChoice, volume: bool) -> Non
         page_state.reference_choice = choice
 
     def take(upload: Upload) -> None:
-        change(ImageChoice())  # which stays if the file cannot be read
+        change(ImageChoice())  # the earlier field stays if the file cannot be read
         change(image_of_file(upload, volume=volume))
 
     tip = "A field of the size of the grid, in any format of a training image."

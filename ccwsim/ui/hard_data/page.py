@@ -1,4 +1,4 @@
-"""Hard data placed by hand: a map or volume to edit, a table, and the realizations that answer."""
+"""The page to place hard data by hand: a map or volume, a table, and the realizations."""
 
 from __future__ import annotations
 
@@ -49,20 +49,20 @@ from ccwsim.ui.widgets.theme import chart_theme, draw_style
 STYLE = Path(__file__).with_name("editor.css")
 GROUNDS = {"realization": "realization", "e_type": "E-type", "empty": "empty grid"}
 REST, REST_VOLUME = 0.4, 0.6
-"""Seconds without another edit before the run that answers all of them begins."""
+"""Seconds after the last edit until a run with all edits begins."""
 TOOLS = "“draw” places and moves a datum; “straight” and “freehand” place a line of them."
 TOOLS_VOLUME = (
-    "Click the map: a vertical well through the layers chosen. Press and draw in a section: cells. "
-    "With the keyboard: arrow keys move the slices, Enter does what a click does, Ctrl+Z undoes it."
+    "A click on the map places a vertical well in the chosen layers; a drag in a section, cells. "
+    "Keyboard: arrow keys move the slices, Enter acts like a click, Ctrl+Z undoes an edit."
 )
 
 
 @st.fragment
 def draw_editor(state: State) -> None:
-    """Draw the editor over the realizations of the study; an edit redraws only this.
+    """Draw the editor over the realizations of the study; an edit redraws only the editor.
 
-    Every edit starts a run. Until it is finished the cells that are edited show a local answer if
-    data were added; all else shows the run before, dimmed.
+    Every edit starts a run. Until it is finished, the editor shows a local re-simulation if data
+    were added; all other results are of the previous run and dimmed.
     """
     with error_boundary():
         draw_style(STYLE)
@@ -100,17 +100,17 @@ def _draw(state: State) -> None:
         right = middle
     with left:
         _draw_ground_field(state.page(Editor))
-        of_run = ground == "e_type"  # a local answer has no E-type
+        of_run = ground == "e_type"  # a local re-simulation has no E-type
         draw_canvas(state, data, image, colours, ensemble if of_run else answered or ensemble)
         if grid.nz is not None:
             step_note(TOOLS_VOLUME)
-        # below, where its length moves no map under the pointer
+        # below the map, so that its length moves no map under the pointer
         if ensemble is not None and (text := describe_answer(state, answered)):
             step_note(text)
     with middle:
         if ensemble is None:
             panel_title("Realizations and E-type")
-            step_note("They answer every edit here, once the study has been simulated.")
+            step_note("They respond to every edit here, once the study has been simulated.")
         elif ground == "e_type" and grid.nz is None:
             draw_realization(ensemble, colours, state.shown)
         else:
@@ -125,7 +125,7 @@ def _draw(state: State) -> None:
 
 
 def _draw_actions(state: State, data: HardData) -> None:
-    """Draw the menus; undo and redo of a map are on its bar of tools."""
+    """Draw the menus; a map has undo and redo on its own toolbar."""
     page_state, volume = state.page(Editor), state.choices.grid.nz is not None
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="editor_top"):
         draw_import(state)
@@ -138,19 +138,19 @@ def _draw_actions(state: State, data: HardData) -> None:
             button("Undo", key="undo", on_click=undo, disabled=not history.past, **args)
             button("Redo", key="redo", on_click=redo, disabled=not history.future, **args)
         clear = {"args": (state, DataChoice("placed", placed=HardData())), "disabled": not data.n}
-        clear["help"] = "Take all data away; undo brings them back."
+        clear["help"] = "Remove all data; undo brings them back."
         button("Clear", key="clear", on_click=take, **clear)
     if page_state.message:
         st.warning(plain(page_state.message))
 
 
 def describe_answer(state: State, answered: Ensemble | None) -> str:
-    """Say which realization is edited and how it honours the data; None if only a run can tell."""
+    """Say which realization is edited and how it honours the data; None if that needs a run."""
     number = f"Realization {state.shown + 1}"
     if state.page(Editor).ground == "e_type" and answered is not state.ensemble:
         return "E-type of the data before your edits, until the run with all data is finished."
     if answered is None:
-        return f"{number} of the data before: data were taken away, so it is simulated anew."
+        return f"{number} of the earlier data; data were removed, so a new run is needed."
     if not answered.hard_data.n:
         return TOOLS if state.choices.grid.nz is None else ""
     text = f"{number}: {describe_data_status(answered.data_status[state.shown])}."
@@ -175,7 +175,7 @@ def draw_canvas(
     colours: list[str],
     ensemble: Ensemble | None,
 ) -> None:
-    """Draw the map or volume with the data on it; its edits are taken into the state."""
+    """Draw the map or volume with the data on it; apply its edits to the state."""
     page_state, grid = state.page(Editor), state.choices.grid
     ground = page_state.ground if ensemble is not None else "empty"
     alt = "Hard data; arrow keys move, Enter places, Delete erases"
@@ -185,7 +185,7 @@ def draw_canvas(
         shown = empty_map(grid)
     elif ground == "realization":
         shown = facies_map(ensemble.indices[min(state.shown, ensemble.n - 1)], image, colours, alt)
-        shown = shown if grid.nz is not None else replace(shown, keys=())  # the tools name facies
+        shown = shown if grid.nz is not None else replace(shown, keys=())  # the tools are the key
     else:
         shown = uncertainty_map(state, ensemble, colours)
     status = status_of(data, ensemble, state.shown if ground == "realization" else None)

@@ -21,16 +21,16 @@ from ccwsim.ui.widgets.fields import bound_to, field, options_of
 from ccwsim.ui.widgets.text import panel_title, plain
 
 HEIGHT = 497
-"""Pixels: names and fourteen rows, none of them cut."""
+"""Height of the table in pixels: the heading and exactly fourteen rows."""
 MAX_NOTES = 4
 MAX_COLOURED = 500
-"""Rows up to which each has the colour of its facies: Streamlit takes 0.2 ms to paint one."""
+"""Maximum number of rows drawn in the colours of facies; Streamlit needs 0.2 ms for each."""
 COLOUR = " "
-"""The column of colours; its name is its heading."""
+"""Heading of the column of colours, which is also its name."""
 
 
 def draw_table(state: State, data: HardData, image: TrainingImage, colours: Sequence[str]) -> None:
-    """Draw the table; the user's changes become the study's hard data."""
+    """Draw the table; changes by the user change the hard data of the study."""
     table, grid = state.page(Editor).table, state.choices.grid
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="table_row"):
         panel_title(f"{data.n} data" if data.n != 1 else "1 datum")
@@ -90,10 +90,10 @@ def rows_of(data: HardData, grid: Grid, world: bool) -> pd.DataFrame:
 
 
 def painted(base: pd.DataFrame, edits: Mapping[str, Any], colour_of: Mapping[int, str]) -> Styler:
-    """Return a table with a column in the colour of each row's facies after the edits.
+    """Return a table with a column that shows the colour of each row's facies after the edits.
 
     Colours are style, not content, so `st.data_editor` keeps its edits when they change. A row that
-    is being added has none yet.
+    is being added has no colour yet.
     """
     now = edited_rows(base, {"edited_rows": edits.get("edited_rows", {})})["facies"]
     colours = (colour_of.get(code) for code in now)
@@ -118,7 +118,7 @@ def edited_rows(base: pd.DataFrame, edits: Mapping[str, Any]) -> pd.DataFrame:
 def data_of_rows(
     frame: pd.DataFrame, grid: Grid, image: TrainingImage, world: bool
 ) -> tuple[HardData, list[str]]:
-    """Return the hard data of the valid rows, and notes on the others."""
+    """Return the hard data of the valid rows, and notes on the invalid rows."""
     values = frame.to_numpy(float)
     whole = np.isfinite(values).all(axis=1)
     notes = _noted(~whole, "is not complete yet", "are not complete yet")

@@ -1,4 +1,4 @@
-"""The brush of the editor of a volume, and the table of its wells."""
+"""The brush to edit the hard data of a volume, and the table of its wells."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from ccwsim.ui.widgets.text import panel_title
 
 
 def draw_brush(state: State, nz: int) -> None:
-    """Draw the choice of the facies to place and of the layers of a well."""
+    """Draw the choices of the facies to place and of the layers of a well."""
     page_state, image = state.page(Editor), image_of(state.choices.image)
     names = dict(enumerate(image.facies_names)) | {AS_SHOWN: "as shown", ERASE: "erase"}
     low, high = layers_of_wells(page_state, nz)
@@ -41,14 +41,14 @@ def draw_brush(state: State, nz: int) -> None:
 
 
 class WellRows(NamedTuple):
-    """The wells of a volume: those with a name, then columns of other data."""
+    """The wells of a volume: first named wells, then columns of cells with other data."""
 
-    names: tuple[str, ...]  # "" of a column
-    data: tuple[NDArray[np.int64], ...]  # which data each has, the lowest first
+    names: tuple[str, ...]  # "" for a column
+    data: tuple[NDArray[np.int64], ...]  # indices of the data of each well, the lowest first
 
 
 def rows_of_wells(data: HardData, wells: CellsOfWells = ()) -> WellRows:
-    """Return the wells of hard data: each named well, and each column of the other data."""
+    """Return the wells of hard data: each named well, and each column of cells with other data."""
     place_of = {cell: k for k, cell in enumerate(map(tuple, data.cells.tolist()))} if wells else {}
     names, parts = [], []
     unnamed = np.ones(data.n, bool)
@@ -89,7 +89,7 @@ def describe_wells(data: HardData, rows: WellRows) -> str:
 
 
 def draw_wells(state: State, data: HardData) -> None:
-    """Draw the wells as a table; chosen ones can be removed."""
+    """Draw the wells as a table; chosen wells can be removed."""
     if not data.n:
         panel_title("Wells", "none yet")
         return
@@ -108,7 +108,7 @@ def draw_wells(state: State, data: HardData) -> None:
 def remove_wells(state: State, rows: list[int]) -> None:
     """Remove wells with their data, by their rows in the table.
 
-    A cell that another well goes through keeps its datum.
+    A cell that another well passes through keeps its datum.
     """
     data, named = data_of(state.choices), wells_of(state.choices)
     wells = rows_of_wells(data, named)

@@ -1,4 +1,4 @@
-"""The maps and volumes of the page that follows a realization."""
+"""The maps and volumes of the page How it works."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.frontend.cell_map import N_STEPS, CellMap
 
 DIM = 0.55
-"""Share of the colour of paper in facies that are not lit."""
+"""Share of the paper's colour in dimmed facies."""
 MAX_MARKS = 400
 MAX_LIT = 100
-"""Facies that can have a dim colour too."""
+"""Maximum number of facies that can have a dimmed colour as well."""
 REJECTED = "#D55E00"
 CANDIDATE = "#ffffff"
 KEPT, PASTED = "#4C6E91", "#E9C46A"
@@ -27,7 +27,7 @@ KEPT, PASTED = "#4C6E91", "#E9C46A"
 
 @dataclass(frozen=True)
 class PatchView:
-    """The patch that is shown: its realization, the fates of locations, the colours."""
+    """The patch on the page, with its realization, the fates of locations and the colours."""
 
     trace: Trace
     step: TracedPatch
@@ -47,7 +47,7 @@ class PatchView:
 
     @property
     def search_fraction(self) -> float:
-        """The share of the overlaps that is searched where there are data."""
+        """The share of the overlaps that is searched if there are data."""
         return self.trace.study.parameters.search_fraction
 
     @property
@@ -62,37 +62,37 @@ class PatchView:
 
     @property
     def part(self) -> tuple[slice, ...]:
-        """The cells of the patch in the grid, both in path coordinates."""
+        """The cells of the patch within the grid, in path coordinates."""
         each = zip(self.first, self.step.cells.shape, strict=True)
         return tuple(slice(start, start + n) for start, n in each)
 
     @property
     def part_of_grid(self) -> tuple[slice, ...]:
-        """The cells of the patch in grid coordinates, as far as they are in the grid."""
+        """The cells of the patch within the grid, in grid coordinates."""
         return self.trace.grid_frame.box_to_grid(self.first, self.step.cells.shape)
 
     @property
     def block(self) -> tuple[int, ...]:
-        """The cells of a block along (z,) y and x of the path."""
+        """The size of a block in cells along (z,) y and x of the path."""
         return self.step.block[-self.step.cells.ndim :]
 
     @property
     def block_frame(self) -> Frame:
-        """Turns arrays of one value a block of the image from path to grid coordinates."""
+        """Turns arrays with a value per block of the image from path to grid coordinates."""
         shape = self.trace.oriented.pyramid.phases.shape[-self.step.cells.ndim :]
         return Frame(self.trace.path.orientation, shape)
 
     def where(self, location: PlaceFate) -> str:
         """Return the lowest cell, in the image, of the patch of a location, as (x, y) or (x, y, z).
 
-        In grid coordinates, which are those of the image as it was read.
+        These are grid coordinates, the coordinates of the image as it was read.
         """
         first = np.multiply(location_of(location, len(self.block)), self.block).tolist()
         part = self.trace.image_frame.box_to_grid(first, self.step.cells.shape)
         return f"({', '.join(str(side.start) for side in reversed(part))})"
 
     def patch_map(self, indices: NDArray[np.uint8], alt: str) -> CellMap:
-        """Return a patch, in path coordinates, in the colours of the facies."""
+        """Return a map of a patch, given in path coordinates, in the colours of the facies."""
         turned = self.trace.grid_frame.turned(indices)
         return patch_map(turned, self.image, self.colours, self.theme, alt)
 
@@ -103,7 +103,7 @@ def location_of(place: PlaceFate, n: int) -> tuple[int, ...]:
 
 
 def mixed(colour: str, ground: str, share: float) -> str:
-    """Return a colour with a share of another one in it.
+    """Return a colour mixed with a share of another colour.
 
     Examples
     --------
@@ -116,7 +116,7 @@ def mixed(colour: str, ground: str, share: float) -> str:
 def box_mark(
     part: tuple[slice, ...], colour: str, label: str, kind: str = "box", cells: int = 1
 ) -> dict:
-    """Return a mark on a map around a part of it, or of one that has `cells` for each of its own.
+    """Return a mark around a part of a map; the map drawn has `cells` for each cell of the part.
 
     Volumes have no marks.
     """
@@ -130,7 +130,7 @@ def box_mark(
 def data_in(trace: Trace, part: tuple[slice, ...], cells: NDArray | None = None) -> list[list[int]]:
     """Return the data in a part of the grid as points; rows and columns are counted from its first.
 
-    Where `cells`, the facies of the part, are given, data that differ from them are wrong.
+    If `cells`, the facies of the part, are given, data that differ from them are marked wrong.
     """
     at = trace.study.hard_data.cells - [side.start for side in part]
     inside = ((at >= 0) & (at < [side.stop - side.start for side in part])).all(axis=1)
@@ -150,7 +150,7 @@ def patch_map(
 
 @dataclass(frozen=True)
 class ColourScale:
-    """Name, lowest and highest value of the numbers of a map, and their colours."""
+    """Name, minimum, maximum and colours of the numbers in a map."""
 
     name: str
     low: float
@@ -177,7 +177,7 @@ def _steps(colours: tuple[str, ...]) -> list[str]:
 
 
 def grid_map(view: PatchView) -> CellMap:
-    """Return the grid before the patch, the overlap lit, with the data that condition the patch.
+    """Return the grid before the patch, with the overlap and the conditioning data.
 
     A map has an outline of the patch and an arrow along the path too.
     """
@@ -207,7 +207,7 @@ def lit_map(
     theme: Theme,
     alt: str,
 ) -> CellMap:
-    """Return facies, in full colour if lit, otherwise dim; UNKNOWN cells are blank."""
+    """Return a map of facies: lit cells in full colour, others dimmed, UNKNOWN cells blank."""
     n, known = image.n_facies, cells != UNKNOWN
     has_dim = n <= MAX_LIT
     indices = np.where(known, cells, n).astype(int)
@@ -234,7 +234,7 @@ def _conditioning_points(view: PatchView) -> list[list[int]]:
 
 
 def _trail(trace: Trace, step: TracedPatch) -> list[list[float]]:
-    """Return the way along the row of the path to the tile of a patch of a map."""
+    """Return the arrow along a row of the path to the tile of a patch; only maps have it."""
     n, last = trace.path.tiles[2], step.patch.tile
     half, stride = trace.template / 2, trace.template - step.overlap
     first = last - last % n
@@ -252,7 +252,7 @@ def _trail(trace: Trace, step: TracedPatch) -> list[list[float]]:
 
 
 def score_map(view: PatchView, with_data: bool) -> CellMap:
-    """Return the CCW score of each location in a map, in blocks; the best is bright."""
+    """Return a map of the CCW score of each location, in blocks; good scores are bright."""
     step, frame = view.step, view.block_frame
     shown, name, absent = step.ccw, "CCW", "no location for a whole patch"
     if with_data:
@@ -275,16 +275,16 @@ def score_map(view: PatchView, with_data: bool) -> CellMap:
 
 
 def score_volume(view: PatchView) -> CellMap:
-    """Return the CCW score of each location in a volume, with candidates and rejected as points."""
+    """Return a volume of the CCW scores; candidates and rejected locations are points."""
     step = view.step
     scores = np.where(step.copies, np.nan, step.ccw)
     low, high = float(np.nanmin(scores)), float(np.nanmax(scores))
     colours = CIVIDIS if step.correlation else CIVIDIS[::-1]
-    scale = ColourScale("CCW", low, high, colours, "only continues a patch beside this one")
+    scale = ColourScale("CCW", low, high, colours, "merely continues the patch beside this one")
     alt = f"CCW score of each location for patch {step.patch.number + 1}"
     frame = Frame(view.trace.path.orientation, step.scores.shape)
     shown = value_map(frame.to_grid(scores), scale, view.theme, alt)
-    order = [*view.locations[1:], view.locations[0]]  # the drawn one over the others
+    order = [*view.locations[1:], view.locations[0]]  # the drawn location is on top
     kinds = {"candidate": 0, "drawn": 1}
     looks = [kinds.get(at.fate, 2) for at in order]
     cells = frame.cells_to_grid([location_of(at, 3) for at in order]).tolist()
@@ -297,9 +297,9 @@ def score_volume(view: PatchView) -> CellMap:
 
 
 def location_marks(view: PatchView, frame: Frame, scale: int, labels: Sequence[str]) -> list[dict]:
-    """Return the marks of the locations: rings for candidates, crosses for rejected ones.
+    """Return the marks of the locations: rings for candidates, crosses for rejected locations.
 
-    The map of `frame` has `scale` cells a block; the hover shows the `labels`.
+    The map of `frame` has `scale` cells per block; the hover shows the `labels`.
     """
     step, drawn = view.step, view.theme.reference
 
@@ -321,7 +321,7 @@ def location_marks(view: PatchView, frame: Frame, scale: int, labels: Sequence[s
 
 
 def error_map(view: PatchView) -> CellMap:
-    """Return which cells of patch and grid differ in the overlap."""
+    """Return a map of the cells in which patch and grid differ in the overlap."""
     indices = np.where(view.step.in_overlap, view.step.error, 2)
     colour_of = {
         "same": mixed(view.theme.quiet, view.theme.paper, 0.75),
@@ -332,9 +332,9 @@ def error_map(view: PatchView) -> CellMap:
 
 
 def cut_map(view: PatchView) -> CellMap:
-    """Return which cells of the patch stay as they were and which are pasted.
+    """Return a map of the cells of the patch that stay as they were and those that are pasted.
 
-    A volume, which has no error surface beside it, shows too which of these differ.
+    A volume has no error surface beside it, so it also shows the cells that differ.
     """
     step = view.step
     indices = np.where(step.keep_mask, 0, np.where(step.in_overlap, 1, 2))

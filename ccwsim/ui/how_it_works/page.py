@@ -46,9 +46,9 @@ from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 STYLE = Path(__file__).with_name("how.css")
 DRAWING = "drawing"
-"""Value of `How.resimulated` while the whole page is drawn."""
+"""Value of `How.resimulated` during a drawing of the whole page."""
 PLAY_SECONDS = 0.8
-"""Seconds that a patch is shown while the page plays."""
+"""Seconds between patches while the page plays."""
 WIDTHS = [1.25, 0.72, 1.25, 1.0]
 WIDTHS_VOLUME = [1.2, 1.0]
 MAX_HEIGHT = 460
@@ -65,7 +65,7 @@ BANDS = {
 
 
 def draw_how(state: State) -> None:
-    """Draw the page; while it plays, it draws itself again and again."""
+    """Draw the page; while it plays, it redraws itself."""
     how = state.page(How)
     draw_style(STYLE, f":root {{ --drawn: {chart_theme().reference} }}")
     how.resimulated = DRAWING
@@ -78,14 +78,14 @@ def _draw(state: State, timed: bool) -> None:
     how = state.page(How)
     with error_boundary():
         _draw_top(state)
-    # a fragment's clock is wound up, and what lies below it drawn anew, only from outside of it
+    # only code outside a fragment can start its timer and redraw the elements below it
     if how.playing != timed or how.resimulated not in (DRAWING, how.traced):
         st.rerun()
 
 
 @st.fragment
 def _after(state: State) -> None:
-    """Draw the local re-simulation: the same for all patches, so stepping does not redraw it."""
+    """Draw the local re-simulation; it is the same for all patches, so steps do not redraw it."""
     how = state.page(How)
     how.resimulated = how.traced
     with error_boundary():
@@ -115,7 +115,7 @@ def _draw_top(state: State) -> None:
 
 
 def tick(how: How, n: int) -> None:
-    """While it plays, go on to the next patch when it is time; stop at the last one."""
+    """While the page plays, show the next patch when it is due; stop at the last patch."""
     if not how.playing or time.monotonic() - how.ticked < 0.7 * PLAY_SECONDS:
         return
     how.ticked = time.monotonic()
@@ -125,7 +125,7 @@ def tick(how: How, n: int) -> None:
 
 
 def _draw_player(how: How, trace: Trace) -> None:
-    """Draw the row that steps through the patches: buttons, a slider, play, arrow keys."""
+    """Draw the controls that step through the patches: buttons, a slider, play, arrow keys."""
     n = len(trace.patches)
 
     def step(by: int) -> None:
@@ -174,7 +174,7 @@ def _position(trace: Trace, patch: Patch) -> str:
 
 
 def _draw_setting(state: State) -> None:
-    """Draw the controls of this page's own setting, and a way to take it to the study."""
+    """Draw the controls of this page's setting, and a button that puts it into the study."""
     how, p = state.page(How), parameters_of(state)
     shape, is_ccsim = image_of(state.choices.image).shape, p.method == "ccsim"
 
@@ -187,7 +187,7 @@ def _draw_setting(state: State) -> None:
 
     with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="how_setting"):
         numbers = {"value": how.number + 1, "min_value": 1, "max_value": MAX_REALIZATIONS}
-        look = {"help": "Each has its own random numbers; numbered as on Simulate.", "width": 124}
+        look = {"help": "Index of the realization, as on Simulate.", "width": 124}
         field(st.number_input, "Realization", key="how_number", write=follow, **numbers, **look)
         if len(shape) == 3:
             with st.popover("Sizes", key="how_sizes"):
@@ -201,7 +201,7 @@ def _draw_setting(state: State) -> None:
         numbers = {"min_value": 1, "max_value": MAX_CANDIDATES_OFFERED, "width": 136}
         parameter(st.number_input, "Candidates K", "n_candidates", "candidates", **numbers)
         if how.parameters is not None:
-            use = "Takes it to the study, and so to Simulate."
+            use = "Puts this setting into the study, for Simulate as well."
             button("Use this setting", key="how_use", on_click=use_own, args=(state,), help=use)
             button("Back to the study's", key="how_back", on_click=forget_own, args=(state,))
 
@@ -252,7 +252,7 @@ def _draw_grid(how: How, view: PatchView) -> None:
 
 
 def _small(view: PatchView) -> dict[str, Any]:
-    """How a part of the patch is drawn; those of a volume share the cursor."""
+    """Draw a map or volume of the patch; all volumes of the page share the cursor."""
     return SLICES | {"link": "how_patch"} if view.is_volume else SMALL_MAP
 
 
@@ -327,7 +327,7 @@ def _draw_pasting(view: PatchView) -> None:
         "pasted": view.patch_map(step.after[view.part], "The grid with the patch pasted"),
     }
     if view.is_volume:
-        del shown["error surface"]  # the cut shows it too
+        del shown["error surface"]  # the cut shows the overlap too
     elif shown["pasted"].indices.shape == tuple(side.stop - side.start for side in part):
         shown["pasted"].points.extend(maps.data_in(view.trace, part))  # a patch within the grid
     with st.container(key="how_small_maps"):
@@ -374,9 +374,8 @@ def _draw_bands(how: How, view: PatchView) -> None:
             linked: dict[str, Any] = {"scale": "how_bands", "link": "how_bands", "name": name}
             draw_cells(shown, f"how_{name}", max_height=300, **linked)
     say(
-        f"Each block of {unit} × {unit} cells gives one number a band. The approximation is what "
-        f"the search compares; the three details are what it leaves out, and what the inverse "
-        f"transform puts back.",
+        f"Each block of {unit} × {unit} cells gives one number per band. The search compares only "
+        f"the approximation; the inverse transform adds the three details again.",
         words.PAPER["image"],
     )
     largest = _largest_difference(how, view)
@@ -397,7 +396,7 @@ def _bands(image: TrainingImage, facies: int, level: int) -> dict[str, NDArray[n
 
 
 def _largest_difference(how: How, view: PatchView) -> float:
-    """Return how far the inverse transform is from the slice of the image."""
+    """Return the largest difference between the inverse transform and the slice of the image."""
     patch = view.trace.reconstructed(view.step, how.facies)
     (ty, tx), n = view.step.drawn_place, len(patch)
     sliced = view.trace.oriented.pyramid.image[0, ty : ty + n, tx : tx + n] == how.facies

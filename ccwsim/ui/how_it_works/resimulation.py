@@ -1,4 +1,4 @@
-"""Local re-simulation after the last patch, window by window, and what seam repair changed."""
+"""Local re-simulation after the last patch, window by window, and the changes of seam repair."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ from ccwsim.ui.widgets.fields import field
 from ccwsim.ui.widgets.text import pair, panel_title, step_note
 
 MAX_TERMS = 3_000_000_000
-"""Terms of scores above which the patches up to the end are placed only when asked for."""
+"""Number of score terms above which the remaining patches are placed only on request."""
 PIXELS = 204
-"""Side of a window of a map."""
+"""Side of a window of a map in pixels."""
 MAX_HEIGHT = 360
 MAX_HEIGHT_SLICES = 300
 N_MARKED = 20
-"""Changes of seam repair that are marked: most are of one cell."""
+"""Maximum number of marked changes of seam repair; most changes are single cells."""
 
 
 def draw_resimulation(how: How, trace: Trace, colours: list[str], theme: Theme) -> None:
     """Draw the corrected realization, the windows of one datum, and the changes of seam repair."""
     panel_title(
-        "After the last patch: local re-simulation", "what the raster pass left wrong is corrected"
+        "After the last patch: local re-simulation", "mismatches of the raster pass are corrected"
     )
     if not trace.study.hard_data.n:
         say("There are no hard data in this study, so there is nothing to correct.", OURS)
@@ -56,7 +56,7 @@ def draw_resimulation(how: How, trace: Trace, colours: list[str], theme: Theme) 
 
 
 def _takes_long(trace: Trace) -> bool:
-    """Whether the patches that are still to be placed need more than a moment."""
+    """Whether the remaining patches take noticeable time to place."""
     search = trace.search
     n_blocks = overlap_cells(search.template, search.overlap) / prod(search.block)
     terms = n_blocks * len(trace.oriented.pyramid.sums) * trace.oriented.n_places
@@ -75,8 +75,8 @@ def _draw_repair(trace: Trace, colours: list[str], theme: Theme) -> None:
         return
     marked = [] if is_volume(trace) else _boxes_of(changed)
     say(
-        "Where cells have patterns that the training image never has, windows are simulated anew "
-        "and single cells changed, if that leaves fewer of them: "
+        "At patterns that are absent from the training image, windows are re-simulated "
+        "and single cells changed if this leaves fewer such patterns: "
         f"<b>{format_count(int(changed.sum()), 'cell')}</b> ({100 * changed.mean():.1f} %) are "
         f"another facies now.{' The largest changes are marked.' if marked else ''}",
         OURS,
@@ -95,7 +95,7 @@ def _draw_repair(trace: Trace, colours: list[str], theme: Theme) -> None:
 
 
 def _height(trace: Trace, of_map: int) -> int:
-    """Pixels of a map or of the slices of a volume."""
+    """Height in pixels of a map or of the slices of a volume."""
     return MAX_HEIGHT_SLICES if is_volume(trace) else of_map
 
 
@@ -111,7 +111,7 @@ def _draw_pair(trace: Trace, maps: dict[str, CellMap], key: str, **options: Any)
 
 
 def _boxes_of(changed: NDArray[np.bool_]) -> list[tuple[slice, ...]]:
-    """Return boxes around the largest changes of a map, neighbours together."""
+    """Return boxes around the largest changes of a map; neighbouring changes share a box."""
     wide = ndimage.binary_dilation(changed, iterations=2)
     labels, _ = cast(tuple[Any, int], ndimage.label(wide))
     boxes = ndimage.find_objects(labels)
@@ -120,7 +120,7 @@ def _boxes_of(changed: NDArray[np.bool_]) -> list[tuple[slice, ...]]:
 
 
 def _draw_windows_of_data(how: How, trace: Trace, colours: list[str], theme: Theme) -> None:
-    """Draw the windows of one datum."""
+    """Draw the local re-simulation windows of one datum."""
     by_datum = windows_by_datum(trace.windows)
     say(_describe(trace, by_datum), f"{OURS}; the authors' code leaves such data wrong")
     if not by_datum:
@@ -146,7 +146,7 @@ def _draw_windows_of_data(how: How, trace: Trace, colours: list[str], theme: The
 def choose_datum(
     how: How, trace: Trace, by_datum: dict[int, list[ResimulatedWindow]]
 ) -> list[ResimulatedWindow]:
-    """Offer the data that were corrected; return the windows of the chosen one."""
+    """Offer the corrected data; return the windows of the chosen datum."""
     data = list(by_datum)
     how.datum = min(how.datum, len(data) - 1)
     offered = {"value": how.datum, "options": list(range(len(data)))}
@@ -157,7 +157,7 @@ def choose_datum(
 
 
 def windows_by_datum(windows: Sequence[ResimulatedWindow]) -> dict[int, list[ResimulatedWindow]]:
-    """Return the windows of each datum; data that a large window corrected come first."""
+    """Return the windows of each datum; data corrected by a large window come first."""
     by_datum: dict[int, list[ResimulatedWindow]] = {}
     for window in windows:
         by_datum.setdefault(window.datum, []).append(window)
@@ -176,7 +176,7 @@ def _describe(trace: Trace, by_datum: dict[int, list[ResimulatedWindow]]) -> str
         return text + "There was nothing left to correct."
     return text + (
         "Around a missed datum a window is re-simulated so that it honours <b>every</b> datum in "
-        "it and fits its surroundings on all sides; where no patch does, the window is halved. "
+        "it and fits its surroundings on all sides; if no patch does, the window is halved. "
         + ("The last resort sets the single cell." if (data_status == FORCED).any() else "")
     )
 
@@ -196,7 +196,7 @@ def _part_of(window: ResimulatedWindow) -> tuple[slice, ...]:
 def windows_map(
     trace: Trace, windows: list[ResimulatedWindow], colours: list[str], theme: Theme
 ) -> CellMap:
-    """Return the realization with the data and the windows: outlined, or in a volume lit."""
+    """Return the realization with data and windows, which in a volume are in full colour."""
     image = trace.study.training_image
     points = points_of(trace.study.hard_data, image)
     if is_volume(trace):
@@ -211,16 +211,16 @@ def windows_map(
 
 
 def say_windows(windows: list[ResimulatedWindow]) -> None:
-    """Say the outcome of the windows where no patch fitted."""
+    """Say the outcome of the windows in which no patch fitted."""
     captions = [describe_window(window) for window in windows if not window.fits]
     if not any(w.fits for w in windows) and not all(w.isolated for w in windows):
-        captions.append("Then the window of a nearby datum corrected this one too.")
+        captions.append("Then the window of a nearby datum corrected this datum too.")
     if captions:
         st.html("".join(f'<p class="caption">{text}</p>' for text in captions))
 
 
 def _draw_window(trace: Trace, w: ResimulatedWindow, colours: list[str], theme: Theme) -> None:
-    """Draw one window where a patch fitted, before and after."""
+    """Draw a window in which a patch fitted, before and after."""
     image, part = trace.study.training_image, _part_of(w)
 
     def shown(cells: NDArray[np.uint8], name: str) -> CellMap:

@@ -1,4 +1,4 @@
-"""The state of the page, and the realization that it follows."""
+"""The state of the page How it works, and the realization that it follows."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ SHOWN_FIRST = 0.4
 class How:
     """The state of the page.
 
-    `parameters` are the page's own setting, None for the study's; `number` is the realization and
-    `patch` the patch that is shown; `ticked` is the time of the last step of the play. Locations
-    are marked on the `ground`: "score", "costs" (with those of data) or "image". Coefficients are
-    those of `facies`; `datum` is the number of the corrected datum. `trace` is None if the study
-    cannot be followed; `traced` identifies its study, and `resimulated` the study of the part on
-    local re-simulation that is on the page.
+    `parameters` are the page's setting, None for the study's; `number` is the index of the
+    realization and `patch` that of the patch; `ticked` is the time of the last step of the play.
+    Locations are marked on the `ground`: "score", "costs" (with the costs of data) or "image".
+    Coefficients are shown for `facies`; `datum` is the index of the corrected datum. `trace` is
+    None if the study cannot be followed; `traced` identifies the study of the trace, and
+    `resimulated` the study whose local re-simulation is on the page.
     """
 
     parameters: Parameters | None = None
@@ -52,15 +52,15 @@ class How:
 
 
 def parameters_of(state: State) -> Parameters:
-    """Return the page's own setting, or the study's."""
+    """Return the setting of the page, or else that of the study."""
     parameters = state.page(How).parameters
     return state.choices.parameters if parameters is None else parameters
 
 
 def trace_of(state: State) -> Trace:
-    """Return the realization that is followed; another setting is followed anew.
+    """Return the trace of the realization; a change of setting makes a new trace.
 
-    Raises CCWSIMError if the study cannot be simulated, or not followed.
+    Raises CCWSIMError if the study cannot be simulated or its steps cannot be followed.
     """
     how, choices, parameters = state.page(How), state.choices, parameters_of(state)
     image, data = image_of(choices.image), data_of(choices)
@@ -80,12 +80,12 @@ def trace_of(state: State) -> Trace:
 
 
 def is_volume(trace: Trace) -> bool:
-    """Whether a realization that is followed is a volume."""
+    """Whether the realization of a trace is a volume."""
     return trace.study.grid.nz is not None
 
 
 def usual_patch(trace: Trace) -> int:
-    """Return a patch with an overlap on all sides it can have, some way down the path."""
+    """Return a patch with an overlap on every possible side, some way along the path."""
     wanted = SHOWN_FIRST * len(trace.patches)
     rank = max((not p.split, p.shape) for p in trace.patches)
     inner = [p.number for p in trace.patches if (not p.split, p.shape) == rank]
@@ -93,14 +93,14 @@ def usual_patch(trace: Trace) -> int:
 
 
 def set_own(state: State, **changes: Any) -> None:
-    """Change the page's own setting; sizes that do not fit any more go to the nearest that do."""
+    """Change the setting of the page; sizes that no longer fit change to the nearest valid ones."""
     shape = image_of(state.choices.image).shape
     parameters = fitted(parameters_of(state), shape, **changes)
     state.page(How).stop(parameters=None if parameters == state.choices.parameters else parameters)
 
 
 def use_own(state: State) -> None:
-    """Make the page's setting the study's."""
+    """Put the setting of the page into the study."""
     state.change(parameters=parameters_of(state))
     forget_own(state)
 

@@ -1,4 +1,4 @@
-"""The texts of the page beside each step, with the place in the paper; the table of locations."""
+"""The text beside each step, with its section in the paper, and the table of locations."""
 
 from __future__ import annotations
 
@@ -37,28 +37,28 @@ PAPER = {
     "paste": "section 4.4 · Algorithm 1, line 14",
     "image": "sections 3.1 and 4.2, Figs. 1 and 4 · Algorithm 1, line 2",
 }
-"""The place of each step in the paper."""
+"""The section, figure or line of the paper that describes each step."""
 LAYER_ROW_COLUMN = ("layer", "row", "column")
 ORDER_WORDS = (
     "layer after layer",
-    "its rows through all layers, one after the other",
-    "its columns through all layers, one after the other",
+    "row by row through all layers",
+    "column by column through all layers",
 )
-"""How a path through a volume goes, by the slowest axis of `ORDERS`."""
+"""The order of patches in a volume, by the slowest axis of `ORDERS`."""
 
 
 def say(text: str, source: str) -> None:
-    """Write the text of a panel, HTML, with its place in the paper."""
+    """Write the text of a panel, in HTML, with its section in the paper."""
     st.html(f'<p class="say">{referred(text, source)}</p>')
 
 
 def referred(text: str, source: str) -> str:
-    """Return a sentence in HTML with its place in the paper, or that it has none."""
+    """Return a sentence in HTML with its section in the paper, or a note that it has none."""
     return f'{text} <span class="ref">{escape(source)}</span>'
 
 
 def format_count(n: int, one: str, many: str = "") -> str:
-    """Return a number with its noun.
+    """Return a number with its noun in the right form.
 
     Examples
     --------
@@ -79,7 +79,7 @@ def describe_sides(trace: Trace, sides: int) -> str:
 
 
 def describe_position(trace: Trace, number: int) -> str:
-    """Return which tile of the path a patch is in."""
+    """Return the position of a patch in the tiles of the path, in words."""
     tiles = trace.path.tiles
     at = np.unravel_index(trace.patches[number].tile, tiles)
     named = zip(LAYER_ROW_COLUMN, at, tiles, strict=True)
@@ -88,7 +88,7 @@ def describe_position(trace: Trace, number: int) -> str:
 
 
 def describe_path(trace: Trace) -> str:
-    """Return start, direction and step of the path."""
+    """Return a description of the start, direction and step of the path."""
     frame, search, volume = trace.grid_frame, trace.search, trace.study.grid.nz is not None
     corner, is_random = frame.faces(), trace.study.parameters.random_path
     way = f"the <b>{'-'.join(corner)}</b> and runs <b>{frame.direction}</b>, row after row"
@@ -105,27 +105,27 @@ def describe_path(trace: Trace) -> str:
         f"The path starts in {way} "
         f"({'drawn at random for each realization' if is_random else 'the same for all'}). "
         f"Patches of T = {along(search.template)} cells are placed T − OR = {along((z, y, x))} "
-        f"cells apart, so each overlaps earlier ones by OR = {along(search.overlap)}: the part in "
+        f"cells apart, so each overlaps earlier ones by OR = {along(search.overlap)}, shown in "
         f"full colour. {'Left' if volume else 'Click the grid to jump to a patch; left'} and right "
         "arrow keys step."
     )
 
 
 def describe_offset(trace: Trace) -> str:
-    """Return how far before the grid the first patch begins, and why."""
+    """Return a sentence on the distance from the first patch to the grid's edge, and its reason."""
     offset = trace.grid_frame.offset
     if not any(offset):
         return ""
     named = zip(LAYER_ROW_COLUMN[-len(offset) :], offset, strict=True)
     return (
         f"The first patch begins {listing(format_count(n, name) for name, n in named)} before the "
-        "grid, drawn at random, so that seams are elsewhere in each realization and do not show in "
+        "grid, drawn at random, so that seams differ between realizations and do not show in "
         "their mean."
     )
 
 
 def describe_overlap(view: PatchView) -> str:
-    """Return the sizes of the overlap and of its approximation."""
+    """Return a sentence on the sizes of the overlap and of its approximation."""
     n_cells = int(view.step.in_overlap.sum())
     if not n_cells:
         return "Nothing has been simulated yet, so there is nothing to compare the image with."
@@ -135,14 +135,14 @@ def describe_overlap(view: PatchView) -> str:
     n = int(np.isfinite(view.step.approximation[0]).sum())
     level = view.level if isinstance(view.level, int) else cells_along(view.level)
     return (
-        f"{cells} Its Haar approximation at level {level} keeps one number a block of "
+        f"{cells} Its Haar approximation at level {level} keeps one number per block of "
         f"{cells_along(view.block)} cells, {prod(view.block) ** 0.5:.3g} times their mean: "
         f"<b>{format_count(n, 'coefficient')}</b> instead of {format_count(n_cells, 'number')}."
     )
 
 
 def describe_scores(step: TracedPatch) -> str:
-    """Return how the scores are computed, and the best one."""
+    """Return a description of the scores, and the best score."""
     locations = format_count(step.scores.size, "location")
     if not step.patch.shape:
         decide = " Only the hard data decide." if step.data is not None else ""
@@ -165,37 +165,37 @@ def describe_scores(step: TracedPatch) -> str:
 
 
 def describe_draw(view: PatchView) -> str:
-    """Return how the location was drawn."""
+    """Return a description of how the location was drawn."""
     step, n = view.step, view.step.n_candidates
     how = "all equally likely"
     if step.steered:
-        how = "the likelier the nearer it brings the proportions to their target (not in the paper)"
-    chance = f"One of {n} candidates, {how}: that is where realizations differ."
+        how = "likelier if it brings the proportions nearer to their target (not in the paper)"
+    chance = f"One of {n} candidates, {how}: this choice makes realizations differ."
     if n == 1:
         chance = "It is the only candidate."
     elif step.n_drawn > 1:
         chance = (
             f"Of {n} candidates, {how}, {step.n_drawn} are drawn, and the best at full resolution "
-            "is taken (not in the paper): that is where realizations differ."
+            "is taken (not in the paper): this choice makes realizations differ."
         )
     return f"Drawn: CCW {view.locations[0].ccw:.4g}. {chance}"
 
 
 def describe_shift(step: TracedPatch) -> str:
-    """Return how far refinement shifted the patch; empty if it did not."""
+    """Return a sentence on the shift of the patch by refinement; empty if it did not move."""
     shift = int(np.abs(np.subtract(step.place, step.drawn_place)).max())
     said = f"Refinement shifted it by {format_count(shift, 'cell')} to its best fit at full"
     return f"{said} resolution." if shift else ""
 
 
 def describe_cut(view: PatchView) -> str:
-    """Return how the cut is found, and how many cells it keeps."""
+    """Return a description of the search for the cut, and the number of cells that stay."""
     step = view.step
     if not step.patch.shape:
         return "Nothing to cut: the whole patch is pasted."
     n_cells, kept = int(step.in_overlap.sum()), format_count(int(step.keep_mask.sum()), "cell")
     how = (
-        "The cheapest boundary through that error surface is found by dynamic programming: before "
+        "The cheapest boundary through this error surface is found by dynamic programming: before "
         f"it {kept} stay as they were; the rest of the patch is pasted."
     )
     if view.is_volume:
@@ -208,29 +208,29 @@ def describe_cut(view: PatchView) -> str:
 
 
 def describe_inverse(step: TracedPatch, largest: float) -> str:
-    """Return how far, at most, the inverse transform is from the slice of the image."""
+    """Return a sentence on the largest difference between inverse transform and image."""
     size, n = len(step.cells), len(step.cells) // step.block_size
     shown = "0" if largest == 0 else f"{largest:.0e}"
     return (
         f"The drawn patch is {n} × {n} approximation coefficients and their details. The inverse "
-        f"DWT puts back all {size} × {size} cells; for Haar it equals the slice of the image "
+        f"DWT restores all {size} × {size} cells; for Haar it equals the slice of the image "
         f"(largest difference {shown}): the search compares only the approximation, and the patch "
         "still has every detail."
     )
 
 
 def describe_fate(location: PlaceFate, step: TracedPatch, search_fraction: float) -> str:
-    """Return the fate of a location and the reason."""
+    """Return the fate of a location and its reason in words."""
     best = f"{100 * search_fraction:.3g}"
     return {
         "drawn": "drawn",
-        "candidate": "a candidate that was not taken",
+        "candidate": "a candidate that was not drawn",
         "fraction": f"rejected: its overlap is not among the best {best} %",
         "slack": "rejected: much worse than the best",
-        "copy": "rejected: it only continues a patch beside it",
+        "copy": "rejected: it merely continues the patch beside it",
         "data": f"rejected: {_misses(location)}",
         "location": "rejected: too far from its own position in the image",
-        "tie": "rejected: others of equal score were chosen at random",
+        "tie": "rejected: others with an equal score were chosen at random",
     }[location.fate]
 
 
@@ -245,12 +245,12 @@ def _misses(location: PlaceFate) -> str:
 
 
 def is_rejected(location: PlaceFate) -> bool:
-    """Return whether a location that fits the overlap could not be drawn."""
+    """Return whether a location that fits the overlap was rejected for another reason."""
     return location.fate not in ("drawn", "candidate")
 
 
 def draw_marks(view: PatchView) -> None:
-    """Write the key of the marks of locations."""
+    """Write the key to the marks of locations."""
     out = REJECTED_MARK if any(map(is_rejected, view.locations)) else ""
     st.html(MARKS.format(out))
 
@@ -283,7 +283,7 @@ def _row(view: PatchView, location: PlaceFate) -> str:
 
 
 def say_candidates(view: PatchView) -> None:
-    """Say how the candidates were chosen, with and without data."""
+    """Describe the choice of the candidates, with or without data."""
     step, k = view.step, len(view.step.places)
     if step.data is not None:
         say(_data_and_search(view), PAPER["data"])
@@ -302,24 +302,24 @@ def say_candidates(view: PatchView) -> None:
 
 
 def _choice_without_data(view: PatchView) -> str:
-    """Return which of the K best may be drawn if no data are near."""
+    """Say which of the K best locations may be drawn if no data are near."""
     step, n_copies = view.step, int(view.step.copies.sum())
     assert step.slack is not None
     cells = round(step.slack / view.trace.search.cell_cost)
     text = (
-        f"Of them the draw is among those within {cells} wrong cells of the very best: "
+        f"The location is drawn from those within {cells} wrong cells of the very best: "
         f"<b>{step.n_candidates}</b>."
     )
     if n_copies:
         text += (
-            " Left out, so that the image is not copied on and on: "
-            f"{format_count(n_copies, 'location')} where a patch beside this one goes on."
+            " Left out, so that long stretches of the image are not copied: "
+            f"{format_count(n_copies, 'location')} that would continue a neighbouring patch."
         )
     return text
 
 
 def _data_and_search(view: PatchView) -> str:
-    """Return which data condition the patch, and which locations are searched for them."""
+    """Say which data condition the patch, and which locations are searched."""
     d = view.step.data
     assert d is not None
     n_inside = sum(datum.inside for datum in d.seen)
@@ -340,7 +340,7 @@ def _data_and_search(view: PatchView) -> str:
 
 
 def _choice_with_data(view: PatchView) -> str:
-    """Return how data and overlap are weighed here, and how many locations are left."""
+    """Say how data and overlap are weighted, and how many candidates are left."""
     d, search = view.step.data, view.trace.search
     assert d is not None
     n_rejected = sum(map(is_rejected, view.locations))
@@ -348,15 +348,15 @@ def _choice_with_data(view: PatchView) -> str:
     rejected = f" Rejected: {format_count(n_rejected, 'location')} that fit the overlap."
     return (
         f"Here each datum that a location would miss costs as much as {missed} wrong "
-        f"cells of overlap ({held} where the grid has it right already, {ahead} ahead). "
-        f"Of the K = {len(view.step.places)} best, the draw is among those within "
+        f"cells of overlap ({held} if the grid honours it already, {ahead} ahead). "
+        f"The location is drawn from those of the K = {len(view.step.places)} best within "
         f"{round(d.slack / search.cell_cost)} cells of the very best: "
         f"<b>{view.step.n_candidates}</b>.{rejected if n_rejected else ''}"
     )
 
 
 def describe_window(w: ResimulatedWindow) -> str:
-    """Return the outcome of a window of local re-simulation."""
+    """Return the outcome of a window of local re-simulation in words."""
     if w.size == 1:
         return "Forced: no window fitted, so only the cell was changed."
     if not w.fits:

@@ -1,1 +1,1 @@
-"""Files of the user: a training image and hard data, and what they leave open."""
+"""The page Import: the user's training image and hard data, and questions about them."""

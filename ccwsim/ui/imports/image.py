@@ -1,4 +1,4 @@
-"""The import of a training image: the file, what it asks, the facies, and what suits them."""
+"""The import of a training image: the file, its questions, the facies, and advice."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ from ccwsim.ui.widgets.fields import bound_to, button, field
 from ccwsim.ui.widgets.text import panel_title, plain, step_note
 
 MAX_FACIES = 12
-"""Facies that can be named and coloured one by one."""
+"""Maximum number of facies that can be named and coloured one by one."""
 SIMULATE_PAGE = "pages/simulate.py"
 TURNS = {"flip_ew": "Flip E–W", "flip_ns": "Flip N–S", "transpose": "Transpose"}
 Write = Callable[[ImageChoice], None]
@@ -45,10 +45,10 @@ _diagnosed = cached(max_entries=16, show_spinner="Looking at the training image 
 
 
 def draw_image_import(state: State) -> None:
-    """Draw the file as it is, what it becomes, and all that can be said about it.
+    """Draw the file as it is, the training image made of it, and the diagnosis of the image.
 
-    A file whose questions are not answered is looked at here and taken when the user says so; what
-    is changed afterwards is changed in the study.
+    A file with open questions enters the study only when the user says so; later changes on this
+    page change the study.
     """
     choice = state.image_draft or state.choices.image
     waits = state.image_draft is not None
@@ -86,7 +86,7 @@ def draw_image_import(state: State) -> None:
 def _image_or_problem(choice: ImageChoice) -> tuple[TrainingImage | None, str]:
     try:
         if choice.upload is not None and not choice.answers:
-            image_of_file(choice.upload)  # which knows better what is wrong with a file
+            image_of_file(choice.upload)  # the reader knows better what is wrong with a file
         return image_of(choice), ""
     except CCWSIMError as error:
         return None, str(error)
@@ -110,7 +110,7 @@ def _decide(state: State, choice: ImageChoice) -> None:
 
 
 def _pictures(choice: ImageChoice, image: TrainingImage | None, asked: tuple[str, ...]) -> None:
-    """The file as it is, where its values or colours were classed, and the facies beside it."""
+    """Draw the file as it is, if its values or colours were classed, and the facies beside it."""
     classed = "values" in asked and choice.upload is not None
     places = st.columns(2, gap="medium") if classed and image is not None else [st.container()]
     if classed:
@@ -127,7 +127,7 @@ def _pictures(choice: ImageChoice, image: TrainingImage | None, asked: tuple[str
 
 
 def _file_map(choice: ImageChoice) -> None:
-    """The picture in its own colours, or the values from lowest to highest."""
+    """Draw the picture in its own colours, or the values on a colour scale."""
     assert choice.upload is not None
     picture = picture_of_file(choice.upload, choice.answers)
     if picture is not None:
@@ -143,7 +143,7 @@ def _file_map(choice: ImageChoice) -> None:
 
 
 def draw_turns(choice: ImageChoice, write: Write) -> None:
-    """Draw the ways to turn an image."""
+    """Draw the controls that flip and rotate an image."""
 
     def turn(**turned: bool) -> None:
         write(replace(choice, **turned))
@@ -155,7 +155,7 @@ def draw_turns(choice: ImageChoice, write: Write) -> None:
 
 
 def rotated(choice: ImageChoice) -> ImageChoice:
-    """Return the choice with its image turned by a quarter, anticlockwise.
+    """Return the choice with its image rotated by 90° anticlockwise.
 
     Examples
     --------
@@ -196,10 +196,10 @@ def draw_facies(choice: ImageChoice, image: TrainingImage, write: Write) -> None
 
 
 def draw_image_advice(state: State, choice: ImageChoice, image: TrainingImage) -> None:
-    """Say which parameters suit the image; they are taken into the study, with the image."""
+    """Advise parameters for the image; a button puts them into the study, with the image."""
     try:
         found = _diagnosed(image)
-    except CCWSIMError as error:  # too small to judge, which is no fault of the study
+    except CCWSIMError as error:  # an image too small to judge is no error of the study
         st.caption(plain(f"No advice: {error}."))
         return
 

@@ -1,4 +1,4 @@
-"""The page that takes files: a training image here, hard data there."""
+"""The page to import files, with a part for the training image and a part for hard data."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ SUBJECTS = {"image": "Training image", "data": "Hard data"}
 
 @dataclass
 class Imports:
-    """What this page remembers."""
+    """The state of the page Import."""
 
     subject: Literal["image", "data"] = "image"
-    draft: DataChoice | None = None  # of hard data, as it was when the page was drawn last
-    tables: bool | None = None  # whether wells come in tables; None as the study has it
+    draft: DataChoice | None = None  # the choice of hard data when the page was last drawn
+    tables: bool | None = None  # whether wells come in tables; None: as in the study
 
 
 def draw_imports(state: State) -> None:
     """Draw the page."""
     page_state = state.page(Imports)
-    if state.data_draft is not page_state.draft:  # data that wait are what a reader comes for
+    if state.data_draft is not page_state.draft:  # waiting data are shown first
         page_state.subject = "data" if state.data_draft else page_state.subject
         page_state.draft, page_state.tables = state.data_draft, None
     subject = bound_to(page_state, "subject") | options_of(SUBJECTS)
@@ -44,7 +44,7 @@ def draw_imports(state: State) -> None:
 
 
 def _tables(state: State, page_state: Imports) -> bool:
-    """Ask whether wells come in one table or in several, which only those of a volume do."""
+    """Ask whether wells come in one table or in several, which is only possible for a volume."""
     own = (state.data_draft or state.choices.data).tables is not None
     if state.choices.grid.nz is None and not own:
         return False

@@ -1,4 +1,4 @@
-"""The import of wells: the first rows, which column is what, and where the data fall."""
+"""The import of wells: the first rows, the roles of columns, and a map of the data."""
 
 from __future__ import annotations
 
@@ -43,21 +43,21 @@ from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.text import panel_title, plain
 
 MAX_DRAWN = 2000
-"""Data on the map."""
+"""Maximum number of data on the map."""
 HELP = (
-    "Bring wells or other points: a table with columns of x, y and facies, in any order. "
-    "What its columns are is guessed here and can be changed."
+    "Import wells or other points: a table with columns of x, y and facies, in any order. "
+    "The roles of its columns are guessed here and can be changed."
 )
 HELP_ON_TABLES = (
-    "Bring two tables or three: collars, intervals with their facies, and surveys of wells that "
-    "deviate. What their columns are is guessed here and can be changed."
+    "Import two or three tables: collars, intervals with their facies, and surveys of wells that "
+    "deviate. The roles of their columns are guessed here and can be changed."
 )
 
 
 def draw_wells_import(state: State, tables: bool = False) -> None:
-    """Draw a file of wells, or `tables` of them, what is guessed of it, and what it leaves open.
+    """Draw a file of wells, or `tables` of them, with the guesses and the open questions.
 
-    It is taken as soon as all its data fit; until then the study keeps what it has.
+    The file enters the study as soon as all its data fit; until then the study keeps its data.
     """
 
     choice = state.data_draft or state.choices.data
@@ -94,11 +94,11 @@ def draw_wells_import(state: State, tables: bool = False) -> None:
 
 
 def _say_state(state: State, tried: Choices) -> None:
-    """Say whether the file is taken, and why not."""
+    """Say whether the file is in the study or, if not, the reason."""
     choice = tried.data
     name = names_of_files(choice)
     if choice.waits:
-        st.info("Collars and intervals are needed; surveys only where wells deviate.")
+        st.info("Collars and intervals are needed; surveys only if wells deviate.")
         keep_data_button(state, "wells_drop")
         return
     try:
@@ -118,7 +118,7 @@ def _say_state(state: State, tried: Choices) -> None:
 
 
 def _draw_rows(preview: PointsPreview) -> None:
-    """The first rows as they are read, with the role of each column in its heading."""
+    """Draw the first rows as they are read, with the role of each column in its heading."""
     shown = min(len(preview.rows), preview.n_rows)
     panel_title("First rows", f"{shown} of {preview.n_rows} of {preview.name}")
     roles = {column: role_of(role) for role, column in preview.guess.items()}
@@ -132,9 +132,9 @@ def _draw_rows(preview: PointsPreview) -> None:
 
 
 def _draw_map(state: State, tried: Choices) -> None:
-    """Where the data fall in the grid; open rings are outside or of an unknown facies.
+    """Draw a map of the data in the grid; open rings are outside it or of an unknown facies.
 
-    Where none falls in it they would be one dot beside it: they are drawn in a grid that fits.
+    If no datum is in the grid, the map shows a larger grid that contains the data.
     """
     try:
         placed, fitting, title = placed_data(tried), grid_for_data(tried), "Where the data fall"
@@ -142,22 +142,22 @@ def _draw_map(state: State, tried: Choices) -> None:
         if fitting is not None and n_out == n:
             title, tried = "Where the data would fall", replace(tried, grid=fitting)
             placed = placed_data(tried)
-    except CCWSIMError:  # said above
+    except CCWSIMError:  # reported above
         return
     panel_title(title, f"grid of {described(tried.grid)}")
     step = -(-placed.points.n // MAX_DRAWN)
     colours = _colours(state, tried, placed)[::step]
-    above = placed.cells[::step, -2:]  # a volume is seen from above
+    above = placed.cells[::step, -2:]  # the data of a volume are seen from above
     svg = placement_svg(above, colours, tried.grid.shape[-2:])
     st.image(svg, alt="Where the data fall in the grid", width=520)
     if fitting is not None and n_out == n:
-        st.caption("The frame is a grid that holds them: none is in the study's own.")
+        st.caption("The frame is a grid that contains the data; no datum is in the study's grid.")
     elif n_out:
         st.caption(f"The frame is the grid: {n_out} of {n} data are outside.")
 
 
 def _colours(state: State, tried: Choices, placed: PlacedPoints) -> list[str | None]:
-    """The colour of the facies of each datum; None for those that are not taken."""
+    """Return the colour of the facies of each datum; None for data that are not used."""
     image = image_of(tried.image)
     known = dict(zip(image.codes.tolist(), colours_of(state), strict=False))
     lost = {*placed.outside.tolist(), *placed.unknown.tolist()}

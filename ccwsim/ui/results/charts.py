@@ -1,4 +1,4 @@
-"""Put a chart on the page, in the same way everywhere; a menu saves it as PNG, SVG or CSV."""
+"""Charts on all pages, with a menu that saves them as PNG, SVG or CSV."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from ccwsim.ui.widgets.errors import catch_callback_errors
 from ccwsim.ui.widgets.text import panel_title
 
 SAVE_BUTTON: dict[str, Any] = {"displaylogo": False, "modeBarButtons": [["toImage"]]}
-"""Plotly's hidden button, which the menu beside the title presses."""
+"""The setting of plotly's hidden button, which the menu beside the title presses."""
 
 
 def draw_chart(chart: Any, key: str, alt: str) -> None:
-    """Draw a plotly figure that already has its own style."""
+    """Draw a plotly figure that already has a style."""
     st.plotly_chart(chart, key=f"chart_{key}", theme=None, alt=alt, config=SAVE_BUTTON)
 
 
@@ -28,7 +28,7 @@ def draw_clickable_chart(
     *,
     n_series: int = 1,
 ) -> None:
-    """Draw a chart whose first series have points to click; `choose` gets the point's number."""
+    """Draw a chart with clickable points in its first series; `choose` gets the point's index."""
 
     def clicked() -> None:
         points = st.session_state[f"chart_{key}"].selection.points
@@ -49,9 +49,10 @@ def titled_chart(
     alt: str,
     draw: Callable[[Any, str, str], None] = draw_chart,
 ) -> None:
-    """Draw title, note, menu and chart, which is put on the page by draw(chart, key, alt).
+    """Draw title, note, menu and chart; draw(chart, key, alt) puts the chart on the page.
 
-    The `key` is unique on the page and also the file name; `alt` is for those who cannot see it.
+    The `key` is unique on the page and also the file name; `alt` describes the chart to screen
+    readers.
     """
     with st.container(key=f"panel_{key}"):
         with st.container(horizontal=True, gap="small", key=f"title_{key}"):
@@ -61,6 +62,6 @@ def titled_chart(
 
 
 def chart_menu(title: str, key: str) -> None:
-    """Draw the menu that saves the chart of that key."""
+    """Draw the menu that saves the chart with a key."""
     data = {"title": title, "chart": f"chart_{key}", "name": key}
     draw_component("chart_menu", f"menu_{key}", data, width="content")

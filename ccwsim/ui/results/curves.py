@@ -1,4 +1,4 @@
-"""Curves of an ensemble and its training image, computed once, and their charts."""
+"""Charts of an ensemble's curves and those of its training image, each computed once."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ from ccwsim.ui.widgets.text import panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
 SMALL_SHARES = 4_000_000
-"""Largest number of shares of an E-type, 8 bytes each, that is kept without its ensemble."""
+"""Maximum number of values (8 bytes each) of an E-type that is cached for all sessions."""
 _large: WeakKeyDictionary[Ensemble, EType] = WeakKeyDictionary()
 _e_type = cached(max_entries=8)(etype)
 vertical_proportions_bundle = cached(max_entries=64)(layers_bundle)
@@ -48,9 +48,9 @@ vertical_proportions_bundle = cached(max_entries=64)(layers_bundle)
 
 @cached(max_entries=192)
 def curve_bundle(ensemble: Ensemble, statistic: Statistic, facies: int, direction: str) -> Bundle:
-    """Return a curve of a facies (a place in the codes) along an axis.
+    """Return a curve of a facies (an index into the codes) along an axis.
 
-    In the connectivity function cells that touch at a corner are connected.
+    The connectivity function treats cells that touch at a corner as connected.
     """
     image = ensemble.training_image
     code, lags = int(image.codes[facies]), max_lag(direction, image.shape, ensemble.grid.shape)
@@ -64,20 +64,20 @@ def curve_bundle(ensemble: Ensemble, statistic: Statistic, facies: int, directio
 def _curve_of_image(
     image: TrainingImage, statistic: Statistic, code: int, direction: str, lags: int
 ) -> NDArray[np.float64]:
-    """Return the image's own curve, the same for all its ensembles."""
+    """Return the curve of the training image, which all its ensembles share."""
     return curves_of(statistic, image, code, direction, lags)[0]
 
 
 @cached(max_entries=192)
 def fit_of(ensemble: Ensemble, statistic: Statistic, facies: int, direction: str) -> Fit | None:
-    """Return how a curve compares with crops of the training image."""
+    """Return the comparison of a curve with crops of the training image."""
     return fit_curve(ensemble, statistic, int(ensemble.training_image.codes[facies]), direction)
 
 
 def e_type_of(ensemble: Ensemble) -> EType:
     """Return the E-type of an ensemble, computed once.
 
-    Small ones are shared by all sessions; a large one goes with its ensemble.
+    All sessions share small E-types; a large E-type is kept only as long as its ensemble.
     """
     if ensemble.grid.n_cells * ensemble.training_image.n_facies <= SMALL_SHARES:
         return _e_type(ensemble)
@@ -87,9 +87,9 @@ def e_type_of(ensemble: Ensemble) -> EType:
 
 
 def draw_curves(ensemble: Ensemble, facies: int, colours: Sequence[str] | None = None) -> None:
-    """Draw the charts of a facies (a place in the codes) side by side, of volumes in two rows.
+    """Draw the charts of a facies (an index into the codes); those of a volume are in two rows.
 
-    Where `colours` of the facies are given, one more shows their proportions.
+    If `colours` of the facies are given, another chart shows their proportions.
     """
     draw_band_key(ensemble)
     variograms = _variograms(ensemble, facies)
@@ -106,7 +106,7 @@ def draw_curves(ensemble: Ensemble, facies: int, colours: Sequence[str] | None =
 
 
 def draw_rows(rows: Sequence[Sequence[Callable[[], None]]]) -> None:
-    """Draw charts in rows of as many columns as the first has, and say how they are judged."""
+    """Draw rows of charts with the columns of the first row, and explain how they are judged."""
     with st.container(key="charts"):
         places = [st.columns(len(rows[0]), gap="medium") for _ in rows]
     for row, columns in zip(rows, places, strict=True):
@@ -117,12 +117,12 @@ def draw_rows(rows: Sequence[Sequence[Callable[[], None]]]) -> None:
 
 
 def _variograms(ensemble: Ensemble, facies: int) -> list[Callable[[], None]]:
-    """Functions that draw the variogram along each axis, all up to the same γ."""
+    """Return functions that draw the variogram along each axis, all with the same range of γ."""
     name, theme = ensemble.training_image.facies_names[facies], chart_theme()
     ways = axes_of(ensemble.grid.shape)
     bundles = [curve_bundle(ensemble, "variogram", facies, way) for way in ways]
     top = 1.1 * max(float(np.nanmax([b.each.max(), b.reference.max()])) for b in bundles)
-    y_range = 0.0, top or 1.0  # of one cell there is no variogram
+    y_range = 0.0, top or 1.0  # an axis of one cell has no variogram
 
     def draw(way: str, bundle: Bundle) -> None:
         note = describe_curve(fit_of(ensemble, "variogram", facies, way), "variogram")
@@ -144,7 +144,7 @@ def _connectivity(ensemble: Ensemble, facies: int, way: str, note: str = "", key
 
 
 def _connectivity_both_ways(ensemble: Ensemble, facies: int) -> None:
-    """Draw the connectivity E–W; N–S, which has no chart here, is named if it does not fit."""
+    """Draw the connectivity E–W; a note says if that N–S, which has no chart here, does not fit."""
     along, across = (fit_of(ensemble, "connectivity", facies, way) for way in ("E-W", "N-S"))
     said = describe_curve(along, "connectivity")
     if across is not None and not across.fits:
@@ -165,7 +165,7 @@ def _fit_of_layers(ensemble: Ensemble, facies: int) -> Fit | None:
 def draw_layers(
     ensemble: Ensemble, facies: int, bundle: Bundle, fit: Fit | None, height: int = 196
 ) -> None:
-    """Draw the vertical proportion curve of a facies (a place in the codes) of volumes."""
+    """Draw the vertical proportion curve of a facies (an index into the codes) in volumes."""
     image, grid = ensemble.training_image, ensemble.grid
     name = image.facies_names[facies]
     note = describe_layers(fit, name)
@@ -197,7 +197,7 @@ def _times(ensemble: Ensemble, theme: Theme) -> None:
 
 
 def draw_curve_key(lines: Iterable[tuple[str, str]]) -> None:
-    """Write the key of the lines of charts: each a border in CSS and a name."""
+    """Write the key to the lines in charts; each line has a CSS border and a name."""
     entries = "".join(
         f'<span><i style="border-top: {border}"></i>{escape(name)}</span>' for border, name in lines
     )
@@ -205,7 +205,7 @@ def draw_curve_key(lines: Iterable[tuple[str, str]]) -> None:
 
 
 def draw_band_key(ensemble: Ensemble) -> None:
-    """Write the key of `curves_chart`."""
+    """Write the key to the lines of `curves_chart`."""
     each = "each realization"
     if ensemble.n > MAX_CURVES:
         each = f"each of the first {MAX_CURVES} realizations"

@@ -1,4 +1,4 @@
-"""Maps of results: colours of the facies, E-type, gallery, and outlines before a run."""
+"""Maps of results: facies colours, E-type, gallery, and empty outlines before a run."""
 
 from __future__ import annotations
 
@@ -27,20 +27,20 @@ from ccwsim.ui.widgets.fields import button, field, options_of
 from ccwsim.ui.widgets.text import panel_title, step_note
 
 MAP_WIDTHS = (1.08, 1.0)
-"""Widths of a realization, which has coordinates beside it, and of the E-type."""
+"""Relative widths of a realization, with room for coordinates, and of the E-type."""
 WIDE = 2.0
-"""Smallest ratio of width to height of a grid whose maps are below each other."""
+"""Minimum ratio of width to height of a grid whose maps are placed below each other."""
 OTHERS = ("most likely", "entropy")
 ROW_WIDTH = 1040
-"""Pixels that one row of tiles may take on a wide screen."""
+"""Maximum width in pixels of a row of tiles on a wide screen."""
 SMALLEST_IMAGE = 0.5
-"""The training image is never narrower than this share of a realization on the page."""
+"""Minimum width of the training image as a share of the width of a realization."""
 
 
 def map_columns(widths: Sequence[float], first: int, grid: Grid) -> list[DeltaGenerator]:
-    """Return columns of these widths for maps of `grid` in `first` and the next, and for others.
+    """Return columns of given widths; columns `first` and `first` + 1 hold maps of `grid`.
 
-    The two maps of a wide grid are below each other: they have one column as wide as both.
+    Maps of a wide grid are placed below each other, in a column as wide as both.
     """
     if not is_wide(grid):
         return list(st.columns(widths, gap="medium"))
@@ -79,19 +79,19 @@ def middle_layers(stack: NDArray[Any]) -> NDArray[Any]:
 
 
 def colours_of(state: State) -> list[str]:
-    """Return the colours of the facies; the user may have chosen some."""
+    """Return the colours of the facies, including colours chosen by the user."""
     choice = state.choices.image
     return facies_colours(image_of(choice), dict(choice.colours))
 
 
 def pretty(name: str) -> str:
-    """Return a bundled data set's name as words, and the name of a file as it is."""
+    """Return the name of a bundled data set in words; the name of a file is unchanged."""
     bundled = {*datasets.all_image_names(), *datasets.all_hard_data_names()}
     return name.replace("_", " ") if name in bundled else name or "unnamed"
 
 
 def colours_of_ran(state: State) -> list[str]:
-    """Return the facies colours for the results, which may be of another image than the study."""
+    """Return the facies colours for the results, whose image may differ from that of the study."""
     assert state.ensemble is not None
     image = state.ensemble.training_image
     chosen = dict(state.choices.image.colours) if state.ensemble_choices else {}
@@ -107,7 +107,7 @@ def draw_e_type(state: State, ensemble: Ensemble, colours: Sequence[str]) -> Non
     shown = uncertainty_map(state, ensemble, colours)
     shown.points.extend(points_of(ensemble.hard_data, ensemble.training_image))
     name = f"{state.e_type}_{names[state.facies]}".replace(" ", "_")
-    # a map below a realization has coordinates too, so that both begin and end on one line
+    # a map below a realization also has coordinates, so that their edges are aligned
     own_axes = ensemble.grid.nz is not None or is_wide(ensemble.grid)
     grid = ensemble.grid if own_axes else None
     draw_cells(shown, "e_type", grid=grid, link="grid", scale="maps", name=name)
@@ -136,7 +136,7 @@ def map_name(option: int | str, names: Sequence[str]) -> str:
 
 
 def choose(state: State, option: int | str) -> None:
-    """Take a content of the uncertainty map; the curves are of the chosen facies too."""
+    """Store the content of the uncertainty map; the curves show the chosen facies too."""
     if isinstance(option, int):
         state.facies, state.e_type = option, "probability"
     else:
@@ -157,7 +157,7 @@ def uncertainty_map(state: State, ensemble: Ensemble, colours: Sequence[str]) ->
 
 
 def draw_training_image(image: TrainingImage, colours: Sequence[str]) -> None:
-    """Draw the training image under its name; a volume shares the cursor of the results."""
+    """Draw the training image below its name; a volume shares the cursor of the results."""
     panel_title("Training image", pretty(image.name))
     shown = facies_map(image.indices, image, colours, f"Training image {image.name}")
     options: dict[str, Any] = {"scale": "maps", "leads": False, "body": False}
@@ -168,7 +168,7 @@ def draw_training_image(image: TrainingImage, colours: Sequence[str]) -> None:
 def draw_realization(
     ensemble: Ensemble, colours: Sequence[str], r: int, grid: Grid | None = None
 ) -> None:
-    """Draw realization `r` with the data on it; the coordinates of `grid` along its edges."""
+    """Draw realization `r` with the data on it and the coordinates of `grid` along its edges."""
     image, title = ensemble.training_image, f"Realization {r + 1}"
     panel_title(f"{title} of {ensemble.n}")
     shown = facies_map(ensemble.indices[r], image, colours, title)
@@ -178,7 +178,7 @@ def draw_realization(
 
 
 def draw_gallery(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw all realizations; the one that is clicked is shown large."""
+    """Draw all realizations; a click shows a realization large."""
     longest = min(96, max(48, ROW_WIDTH // ensemble.n - 8))
     width, height = tile_size(ensemble.grid.shape[-2:], longest)
     if ensemble.grid.nz is not None:
@@ -196,7 +196,7 @@ def _sheet(ensemble: Ensemble, colours: tuple[str, ...], longest: int) -> tuple[
 
 
 def step_buttons(key: str, page_state: Any, n: int, note: str = "") -> None:
-    """Draw two arrows that change which of `n` realizations a page has `shown`."""
+    """Draw two arrows that step through `n` realizations from the one `shown`."""
 
     def step(way: int) -> None:
         page_state.shown = (page_state.shown + way) % n
@@ -207,7 +207,7 @@ def step_buttons(key: str, page_state: Any, n: int, note: str = "") -> None:
 
 
 def draw_ghost(state: State) -> None:
-    """Draw the outlines of the results before there are any."""
+    """Draw outlines in place of results before the first run."""
     image, grid = image_of(state.choices.image), state.choices.grid
     with st.container(key="maps"):
         left, middle, right = map_columns((SMALLEST_IMAGE, *MAP_WIDTHS), 1, grid)
@@ -223,7 +223,7 @@ def draw_ghost(state: State) -> None:
 
 
 def ghost_panel(text: str, shape: str, title: str = "", kind: str = "ghost") -> None:
-    """Draw the outline of a result to come; `shape` is its size in CSS."""
+    """Draw the outline of a future result; `shape` is its size in CSS."""
     if title:
         panel_title(title)
     st.html(f'<div class="{kind}" style="{shape}">{escape(text)}</div>')

@@ -1,4 +1,4 @@
-"""Numbers as tables on the page and as CSV."""
+"""Tables of numbers on the page and as CSV."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from ccwsim.ui.widgets.fields import download
 
 
 def curves_csv(ensemble: Ensemble, facies: int) -> bytes:
-    """Return the curves of a facies: one line a lag, one column a realization.
+    """Return the curves of a facies with a row per lag and a column per realization.
 
-    For a volume there is a column of layers, 0 at the bottom, for the vertical proportions, which
-    are empty for layers that the training image or the grid does not have.
+    A volume also has a column of layers, 0 at the bottom, for vertical proportions; these are empty
+    for layers that the training image or the grid lacks.
     """
     ways, is_volume = axes_of(ensemble.grid.shape), ensemble.grid.nz is not None
     names: dict[Statistic, str] = {"variogram": "variogram", "connectivity": "connection"}
@@ -53,7 +53,7 @@ def _lines(
 
 
 def realizations_csv(ensemble: Ensemble) -> bytes:
-    """Return one line a realization: CPU time, data not honoured, facies proportions."""
+    """Return a row per realization: CPU time, data not honoured, facies proportions."""
     codes = ensemble.training_image.codes
     head = ["realization", "cpu_seconds", "data_not_honoured"]
     lines = []
@@ -81,7 +81,7 @@ def as_csv(head: Iterable[str], lines: Iterable[Iterable[object]]) -> bytes:
 def csv_button(
     label: str, name: str, content: Callable[[], bytes], of: str, **options: Any
 ) -> None:
-    """Draw a button that saves a table `of` a study, which is made when it is pressed."""
+    """Draw a button that saves a table `of` a study; the table is made at the click."""
     options = {"key": f"download_{name}", "width": "stretch", **options}
     download(label, content, f"{of}_{name}.csv", **options)
 

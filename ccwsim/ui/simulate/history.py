@@ -1,4 +1,4 @@
-"""The runs of this session with their differences; a click goes back to one."""
+"""The runs of this session with their differences; a click restores a run."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ccwsim.ui.widgets.text import panel_title
 
 KEY = "history_strip"
 LONGEST = 72
-"""Pixels of a picture's longer side."""
+"""Length of a picture's longer side in pixels."""
 
 
 def draw_history(state: State) -> None:
@@ -33,9 +33,9 @@ def draw_history(state: State) -> None:
 
 
 def go_back(state: State, key: str) -> None:
-    """Bring back the study and the results of a past run; the present run is stopped.
+    """Restore the study and the results of a past run; stop the present run.
 
-    A `key` of a run that is no longer kept changes nothing.
+    If the run with `key` is no longer kept, nothing changes.
     """
     run = next((run for run in state.runs.runs if run.key == key), None)
     if run is None:
@@ -49,14 +49,14 @@ def go_back(state: State, key: str) -> None:
 
 
 def place_of(state: State) -> int:
-    """Return which of the runs is on the page, −1 for none."""
-    latest = state.ensemble and state.ensemble.indices  # its names may have changed since
+    """Return the index of the run whose results are on the page, −1 for none."""
+    latest = state.ensemble and state.ensemble.indices  # facies names may have changed since
     shown = [k for k, run in enumerate(state.runs.runs) if run.ensemble.indices is latest]
     return shown[0] if shown else -1
 
 
 def entry(runs: list[PastRun], k: int) -> dict[str, Any]:
-    """Return run k for the strip: picture, differences, time of day and duration."""
+    """Return the entry of run k: picture, differences, time of day and duration."""
     run = runs[k]
     ensemble = run.ensemble
     changes = changes_between(runs[k + 1].choices, run.choices) if k + 1 < len(runs) else []

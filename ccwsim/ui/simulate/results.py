@@ -1,4 +1,4 @@
-"""The results: maps, charts and files."""
+"""The results on the page Simulate: maps, charts and files."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ from ccwsim.ui.widgets.text import plain, step_note
 
 USUAL_WIDTH = 400
 PROPORTIONS_TITLE = 40
-"""Pixels of a realization on a usual screen, and of the title of the proportions."""
+"""Usual width of a realization, and height of the title of the proportions, in pixels."""
 OLD_FILES = "Out of date: files are of the realizations that are shown and their settings."
 MAP_KINDS = {"npz": "NumPy", "gslib": "GSLIB", "vti": "VTK", "tif": "GeoTIFF", "nc": "NetCDF"}
 """Formats of maps; each is offered if its package is installed."""
@@ -48,7 +48,7 @@ MAPS_ALONE = ("tif",)
 
 @st.fragment
 def draw_results(state: State) -> None:
-    """Draw all results of the latest run; choosing a realization redraws only these."""
+    """Draw all results of the latest run; the choice of a realization redraws only the results."""
     with error_boundary():
         if state.ensemble is None:
             draw_ghost(state)
@@ -63,7 +63,7 @@ def _results(state: State, ensemble: Ensemble) -> None:
     with st.container(horizontal=True, vertical_alignment="center", key="facts_row"):
         draw_facts(ensemble)
         draw_downloads(state, ensemble, colours)
-    if ensemble.grid.nz is not None:  # two side by side, the image below them
+    if ensemble.grid.nz is not None:  # two maps side by side, the image below them
         with st.container(key="volumes"):
             middle, right = st.columns(2, gap="medium")
         beside = shares = None
@@ -73,7 +73,7 @@ def _results(state: State, ensemble: Ensemble) -> None:
             left, middle, right = map_columns(widths, 1, ensemble.grid)
             beside = left.container(key="image_beside")
         shares = beside if room_below_image(ensemble) else None
-    with middle:  # first, so that it is the first to be seen
+    with middle:  # drawn first, so that it appears first
         draw_realization(ensemble, colours, state.shown, ensemble.grid)
     with right:
         draw_e_type(state, ensemble, colours)
@@ -106,7 +106,7 @@ def room_below_image(ensemble: Ensemble) -> bool:
 
 
 def draw_downloads(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw a menu of files; each is made when it is chosen."""
+    """Draw a menu of files; each file is made when it is chosen."""
     with st.popover("Download", key="downloads"):
         if not is_current(state):
             step_note(OLD_FILES)
@@ -123,14 +123,14 @@ class Download(NamedTuple):
 
     label: str
     key: str
-    ending: str  # of the file name, after the study
+    ending: str  # end of the file name, after the name of the study
     content: Callable[[], bytes]
 
 
 def download_groups(
     ensemble: Ensemble, colours: Sequence[str], shown: int, facies: int
 ) -> dict[str, list[Download]]:
-    """Return the files of an ensemble that this machine can write, by content."""
+    """Return the files that this machine can write for an ensemble, grouped by content."""
     volume = ensemble.grid.nz is not None
     kinds = {kind: label for kind, label in MAP_KINDS.items() if can_write(kind)}
     kinds = {kind: label for kind, label in kinds.items() if not (volume and kind in MAPS_ALONE)}

@@ -1,4 +1,4 @@
-"""The differences between two studies in a few words."""
+"""Descriptions of the differences between two studies in a few words."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ VALUES = {
     "ms-ccsim": "MS-CCSIM",
     "ssd": "squared difference",
 }
-"""Names of values of parameters on the screen; others have their own."""
+"""Names of parameter values on the screen, if they differ from those in code."""
 
 
 def changes_between(before: Choices, after: Choices) -> list[str]:
-    """Return each difference of two studies as a short phrase; none for equal ones."""
+    """Return each difference between two studies as a short phrase."""
     said = []
     if before.image != after.image:
         said.append(_image(before.image, after.image))
@@ -108,7 +108,7 @@ def short_name(name: str) -> str:
 
 
 def describe_value(name: str, value: object) -> str:
-    """Return the value of a parameter in words; sizes of a volume along x, y and z."""
+    """Return the value of a parameter in words; sizes of a volume in the order x, y, z."""
     if name == "location_weight":
         return describe_weight(value)
     if isinstance(value, bool):

@@ -1,4 +1,4 @@
-"""Step 2: hard data: none, a file, bundled, or sampled from a realization."""
+"""Step 2, the hard data: none, from a file, bundled, or sampled from a realization."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ SOURCES: dict[DataSource, str] = {
     "placed": "placed by hand",
 }
 OF_VOLUMES: tuple[DataSource, ...] = ("none", "bundled", "file", "placed")
-"""Sources of the data of a volume."""
+"""Sources of hard data offered for a volume."""
 TYPES = "csv txt dat tsv xyz las prn sgems gslib out asc npy npz mat json geojson gpkg zip"
 FORMATS = (
     "A table with x, y and facies as codes or names, in any columns; GSLIB, SGeMS; GeoJSON, "
@@ -44,12 +44,12 @@ FORMATS = (
 
 
 TABLES = {
-    "collars": ("Collars", "One row a well: name, x, y, z and, if known, its length."),
+    "collars": ("Collars", "One row per well: name, x, y, z and, if known, its length."),
     "intervals": ("Intervals", "Name of the well, from, to (or one depth), facies."),
     "surveys": ("Surveys, if wells deviate", "Name, depth, azimuth, and inclination or dip."),
 }
 OF_FACIES = ("threshold", "facies_names")
-"""Answers on the column of facies."""
+"""Answers about the column of facies."""
 TABLE_TYPES = ("csv", "txt", "dat", "tsv")
 
 
@@ -73,7 +73,7 @@ def data_step(state: State) -> None:
 
 
 def _draft(state: State, draft: DataChoice) -> None:
-    """Say why data were not taken; if they fit the study now, ask whether to use them."""
+    """Say why waiting data are not in the study; if they fit it now, ask whether to use them."""
     tried = replace(state.choices, data=draft)
     problem = problem_of_data(tried)
     if problem and not draft.waits:
@@ -87,7 +87,7 @@ def _draft(state: State, draft: DataChoice) -> None:
 
 
 def problem_of_data(choices: Choices) -> str:
-    """Return why the hard data of a study cannot be used, or an empty text."""
+    """Return the reason why the hard data of a study cannot be used, or an empty text."""
     return problem_in(lambda: data_of(choices))
 
 
@@ -96,15 +96,15 @@ def thumbnail(state: State, longest: int) -> bytes:
     choices = state.choices
     data, image = data_of(choices), image_of(choices.image)
     places = np.searchsorted(image.codes, data.facies)
-    shape = choices.grid.shape[-2:]  # a volume is seen from above
+    shape = choices.grid.shape[-2:]  # the data of a volume are seen from above
     return data_png(data.cells[:, -2:], places, shape, colours_of(state), longest=longest)
 
 
 def use_data(state: State, choice: DataChoice, grid: Grid | None = None) -> None:
-    """Take a choice of hard data that can be read; keep one that cannot as a draft.
+    """Put a choice of hard data into the study if it can be read; otherwise keep it as a draft.
 
-    For other bundled data the grid grows to hold them all. A `grid` made for the data is taken with
-    them, or before them if the present data fit it too.
+    If other bundled data are chosen, the grid grows to hold them all. A `grid` made for the data
+    enters the study with them, or before them if the present data fit it too.
     """
     if grid is not None and not problem_of_data(replace(state.choices, grid=grid)):
         state.change(grid=grid)
@@ -131,7 +131,7 @@ def data_uploader(key: str, take: Callable[[Upload], None]) -> None:
 
 
 def link_to_import(label: str = "All columns, the rows and a map") -> None:
-    """Draw a link to the page that shows a file of wells with all guesses."""
+    """Draw a link to the page that shows a file of wells and how its columns are read."""
     page_link(IMPORT_PAGE, label)
 
 
@@ -147,7 +147,7 @@ def names_of_files(choice: DataChoice) -> str:
 
 
 def draw_table_uploaders(key: str, choice: DataChoice, use: Callable[[DataChoice], None]) -> None:
-    """Draw uploaders of tables of wells; `use` gets the choice after each change."""
+    """Draw uploaders of tables of wells; `use` is called with the choice after each change."""
     if choice.tables is None:
         choice = DataChoice("file", tables=WellTables())
     tables = choice.tables or WellTables()
@@ -245,18 +245,18 @@ def bundled_data(state: State) -> tuple[str, ...]:
 
 
 def keep_data_button(state: State, key: str, label: str = "Keep the data as they were") -> None:
-    """Draw a button that drops the data that wait, if there are any."""
+    """If data are waiting, draw a button that drops them."""
     if state.data_draft is not None:
         button(label, key=key, on_click=setattr, args=(state, "data_draft", None))
 
 
 def _report(state: State, current: DataChoice) -> None:
-    """Show the data as they were read, and the questions that are open."""
+    """Show the data as they were read, and the open questions about them."""
     tried = replace(state.choices, data=current)
     try:
         report = imported_data(tried)
     except CCWSIMError as error:
-        if state.data_draft is None:  # the problem is one of the study, and said by the step
+        if state.data_draft is None:  # the problem is in the study, and the step reports it
             st.error(plain(str(error)))
         keep_data_button(state, "data_drop")
     else:

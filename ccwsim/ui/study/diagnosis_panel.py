@@ -45,7 +45,7 @@ def draw_diagnosis(
         chart = repetition_chart(ew.lags, ew.correlation, ns.correlation, marks, chart_theme())
         alt = "Correlation of the training image with itself over the lag, E–W and N–S"
         titled_chart("Repetition", describe_repetition(diagnosis), chart, "repetition", alt)
-        step_note("E–W solid, N–S dashed; dotted, the template as it is set.")
+        step_note("E–W solid, N–S dashed; the dotted line is the present template.")
     with right:
         stationarity = diagnosis.stationarity
         alike = "no part differs by more than chance explains"
@@ -67,7 +67,7 @@ def draw_advice(
     parameters: Parameters,
     use: Callable[[dict[str, Any]], None] | None = None,
 ) -> None:
-    """Draw only warnings and advice; the arguments are those of `draw_diagnosis`."""
+    """Draw only warnings and advice; the arguments are as in `draw_diagnosis`."""
     panel_title("What suits it", f"{diagnosis.n_templates} templates of that size fit")
     for warning in diagnosis.warnings:
         st.html(f'<p class="odd">{escape(warning)}</p>')
@@ -79,7 +79,7 @@ def draw_advice(
     advised = {advice.parameter: advice.value for advice in diagnosis.advice}
     differs = any(getattr(parameters, name) != value for name, value in advised.items())
     if use is not None and differs:
-        tip = "Takes them into the study; run it to see what they change."
+        tip = "Puts them into the study; run it to see their effect."
         button("Use these values", key="use_advice", on_click=use, args=(advised,), help=tip)
 
 
@@ -98,7 +98,7 @@ def advice_table(diagnosis: Diagnosis, parameters: Parameters) -> str:
 
 
 def describe_repetition(diagnosis: Diagnosis) -> str:
-    """Say how far features are from each other."""
+    """Say how far apart features are."""
     ways = (("E–W", diagnosis.spacing_ew), ("N–S", diagnosis.spacing_ns))
     said = [f"every {way.spacing} cells {name}" for name, way in ways if way.spacing is not None]
     if diagnosis.vertical_spacing is not None and diagnosis.vertical_spacing.spacing is not None:

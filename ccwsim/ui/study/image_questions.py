@@ -1,4 +1,4 @@
-"""What the file of a training image leaves open, each with the answer that was guessed."""
+"""Questions that the file of a training image leaves open, each with its guessed answer."""
 
 from __future__ import annotations
 
@@ -43,14 +43,14 @@ Write = Callable[[ImageChoice], None]
 def image_of_file(
     upload: Upload, answers: Mapping[str, Any] | None = None, *, volume: bool = True
 ) -> ImageChoice:
-    """Return the choice of an image with what is not answered guessed, in the file's own colours.
+    """Return the choice of an image with guesses for open questions, in the colours of the file.
 
-    Of a file with layers all are taken, or the middle one where no `volume` is wanted.
+    A file with layers becomes a volume; if `volume` is false, a map of its middle layer.
 
     Raises
     ------
     CCWSIMError
-        For a file that cannot be opened.
+        If the file cannot be opened.
     """
     known = dict(answers or {})
     if not volume and "slice_index" not in known:
@@ -62,7 +62,7 @@ def image_of_file(
 
 
 def asked_of(choice: ImageChoice) -> tuple[str, ...]:
-    """Return the questions that the file of an image raises, answered or not; none where broken."""
+    """Return the questions about an image file, answered or not; none if the file is broken."""
     if choice.upload is None:
         return ()
     guessed = if_possible(partial(_guessed, choice.upload, choice.answers))
@@ -83,7 +83,7 @@ def _colours(upload: Upload, answers: Answers) -> tuple[tuple[int, str], ...]:
 
 @cached(max_entries=32)
 def _whole(upload: Upload) -> tuple[tuple[int, int] | None, int]:
-    """The shape of a picture or an array, and how much it must be thinned."""
+    """The shape of a picture or an array, and the factor by which it must be thinned."""
     with opened(upload) as file:
         shape = whole_shape(file)
         return shape, thinning(shape) if shape else 1
@@ -93,7 +93,7 @@ def _whole(upload: Upload) -> tuple[tuple[int, int] | None, int]:
 def grid_of_file(upload: Upload, answers: Answers) -> NDArray[np.float64]:
     """Return the values of the file before they become facies, shape (ny, nx), row 0 in the south.
 
-    `answers` may have those on classes, which are not needed for it.
+    `answers` may include answers about classes, which are ignored.
     """
     with opened(upload) as file:
         kept = {name: value for name, value in answers if name not in QUESTIONS["values"]}
@@ -102,7 +102,7 @@ def grid_of_file(upload: Upload, answers: Answers) -> NDArray[np.float64]:
 
 @cached(max_entries=8)
 def picture_of_file(upload: Upload, answers: Answers) -> tuple[NDArray[np.uint8], list[str]] | None:
-    """Return a picture as places in a list of its colours, row 0 in the south; None for others."""
+    """Return a picture as indices into its colours, row 0 in the south; None for other files."""
     known = dict(answers)
     with opened(upload) as file:
         picture = open_file(file, FilePart.answered(known), up=known.get("up"))
@@ -113,16 +113,16 @@ def picture_of_file(upload: Upload, answers: Answers) -> tuple[NDArray[np.uint8]
 
 
 def ask_about_image(choice: ImageChoice, write: Write, *, volume: bool = True) -> None:
-    """Ask what the file leaves open; `write` is called with the choice as it then is.
+    """Ask the open questions about the file; `write` is called with the new choice.
 
-    `volume` is that of `image_of_file`.
+    `volume` is as in `image_of_file`.
     """
     upload, known = choice.upload, dict(choice.answers)
     if upload is None:
         return
 
     def answer(question: str, **new: Any) -> None:
-        """Keep what was answered before this question; what depends on it is guessed anew."""
+        """Keep answers to earlier questions; guess answers that depend on this one anew."""
         order = list(QUESTIONS)
         later = {name for key in order[order.index(question) :] for name in QUESTIONS[key]}
         kept = {name: value for name, value in known.items() if name not in later}
@@ -171,7 +171,7 @@ def _ask_part(upload: Upload, known: Mapping[str, Any], answer: Callable[..., No
 def _crop(
     crop: tuple[int, int, int, int], shape: tuple[int, ...], write: Callable[[tuple], None]
 ) -> None:
-    """Ask for a piece by its south-west cell and its size."""
+    """Ask for a piece of the image by its south-west cell and its size."""
     row, column, ny, nx = crop
     places = st.columns(4, gap="small")
     fields = (
@@ -193,7 +193,7 @@ def _ask_gaps(upload: Upload, known: Mapping[str, Any], answer: Callable[..., No
     n = int(np.isnan(values).sum())
     step_note(
         f"{n:,} of {values.size:,} cells have no value, and a training image has no gaps: the "
-        "largest piece without any is taken."
+        "largest piece without gaps is used."
     )
     _crop(known["crop"], values.shape[-2:], lambda crop: answer("gaps", crop=crop))
 
@@ -211,16 +211,16 @@ def _ask_shape(summary: FileSummary, shape: tuple[int, int], answer: Callable[..
 def _ask_layers(
     summary: FileSummary, known: Mapping[str, Any], answer: Callable[..., None]
 ) -> None:
-    """Ask whether the whole volume is meant or one layer, and which; and which end is the top."""
+    """Ask whether to use the whole volume or one of its layers, and which end is the top."""
     volume, n = bool(known.get("volume")), summary.n_slices
     chosen: dict[str, Any] = {"value": VOLUME if volume else LAYER, "options": [VOLUME, LAYER]}
     chosen["write"] = lambda way: answer("slice", volume=way == VOLUME)
     field(st.segmented_control, f"The file has {n} layers. Take", key="ask_layers", **chosen)
     if volume:
-        step_note(f"All {n} layers are taken, as a volume; choose “{LAYER}” for a map.")
+        step_note(f"All {n} layers are used, as a volume; choose “{LAYER}” for a map.")
     else:
         layer = known["slice_index"] + 1
-        step_note(f"Layer {layer} of {n} is taken, as a map; choose “{VOLUME}” for all of them.")
+        step_note(f"Layer {layer} of {n} is used, as a map; choose “{VOLUME}” for all of them.")
         ask_slice(n, known["slice_index"], lambda k: answer("slice", slice_index=k), slider=True)
     if volume and summary.asks_up:
         ends = options_of({True: "the bottom", False: "the top"})
@@ -235,7 +235,7 @@ def _ask_values(
     known: Mapping[str, Any],
     answer: Callable[..., None],
 ) -> None:
-    """Ask where values or greys are cut, on their histogram, or for the number of colours."""
+    """Ask for the limits between classes on a histogram, or for the number of colours."""
     values = values[~np.isnan(values)]
     classes = COLOURS if is_picture else CLASSES
     ways = [THRESHOLD, classes] + ([] if is_picture else [CODES])

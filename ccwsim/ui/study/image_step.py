@@ -56,20 +56,20 @@ def image_step(state: State) -> None:
 
 
 def keep_button(state: State) -> None:
-    """Draw the button that drops the image that waits."""
+    """Draw the button that drops the waiting image."""
     drop = (state, "image_draft", None)
     button("Keep the image as it was", key="image_keep", on_click=setattr, args=drop)
 
 
 def problem_of_image(choice: ImageChoice) -> str:
-    """Return why a training image cannot be read, or an empty text."""
+    """Return the reason why a training image cannot be read, or an empty text."""
     return problem_in(lambda: image_of(choice))
 
 
 def thumbnail(image: TrainingImage, colours: list[str], pixels: int = 2 * THUMB) -> bytes:
-    """Return a training image, of a volume the middle layer, as a small picture.
+    """Return a training image, or the middle layer of a volume, as a small picture.
 
-    Cells have whole pixels if they are fewer than `pixels`.
+    Each cell is a whole number of pixels if a side has fewer cells than `pixels`.
     """
     cells = middle_layer(image.indices)
     return map_png(cells, colours, scale=max(1, pixels // max(cells.shape)))
@@ -82,10 +82,10 @@ def image_uploader(state: State, label: str, key: str) -> None:
 
 
 def import_image(state: State, upload: Upload) -> None:
-    """Take the image of a file at once if no question is open, otherwise go to Import."""
+    """Use the image of a file at once if no question is open, otherwise go to Import."""
     try:
         choice = image_of_file(upload)
-    except CCWSIMError:  # shown with the draft
+    except CCWSIMError:  # the error is shown with the draft
         choice = ImageChoice(upload=upload)
     if set(asked_of(choice)) <= {"up"}:
         use_image(state, choice)
@@ -94,7 +94,7 @@ def import_image(state: State, upload: Upload) -> None:
 
 
 def use_image(state: State, choice: ImageChoice) -> None:
-    """Take a choice that can be read; keep another one as a draft."""
+    """Put a choice of image into the study if it can be read; otherwise keep it as a draft."""
     if problem_of_image(choice):
         state.image_draft = choice
         return
@@ -110,7 +110,7 @@ def use_image(state: State, choice: ImageChoice) -> None:
 
 
 def _part_from_data(state: State, data: DataChoice) -> None:
-    """Take out the hard data of the image before; ask whether to keep the user's own."""
+    """Remove the hard data of the previous image; ask whether to keep the user's data."""
     image = state.choices.image
     if data.source in ("file", "placed"):
         state.data_draft = data
@@ -121,7 +121,7 @@ def _part_from_data(state: State, data: DataChoice) -> None:
             state.change(data=DataChoice())
             st.toast(f"{pretty(data.bundled)} left with their training image, {pretty(theirs)}.")
     elif data.source == "sampled" and state.choices.grid.nz is not None:
-        state.change(data=DataChoice())  # they are sampled from maps
+        state.change(data=DataChoice())  # these data are sampled from maps
 
 
 def _menu(state: State) -> None:
@@ -147,6 +147,6 @@ def _menu(state: State) -> None:
 
 
 def use_advice(state: State, advised: dict[str, int]) -> None:
-    """Take advised parameters into the study."""
+    """Put advised parameters into the study."""
     shape = image_of(state.choices.image).shape
     state.change(parameters=fitted(state.choices.parameters, shape, **advised))

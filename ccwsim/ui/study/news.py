@@ -19,16 +19,16 @@ from ccwsim.ui.widgets.text import plain
 
 STORED = "Stored realizations of this study are shown until your machine has its own"
 PATIENCE_VOLUME = 0.7
-"""Seconds to wait for a first volume: drawing the old one again would take longer."""
+"""Seconds to wait for the first new volume; drawing the old one again would take longer."""
 WAIT_SECONDS = 0.05
-"""Seconds after which a change by the user can end the waiting."""
+"""Seconds between checks whether a change by the user ends the waiting."""
 
 
 def draw_news(state: State, *, parts: bool = True, wait: bool = True) -> None:
-    """Follow the run that is going, dim results that are out of date, and say what failed.
+    """Follow the present run, dim results that are out of date, and report failures.
 
-    Without `parts` earlier results stay until the run is finished; without `wait` a run that has
-    just begun is not waited for.
+    If `parts` is false, earlier results stay until the run is finished. If `wait` is false, the
+    page does not wait for a run that has just begun.
     """
     take_names(state)
     with st.container(key="news"):  # always there, so that Streamlit keeps the elements below
@@ -51,7 +51,7 @@ def draw_out_of_date(text: str) -> None:
 
 
 def out_of_date(state: State) -> str:
-    """Return how the study differs from that of the results; empty if it does not."""
+    """Return the differences between the study and that of the results; empty if there are none."""
     if state.ensemble is None or state.ensemble_choices is None or is_current(state):
         return ""
     changes = changes_between(state.ensemble_choices, state.choices)
@@ -69,20 +69,21 @@ def _outdated(text: str, question: str = "") -> Iterator[None]:
 
 
 def _wait_and_dim(state: State, parts: bool, patience: float) -> str:
-    """Wait a moment for results of a run, with older ones dimmed; return what `out_of_date` says.
+    """Wait a moment for results of a run, with older results dimmed; return the text of
+    `out_of_date`.
 
-    The mark that dims them is replaced in place, so that nothing on the page moves; `style.css` has
-    the look of each state.
+    The mark that dims results is replaced in place, so that nothing on the page moves; `style.css`
+    defines the style of each state.
     """
     place, job = st.empty(), state.job
     if job is not None:
         end = time.monotonic() + patience
         while True:
-            _mark(place, "soon-old")  # a run as quick as the eye dims nothing
+            _mark(place, "soon-old")  # a run too short to notice dims nothing
             first = job.wait_first if parts else job.wait
             if first(WAIT_SECONDS) or time.monotonic() > end:
                 break
-        collect(state, parts=parts)  # from here on results are collected where the run is followed
+        collect(state, parts=parts)  # `_follow_run` collects later results
     outdated = out_of_date(state)
     if state.job is not None:
         _mark(place, "old" if outdated or state.ensemble is None else "partly")
@@ -96,7 +97,7 @@ def _mark(place: Any, results: str) -> None:
 
 
 def _follow_run(state: State, parts: bool) -> None:
-    """Show the progress; the page is drawn again for each part of the results."""
+    """Show the progress; redraw the page for each part of the results."""
     job = state.job
     assert job is not None
 

@@ -35,9 +35,10 @@ from ccwsim.ui.widgets.fields import button, field, options_of
 from ccwsim.ui.widgets.text import plain
 
 MAX_LISTED = 300
-"""Slices, or rows that do not fit, that are listed; for more slices a number is asked."""
+"""Maximum number of slices, or of rows that do not fit, in a list; beyond it, slices are chosen
+    by number."""
 MAX_NAMES = 24
-"""Names of facies that are asked for one by one."""
+"""Maximum number of facies names that are asked for one by one."""
 AS_READ = {None: "as the format has it"}
 STOP = {None: "stop and say so"}
 WAYS: dict[str, dict[Any, str]] = {
@@ -48,14 +49,14 @@ WAYS: dict[str, dict[Any, str]] = {
     "on_unknown": STOP | {"drop": "leave them out"},
     "on_collision": STOP
     | {
-        "majority": "keep the facies of most",
+        "majority": "keep the majority facies",
         "nearest": "keep the datum nearest to the centre",
         "drop": "leave all of them out",
     },
 }
-"""Questions with a few answers; None is the usual one."""
+"""Answers to the questions that have only a few; None is the usual answer."""
 ROLES = ("x", "y", "facies")
-"""Columns of a table of points, by the arguments that name them."""
+"""Columns of a table of points, named as the arguments for them."""
 ROLES_OF_VOLUME = ("x", "y", "z", "facies", "well", *DEPTHS)
 ROLES_OF_WELLS = {name: (*roles,) for name, roles in WELL_TABLES.items()}
 ROLES_OF_WELLS["intervals"] += ("facies",)
@@ -85,15 +86,15 @@ EITHER_ROLES = tuple((others, (one,)) for one, others in ALTERNATIVE_ROLES.items
 MAY_LACK = (*DEPTHS, "collar_length", *SURVEY_TILTS)
 NO_COLUMN = ""
 WIDTH = 232
-"""Pixels of a question where there are many side by side."""
+"""Width of a question in pixels if several are side by side."""
 KEPT = "The study keeps the data that it has."
 IN_SCRIPTS = re.compile(r" \(\w+=\)")
-"""What an error says to those who write scripts."""
+"""The hints in an error message that only help in scripts."""
 OPEN: dict[str, Any] = {"placeholder": "choose one"}
 Use = Callable[..., None]
-"""Takes a choice of data into the study: use(choice), or use(choice, grid) with another grid."""
+"""Puts a choice of data into the study: use(choice), or use(choice, grid) with another grid."""
 Write = Callable[..., None]
-"""Takes answers to questions, as write(name=value); None takes an answer back."""
+"""Stores answers to questions, as write(name=value); None removes an answer."""
 
 
 @cached(max_entries=8)
@@ -103,12 +104,12 @@ def _summary(upload: Upload, part: FilePart | None) -> FileSummary:
 
 
 def summary_of(upload: Upload | None, part: FilePart | None = None) -> FileSummary | None:
-    """Return a first look at an upload, None where it cannot be opened at all."""
+    """Return a summary of an upload, None if it cannot be opened."""
     return if_possible(lambda: _summary(upload, part)) if upload is not None else None
 
 
 def say_open(choices: Choices, problem: str) -> None:
-    """Say why data are not taken: calmly where an answer will do, in red where the file is bad."""
+    """Say why data are not used: a warning if an answer is missing, an error if the file is bad."""
     choice, placed = choices.data, if_possible(lambda: placed_data(choices))
     if choice.source == "file" and any(summary_of(file) is None for file in choice.files):
         st.error(plain(f"{problem}. {KEPT}"))
@@ -119,7 +120,7 @@ def say_open(choices: Choices, problem: str) -> None:
 
 
 def troubles_of(placed: PlacedPoints) -> list[str]:
-    """Return what is wrong with data, each kind in a few words.
+    """Return a short phrase for each kind of problem with the data.
 
     Examples
     --------
@@ -140,7 +141,7 @@ def troubles_of(placed: PlacedPoints) -> list[str]:
 
 
 def answered(answers: Answers, **new: Any) -> Answers:
-    """Return answers with some changed; None takes an answer back.
+    """Return answers with some of them changed; None removes an answer.
 
     Examples
     --------
@@ -152,7 +153,7 @@ def answered(answers: Answers, **new: Any) -> Answers:
 
 
 def rounded(value: float) -> float:
-    """Return a value with four digits, as a reader would give it.
+    """Return a value rounded to four digits.
 
     Examples
     --------
@@ -163,11 +164,11 @@ def rounded(value: float) -> float:
 
 
 def ask_data(choices: Choices, use: Use, *, wide: bool = False) -> None:
-    """Ask what the hard data of a study leave open.
+    """Ask the open questions about the hard data of a study.
 
-    Where it is `wide`, all columns and names are shown with what is guessed of them, rows that do
-    not fit in full, and a grid that holds the data is offered elsewhere, as the columns of tables
-    of wells are asked.
+    If `wide`, all columns and names are shown with the guesses for them, and rows that do not fit
+    are listed in full. The offer of a larger grid and the columns of tables of wells are then drawn
+    elsewhere.
     """
     choice, grid, points = choices.data, choices.grid, None
     write = writer(choice, use)
@@ -201,12 +202,12 @@ def ask_data(choices: Choices, use: Use, *, wide: bool = False) -> None:
 
 
 def writer(choice: DataChoice, use: Use) -> Write:
-    """Return what takes new answers into a choice that is used."""
+    """Return a function that puts new answers into a choice and uses it."""
     return lambda **new: use(replace(choice, answers=answered(choice.answers, **new)))
 
 
 def _ask_grid(summary: FileSummary, choice: DataChoice, volume: bool, write: Write) -> None:
-    """Ask what a grid of data leaves open."""
+    """Ask the open questions about a grid of data."""
     known = dict(choice.answers)
     if len(summary.variables) > 1:
         ask_variable(summary, known.get("facies"), lambda name: write(facies=name))
@@ -226,7 +227,7 @@ def ask_variable(summary: FileSummary, value: str | None, write: Callable[[str],
 
 
 def ask_way(name: str, known: Mapping[str, Any], write: Write, label: str = "") -> None:
-    """Ask a question of `WAYS`; None, which a widget cannot give back, is among the answers."""
+    """Ask a question of `WAYS`; None is one of the answers, though no widget can return it."""
     ways = list(WAYS[name])
     chosen = {"value": ways.index(known.get(name)), "write": lambda k: write(**{name: ways[k]})}
     chosen |= options_of(dict(enumerate(WAYS[name].values())))
@@ -241,7 +242,7 @@ def ask_columns_of_wells(
     *,
     wide: bool = False,
 ) -> None:
-    """Ask which columns of a table of wells are what; say what is wrong with one that is none."""
+    """Ask for the roles of the columns in a table of wells; if it cannot be read, say why."""
     if isinstance(preview, CCWSIMError):
         st.error(plain(f"{preview}."))
         return
@@ -251,7 +252,7 @@ def ask_columns_of_wells(
 
 
 def taken_as(preview: PointsPreview) -> str:
-    """Return in words which column is taken for what.
+    """Return in words the role in which each column is read.
 
     Examples
     --------
@@ -265,7 +266,7 @@ def taken_as(preview: PointsPreview) -> str:
 
 
 def role_of(role: str) -> str:
-    """Return an argument that names a column as a heading has it.
+    """Return the name of an argument for a column as words for a heading.
 
     Examples
     --------
@@ -278,7 +279,7 @@ def role_of(role: str) -> str:
 def _ask_columns(
     choice: DataChoice, preview: PointsPreview, roles: Sequence[str], use: Use, wide: bool
 ) -> None:
-    """Ask which columns of a table are what; the guess is shown."""
+    """Ask for the roles of the columns of a table; the guess is shown."""
     write = writer(choice, use)
     known = {role: name for role, name in choice.answers if role in roles}
     taken = {role: known.get(role, preview.guess.get(role)) for role in roles}
@@ -312,12 +313,12 @@ def _ask_columns(
 
 
 def _may_lack(roles: Collection[str]) -> tuple[str, ...]:
-    """The roles of which a table needs no column; points alone need not be of wells."""
+    """The roles that a table may lack; a table of points need not be of wells."""
     return (*MAY_LACK, "well") if "x" in roles else MAY_LACK
 
 
 def _open_alternatives(preview: PointsPreview, roles: Collection[str]) -> tuple[str, ...]:
-    """The roles of which a table has the ones or the others, where it is open which."""
+    """Roles that the user must choose between, such as inclination or dip."""
     ends = [role for role in ("depth_from", "depth_to") if role in preview.guess]
     if "survey_dip" in roles:
         return () if {*SURVEY_TILTS} & preview.guess.keys() else SURVEY_TILTS
@@ -328,10 +329,10 @@ def _open_alternatives(preview: PointsPreview, roles: Collection[str]) -> tuple[
 
 
 def with_column(taken: Mapping[str, str | None], role: str, column: str) -> dict[str, str | None]:
-    """Return which columns are what, with another one for a role; an empty text is none.
+    """Return the column of each role after a change for one role; an empty text is no column.
 
-    One column has one role: two roles change places. Of depths of intervals and of points there are
-    the ones or the others, and so of inclination and dip.
+    A column has only one role, so the two roles involved exchange columns. A table has depths
+    either of intervals or of points, and either inclination or dip.
     """
     new = {**taken, role: column}
     lack = _may_lack(taken)
@@ -342,17 +343,17 @@ def with_column(taken: Mapping[str, str | None], role: str, column: str) -> dict
     for ones, others in (*EITHER_ROLES, *(sides[::-1] for sides in EITHER_ROLES)):
         if role in ones and column:
             new |= dict.fromkeys(other for other in others if other in new)
-        elif role in ones:  # intervals have both ends or none
+        elif role in ones:  # intervals have both ends or neither
             new |= {other: NO_COLUMN for other in ones if other in new}
     return new
 
 
 def _ask_coordinates(choice: DataChoice, preview: PointsPreview, write: Write) -> None:
-    """Ask what columns of places mean, where their names do not say it."""
+    """Ask for the meaning of columns of positions if their names do not tell it."""
     known = dict(choice.answers)
 
     def choose(coordinates: str | None) -> None:
-        cells = coordinates == "cells"  # which have a layer, and no depths
+        cells = coordinates == "cells"  # cells have a layer and no depths
         write(coordinates=coordinates, **{role: None for role in DEPTHS if cells})
 
     if preview.assignment.unclear or {"x", "y", "coordinates"} & known.keys():
@@ -362,7 +363,7 @@ def _ask_coordinates(choice: DataChoice, preview: PointsPreview, write: Write) -
 def ask_slice(
     n: int, index: int | None, write: Callable[[int], None], *, slider: bool = False
 ) -> None:
-    """Ask which slice of a file is taken, from 0; shown from 1."""
+    """Ask which slice of a file to use; counted from 0 in code and from 1 on the page."""
     chosen: dict[str, Any] = {"key": "ask_slice", "value": None if index is None else index + 1}
     chosen["write"] = lambda number: write(number - 1)
     label = f"Which of {n} slices, from the bottom?"
@@ -376,7 +377,7 @@ def ask_slice(
 
 
 def _ask_threshold(points: ImportedPoints, known: float | None, write: Write) -> None:
-    """Ask where to cut values that are no codes; the middle value is the guess."""
+    """Ask for a threshold for values that are not codes; the guess is the median."""
     guess = rounded(float(np.median(points.values)))
     low, high = points.values.min(), points.values.max()
 
@@ -391,7 +392,7 @@ def _ask_threshold(points: ImportedPoints, known: float | None, write: Write) ->
 
 
 def _ask_names(choices: Choices, placed: PlacedPoints, write: Write, wide: bool) -> None:
-    """Ask which facies of the image the names of the file are, and unknown codes."""
+    """Ask which facies of the image each name or unknown code in the file stands for."""
     image, points = image_of(choices.image), placed.points
     given = dict(dict(choices.data.answers).get("facies_names", ()))
     unknown = {*placed.unknown_facies}
@@ -421,7 +422,7 @@ def _code_of(placed: PlacedPoints, name: str) -> int | None:
 
 
 def offer_fit(choices: Choices, use: Use) -> None:
-    """Offer a grid that holds all data, where some are outside."""
+    """If some data are outside the grid, offer a grid that holds all data."""
     grid = grid_for_data(choices)
     if grid is not None:
         fit = {"on_click": use, "args": (choices.data, grid)}
@@ -444,7 +445,7 @@ def described(grid: Grid) -> str:
 
 
 def _ask_troubles(placed: PlacedPoints, known: Mapping[str, Any], write: Write, wide: bool) -> None:
-    """List rows that do not fit, with what can be done about them; nothing where all fit."""
+    """List rows that do not fit, with ways to resolve them; draw nothing if all rows fit."""
     clashing = np.concatenate(placed.collisions) if placed.collisions else np.empty(0, np.int64)
     kinds = {"on_outside": placed.outside, "on_unknown": placed.unknown, "on_collision": clashing}
     open_ones = {name: rows for name, rows in kinds.items() if len(rows)}

@@ -34,20 +34,22 @@ from ccwsim.ui.widgets.text import pair, step_note, step_title
 ENOUGH_TO_STOP = 1.0
 """Seconds to wait until a stopped run has freed its memory."""
 UNASKED_SECONDS = 120.0
-"""Longest run of a study from a link or a project that starts without a question."""
+"""Seconds of the longest run that starts without a question if its study is from a link or
+    a project."""
 AT_ONCE = 0.3
-"""Seconds that the first part of a run may take."""
+"""Maximum seconds of the first part of a run."""
 NEXT_PART = 1.0
-"""Seconds of the second part; each later one takes twice as long, as drawing costs time too."""
+"""Seconds of the second part of a run; each later part takes twice as long, as drawing takes
+    time too."""
 MIN_PART = 2
 COPIES_OF_PARTS = 3
-"""Copies of the realizations in memory: earlier parts, the next one, and both joined."""
+"""Copies of the realizations in memory: the earlier parts, the next part, and both joined."""
 NEARLY_ALL = 0.7
-"""A part of at least this share of the remaining realizations takes all of them."""
-MORE = "More show the uncertainty better and take proportionally longer."
+"""Share of the remaining realizations from which a part includes all of them."""
+MORE = "More realizations show the uncertainty better and take proportionally longer."
 SAME_SEED = "The same seed gives the same realizations, on any machine."
 SimulateRange = Callable[[int, int, Progress, Cancel], Ensemble]
-"""Called as f(first, n, progress, cancel): realizations first … first + n − 1 of a study."""
+"""A function f(first, n, progress, cancel) that simulates realizations first … first + n − 1."""
 
 
 def run_step(state: State) -> None:
@@ -70,14 +72,14 @@ def run_step(state: State) -> None:
 
 
 def run_button(state: State, key: str, width: str = "stretch") -> None:
-    """Draw a button that starts a run; if the study cannot run, it is off and says why."""
+    """Draw a button that starts a run; if the study cannot run, it is disabled and says why."""
     problem = problem_of(state)
     options = {"type": "primary", "width": width, "disabled": bool(problem)}
     button("Run", key=key, on_click=start_run, args=(state,), help=problem or None, **options)
 
 
 def problem_of(state: State) -> str:
-    """Return why the study cannot run, or an empty text."""
+    """Return the reason why the study cannot run, or an empty text."""
     choices = state.choices
 
     def check() -> None:
@@ -88,7 +90,7 @@ def problem_of(state: State) -> str:
 
 
 def start_run(state: State, after: float = 0.0) -> None:
-    """Simulate the study as it is set up, `after` some seconds; a run that is going is stopped."""
+    """Simulate the study as it is set up, `after` seconds from now; stop a run in progress."""
     before = state.job
     try:
         simulate_range = part_of(state.choices)
@@ -104,32 +106,32 @@ def start_run(state: State, after: float = 0.0) -> None:
 
     state.message = problem_in(begin)
     if state.message and before is not None and before.wait(ENOUGH_TO_STOP):
-        state.message = problem_in(begin)  # the memory of the run before is free now
+        state.message = problem_in(begin)  # the memory of the previous run is free now
 
 
 def start_run_if_needed(state: State, *, live: bool, after: float = 0.0) -> bool:
-    """Start the first run of a session, and with `live` one after every change of the study.
+    """Start the first run of a session and, if `live`, a new run after every change of the study.
 
-    It begins `after` some seconds without another change. One that waits for the user is not
-    started (see `question_of`). Return whether one was started or stopped.
+    A run begins `after` seconds without another change. A run that needs the user's consent is not
+    started (see `question_of`). Return whether a run was started or stopped.
     """
     first = state.ensemble is None and state.job is None and not state.message
     if not first and not (live and _is_changed(state)):
         return False
     job, ensemble = state.job, state.ensemble
     if ensemble is not None and is_current(state) and ensemble.n == state.choices.n_realizations:
-        stop_run(state)  # a change was taken back: the results are there
+        stop_run(state)  # the study is again that of the results
     elif question_of(state):
         stop_run(state)
     elif first or not problem_of(state):
         start_run(state, after)
     else:
-        stop_run(state)  # it is of a study that is no more
+        stop_run(state)  # the run is of an earlier study
     return state.job is not job
 
 
 def question_of(state: State) -> str:
-    """Return the question before a long run of a study from a link or a project."""
+    """Return the question asked before a long run of a study from a link or a project."""
     if not state.needs_confirmation or problem_of(state):
         return ""
     seconds = estimated_seconds(state.choices)
@@ -137,12 +139,12 @@ def question_of(state: State) -> str:
         return ""
     return (
         f"This study takes about {format_duration(seconds)} on this machine, so it waits for you: "
-        "run it as it is, or ask for fewer realizations or a smaller grid first."
+        "run it as it is, or first choose fewer realizations or a smaller grid."
     )
 
 
 def estimated_seconds(choices: Choices) -> float:
-    """Return the estimated seconds of a run that has the machine for itself."""
+    """Return the estimated seconds of a run if nothing else uses the machine."""
     image, n_data = image_of(choices.image), data_of(choices).n
     sizes = image.shape, choices.grid.shape, image.n_facies, n_data
     each = typical_seconds(choices.parameters, *sizes)
@@ -150,19 +152,19 @@ def estimated_seconds(choices: Choices) -> float:
 
 
 def _is_changed(state: State) -> bool:
-    """Whether the study is none that runs, ran or was tried: one that failed is not tried again."""
+    """Whether the study has never been run or tried; a failed study is not retried."""
     known = (state.job.about if state.job else state.ensemble_choices), state.last_attempt
     return not any(study and same_realizations(study, state.choices) for study in known)
 
 
 def is_current(state: State) -> bool:
-    """Return whether the results are of the study as it is set up now."""
+    """Return whether the results are those of the study as it is set up now."""
     simulated = state.ensemble_choices
     return simulated is not None and same_realizations(simulated, state.choices)
 
 
 def take_names(state: State) -> None:
-    """Call the facies of results that are current as the study does by now."""
+    """If results are current, give their facies the names that they have in the study now."""
     if state.ensemble is None or state.ensemble_choices == state.choices or not is_current(state):
         return
     state.ensemble_choices = state.choices
@@ -170,7 +172,7 @@ def take_names(state: State) -> None:
 
 
 def _begun(state: State, simulate_range: SimulateRange, after: float) -> Job[Ensemble]:
-    """Return the job of the study, in the queue; in one part where memory is short for several."""
+    """Queue the study and return its job, in a single part if memory is too small for several."""
     choices, n = state.choices, state.choices.n_realizations
     state.realization_to_restore = state.shown
     waits_for_kernels = state.ensemble is None and not is_ready() and choices == Choices()
@@ -178,7 +180,7 @@ def _begun(state: State, simulate_range: SimulateRange, after: float) -> Job[Ens
     def begun(n_first: int, copies: int) -> Job[Ensemble]:
         def work(job: Job[Ensemble]) -> Ensemble:
             job.sleep(after)
-            if waits_for_kernels:  # the same realizations, stored; facts and progress say so
+            if waits_for_kernels:  # the same realizations, from the store; the page says so
                 job.publish_partial(stored_ensemble())
             return in_parts(job, simulate_range, n_first)
 
@@ -194,7 +196,7 @@ def _begun(state: State, simulate_range: SimulateRange, after: float) -> Job[Ens
 
 
 def in_parts(job: Job[Ensemble], simulate_range: SimulateRange, n_first: int) -> Ensemble:
-    """Simulate a few realizations at once and the rest as they come; all are as of one run."""
+    """Simulate an ensemble in parts, a few realizations first; the result is as of a single run."""
     size, budget = min(n_first, job.n), NEXT_PART
     start = time.monotonic()
     whole = _with_part(job, simulate_range, None, size)
@@ -228,7 +230,7 @@ def _with_part(
 
 
 def first_part(choices: Choices, latest: Ensemble | None) -> int:
-    """Return how many realizations are likely to be finished at once, by the pace of the latest."""
+    """Return the size of the first part of a run, estimated from the speed of the latest run."""
     if latest is None or latest.wall_seconds <= 0:
         return MIN_PART
     each = latest.wall_seconds / latest.n * choices.grid.n_cells / latest.grid.n_cells
@@ -236,27 +238,27 @@ def first_part(choices: Choices, latest: Ensemble | None) -> int:
 
 
 def part_size(left: int, fits: float) -> int:
-    """Return the size of the next part of `left` realizations, if there is time for `fits`."""
+    """Return the size of the next part, given `left` realizations and time for `fits` of them."""
     cores = n_cores()
     size = max(int(fits) // cores * cores, cores, MIN_PART)
     return left if fits >= NEARLY_ALL * left else min(size, left)
 
 
 def demand_of_run(state: State, copies: int = 1) -> Demand:
-    """Return the demand of the study on the server, with `copies` of its results in memory."""
+    """Return the resources that the study needs, with `copies` of its results in memory."""
     choices = state.choices
     return demand_of(study_of(choices), choices.n_realizations, copies=copies)
 
 
 def stop_run(state: State) -> None:
-    """Stop the run, if there is one; its further results are dropped."""
+    """Stop the run, if there is one, and drop its further results."""
     if state.job is not None:
         state.job.cancel()
         state.job = None
 
 
 def part_of(choices: Choices) -> SimulateRange:
-    """Return the work of some realizations of a study, as f(first, n, progress, cancel)."""
+    """Return a function f(first, n, progress, cancel) that simulates realizations of a study."""
     image, data = image_of(choices.image), data_of(choices)
 
     def simulate_range(first: int, n: int, progress: Progress, cancel: Cancel) -> Ensemble:
@@ -269,9 +271,9 @@ def part_of(choices: Choices) -> SimulateRange:
 
 
 def collect(state: State, *, parts: bool = True) -> None:
-    """Take the results of a job into the state; earlier results stay if it has none.
+    """Put the results of a job into the state; earlier results stay if the job has none.
 
-    Without `parts` they stay until the job is finished.
+    If `parts` is false, they stay until the job is finished.
     """
     job = state.job
     if job is None:
@@ -293,17 +295,17 @@ def collect(state: State, *, parts: bool = True) -> None:
 
 
 def take_in(state: State, job: Job[Ensemble], ensemble: Ensemble) -> None:
-    """Show the results of a job; the realization that was large is large again."""
+    """Show the results of a job with the same realization shown large as before."""
     wanted = state.realization_to_restore
     shown = min(wanted, state.ensemble.n - 1) if state.ensemble else wanted
-    if state.shown == shown:  # the user chose no other one meanwhile
+    if state.shown == shown:  # the user has not chosen another realization meanwhile
         state.shown = wanted
     state.ensemble, state.ensemble_choices = ensemble, job.about
     state.shown = min(state.shown, ensemble.n - 1)
 
 
 def stopped(error: Cancelled, has_older: bool) -> str:
-    """Return a message on the results of a cancelled run."""
+    """Return a message about the results of a cancelled run."""
     if error.ensemble is not None:
         return f"{str(error).capitalize()}; these are shown."
     return "Stopped before the first realization was finished." + (
@@ -312,7 +314,7 @@ def stopped(error: Cancelled, has_older: bool) -> str:
 
 
 def failed(error: Exception) -> str:
-    """Say why a run gave nothing."""
+    """Say why a run has no results."""
     if isinstance(error, CCWSIMError):
         return str(error)
     if isinstance(error, MemoryError):

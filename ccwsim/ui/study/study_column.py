@@ -1,4 +1,4 @@
-"""The study column: five numbered steps, of which grid and method are drawn here."""
+"""The study column of five numbered steps; the steps Grid and Method are drawn here."""
 
 from __future__ import annotations
 
@@ -52,21 +52,21 @@ NUMBERS = {
     "template_variation": (0.0, MAX_TEMPLATE_VARIATION, 0.05),
     "location_weight": (0.0, MAX_LOCATION_WEIGHT, 0.5),
 }
-"""Minimum, maximum and step."""
+"""Minimum, maximum and step of each number."""
 LABELS = {
     "n_candidates": "Candidates K",
     "co_template": "Look-ahead for data",
     "exact_data": "Honour data exactly",
 }
 SIZES = {"template_size": "Template", "overlap_size": "Overlap", "wavelet_level": "Level"}
-"""Names of parameters on the screen; the others have their own."""
+"""Names of parameters on the screen, if they differ from those in code."""
 
 
 def study_column(state: State) -> None:
     """Draw the whole study column in the sidebar."""
     with st.sidebar:
         for step in (image_step, data_step, grid_step, method_step, run_step):
-            with error_boundary(way_back=True):  # an error in one step leaves the others
+            with error_boundary(way_back=True):  # an error in one step does not affect the others
                 step(state)
 
 
@@ -91,7 +91,7 @@ def grid_step(state: State) -> None:
 
 
 def _world_field(state: State, name: str, k: int, label: str) -> None:
-    """Draw the field of the number along x, y or z of an attribute of the grid."""
+    """Draw a number field for one component (x, y or z) of an attribute of the grid."""
 
     def write(value: float) -> None:
         numbers = list(getattr(state.choices.grid, name))
@@ -108,7 +108,7 @@ def _change_grid(state: State, **changes: object) -> None:
 
 
 def method_step(state: State) -> None:
-    """Draw the step; only values that fit together are on offer."""
+    """Draw the step; only values that are valid together are offered."""
     step_title(4, "Method")
     p, shape = state.choices.parameters, image_of(state.choices.image).shape
     change = partial(set_parameters, state)
@@ -130,10 +130,10 @@ def method_step(state: State) -> None:
 def size_fields(
     p: Parameters, shape: Shape, change: Callable[..., None], prefix: str = ""
 ) -> DeltaGenerator | None:
-    """Draw template, overlap and level in two columns; return the place that is free beside them.
+    """Draw template, overlap and level in two columns; return the container left free beside them.
 
-    Each is a number, of a volume one for the horizontal axes and one along z. `change` is called
-    with the parameter that the user changes; keys start with `prefix`.
+    Each is one number for a map; a volume has one for the horizontal axes and one along z. `change`
+    is called with the parameter that the user changes; keys start with `prefix`.
     """
     volume, ccsim = len(shape) == 3, p.method == "ccsim"
     lengths = p.along(shape)
@@ -166,7 +166,7 @@ def size_fields(
 
 
 def _trend_field(p: Parameters, change: Callable[..., None]) -> None:
-    """Draw the choice that the location weight holds only along z."""
+    """Draw the choice to apply the location weight only along z."""
     weight = max(p.location_weights)
 
     def write(alone: bool) -> None:
@@ -179,7 +179,7 @@ def _trend_field(p: Parameters, change: Callable[..., None]) -> None:
 
 
 def set_parameters(state: State, **changes: object) -> None:
-    """Change parameters; sizes that do not fit any more go to the nearest that do."""
+    """Change parameters; sizes that no longer fit change to the nearest valid ones."""
     shape = image_of(state.choices.image).shape
     state.change(parameters=fitted(state.choices.parameters, shape, **changes))
 
@@ -191,7 +191,7 @@ def parameter_field(
     prefix: str = "p_",
     of_numbers: Callable[..., Any] = st.slider,
 ) -> None:
-    """Draw the control of one parameter, by the kind of its value; its key starts with `prefix`."""
+    """Draw a control that suits the type of a parameter; its key starts with `prefix`."""
     value = getattr(p, name)
     label = LABELS.get(name, name.replace("_", " ").capitalize())
     options = bound_to(p, name, change, key=f"{prefix}{name}", help=help_of(name))
@@ -202,7 +202,7 @@ def parameter_field(
         offered = options_of({value: VALUES.get(value, value) for value in allowed})
         field(st.selectbox, label, **offered, **options)
     else:
-        if isinstance(value, tuple):  # a location weight only along z keeps its axis
+        if isinstance(value, tuple):  # a location weight that applies only along z keeps doing so
 
             def write_per_axis(new: float) -> None:
                 per_axis = tuple(new if weight else 0.0 for weight in value)

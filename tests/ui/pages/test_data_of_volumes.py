@@ -121,7 +121,7 @@ def test_the_realizations_honour_what_was_placed_at_once_and_after_the_run():
     paint(state, "z", [(0, 20, 30)], range(12))
     app = opened("data", state).run()
     assert not app.exception
-    assert "Click the map: a vertical well" in html(app) + " ".join(
+    assert "A click on the map places a vertical well" in html(app) + " ".join(
         str(m.value) for m in app.markdown
     )
     after = app.session_state[KEY]

@@ -198,8 +198,8 @@ def test_each_step_stands_beside_its_place_in_the_paper():
         "The coefficients B of the overlap": ("section 4.3", "line 10"),
         "Drawn: CCW": ("section 4.4", "line 12"),
         "cheapest boundary": ("section 2 (the cut)", "line 14 (the paste)"),
-        "gives one number a band": ("sections 3.1 and 4.2", "line 2"),
-        "The inverse DWT puts back": ("sections 3.1 and 4.4", "line 13"),
+        "gives one number per band": ("sections 3.1 and 4.2", "line 2"),
+        "The inverse DWT restores": ("sections 3.1 and 4.4", "line 13"),
     }.items():
         for place in places:
             assert place in source_of(app, words), words

@@ -1,4 +1,4 @@
-// Left and right arrow keys step, except in elements that use these keys themselves.
+// Left and right arrow keys step through the page, except in elements that use these keys themselves.
 const OWN = 'input, textarea, select, [role=slider], [role=listbox], [role=tab], [contenteditable]';
 
 export default inOrder(({ setTriggerValue }) => {

@@ -1,4 +1,4 @@
-// Saves the chart beside it: as PNG and SVG by plotly itself, as CSV from the numbers it draws.
+// Saves the chart below it: plotly writes PNG and SVG; CSV is written from the chart's numbers.
 export default inOrder(({ data, parentElement }) => {
   const open = parentElement.querySelector('.open');
   const choices = parentElement.querySelector('.choices');
@@ -35,7 +35,7 @@ function save(charts, kind, name) {
   }
 }
 
-// One line a point: which series, which curve of it (curves of one series are parted by gaps).
+// One line per point, with its series and its curve; gaps separate the curves of a series.
 function table(chart) {
   const layout = chart._fullLayout;
   const titles = [text(layout.xaxis) || 'x', text(layout.yaxis) || 'y'];

@@ -1,12 +1,11 @@
-// The map as an editor of hard data. Tools: pan the map, draw one datum or move one, a straight or
-// freehand line of data, erase; arrow keys move a cursor. This follows map.js and edits.js in one
-// module.
+// The map as an editor of hard data. Tools: pan the map, draw or move a datum, draw a straight or freehand
+// line of data, erase; arrow keys move a cursor. This code follows map.js and edits.js in one module.
 const ERASE = -1, AS_SHOWN = -2;
-const AIMABLE = 3; // pixels of a cell from which it can be aimed at
-const SLOP = 4, FINGER_SLOP = 8; // pixels that a click may stray and be no drag
-const FINGER = 14; // pixels from a datum within which a finger takes hold of it
+const AIMABLE = 3; // minimum size in pixels of a cell that a user can aim at
+const SLOP = 4, FINGER_SLOP = 8; // maximum movement in pixels of a click that is not a drag
+const FINGER = 14; // maximum distance in pixels at which a finger grabs a datum
 const STEPS = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, -1], ArrowRight: [0, 1] };
-let waiting = []; // edits that the page has not taken; a canvas put up anew in between sends them
+let waiting = []; // edits that the page has not applied; a new canvas sends them
 
 export default inOrder((component) => {
   const editor = drawerOf(component.parentElement.querySelector('.map'), DataEditor);
@@ -20,9 +19,9 @@ class DataEditor extends CellMap {
   brush = 1;
   tool = matchMedia('(pointer: coarse)').matches ? 'pan' : 'draw';
   correctedShown = true;
-  stroke = null; // of a pressed pointer: its cells, or the datum that it moves
+  stroke = null; // the stroke of a pressed pointer: its cells, or the datum that it moves
 
-  // The bar of tools, which stands beside the map's own HTML, becomes a part of the map.
+  // Move the toolbar, which is separate from the map's HTML, into the map.
   constructor(root) {
     root.append(root.nextElementSibling);
     super(root);
@@ -38,7 +37,7 @@ class DataEditor extends CellMap {
     this.bars();
   }
 
-  // The page's data with the edits on top that it does not have yet.
+  // The data of the page with edits that it has not applied yet.
   merged({ points, nx }) {
     this.placed = new Map(points.map((point) => [point[0] * nx + point[1], point]));
     for (const { set } of this.queue.edits) {
@@ -76,7 +75,7 @@ class DataEditor extends CellMap {
       ? this.indices[(this.data.ny - 1 - row) * this.data.nx + column] : this.brush;
   }
 
-  // Data under an eraser: in its cells, or under its tip if cells are tiny.
+  // Data under the eraser: in its cells, or under its tip if cells are tiny.
   touched(cells) {
     const { nx } = this.data;
     const ids = new Set(cells.map(([row, column]) => row * nx + column));
@@ -94,7 +93,7 @@ class DataEditor extends CellMap {
     return row >= 0 && column >= 0 && row < this.data.ny && column < this.data.nx;
   }
 
-  // A tap on the disc of a datum means that datum if cells are too small to aim at.
+  // If cells are too small to aim at, a tap on the disc of a datum selects that datum.
   aimed(cell) {
     if (this.size1 >= AIMABLE || this.datum(cell)) return cell;
     let best = null, least = this.radius / this.size1;
@@ -146,7 +145,7 @@ class DataEditor extends CellMap {
     pen.restore();
   }
 
-  // The datum at the place where it would be dropped, and a line from its cell.
+  // Draw the moved datum under the pointer, and a line from its cell.
   drawGhost(pen, { datum: [row, column, facies], cells: [to], dragged }) {
     if (!dragged || !this.inside(to)) return;
     const [x, y] = this.toCanvas(to[1] + 0.5, to[0] + 0.5);
@@ -166,7 +165,7 @@ class DataEditor extends CellMap {
 
   drawPoints(pen) {
     if (this.correctedShown) this.drawRings(pen);
-    super.drawPoints(pen); // on top, so that rings hide no datum
+    super.drawPoints(pen); // drawn on top, so that rings hide no datum
   }
 
   drawRings(pen) {
@@ -213,7 +212,7 @@ class DataEditor extends CellMap {
     this.canvas.classList.toggle('draws', this.tool !== 'pan');
   }
 
-  // Who chooses a facies wants to place it.
+  // The choice of a facies also selects a tool that places it.
   choose(brush) {
     this.brush = brush;
     if (['pan', 'erase'].includes(this.tool)) this.tool = 'draw';
@@ -259,7 +258,7 @@ class DataEditor extends CellMap {
     super.stop();
   }
 
-  // The datum under a pointer that would move it, null if there is none.
+  // Return the datum that the pointer can move, null if there is none.
   grabbed(event) {
     if (this.tool !== 'draw' || !this.dataShown) return null;
     const [px, py] = this.spotOf(event);
@@ -275,7 +274,7 @@ class DataEditor extends CellMap {
     return best;
   }
 
-  // The next four say whether they took the event, so that the map does not.
+  // The next four methods return whether they handled the event, so that the map ignores it.
   down(event) {
     if (this.stroke || this.pointers.size) { // a second finger: zoom, do not draw
       if (this.stroke) this.pointers.set(this.stroke.id, this.stroke.spot);
@@ -319,8 +318,8 @@ class DataEditor extends CellMap {
     return true;
   }
 
-  // Move a datum to another cell, and replace the datum there. Nothing moves if the page has removed
-  // it meanwhile, or if it is dropped beside the map.
+  // Move a datum to another cell, and replace the datum there. Nothing moves if the page has removed the
+  // datum meanwhile, or if it is dropped outside the map.
   carry([row, column], to) {
     const datum = this.datum([row, column]);
     const same = row === to[0] && column === to[1];
@@ -372,7 +371,7 @@ class DataEditor extends CellMap {
   }
 }
 
-// All cells along a straight line (Bresenham).
+// Return all cells along a straight line (Bresenham).
 function cellsBetween([row, column], [toRow, toColumn]) {
   const cells = [[row, column]];
   const high = Math.abs(toRow - row), wide = Math.abs(toColumn - column);

@@ -1,6 +1,6 @@
-// How often each value occurs, with a line to drag at each limit between classes; arrow keys move it.
-const BELOW = 20; // pixels under the bars, for the numbers
-const STEPS = 200; // steps of an arrow key over the whole range
+// A histogram of values with a line at each limit between classes; dragging or arrow keys move a line.
+const BELOW = 20; // height in pixels of the numbers below the bars
+const STEPS = 200; // number of arrow-key steps over the whole range
 
 export default inOrder(({ data, parentElement, setTriggerValue }) => {
   const root = parentElement.querySelector('.histogram');

@@ -1,4 +1,4 @@
-// The runs of a session, newest first: each a button; arrow keys move, Enter or a click goes back.
+// The runs of a session as buttons, newest first; arrow keys move, Enter or a click restores a run.
 export default inOrder(({ data, parentElement, setTriggerValue }) => {
   const strip = parentElement.querySelector('.history');
   const { runs, shown } = data;

@@ -1,8 +1,8 @@
 // A map of square cells on a canvas: nearest neighbour, linked zoom, hover, data as ringed circles.
 // Cells are [row from the south, column]; the picture's grey values are indices into lut and labels.
 const LINK = 'ccwsim-map';
-const ZOOMED = 8; // cells along an edge of a map that is zoomed in a lot
-// Maps of one scale. Each component has its own copy of this module, so the window keeps them.
+const ZOOMED = 8; // cells along an edge of a strongly zoomed map
+// Maps that share zoom and scale. Each component has a copy of this module, so the window keeps them.
 const groups = (window[Symbol.for(LINK)] ??= new Map());
 
 export default inOrder((component) => {
@@ -85,8 +85,8 @@ class CellMap {
     if (this.leads) others.forEach((map) => map.fit(others.concat(this)));
   }
 
-  // Pixels of the longest number at the west edge: of the whole map, or of a zoomed one, whose numbers
-  // have more decimals.
+  // Width in pixels of the longest number at the west edge, also when zoomed: numbers then have more
+  // decimals.
   longestNorthing() {
     const { ny, cell_size: size, origin } = this.data;
     const pen = this.canvas.getContext('2d');
@@ -116,7 +116,7 @@ class CellMap {
     this.draw();
   }
 
-  // Where a place in cells (x from the west, y from the south) is on the canvas, and back.
+  // Convert a position in cells (x from the west, y from the south) to the canvas, and back.
   toCanvas(x, y) {
     const s = this.cell * this.view.zoom;
     return [this.left + this.wide / 2 + (x - this.view.x) * s,
@@ -147,8 +147,8 @@ class CellMap {
     if (this.data.axes) this.drawAxes(pen);
   }
 
-  // Distance of each datum to the second nearest other one, in cells, up to the distance at which
-  // marks do not touch: data in a row have less room than two that happen to be close.
+  // Distance in cells from each datum to its second nearest neighbour, at most the distance at which marks do
+  // not touch. The second neighbour tells data in a row from two data that happen to be close.
   spacings() {
     const { points, nx } = this.data;
     if (this.spaced?.of === points && this.spaced.cell === this.cell) return this.spaced.each;
@@ -158,7 +158,7 @@ class CellMap {
     const each = points.map(([row, column]) => {
       let near = 0;
       for (let d = 1; d < farthest; d++) {
-        for (let k = -d; k < d; k++) { // the four sides of a square around it, each without one end
+        for (let k = -d; k < d; k++) { // the four sides of a square around the datum, each without one end
           near += there(row - d, column + k) + there(row + d, column - k)
             + there(row - k, column - d) + there(row + k, column + d);
           if (near > 1) return d;
@@ -175,7 +175,7 @@ class CellMap {
     return Math.max(SMALLEST_MARK, Math.min(MARK, room * 0.13)) * Math.min(Math.sqrt(this.view.zoom), 2.5);
   }
 
-  // A datum with its rings reaches half way to the next one.
+  // A datum with its rings reaches at most half way to the next datum.
   radiusOf(k) {
     const half = 0.5 * this.spacings()[k] * this.cell * this.view.zoom;
     return Math.max(SMALLEST_MARK, Math.min(this.radius, half / 1.8));
@@ -209,7 +209,7 @@ class CellMap {
     });
   }
 
-  // Boxes around cells, and rings, discs and crosses in the middle of them; ringed to show anywhere.
+  // Draw boxes around cells, and rings, discs and crosses in their middle, ringed to be visible anywhere.
   drawMarks(pen) {
     for (const mark of this.data.marks || []) {
       const [x, y] = this.toCanvas(mark.column, mark.row + mark.height);
@@ -229,7 +229,7 @@ class CellMap {
     }
   }
 
-  // The label of the mark nearest to a cell, if one is near.
+  // Return the label of the mark nearest to a cell, if a mark is near.
   marked([row, column]) {
     const reach = Math.max(0.5, 7 / (this.cell * this.view.zoom));
     let said = '', best = reach;
@@ -321,7 +321,7 @@ class CellMap {
     this.draw();
   }
 
-  // The place on the canvas at a pointer, and the cell there.
+  // Return the position of a pointer on the canvas, and the cell there.
   spotOf(event) {
     const box = this.canvas.getBoundingClientRect();
     return [event.clientX - box.left, event.clientY - box.top];
@@ -377,7 +377,7 @@ class CellMap {
     this.watch = new ResizeObserver(() => this.data && this.layout());
   }
 
-  // Doing it twice has no effect.
+  // A second call has no effect.
   start() {
     window.addEventListener(LINK, this.hear);
     this.watch.observe(this.root);

@@ -1,4 +1,4 @@
-// Pictures to pick one of; the browser knows the answer only after the pick.
+// Pictures from which the user picks one; the browser gets the answer only after the pick.
 export default inOrder(({ data, parentElement, setTriggerValue }) => {
   const quiz = parentElement.querySelector('.quiz');
   const { pictures, round, picked, answer } = data;

@@ -1,8 +1,8 @@
-// Small multiples: a labelled picture a setting, each a button; arrow keys go on.
+// Small multiples: a labelled picture per setting as a button; arrow keys change the choice.
 export default inOrder(({ data, parentElement, setTriggerValue }) => {
   const sheet = parentElement.querySelector('.settings');
   const { tiles, shown } = data;
-  // on a phone three stand in a row
+  // on a phone a row has three pictures
   const share = Math.min(1, ((sheet.clientWidth || 1e4) - 36) / 3 / data.width);
   const [width, height] = share < 0.5 ? [data.width, data.height]
     : [Math.floor(data.width * share), Math.floor(data.height * share)];

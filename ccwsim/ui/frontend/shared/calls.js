@@ -1,19 +1,19 @@
 // Streamlit calls a part of a page each time it is to be drawn, and ends the last call when the part is
 // removed. Calls from before the module of the part is loaded are made in any order, as browsers resolve
-// imports of one module in any order; all but the newest are then ended at once. So an older call may
-// draw last: when it is ended, the newest is drawn again. This goes before all other modules.
-const LATE = 8; // calls that may come before a module is loaded
+// imports of one module in any order; all but the newest are then ended at once. So an older call may draw
+// last; when it is ended, the newest call draws again. This code comes before all other modules.
+const LATE = 8; // maximum number of calls before a module is loaded
 const parts = new WeakMap();
 const drawers = new WeakMap();
 
-// Return the drawer of an element; it is made at the first call.
+// Return the object that draws into an element; the first call creates it.
 function drawerOf(root, Drawer) {
   if (!drawers.has(root)) drawers.set(root, new Drawer(root));
   return drawers.get(root);
 }
 
-// Return the entry of a part. `draw` draws the content of a call and returns a function that stops it:
-// the same function again if the earlier drawing takes over the new content.
+// Return the entry point of a part. `draw` draws the content of a call and returns a function that stops the
+// drawing; if the earlier drawing takes over the new content, it returns the earlier function.
 function inOrder(draw) {
   return (call) => {
     const parent = call.parentElement;

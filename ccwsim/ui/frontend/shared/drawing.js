@@ -1,9 +1,9 @@
-// What maps and volumes draw alike: data as ringed circles, axes, the legend. Goes before their modules.
+// Drawing shared by maps and volumes: data as ringed circles, axes, legend. It comes before their modules.
 const MARK = 4, SMALLEST_MARK = 1.2, RING = 1.2; // pixels: radius of a datum, and each of its rings
-const LARGEST = 1e12; // numbers on an axis from here on have an exponent
-const INK = '#14181d', PAPER = '#ffffff'; // of rings: they show on any ground
+const LARGEST = 1e12; // axis numbers of at least this size have an exponent
+const INK = '#14181d', PAPER = '#ffffff'; // colours of rings, visible on any background
 
-// Rings below all data, so that those of a row of data do not hide the data beside them.
+// Draw all rings below all data, so that a ring does not hide the datum beside it.
 function drawData(pen, marks, wrongColour) {
   for (const { x, y, radius, wrong } of marks) {
     disc(pen, x, y, radius + 2 * ringOf(radius), wrong ? wrongColour : INK);
@@ -27,7 +27,7 @@ function strokeIn(pen, layers, path) {
   pen.globalAlpha = 1;
 }
 
-// Four lines around a place: from `from` pixels away to `wide` or `high` pixels.
+// Draw four lines around a position, from a distance of `from` pixels to `wide` or `high` pixels.
 function drawCrossAt(pen, x, y, from = 4, [wide, high] = [11, 11], layers = [[PAPER, 3], [INK, 1]]) {
   strokeIn(pen, layers, () => {
     for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
@@ -37,7 +37,7 @@ function drawCrossAt(pen, x, y, from = 4, [wide, high] = [11, 11], layers = [[PA
   });
 }
 
-// The edge of a picture, in the colour of text, which is the pen's from here on.
+// Draw the edge of a picture in the colour of text; the pen keeps this colour.
 function drawEdge(pen, { left, top, wide, high, root }) {
   const style = getComputedStyle(root);
   pen.fillStyle = pen.strokeStyle = style.getPropertyValue('--st-text-color');
@@ -69,7 +69,7 @@ function sizeCanvas(canvas, wide, high, dots) {
 
 function wrongColourOf(root) { return getComputedStyle(root).getPropertyValue('--st-red-color'); }
 
-// Numbers below and at the left of a box (left, top, wide, high), whose edges are at these two values.
+// Draw numbers below and left of a box (left, top, wide, high); each pair holds the values at two edges.
 function drawAxes(pen, { left, top, wide, high }, [west, east], [low, upper]) {
   const base = top + high;
   pen.globalAlpha = 0.7;
@@ -137,7 +137,7 @@ function key(label, kind, colour) {
   return entry;
 }
 
-// Round values between two limits, each with its text.
+// Return round values between two limits, each with its text.
 function ticks(low, high, wanted) {
   const rough = (high - low) / Math.max(wanted, 1);
   const power = 10 ** Math.floor(Math.log10(rough));

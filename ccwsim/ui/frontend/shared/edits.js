@@ -1,15 +1,15 @@
-// Edits of data on a canvas. They wait in a queue until the page has taken them, so that none is lost or
-// taken twice. Goes before the modules of editors.
-const AGAIN = 2000; // milliseconds after which edits that the page has not taken are sent again
+// Edits of data on a canvas. They wait in a queue until the page has applied them, so that no edit is lost or
+// applied twice. This code comes before the modules of editors.
+const AGAIN = 2000; // milliseconds after which edits that the page has not applied are sent again
 
 class EditQueue {
-  // A new canvas sends the edits that the canvas before it could not send.
+  // A new canvas sends the edits that the previous canvas could not send.
   constructor(waiting = []) {
     this.edits = waiting.filter((edit) => edit.seq > Date.now() - 30 * AGAIN);
     this.last = this.ack = 0;
   }
 
-  // The page has all edits up to a number.
+  // Drop edits up to a number, which the page has applied.
   taken(ack) {
     this.ack = ack;
     this.edits = this.edits.filter((edit) => edit.seq > ack);
@@ -35,7 +35,7 @@ class EditQueue {
   rest() { clearTimeout(this.timer); }
 }
 
-// What a key asks for, undo or redo, unless it is typed into a text.
+// Return the command of a key, undo or redo, unless it is typed into a text field.
 function stepOf(event) {
   if (!(event.ctrlKey || event.metaKey) || event.altKey) return null;
   const typing = event.composedPath()[0];

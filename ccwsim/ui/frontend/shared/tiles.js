@@ -1,7 +1,7 @@
-// Pictures that are buttons in a box. Goes before the modules of such components.
+// Pictures in a box that act as buttons. This code comes before the modules of such components.
 const ARROWS = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 };
 
-// Give a box n buttons, each with parts of these classes, and return them.
+// Put n buttons into a box, each with child elements of the given classes, and return the buttons.
 function buttonsIn(box, label, n, ...parts) {
   box.setAttribute('role', 'group');
   box.setAttribute('aria-label', label);
@@ -23,7 +23,7 @@ function element(tag, name = '') {
 
 function show(part, png) { part.style.backgroundImage = png ? `url(data:image/png;base64,${png})` : 'none'; }
 
-// Call `choose` with the number of the button that is clicked.
+// Call `choose` with the index of the clicked button.
 function onClick(box, choose) {
   box.onclick = (event) => {
     const button = event.target.closest('button');
@@ -31,7 +31,7 @@ function onClick(box, choose) {
   };
 }
 
-// One of the buttons is pressed; a click, or an arrow key among the first n, chooses another one.
+// Exactly one button is pressed; a click, or an arrow key among the first n buttons, presses another.
 function chooseOne(box, shown, n, tell) {
   const mark = (chosen) => [...box.children].forEach((button, k) => {
     button.setAttribute('aria-pressed', k === chosen);

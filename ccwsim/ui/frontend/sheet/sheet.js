@@ -1,4 +1,4 @@
-// A contact sheet: every realization as a button cut from one picture; arrow keys go on.
+// A contact sheet: each realization is a button cut from one picture; arrow keys change the choice.
 export default inOrder(({ data, parentElement, setTriggerValue }) => {
   const sheet = parentElement.querySelector('.sheet');
   const { png, n, columns, width, height, shown } = data;

@@ -6,7 +6,7 @@ const REST = 2000; // milliseconds after which a page is complete, also on a slo
 export default inOrder(({ data }) => {
   const app = document.querySelector('.stApp');
   const watched = new WeakSet();
-  const heights = new Map(); // of each part by its name, the largest since it was at rest
+  const heights = new Map(); // maximum height of each part since the page was at rest, by name
   let timer = 0, changed = performance.now();
   const name = (part) => [...part.classList].find((one) => one.startsWith('st-key-'));
   const high = (part) => part.getBoundingClientRect().height;
@@ -20,7 +20,7 @@ export default inOrder(({ data }) => {
   const settle = () => {
     timer = 0;
     const resting = app.dataset.testScriptState === 'notRunning' && performance.now() - changed > REST;
-    if (!resting) later(); // between two runs parts may be empty
+    if (!resting) later(); // parts may be empty between two runs
     else document.querySelectorAll(data.parts).forEach((part) => {
       if (part.querySelector(WORKING)) return;
       part.style.minHeight = '';
@@ -32,10 +32,10 @@ export default inOrder(({ data }) => {
     if (news.some(({ type }) => type === 'attributes')) changed = performance.now();
     const drawing = app.dataset.testScriptState !== 'notRunning' || performance.now() - changed < REST;
     document.querySelectorAll(data.parts).forEach((part) => {
-      if (!watched.has(part)) sizes.observe(part); // which keeps it before it is painted
+      if (!watched.has(part)) sizes.observe(part); // the observer fixes the height before the part is painted
       else if (!drawing) return;
       watched.add(part);
-      keep(part); // before anything can look at it
+      keep(part); // before other code reads the height
       later();
     });
   });

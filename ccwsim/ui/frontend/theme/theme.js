@@ -1,12 +1,12 @@
-// Asks for a new drawing of the page when the user switches between light and dark: charts have the
-// colours of the theme in which they were drawn.
+// Redraws the page when the user switches between light and dark, because charts keep the colours of the
+// theme in which they were drawn.
 export default inOrder(({ data, parentElement, setTriggerValue }) => {
   const probe = parentElement.querySelector('i');
   let asked = data.theme;
   const look = () => {
     const app = document.querySelector('.stApp');
     const now = app && getComputedStyle(app).colorScheme === 'dark' ? 'dark' : 'light';
-    // our own colours follow at once, charts when the page has been drawn
+    // colours in CSS change at once, those of charts when the page has been redrawn
     document.documentElement.style.colorScheme = now;
     if (now === asked) return;
     asked = now;

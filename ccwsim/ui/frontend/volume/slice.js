@@ -1,12 +1,12 @@
-// One slice through a volume on a canvas: cells, data, wells, cross hairs. Axes are 0, 1, 2: x, y, z.
-// A slice lies across one axis; `right` and `up` are the axes along its edges, so elevation is upwards.
+// A slice through a volume on a canvas: cells, data, wells, cross hairs. Axes 0, 1, 2 are x, y, z. A slice is
+// perpendicular to one axis; `right` and `up` are the axes along its edges, with z upwards.
 const PLANES = {
   x: { across: 0, right: 1, up: 2, called: 'column' },
   y: { across: 1, right: 0, up: 2, called: 'row' },
   z: { across: 2, right: 0, up: 1, called: 'layer' },
 };
-const WELL_REACH = 0.05; // share of the layers up to which a well is said to pass near one
-const NOTCH = 40; // pixels of a wheel that make a step
+const WELL_REACH = 0.05; // share of the layers within which a well counts as near a layer
+const NOTCH = 40; // wheel movement in pixels per step
 const KEYS = { ArrowUp: 1, ArrowRight: 1, ArrowDown: -1, ArrowLeft: -1, PageUp: 10, PageDown: -10,
   Home: -Infinity, End: Infinity };
 
@@ -54,7 +54,7 @@ class Slice {
     this.say();
   }
 
-  // The cells of the slice, one pixel each.
+  // Draw the cells of the slice, one pixel each.
   picture() {
     const { data: { shape }, cells, palette } = this.view;
     const [wide, high] = [shape[this.right], shape[this.up]];
@@ -72,15 +72,15 @@ class Slice {
     return picture;
   }
 
-  // Where the other two slices cut this one.
+  // Draw the lines in which the other two slices cut this slice.
   drawHairs(pen) {
     const { at } = this.view;
     const [x, y] = this.toCanvas(at[this.right] + 0.5, at[this.up] + 0.5);
     drawCrossAt(pen, x, y, 7, [this.wide + 7, this.high + 7], [[PAPER, 3, 0.55], [INK, 1, 0.85]]);
   }
 
-  // Data in the slice are circles; those of a well are a strip of cells in a section. A well that
-  // has no datum in a layer of the map but near it is a dot.
+  // Draw data in the slice as circles, or as a strip of cells if they are of a well in a section. In the map,
+  // a well with data near the layer but not in it is a dot.
   drawData(pen, wrongColour) {
     const { view, here } = this;
     const { data, wells } = view;
@@ -95,7 +95,7 @@ class Slice {
       (strip ? strips : circles).push({ x, y, radius, colour: colours[point[3]], wrong: point[4] });
     }
     const high = this.view.scale[this.up], half = Math.max(2.5, this.view.scale[this.right] / 2);
-    const box = ({ x, y }, ring, colour) => { // whole pixels, so that cells of a well have no gap
+    const box = ({ x, y }, ring, colour) => { // whole pixels avoid gaps between the cells of a well
       const top = Math.round(y - high / 2) - ring, base = Math.round(y + high / 2) + ring;
       pen.fillStyle = colour;
       pen.fillRect(x - half - ring, top, 2 * (half + ring), base - top);
@@ -131,7 +131,7 @@ class Slice {
     return [this.left + right * scale[this.right], this.top + this.high - up * scale[this.up]];
   }
 
-  // The cell (x, y, z) at a pointer; the nearest one for a pointer beside the slice.
+  // Return the cell (x, y, z) at a pointer; the nearest cell for a pointer outside the slice.
   cellAt(event) {
     const { at, scale, data: { shape } } = this.view;
     const box = this.canvas.getBoundingClientRect();
@@ -204,7 +204,7 @@ class Slice {
 
 function isFocused(element) { return element.getRootNode().activeElement === element; }
 
-// Go on with a stroke to a cell, through all cells in between: pointers skip some.
+// Extend a stroke to a cell through all cells in between, because pointers skip cells.
 function drawTo(stroke, cell) {
   const from = stroke[stroke.length - 1];
   const steps = Math.max(...cell.map((to, axis) => Math.abs(to - from[axis])));

@@ -1,11 +1,11 @@
-// A volume: three linked slices and the body, which share cursor, vertical exaggeration and data. This
-// follows drawing.js, edits.js, slice.js and body.js in one module. Only edits go to the server.
+// A volume: three linked slices and the body, which share cursor, vertical exaggeration and data. This code
+// follows drawing.js, edits.js, slice.js and body.js in one module. It sends only edits to the server.
 const LINK = 'ccwsim-volume';
 const GAP = 24, TWO_COLUMNS = 600, THREE_COLUMNS = 660; // pixels; smallest widths of two and three columns
-const STEPS_UP = [1, 2, 3, 5, 10, 20, 50, 100, 200]; // of the exaggeration
+const STEPS_UP = [1, 2, 3, 5, 10, 20, 50, 100, 200]; // choices of the vertical exaggeration
 const LOWEST = 0.2, HIGHEST = 1.5; // height of a section, as a share of the longer horizontal side
-const CACHED = 8; // volumes that are kept unpacked
-// State that outlives a component or that several components share: each has a copy of this module.
+const CACHED = 8; // number of volumes kept unpacked
+// State that outlives a component or is shared by several, since each component has a copy of this module.
 const page = (window[Symbol.for(LINK)] ??= { cells: new Map(), shared: new Map(), own: new Map() });
 
 export default inOrder((component) => {
@@ -58,7 +58,7 @@ class VolumeView {
     this.layout();
   }
 
-  // The cursor; a volume of another size that shares it has its nearest cell.
+  // The cursor; a volume of another size that shares it uses its nearest cell.
   get at() { return this.shared.at.map((k, axis) => Math.min(k, this.data.shape[axis] - 1)); }
 
   get exaggeration() { return this.shared.exaggeration ?? this.usual; }
@@ -76,7 +76,7 @@ class VolumeView {
 
   columnOf([, row, column]) { return row * this.data.shape[0] + column; }
 
-  // As often as high as sections are not too low to read, and not higher than they are wide.
+  // Choose a vertical exaggeration that makes sections readable, but not higher than they are wide.
   offerExaggerations() {
     const [x, y, z] = this.data.shape.map((n, axis) => n * this.data.cell_size[axis]);
     const share = z / Math.max(x, y);
@@ -122,7 +122,7 @@ class VolumeView {
     return String(+(origin[axis] + (this.at[axis] + 0.5) * size[axis]).toPrecision(9));
   }
 
-  // Draw once, at the next frame, however often it is asked; nothing is drawn at rest.
+  // Draw once at the next frame, however often this is called; nothing is drawn at rest.
   ask(what, moving = false) {
     this.wanted = { slices: what !== 'body' || this.wanted?.slices, body: what !== 'slices' || this.wanted?.body, moving };
     this.frame ??= requestAnimationFrame(() => {
@@ -136,14 +136,14 @@ class VolumeView {
     });
   }
 
-  // Move the cursor of all that share it.
+  // Move the cursor in all volumes that share it.
   moveTo(at) {
     if (at.every((k, axis) => k === this.at[axis])) return;
     this.shared.at = at;
     this.tell('all');
   }
 
-  // The cell under the pointer, or none.
+  // Set the cell under the pointer, or none.
   point(cell) {
     if (String(this.shared.hover) === String(cell)) return;
     this.shared.hover = cell;
@@ -227,7 +227,7 @@ class VolumeView {
     this.watch = new ResizeObserver(() => this.layout());
   }
 
-  // Doing it twice has no effect.
+  // A second call has no effect.
   start() {
     window.addEventListener(LINK, this.hear);
     window.addEventListener('keydown', this.shortcut);
@@ -247,7 +247,7 @@ function kept(where, key) {
   return where.get(key);
 }
 
-// The cells of a volume, x fastest, then y, then z from the bottom; unpacked once.
+// Return the cells of a volume, x fastest, then y, then z from the bottom; each volume is unpacked once.
 function unpacked({ cells: packed, digest }) {
   const known = page.cells.get(digest);
   page.cells.delete(digest);
