@@ -235,7 +235,7 @@ def test_pickles_are_never_loaded(tmp_path):
     [
         (b"", "is empty"),
         (b" \r\n\x00", "is empty"),
-        (b"%PDF-1.7\x00\x01\x02", "of no known kind"),
+        (b"%PDF-1.7\x00\x01\x02", "has an unknown format"),
         (b"MATLAB 7.3 MAT-file", "save it with -v7"),
         (b"\x89HDF\r\n\x1a\n", "save it with -v7"),
         (b"PK\x05\x06" + bytes(18), "holds no NumPy array"),

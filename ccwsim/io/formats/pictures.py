@@ -477,7 +477,7 @@ def _tiff(content: bytes, name: str) -> bytes:
     strips = values.get(279, values.get(325, []))
     tile = [*values.get(322, []), *values.get(323, [])]
     if set(values.get(259, [])) - set(_TIFF_PACKINGS):
-        raise CCWSIMError(f"{name}: it is packed in a way not read; save it as PNG")
+        raise CCWSIMError(f"{name}: its compression is not supported; save it as PNG")
     if len(strips) > MAX_STRIPS:
         raise _too_many(name, "strips", MAX_STRIPS)
     if sum(strips) > len(content) or prod(tile or [1]) > limits().cells:
