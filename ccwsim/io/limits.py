@@ -22,8 +22,7 @@ MAX_VARIABLES = 1000
 """Maximum number of variables in a file: the user chooses one from a list."""
 
 PACKED_FREELY = 64 * MIB
-"""Unpacked bytes allowed at any compression ratio: an image of one facies compresses extremely
-well."""
+"""Unpacked bytes allowed at any ratio: an image of one facies compresses extremely well."""
 
 MAX_MEMBERS = 2000
 """Maximum number of files in a zip: Python creates an object for each before any check."""
