@@ -1,9 +1,9 @@
-"""Kernels are compiled by other processes, side by side, and read from disk by this one.
+"""Compile kernels in other processes, in parallel, and read the code from disk.
 
-The compiler holds the interpreter lock: a server that compiled in a thread would send no page
-meanwhile. A call of a kernel that is not on disk waits for these processes; `ask_for` asks for all
-kernels of a computation at once. If no process can be started, or nothing can be written, the
-call compiles in this process.
+The compiler holds the interpreter lock: a server that compiled in a thread would send no page in
+the meantime. A call of a kernel that is not on disk waits for these processes; `ask_for` requests
+all kernels of a computation at once. If no process can be started, or nothing can be written, the
+kernel is compiled in this process.
 """
 
 from __future__ import annotations
@@ -40,12 +40,13 @@ from ccwsim.engine.kernel_cache import (
 from ccwsim.system.machine import n_cores
 
 MAX_PROCESSES = 3
-"""More would finish no earlier: the largest kernel takes a third of the time by itself."""
+"""Maximum number of processes. More would finish no earlier: the largest kernel alone takes a third
+of the total time."""
 IDLE_SECONDS = 5.0
-"""A process ends if it has had nothing to compile for so long."""
+"""Seconds after which a process without work ends."""
 POLL_SECONDS = 0.1
 NOW, SOON, LATER = 0, 1, 2
-"""Whether a call waits for a kernel, will need it, or may need it."""
+"""Urgency of a request: a call waits for the kernel, will need it soon, or may need it later."""
 ENTRY_KERNELS = {"simulate_patches", "resimulate_windows", "repair_windows", "change_cells"}
 """The kernels of a realization that take long to compile."""
 OPTIMIZING = 0.5
@@ -60,15 +61,16 @@ _walk: ContextVar[Callable[[Kernel, tuple[Any, ...]], None] | None] = ContextVar
 
 
 class MissingKernelError(Exception):
-    """Ends the call of a kernel that a walk found missing."""
+    """Raised in a walk, to end the call of a kernel that is missing."""
 
 
 @contextmanager
 def walk(on_missing: Callable[[Kernel, tuple[Any, ...]], None]) -> Iterator[None]:
-    """Only find out which kernels a computation needs: `on_missing(kernel, signature)` gets them.
+    """Run a computation only to list the kernels it lacks: each calls `on_missing`.
 
-    A missing kernel is not run but counts nothing and leaves its arrays as they are; one that makes
-    arrays runs in plain Python. So a walk over small arrays takes no time.
+    `on_missing(kernel, signature)` is called for each missing kernel. Instead of being run, the
+    kernel returns 0 and leaves its arrays unchanged; a kernel that makes arrays runs in plain
+    Python. With small arrays, a walk therefore takes almost no time.
     """
     token = _walk.set(on_missing)
     try:
@@ -78,17 +80,17 @@ def walk(on_missing: Callable[[Kernel, tuple[Any, ...]], None]) -> Iterator[None
 
 
 def is_walking() -> bool:
-    """Return whether this is a walk."""
+    """Return whether the caller runs inside `walk`."""
     return _walk.get() is not None
 
 
 def compile_missing(kernel: Kernel, signature: tuple[Any, ...]) -> None:
-    """Let another process compile a kernel that a call needs, if it can, and wait.
+    """Let another process, if possible, compile a kernel that a call needs, and wait for it.
 
     Raises
     ------
     MissingKernelError
-        In a walk, which only notes the kernel.
+        In a walk, which only records the kernel.
     """
     if on_missing := _walk.get():
         on_missing(kernel, signature)
@@ -99,7 +101,7 @@ def compile_missing(kernel: Kernel, signature: tuple[Any, ...]) -> None:
 
 
 class CompilationProgress(NamedTuple):
-    """How far the compilation is that calls wait for."""
+    """Progress of the compilation that calls wait for."""
 
     n_done: int
     n: int
@@ -107,7 +109,7 @@ class CompilationProgress(NamedTuple):
 
 
 class CompileRequest:
-    """A kernel to be compiled for the types of some arguments."""
+    """A request to compile a kernel for one signature, the types of its arguments."""
 
     def __init__(self, kernel: Kernel, signature: tuple[Any, ...], urgency: int) -> None:
         self.kernel, self.signature, self.urgency = kernel, signature, urgency
@@ -116,14 +118,14 @@ class CompileRequest:
 
     @property
     def share(self) -> float:
-        """How much of the work is done, 0 … 1."""
+        """Share of the work that is done, 0 … 1."""
         if self.ended.is_set():
             return 1.0
         return min(self.n_typed / self.n_functions, 1.0) / (1 + OPTIMIZING)
 
 
 class _Compilers:
-    """The processes that compile for this one, each with a thread that gives it work."""
+    """The processes that compile for this process, each with a thread that sends it requests."""
 
     def __init__(self) -> None:
         self.pid = os.getpid()
@@ -135,7 +137,7 @@ class _Compilers:
         self._n_asked = self._n_running = self._n_idle = 0
 
     def ask(self, kernel: Kernel, signature: tuple[Any, ...], urgency: int) -> CompileRequest:
-        """Return the request for a kernel, which a process takes before less urgent ones."""
+        """Return the request for a kernel; processes compile more urgent requests first."""
         with self._changed:
             key = f"{kernel.__module__}.{kernel.__name__}", signature
             request = self._requests.get(key)
@@ -151,7 +153,7 @@ class _Compilers:
             return request
 
     def await_all(self, requests: list[CompileRequest], check: Callable[[], None]) -> None:
-        """Wait until all requests have ended; `check` is called now and then and may raise."""
+        """Wait until all requests have ended; `check` is called regularly and may raise."""
         with self._changed:
             if all(request.ended.is_set() for request in self.awaited):
                 self.awaited, self.since = [], time.monotonic()
@@ -164,11 +166,11 @@ class _Compilers:
         try:
             threading.Thread(target=self._serve, daemon=True).start()
             self._n_running += 1
-        except RuntimeError:  # the system gives no more threads
+        except RuntimeError:  # the system allows no more threads
             self._give_up()
 
     def _serve(self) -> None:
-        """Give requests to one process until none is left, or the process ends."""
+        """Send requests to one process until no request is left, or the process ends."""
         process = None
         try:
             process = _start_process()
@@ -177,7 +179,7 @@ class _Compilers:
                     _let_compile(process, request)
                 finally:
                     request.ended.set()
-        except Exception:  # no process, one that has ended, or a type that cannot be sent
+        except Exception:  # the process did not start or has ended, or a type cannot be sent
             with self._changed:
                 self._n_running -= 1
                 if not self._n_running:
@@ -187,7 +189,7 @@ class _Compilers:
                 _end(process)
 
     def _next(self) -> CompileRequest | None:
-        """Return the most urgent request, of these the largest; None if none comes for a while."""
+        """Return the largest of the most urgent requests; None after IDLE_SECONDS without any."""
         with self._changed:
             while True:
                 while self._queue:
@@ -203,7 +205,7 @@ class _Compilers:
                     return None
 
     def _give_up(self) -> None:
-        """Let calls compile in this process, as no other one is there."""
+        """End all requests, so that calls compile in this process, as no other process runs."""
         while self._queue:
             heapq.heappop(self._queue)[-1].ended.set()
 
@@ -212,7 +214,7 @@ _compilers = _Compilers()
 
 
 def _of_this_process() -> _Compilers:
-    """Return the compilers; after a fork they are those of the parent."""
+    """Return the compilers of this process; after a fork, replace those of the parent."""
     global _compilers
     if _compilers.pid != os.getpid():
         _compilers = _Compilers()
@@ -222,8 +224,8 @@ def _of_this_process() -> _Compilers:
 def _can_compile_apart() -> bool:
     """Return whether other processes may compile for this one.
 
-    A process that was started to work for another one compiles by itself: many of them would start
-    many.
+    A worker process compiles its kernels itself: otherwise many workers would each start several
+    more processes.
     """
     is_main = multiprocessing.parent_process() is None and FOLDER_VARIABLE not in os.environ
     kept = bool(FOLDER) and numba_hooks.are_known() and not getattr(config, "DISABLE_JIT", 0)
@@ -231,14 +233,14 @@ def _can_compile_apart() -> bool:
 
 
 def ask_for(work: Callable[[], object], urgency: int = LATER) -> list[CompileRequest]:
-    """Walk through a computation and return requests for all kernels it needs that are missing.
+    """Return requests for all missing kernels that a computation needs, found by a walk.
 
-    If no other process can compile them, the computation is done, which does.
+    If no other process can compile them, the computation is run here, which compiles them.
     """
     if not _can_compile_apart():
         work()
         return []
-    requests: dict[CompileRequest, None] = {}  # in their order, each once
+    requests: dict[CompileRequest, None] = {}  # an ordered set
     compilers = _of_this_process()
 
     def ask(kernel: Kernel, signature: tuple[Any, ...]) -> None:
@@ -250,13 +252,13 @@ def ask_for(work: Callable[[], object], urgency: int = LATER) -> list[CompileReq
 
 
 def await_all(requests: list[CompileRequest], check: Callable[[], None] = lambda: None) -> None:
-    """Wait until kernels are compiled; `check` is called now and then, and may raise to stop."""
+    """Wait until kernels are compiled; `check` is called regularly, and may raise to stop."""
     if requests:
         _of_this_process().await_all(requests, check)
 
 
 def compilation() -> CompilationProgress | None:
-    """Return how far the compilation is that calls wait for; None if there is none."""
+    """Return the progress of the compilation that calls wait for; None if no call waits."""
     compilers = _of_this_process()
     requests = list(compilers.awaited)
     n_done = sum(request.ended.is_set() for request in requests)
@@ -271,7 +273,7 @@ def compilation() -> CompilationProgress | None:
 
 
 def must_compile() -> bool:
-    """Return whether kernels that each study needs are missing on disk."""
+    """Return whether any kernel that every study needs is missing on disk."""
     files = Path(FOLDER).rglob("*.nbc") if FOLDER else ()
     return not {file.name.split(".")[1].rsplit("-", 1)[0] for file in files} >= ENTRY_KERNELS
 
@@ -285,7 +287,7 @@ def _start_process() -> subprocess.Popen[bytes]:
     return subprocess.Popen(
         [sys.executable, "-m", "ccwsim", "warm-up", "--serve"],
         env={**os.environ, **own},
-        stdin=subprocess.PIPE,  # the system closes it however this process ends
+        stdin=subprocess.PIPE,  # the system closes it even if this process is killed
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
         bufsize=0,
@@ -293,7 +295,7 @@ def _start_process() -> subprocess.Popen[bytes]:
 
 
 def _let_compile(process: subprocess.Popen[bytes], request: CompileRequest) -> None:
-    """Send a request and read a byte for each function that is typed, until the line ends."""
+    """Send a request; then read one byte per compiled function, until the end of the line."""
     assert process.stdin is not None
     assert process.stdout is not None
     kernel = request.kernel
@@ -306,37 +308,37 @@ def _let_compile(process: subprocess.Popen[bytes], request: CompileRequest) -> N
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:
-    """Let a process end, which it does when its standard input is closed."""
+    """End a process by closing its standard input."""
     with process, suppress(OSError):
         assert process.stdin is not None
         process.stdin.close()
 
 
 def serve() -> None:
-    """Compile what another process asks for, until that closes standard input or ends.
+    """Compile kernels that another process requests, until it closes standard input or ends.
 
-    Neither waits for the compiler: another thread reads, and ends this process.
+    A separate thread reads the requests, so that this process can end while it compiles.
     """
     if os.path.basename(FOLDER) != NAME:
         return  # the source has changed since the other process was started
     if hasattr(os, "nice"):
-        os.nice(5)  # pages and their browser go first
+        os.nice(5)  # the dashboard and its browser have priority
     answers = os.fdopen(os.dup(1), "wb", 0)
-    os.dup2(2, 1)  # nothing else goes to the other process
+    os.dup2(2, 1)  # only answers are sent to the other process
     requests: SimpleQueue[tuple[str, str, tuple[Any, ...]]] = SimpleQueue()
     threading.Thread(target=_read, args=(sys.stdin.buffer, requests), daemon=True).start()
     gc.freeze()
-    gc.disable()  # a tenth of the time; the process ends soon
+    gc.disable()  # saves a tenth of the time; the process ends soon
     with event.install_listener("numba:compile", _Listener(answers)):
         while True:
             module, name, signature = requests.get()
-            with suppress(Exception):  # the other process finds no code, and meets the error itself
+            with suppress(Exception):  # the other process finds no code and gets the error itself
                 getattr(import_module(module), name).dispatcher.compile(signature)
             answers.write(b"\n")
 
 
 def _read(stream: BinaryIO, requests: SimpleQueue[Any]) -> None:
-    """Read requests until the end of the stream, and end this process then."""
+    """Read requests until the end of the stream, then end this process."""
     with suppress(EOFError, OSError, pickle.UnpicklingError):
         while True:
             requests.put(pickle.load(stream))

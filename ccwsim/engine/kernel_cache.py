@@ -1,7 +1,7 @@
-"""Where compiled kernels are kept between runs: in a folder named after the content of all kernels.
+"""Keep compiled kernels between runs, in a folder named after the content of all kernels.
 
-A kernel that calls another one has that one compiled into it, so that any change of a file with
-kernels, or of how they are compiled, makes all of them anew.
+The code of a kernel includes the kernels that it calls. Therefore any change of a file with
+kernels, or of the way they are compiled, leads to a new folder with all kernels compiled anew.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ import numba
 
 PACKAGE = Path(__file__).parents[1]
 FOLDER_VARIABLE = "_CCWSIM_KERNELS"
-"""Environment variable by which a process that compiles for another one knows where to."""
+"""Environment variable that tells a process that compiles for another process its folder."""
 DECORATED = re.compile(rb"^@\w*kernel$", re.MULTILINE)
 UNUSED_DAYS = 7
-"""Folders of other versions are removed if they were not used for so long."""
+"""Days without use after which folders of other versions are removed."""
 
 
 def _digest_of_sources(package: Path = PACKAGE) -> str:
@@ -36,22 +36,21 @@ def _digest_of_sources(package: Path = PACKAGE) -> str:
 
 
 SOURCE = _digest_of_sources()
-"""A short name of the content of all files with kernels."""
+"""Digest of the content of all files with kernels."""
 NAME = f"kernels-{SOURCE}-numba{numba.__version__}"
-"""The name of the folder."""
+"""Name of the folder of compiled kernels."""
 
 
 def _cache_folder() -> str:
-    """Return where compiled kernels are kept: beside the package, or where the user may write.
+    """Return the folder of compiled kernels: beside the package, or in the cache of the user.
 
-    If nothing can be written, as in a container whose files are read-only, kernels that were
-    compiled beforehand are copied to a temporary folder, which Numba wants to write to. Empty if
-    that is impossible too.
+    If neither can be written to, as in a read-only container, precompiled kernels are copied to a
+    temporary folder, as Numba must be able to write to it. Return "" if that is impossible too.
     """
     if given := os.environ.get(FOLDER_VARIABLE):
         return given
     places = [PACKAGE / "__pycache__" / NAME]
-    with suppress(RuntimeError):  # a user without a home, as in some containers
+    with suppress(RuntimeError):  # in some containers users have no home folder
         home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
         places.append(home / "ccwsim" / NAME)
     for place in places:
@@ -78,20 +77,20 @@ def _is_writable(place: Path) -> bool:
 
 
 FOLDER = _cache_folder()
-"""Where compiled kernels are kept; empty if nothing can be written."""
+"""Folder of compiled kernels; empty if nothing can be written."""
 
 
 def note_use(folder: str) -> None:
-    """Let a folder of kernels be known as used now."""
+    """Record the current time as the last use of a folder of kernels."""
     with suppress(OSError):
         os.utime(folder)
 
 
 def remove_unused(folder: str, days: float = UNUSED_DAYS) -> None:
-    """Remove the folders of other versions beside a folder, unless used in the last days.
+    """Remove folders of other versions beside a folder, unless used within the last `days`.
 
-    A process notes the use of its folder when it starts and when it compiles. One that has run
-    longer has its kernels in memory, and compiles others anew.
+    A process records the use of its folder when it starts and when it compiles. A process that has
+    run longer has its kernels in memory, and recompiles any others.
     """
     own = Path(folder)
     for other in own.parent.glob("kernels-*"):

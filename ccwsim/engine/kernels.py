@@ -1,7 +1,7 @@
-"""How kernels are compiled: one decorator for each kind of function.
+"""Decorators that compile kernels: one for each kind of function.
 
-What is compiled is kept between runs (see `kernel_cache`); what is missing is compiled by other
-processes side by side (see `compilation`).
+Compiled kernels are kept between runs (see `kernel_cache`); missing kernels are compiled in
+parallel by other processes (see `compilation`).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _log = logging.getLogger(__name__)
 
 
 class Kernel:
-    """A compiled function that Python calls; `kernel` and `allocating_kernel` make it."""
+    """A compiled function that Python calls, made by `kernel` or `allocating_kernel`."""
 
     def __init__(self, function: Callable[..., Any], **options: Any) -> None:
         self.dispatcher = _compiled(function, FOLDER, **options)
@@ -41,12 +41,12 @@ class Kernel:
 
     @property
     def n_functions(self) -> int:
-        """How many functions are compiled into it, with itself."""
+        """Number of functions that are compiled into the kernel, including the kernel itself."""
         return len(_functions_in(self.__wrapped__, set()))
 
 
 def _functions_in(function: Callable[..., Any], seen: set[Any]) -> set[Any]:
-    """Return a function and all parts that it calls, as its code names them."""
+    """Return a function and all parts of kernels that it calls, directly or indirectly."""
     seen.add(function)
     for name in function.__code__.co_names:
         part = function.__globals__.get(name)
@@ -56,27 +56,25 @@ def _functions_in(function: Callable[..., Any], seen: set[Any]) -> set[Any]:
 
 
 def kernel(function: Callable[..., Any]) -> Any:
-    """Compile a function without the interpreter lock; the result is kept between runs.
+    """Compile a function to run without the interpreter lock; the code is kept between runs.
 
-    It makes no arrays, and neither do its parts: without reference counting of the arrays that are
-    handed over (`_nrt=False`) a patch takes a third less time. Of arrays it may take views by
-    slices and `reshape`; `ravel` is a call itself. It changes arrays in place and returns at most a
-    count.
+    Neither the function nor its parts may make arrays: without reference counting of arrays
+    (`_nrt=False`) a patch takes a third less time. Views by slices and `reshape` are allowed;
+    `ravel` is not. The function changes arrays in place and returns at most a count.
     """
     return Kernel(function, _nrt=False)
 
 
 def allocating_kernel(function: Callable[..., Any]) -> Any:
-    """As `kernel`, for functions that make arrays."""
+    """Compile a function as `kernel` does, but allow it to make arrays."""
     return Kernel(function)
 
 
 class part_of_kernel:  # noqa: N801 - a decorator
-    """As `kernel`, for functions that only kernels call: compiled into them, not callable itself.
+    """A decorator for functions that only kernels call: they are compiled into these kernels.
 
-    Leaving out what a call from Python needs halves the time it takes to compile, and so does
-    leaving it to the kernels to optimize it. A call from Python, as tests make it, compiles the
-    function by itself.
+    Compiling takes half the time without the wrapper for calls from Python, and half again if only
+    the kernels optimize the function. A call from Python, as in tests, compiles it separately.
 
     Examples
     --------
@@ -109,32 +107,33 @@ class part_of_kernel:  # noqa: N801 - a decorator
     def __call__(self, *values: Any, **named: Any) -> Any:
         if is_walking():
             return self.__wrapped__(*values, **named)
-        if self._alone is None:  # in a folder of its own: the cache does not know the difference
+        if self._alone is None:  # in a separate folder: the cache would mix up the two versions
             self._alone = _compiled(self.__wrapped__, FOLDER and os.path.join(FOLDER, "alone"))
         return self._alone(*values, **named)
 
 
 class inlined_part_of_kernel(part_of_kernel):  # noqa: N801 - a decorator
-    """As `part_of_kernel`, for the functions called most: put in the place of each call.
+    """As `part_of_kernel`, but each call is replaced by the code of the function (inlined).
 
-    A call that hands over a few arrays takes longer than to compare a hundred cells.
+    This is for the functions that are called most: passing a few arrays takes longer than comparing
+    a hundred cells.
     """
 
     options: ClassVar[dict[str, Any]] = {"inline": "always"}
 
     @property
     def targetoptions(self) -> dict[str, Any]:
-        """What Numba asks a function for, to see that it wants to be in the place of a call."""
+        """Options of the function, which Numba reads to see that calls are to be inlined."""
         return self._part.targetoptions
 
     @property
     def py_func(self) -> Callable[..., Any]:
-        """What Numba puts there."""
+        """The Python function that Numba inlines."""
         return self.__wrapped__
 
 
 def _compiled(function: Callable[..., Any], folder: str, **options: Any) -> Any:
-    """Return Numba's compiled function; `folder` is where it is kept, empty for nowhere."""
+    """Return Numba's compiled function, kept in `folder`; it is not kept if `folder` is empty."""
     options |= {"no_cfunc_wrapper": True, "error_model": "numpy"}
     if not folder or numba_hooks.are_known():
         dispatcher = njit(nogil=True, **options)(function)
@@ -142,7 +141,7 @@ def _compiled(function: Callable[..., Any], folder: str, **options: Any) -> Any:
             numba_hooks.keep_in(folder, dispatcher)
         return _with_robust_cache(dispatcher)
     others = getattr(config, "CACHE_DIR")  # noqa: B009 - made at run time, unknown to checkers
-    # Read when a function is decorated; other packages keep their own.
+    # Numba reads this folder when a function is decorated; other packages keep their own folder.
     setattr(config, "CACHE_DIR", folder)  # noqa: B010
     try:
         return _with_robust_cache(njit(nogil=True, cache=True, **options)(function))
@@ -151,7 +150,7 @@ def _compiled(function: Callable[..., Any], folder: str, **options: Any) -> Any:
 
 
 def _with_robust_cache(dispatcher: Any) -> Any:
-    """Let a kernel whose files are damaged be compiled anew: Numba fails for ever on them."""
+    """Recompile a kernel whose files are damaged; Numba itself would fail on them every time."""
     cache = getattr(dispatcher, "_cache", None)  # none with NUMBA_DISABLE_JIT
     if cache is None:
         return dispatcher
@@ -160,9 +159,9 @@ def _with_robust_cache(dispatcher: Any) -> Any:
     def load_or_compile(*arguments: Any) -> Any:
         try:
             return load(*arguments)
-        except Exception as error:  # whatever cut or overwritten pickles raise
+        except Exception as error:  # damaged pickles raise all kinds of errors
             name = dispatcher.py_func.__name__
-            _log.warning("Compiled kernel %s on disk is damaged (%r): compiled anew.", name, error)
+            _log.warning("Compiled kernel %s on disk is damaged (%r): recompiled.", name, error)
             with suppress(OSError):
                 cache.flush()
             return None

@@ -10,42 +10,43 @@ from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
 from ccwsim.model.parameters import Parameters, legal_sizes
 
 USUAL_OVERLAP = 448
-"""Cells of the overlap for which the weights of data were chosen: T 32, OR 8."""
+"""Number of cells in the overlap for which the weights of data were chosen: T 32, OR 8."""
 
 
 class ScaledLengths(NamedTuple):
-    """Lengths along three axes, in cells of a scale; in a map T is 1 along z, OR and J are 0."""
+    """Lengths along three axes, in cells of a scale; in a map, along z, T is 1, OR and J are 0."""
 
     template: Triple
     overlap: Triple
-    level: Triple  # the wavelet level less `scales`
-    scales: Triple = (0, 0, 0)  # how often each axis is up-gridded
+    level: Triple  # the wavelet level minus `scales`
+    scales: Triple = (0, 0, 0)  # number of times that each axis is up-gridded
     volume: bool = False
-    weight_of_data: float = 1.0  # factor of the weights of data and of slack, by the overlap
+    weight_of_data: float = 1.0  # factor of the weights of data and of slack; depends on overlap
 
     @property
     def block(self) -> Triple:
-        """Cells of a coefficient along each axis."""
+        """Number of cells of a coefficient along each axis."""
         z, y, x = self.level
         return 2**z, 2**y, 2**x
 
     @property
     def cell_size(self) -> Triple:
-        """Cells of the grid in a cell of this scale, along each axis."""
+        """Number of grid cells in a cell of this scale, along each axis."""
         z, y, x = self.scales
         return 2**z, 2**y, 2**x
 
     @property
     def step(self) -> Triple:
-        """T − OR: cells from one patch to the next along each axis."""
+        """Number of cells from one patch to the next along each axis, T − OR."""
         (tz, ty, tx), (oz, oy, ox) = self.template, self.overlap
         return tz - oz, ty - oy, tx - ox
 
     @property
     def max_data(self) -> float:
-        """The largest number of data in a patch for which its tile is not split.
+        """Maximum number of data per patch; a tile with more data is split.
 
-        In a volume a larger overlap does not make more of them fit at once.
+        In a map a larger overlap raises the limit; in a volume it does not, as patches with a
+        larger overlap do not fit more data at once.
         """
         return MAX_DATA * (1.0 if self.volume else self.weight_of_data)
 
@@ -55,7 +56,7 @@ class ScaledLengths(NamedTuple):
         return self._replace(template=t, overlap=o, level=j, scales=scales)
 
     def cells_of(self, coarser: ScaledLengths) -> Triple:
-        """Return the cells of this scale in a cell of a coarser one, along each axis."""
+        """Return the number of cells of this scale in a cell of a coarser one, along each axis."""
         z, y, x = (b - a for a, b in zip(self.scales, coarser.scales, strict=True))
         return 2**z, 2**y, 2**x
 
@@ -63,10 +64,11 @@ class ScaledLengths(NamedTuple):
 def lengths_of(
     p: Parameters, shape: tuple[int, ...], template: Triple | None = None, orientation: int = 0
 ) -> tuple[ScaledLengths, ...]:
-    """Return the lengths along a path by scale, the finest first; all but "ms-ccsim" have one.
+    """Return the lengths along a path at each scale, the finest first.
 
-    `shape` is that of the grid, `template` the one drawn for a realization, along the grid. An axis
-    with a lower level is up-gridded less often, so that none is coarser than its level.
+    Only "ms-ccsim" has more than one scale. `shape` is the shape of the grid, `template` the
+    template drawn for a realization, along the axes of the grid. An axis with a lower level is
+    up-gridded less often, so that no axis is coarser than its level.
 
     Examples
     --------
@@ -96,8 +98,8 @@ def lengths_of(
 def templates(p: Parameters, shape: tuple[int, ...]) -> list[Triple]:
     """Return all templates that realizations may have for an image of `shape`.
 
-    Those of a volume change along all axes by about the same share; a template of less than
-    MIN_TEMPLATE layers stays.
+    In a volume, all sides of the template change by about the same share, but a side along z of
+    less than MIN_TEMPLATE layers does not change.
 
     Examples
     --------
@@ -107,7 +109,7 @@ def templates(p: Parameters, shape: tuple[int, ...]) -> list[Triple]:
     [(6, 28, 14), (8, 32, 16), (8, 36, 18)]
     """
     usual, overlap, level = p.along(shape)
-    largest = shape if len(shape) == 3 else (1, min(shape), min(shape))  # of a map it is square
+    largest = shape if len(shape) == 3 else (1, min(shape), min(shape))  # templates are square
     legal = []
     for t, o, j, most in zip(usual, overlap, level, largest, strict=True):
         low = max(round(t * (1 - p.template_variation)), 2 * o, MIN_TEMPLATE)

@@ -1,8 +1,8 @@
-"""MS-CCSIM: patches of the coarsest scale placed again at each finer one (not in the paper).
+"""MS-CCSIM: patches of the coarsest scale are placed again at each finer scale.
 
-Tahmasebi, Sahimi and Caers (2014), to which the paper compares its method (section 5.4). The images
-are up-gridded instead of transformed; the search fills the coarsest grid, and each finer scale
-places the same patches near the locations chosen at the coarser one.
+This is the method of Tahmasebi, Sahimi and Caers (2014), to which the paper compares its own
+(section 5.4). Images are up-gridded instead of transformed. The search fills the coarsest grid;
+each finer scale places the same patches near the locations chosen at the scale before.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from ccwsim.jobs.workers import Watch
 from ccwsim.model.study import Study
 
 CELLS_PER_CALL = 100_000_000
-"""Cells compared between two reports of progress."""
+"""Number of cells compared between two reports of progress."""
 
 
 class ScaleInputs(NamedTuple):
@@ -36,7 +36,7 @@ class ScaleInputs(NamedTuple):
     square_bits: NDArray[np.uint64]  # shape (n_planes, nz, ny, n_words)
     data: PlacedData
     overlap: Triple
-    block: Triple  # cells of this scale in one of the coarser scale
+    block: Triple  # number of cells of this scale, along each axis, in a cell of the coarser scale
     missed: int  # cost of a missed datum, in wrong cells
     refine: bool
 
@@ -49,7 +49,7 @@ def place_at_finer_scales(
     keep_sources: bool,
     watch: Watch,
 ) -> Simulated:
-    """Return the grid of the finest scale; `simulated` is that of the coarsest."""
+    """Return the grid of the finest scale; `simulated` is the grid of the coarsest scale."""
     p, orientation, patches = study.parameters, plan.path.orientation, plan.inputs.patches
     n = len(patches)
     at_once = min(max(CELLS_PER_CALL // prod(plan.lengths[0].template), 1), MAX_PATCHES_PER_CALL)
@@ -72,8 +72,8 @@ def place_at_finer_scales(
 def refine_patches(first, last, inputs, placing, simulated):
     """Place patches `first` to `last` − 1 near their locations at the coarser scale.
 
-    `simulated.locations`, shape (n, 3), are those of the coarser scale on entry; without
-    `inputs.refine` they stay.
+    On entry `simulated.locations`, shape (n, 3), has the locations at the coarser scale. Without
+    `inputs.refine` patches stay at these locations.
     """
     patches, image, square_bits, data, overlap, block, missed, refine = inputs
     grid, locations = simulated.grid, simulated.locations

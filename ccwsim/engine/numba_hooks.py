@@ -1,7 +1,7 @@
-"""The private parts of Numba that make compiling quicker, all in this file.
+"""Hooks into private parts of Numba that speed up compiling; no other file uses private parts.
 
-They are used with the minor version of Numba they were tested with. With another one kernels are
-compiled in Numba's usual way: slower, into the same code.
+They are used only with the minor version of Numba they were tested with. With other versions
+kernels are compiled in Numba's usual way, which is slower but gives the same code.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ from numba import types
 from numba.core import caching, codegen, compiler
 
 TESTED = "0.68"
-"""The minor version of Numba whose private parts are known."""
+"""Minor version of Numba whose private parts are known."""
 
 
 def are_known(version: str = numba.__version__) -> bool:
-    """Return whether this version of Numba has the private parts as they were tested."""
+    """Return whether the private parts of a version of Numba were tested."""
     return version.split(".")[:2] == TESTED.split(".")
 
 
 class _LinkedLibrary(codegen.JITCodeLibrary):
-    """The code of a part as it was typed: the kernels that it is linked into optimize it.
+    """The unoptimized code of a part of kernels; the kernels that it is linked into optimize it.
 
-    Numba would optimize and translate each part, and again every kernel that calls it.
+    Otherwise Numba would optimize and translate each part by itself, and again in every kernel.
     """
 
     def _optimize_final_module(self) -> None:
@@ -40,17 +40,17 @@ class _LinkedLibrary(codegen.JITCodeLibrary):
         self._finalized = True
 
     def get_pointer_to_function(self, name: str) -> int:
-        """Return 0: it has no address."""
+        """Return 0, as the code of a part has no address."""
         return 0
 
     @property
     def codegen(self) -> Any:
-        """A stand-in: Numba sets the Python environment of a function, which a part never uses."""
+        """A stand-in without effect, as parts never use the Python environment that Numba sets."""
         return SimpleNamespace(set_env=lambda name, environment: None)
 
 
 class LinkedCompiler(compiler.CompilerBase):
-    """A `pipeline_class` that compiles a part no further than kernels need it."""
+    """A `pipeline_class` that compiles a part only as far as kernels need it."""
 
     def define_pipelines(self) -> list[Any]:
         """Return Numba's own passes, over a library that is only linked."""
@@ -60,9 +60,9 @@ class LinkedCompiler(compiler.CompilerBase):
 
 
 def type_without_literals(dispatcher: Any) -> None:
-    """Let a part be compiled once for all integers, not again for each constant argument.
+    """Compile a part once for all integers, not again for each constant argument.
 
-    LLVM still sees the constant if it puts the part in place of the call.
+    LLVM still uses the constant if it inlines the part.
     """
     template_of = dispatcher.get_call_template
 
@@ -74,7 +74,7 @@ def type_without_literals(dispatcher: Any) -> None:
 
 
 class _Locator(caching._CacheLocator):
-    """Where a kernel is kept: by the content of all kernels, not by path and date of its file."""
+    """The location of a kernel: by the content of all kernels, not by path and date of its file."""
 
     def __init__(self, function: Callable[..., Any], folder: str) -> None:
         self._path = os.path.join(folder, function.__module__)
@@ -92,10 +92,10 @@ class _Locator(caching._CacheLocator):
 
 
 class _Files:
-    """The files of one function: a pair for each signature, as several processes write at once.
+    """The files of one function: two for each signature, as several processes may write at once.
 
-    Numba has one index for all signatures: of two processes that change it at the same time one
-    would take the other's code for its own.
+    Numba has one index for all signatures: if two processes changed it at the same time, a process
+    could load code of the wrong signature.
     """
 
     def __init__(self, path: str, base: str, stamp: str) -> None:
@@ -112,11 +112,11 @@ class _Files:
         return self._pair(key).load(key)
 
     def has(self, key: Any) -> bool:
-        """Return whether there is code for a key; it may still be damaged."""
+        """Return whether code for a key is on disk; it may still be damaged."""
         pair = self._pair(key)
         try:
             name = pair._load_index().get(key)
-        except Exception:  # whatever damaged pickles raise
+        except Exception:  # damaged pickles raise all kinds of errors
             return False
         return name is not None and os.path.exists(pair._data_path(name))
 
@@ -150,14 +150,14 @@ class _Cache(caching.FunctionCache):
 def keep_in(folder: str, dispatcher: Any) -> None:
     """Keep the compiled code of a function in a folder named after the content of all kernels.
 
-    A checkout that was moved or copied, a second environment and the layers of an image then find
-    it. Numba adds the processor and the version of Python.
+    The code is then also found by a moved or copied checkout, by a second environment and in the
+    layers of a container image. Numba adds the processor and the version of Python.
     """
     dispatcher._cache = _Cache(dispatcher.py_func, folder)
 
 
 def is_on_disk(dispatcher: Any, signature: Any) -> bool:
-    """Return whether the code for the types of some arguments is on disk, or loaded."""
+    """Return whether the code for a signature is on disk, or loaded."""
     return signature in dispatcher.overloads or dispatcher._cache.has(
         signature, dispatcher.targetctx
     )

@@ -28,7 +28,7 @@ from ccwsim.model.study import Study
 from ccwsim.system.lru_cache import LruCache
 
 KEPT_BYTES = 500_000_000
-"""Largest size of the parts of a training image that are kept for other realizations."""
+"""Maximum size of the prepared parts of an image that are kept for other realizations."""
 
 
 class OrientedImage(NamedTuple):
@@ -36,24 +36,24 @@ class OrientedImage(NamedTuple):
 
     pyramid: Pyramid
     splits: NDArray[np.int64]  # shape (n_splits, 3): from `legal_splits`
-    squares: NDArray[np.number[Any]]  # from `running_squares`, of the type of the scores
+    squares: NDArray[np.number[Any]]  # from `running_squares`, with the type of the scores
     running: NDArray[np.unsignedinteger[Any]]  # from `running_sums`
-    places: Triple  # layers, rows and columns of locations
-    proportions: NDArray[np.float64]  # shape (n_facies,): of the training image
+    places: Triple  # number of layers, rows and columns of locations
+    proportions: NDArray[np.float64]  # shape (n_facies,): proportions of the training image
     margin: NDArray[np.float64]  # shape (n_facies,): from `margin_weights`; 0 if not steered
 
     @property
     def n_places(self) -> int:
-        """The number of locations."""
+        """Number of locations."""
         return prod(self.places)
 
 
 def orient_image(
     study: Study, image: NDArray[np.uint8], lengths: ScaledLengths, may_split: bool
 ) -> OrientedImage:
-    """Return an image, in path coordinates and at the searched scale, as the search needs it.
+    """Return an image prepared for the search; it is in path coordinates, at the searched scale.
 
-    `lengths` are along the path, in cells of the image; with `may_split` tiles may be split.
+    `lengths` are along the path, in cells of the image; `may_split` allows tiles to be split.
     """
     p, n_facies = study.parameters, study.training_image.n_facies
     template, overlap, level = lengths.template, lengths.overlap, lengths.level
@@ -73,7 +73,7 @@ def orient_image(
     running = running_sums(pyramid.sums, level, template)
     size = tuple(t >> n for t, n in zip(template, level, strict=True))
     places = tuple(n - t + 1 for n, t in zip(pyramid.sums.shape[1:], size, strict=True))
-    proportions = np.array(study.training_image.proportions)  # writable: kernels know one type
+    proportions = np.array(study.training_image.proportions)  # writable, as kernels expect
     margin = np.zeros(n_facies)
     if steers(study):
         margin = margin_weights(pyramid.sums, size, prod(template), proportions)  # type: ignore[arg-type]
@@ -82,30 +82,31 @@ def orient_image(
 
 
 def steers(study: Study) -> bool:
-    """Say whether proportions are steered to a target that is drawn for each realization.
+    """Return whether proportions are steered to a target that is drawn for each realization.
 
-    Not if patches keep to their own location within layers, as proportions depend on that.
+    They are not if patches stay near their own location in a layer, which decides proportions.
     """
     p, several = study.parameters, study.training_image.n_facies > 1
     return several and not p.draws_as_published and not p.match_proportions
 
 
 class PreparedImage:
-    """The training image that all realizations of a study share; parts are made when needed.
+    """The prepared training image that all realizations of a study share.
 
-    Two threads may make the same part. The parts used last are kept, up to KEPT_BYTES.
+    Parts are made when they are needed; two threads may make the same part. The most recently used
+    parts are kept, up to KEPT_BYTES.
     """
 
     def __init__(self, study: Study) -> None:
         self.study = study
         self.lengths = lengths_of(study.parameters, study.grid.shape)
-        """By scale, along the axes of the grid, with the usual template."""
+        """Lengths at each scale, along the axes of the grid, with the default template."""
         self._parts: LruCache[Any] = LruCache(max_bytes=KEPT_BYTES)
 
     def oriented(self, orientation: int, template: Triple) -> OrientedImage:
-        """Return the image in one orientation, at the scale that is searched.
+        """Return the image in one orientation, at the searched scale.
 
-        The template is along the axes of the grid.
+        `template` is given along the axes of the grid.
         """
 
         def make() -> OrientedImage:
@@ -123,7 +124,7 @@ class PreparedImage:
             if scale == 0:
                 indices = self.study.training_image.indices
                 oriented = to_path(indices.reshape(in_layers(indices.shape)), orientation)
-                return np.array(oriented, order="C")  # writable: kernels know one type
+                return np.array(oriented, order="C")  # writable, as kernels expect
             finer, coarser = (self.lengths[s].along(orientation) for s in (scale - 1, scale))
             return upgrid(self.scaled(orientation, scale - 1), finer.cells_of(coarser))
 
@@ -158,10 +159,10 @@ class PreparedImage:
         return self.part(("proportions of data",), make)
 
     def part(self, key: tuple[Any, ...], make: Callable[[], Any]) -> Any:
-        """Return a part of the image by its key, made if it is not kept."""
+        """Return a prepared part by its key; make it if it is not kept."""
         return self._parts.get_or_make(key, make)
 
     @cached_property
     def isolated_datum_thresholds(self) -> NDArray[np.float64]:
-        """Thresholds below which a datum is isolated, by facies index."""
+        """Thresholds, by facies index, below which a datum is isolated (see `resimulation`)."""
         return isolated_datum_thresholds(self.scaled())

@@ -1,7 +1,7 @@
-"""The raster pass of a realization: its plan, and the search at the scale that is searched.
+"""The raster pass of a realization: its plan, and the simulation of the searched scale.
 
-Section 4.1 and Algorithm 1, lines 3 and 4; `tiles` has lines 5 to 14. Only "ms-ccsim" searches
-another scale than the grid's own: see `multiscale`.
+Section 4.1 and Algorithm 1, lines 3 and 4; `tiles` has lines 5 to 14. Only "ms-ccsim" searches a
+coarser scale than that of the grid: see `multiscale`.
 """
 
 from __future__ import annotations
@@ -56,50 +56,52 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
 
 TERMS_PER_CALL = 500_000_000
-"""Terms of scores summed between two reports of progress: some hundredths of a second."""
+"""Number of terms of scores between two reports of progress: some hundredths of a second."""
 MAX_PATCHES_PER_CALL = 512
 SLACK = 8
-"""By how many wrong cells, of an overlap of 448 cells or in proportion of a larger one, a candidate
-without data may be worse than the best."""
+"""Without data, a candidate may have this number of wrong cells more than the best location, in an
+overlap of 448 cells; in larger overlaps proportionally more."""
 N_DRAWN = 2
-"""Locations drawn per patch without data; the best after refinement is used."""
+"""Number of locations drawn per patch without data; the best after refinement is used."""
 REACH = 4
-"""Cells around the verbatim continuation of a patch that are no candidates, at least one block."""
+"""Locations within this number of cells (at least one block) of the verbatim continuation of a
+patch are excluded."""
 FEW_LOCATIONS = 100
-"""Continuations are candidates too if there are fewer locations than this and 4 K."""
+"""Continuations are not excluded if the number of locations is below this number plus 4 K."""
 TARGET_SPREAD = 0.7
-"""Spread of the targets of maps, as a share of that of pieces of the image, as maps vary too."""
+"""Spread of the target proportions of maps, relative to the spread between pieces of the image. It
+is below 1 because maps also vary around their targets."""
 WEIGHT_OF_MORE_FACIES = 2
-"""Factor of the weights of data with three facies or more: fewer locations honour them, and the
-data are more informative."""
+"""Factor of the weights of data with three facies or more: fewer locations honour such data, and
+each datum is more informative."""
 DATUM_FACTOR = 25
 """Factor of the weights of data that are not honoured exactly, as in the authors' code."""
 MAX_KEPT = 2**20
-"""Largest grid without data, in cells, that is kept for other realizations: a small one takes long
-to make compared with its patches, a large one takes memory."""
+"""Maximum number of cells of a grid without data that is kept for other realizations. Small grids
+take long to make compared with their patches; large grids take too much memory."""
 RASTER_SHARE, REPAIR_SHARE = 0.7, 0.85
-"""Shares of its time after which a realization comes to local re-simulation, if it has data, and to
-seam repair; for the progress bar."""
+"""Shares of the time of a realization, for the progress bar, before local re-simulation begins (if
+there are data), and before seam repair begins."""
 
 
 class Plan(NamedTuple):
-    """A realization before its first patch."""
+    """The inputs of a realization, drawn before its first patch is simulated."""
 
     path: RasterPath
-    lengths: tuple[ScaledLengths, ...]  # along the path, by scale, the finest first
-    data: tuple[PlacedData, ...]  # by scale
-    inputs: PatchInputs  # at the coarsest scale
+    lengths: tuple[ScaledLengths, ...]  # lengths along the path at each scale, the finest first
+    data: tuple[PlacedData, ...]  # data at each scale
+    inputs: PatchInputs  # inputs at the coarsest scale
     totals: type[np.signedinteger]  # from `totals_of`
 
     def workspace(self) -> PatchWorkspace:
-        """Return the arrays that its patches need."""
+        """Return the arrays that are needed to simulate the patches."""
         return make_workspace(self.inputs.oriented, self.inputs.search, self.data[-1], self.totals)
 
 
 def make_plan(
     study: Study, template: Triple, image: PreparedImage, rng: np.random.Generator
 ) -> Plan:
-    """Draw origin and direction of the path (Algorithm 1, line 3); orient everything along it."""
+    """Draw origin and direction of the path (Algorithm 1, line 3); orient all inputs along it."""
     p = study.parameters
     volume = len(study.grid.shape) == 3
     drawn = int(rng.integers(48 if volume else N_ORIENTATIONS)) if p.random_path else 0
@@ -171,7 +173,7 @@ def _patches(
     oriented: OrientedImage,
     data: PlacedData,
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the patches in their order, and for each those beside it that come before it."""
+    """Return the patches in the order of the path, and the earlier neighbours of each patch."""
     p, splits = image.study.parameters, oriented.splits
     fine, coarse = lengths[0], lengths[-1]
 
@@ -182,7 +184,7 @@ def _patches(
             return patches, np.zeros((len(patches), 0), np.int64)
         return patches, patches_before(patches, path)
 
-    if len(splits) == 1:  # then all paths with equally many tiles have the same patches
+    if len(splits) == 1:  # then all paths with the same numbers of tiles have the same patches
         key = "patches", path.tiles, path.order, fine.template, fine.overlap
         patches, before = image.part(key, lambda: make(np.zeros(prod(path.tiles), np.int64)))
     else:
@@ -196,9 +198,9 @@ def _patches(
 
 
 def _offset(p: Parameters, lengths: tuple[ScaledLengths, ...], rng: np.random.Generator) -> Triple:
-    """Draw how far before the grid the first tile begins: whole cells of the coarsest scale.
+    """Draw the distance between the first tile and the grid, in whole cells of the coarsest scale.
 
-    Along z it begins with the grid if patches are to come from their own height.
+    It is 0 along z if patches are to come from their own height.
     """
     if p.draws_as_published or not p.random_path:
         return 0, 0, 0
@@ -227,7 +229,7 @@ def _steering(
 
 
 def totals_of(image: PreparedImage) -> type[np.signedinteger]:
-    """Return the type of scores with the costs of data and location, for the study of an image."""
+    """Return the type of scores with the costs of data and location, for a prepared image."""
     study, p = image.study, image.study.parameters
     oriented = image.oriented(0, image.lengths[0].template)
     search = _search(image, image.lengths, oriented, 0)
@@ -245,10 +247,10 @@ def _data_at(
     lengths: tuple[ScaledLengths, ...],
     scale: int,
 ) -> PlacedData:
-    """Return the data in path coordinates at a scale, if they are needed there.
+    """Return the data in path coordinates at a scale, or no data if the scale needs none.
 
-    Data that only condition the search count at its scale only, each as the first cell of its
-    block.
+    Data that only condition the search are used only at the searched scale; each is placed in the
+    first cell of its block.
     """
     p, shape = study.parameters, _scaled(path.full, lengths[scale])
     if not study.hard_data.n or (not p.exact_data and scale < p.scale):
@@ -267,7 +269,7 @@ def _data_at(
 def to_grid(
     simulated: Simulated, path: RasterPath, study: Study
 ) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:
-    """Return a realization in grid coordinates, its sources as flat indices in the TI itself."""
+    """Return a realization in grid coordinates, with sources as flat indices in the unturned TI."""
     grid, sources, shape = simulated.grid, simulated.sources, in_layers(study.training_image.shape)
     if sources.size:
         numbers = np.arange(prod(shape), dtype=np.int32).reshape(shape)
@@ -288,17 +290,17 @@ def _search(
     oriented: OrientedImage,
     orientation: int,
 ) -> Search:
-    """Return the parameters in cells of the grid that is searched: the coarsest."""
+    """Return the parameters of the search, in cells of the searched (coarsest) grid."""
     p, coarse = image.study.parameters, lengths[-1]
-    planes = 1 if len(oriented.pyramid.sums) == 1 else 2  # in which a wrong cell counts
-    # A coarse cell stands for 4^scale cells and for 2^scale along a boundary: counted as one it
-    # leaves shapes broken, counted as 4^scale it leaves most data to local re-simulation.
+    planes = 1 if len(oriented.pyramid.sums) == 1 else 2  # number of planes with a wrong cell
+    # A coarse cell stands for 4^scale cells, of which 2^scale are along a boundary. If it cost as
+    # much as 1 cell, shapes would break; if 4^scale, most data would need local re-simulation.
     cell_cost = prod(coarse.block) * planes / 2**p.scale
     weight_of_data = coarse.weight_of_data
     if planes > 1 and not p.published_draw:
         weight_of_data *= WEIGHT_OF_MORE_FACIES
-    # In a volume few locations continue the patches beside one: they are not ruled out, but the
-    # slack is narrower.
+    # In a volume few locations continue neighbouring patches: instead of excluding them, the slack
+    # is reduced.
     slack = SLACK * coarse.weight_of_data * (0.75 if coarse.volume else 1.0)
     far = _overlap_of_location(image.lengths[0]) / 4**p.scale
     z, y, x = along_path(p.location_weights, orientation)
@@ -327,14 +329,14 @@ def _search(
 
 
 def _overlap_of_location(lengths: ScaledLengths) -> int:
-    """Return the cost of a location at the other end of the image, in cells of overlap."""
+    """Return the cost of a location at the other end of the image, in wrong cells of overlap."""
     if not lengths.volume:
         return 2 * lengths.template[1] * lengths.overlap[1]
     return overlap_cells(lengths.template, lengths.overlap)
 
 
 def draw_template(p: Parameters, shape: tuple[int, ...], rng: np.random.Generator) -> Triple:
-    """Return T along z, y and x, or one within the share that `template_variation` allows."""
+    """Return T along z, y and x, drawn within the limits of `template_variation` if that is set."""
     if p.template_variation == 0:
         return p.along(shape).template
     sizes = templates(p, shape)

@@ -35,7 +35,7 @@ from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
 
 Report = Callable[[float], None]
-"""Called as report(share) with the share that is done, 0 … 1; may raise to stop."""
+"""Called as report(share) with the share of the work that is done, 0 … 1; may raise to stop."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,9 +43,9 @@ class Realization:
     """One realization of a study."""
 
     indices: NDArray[np.uint8]  # facies indices, shape of the grid
-    sources: NDArray[np.int32]  # the same shape, or empty: as `Ensemble.sources` has it
-    data_status: NDArray[np.int16]  # shape (n_data,): as `Ensemble.data_status` has it
-    cpu_seconds: float = 0.0  # CPU time of the thread that simulated it
+    sources: NDArray[np.int32]  # the same shape, or empty: see `Ensemble.sources`
+    data_status: NDArray[np.int16]  # shape (n_data,): see `Ensemble.data_status`
+    cpu_seconds: float = 0.0  # CPU time of the thread that simulated the realization
 
 
 def simulate_realization(
@@ -53,7 +53,7 @@ def simulate_realization(
 ) -> Realization:
     """Return realization `number` of a study: raster pass, local re-simulation, seam repair.
 
-    Its random numbers depend only on the seed and its number.
+    Its random numbers depend only on the seed of the study and on `number`.
     """
     before = time.thread_time()
     rng = random_numbers(study.seed, number)
@@ -93,7 +93,7 @@ def honour_data(
 ) -> NDArray[np.int16]:
     """Re-simulate locally around data that a realization misses, in place; return the data status.
 
-    Without exact data these are only marked as wrong. `on_window` is that of `resimulate`.
+    With `exact_data` off, missed data are only marked as wrong. `on_window`: see `resimulate`.
     """
     cells = study.hard_data.cells
     if not (study.parameters.exact_data and study.hard_data.n):
@@ -108,7 +108,7 @@ def honour_data(
 
 
 def repairs(study: Study) -> bool:
-    """Say whether seams of a study are repaired."""
+    """Return whether the seams of realizations of a study are repaired."""
     p = study.parameters
     exact = p.exact_data or not study.hard_data.n
     return p.repair_seams and exact and study.training_image.n_facies > 1
@@ -124,10 +124,11 @@ def repair(
     data_status: NDArray[np.int16],
     report: Report = lambda share: None,
 ) -> None:
-    """Repair the seams of a realization whose data are honoured, in place, if the study says so.
+    """Repair the seams of a realization in place, after its data are honoured, if `repairs(study)`.
 
-    Walks over single cells come after the windows. In volumes and with data, where unseen patterns
-    are many, single cells are changed before too, so that no window is spent on them.
+    Windows are simulated anew first; then walks change single cells. Volumes and studies with data
+    have many unseen patterns: there, single cells are also changed before the windows, so that
+    fewer windows are needed.
     """
     if not repairs(study):
         return
@@ -156,7 +157,7 @@ def repair(
 def target_of(
     study: Study, image: PreparedImage, indices: NDArray[np.uint8], sources: NDArray[np.int32]
 ) -> Target:
-    """Return the target of corrections: views of a realization and its sources in layers."""
+    """Return the target of corrections: views of a realization and its sources, with layers."""
     shape = in_layers(study.grid.shape)
     data = data_grid(in_three(study.hard_data.cells), study.facies_of_data, shape)
     sources = sources.reshape(shape if sources.size else (0, 0, 0))
@@ -166,7 +167,7 @@ def target_of(
 
 
 def random_numbers(seed: int, number: int) -> np.random.Generator:
-    """Return the random numbers of a realization."""
+    """Return the random number generator of a realization."""
     sequence = np.random.SeedSequence(seed, spawn_key=(number,))
     return np.random.Generator(np.random.PCG64(sequence))
 
@@ -175,12 +176,12 @@ _compiled: set[tuple[object, ...]] = set()
 
 
 def is_compiled(study: Study, image: PreparedImage) -> bool:
-    """Say whether this process has run all kernels that a study needs."""
+    """Return whether this process has run all kernels that a study needs."""
     return _specialization(study, image) in _compiled
 
 
 def is_ready() -> bool:
-    """Return whether this process has compiled, or read from disk, the kernels of any study."""
+    """Return whether this process has compiled, or read from disk, the kernels of some study."""
     return bool(_compiled)
 
 
@@ -194,7 +195,7 @@ def compile_kernels(study: Study, image: PreparedImage, watch: Watch) -> None:
 
 
 def walk_through(study: Study, watch: Watch) -> None:
-    """Simulate a tiny grid from a small image, which calls all kernels of a study."""
+    """Simulate a tiny grid from a small image, to call all kernels of a study."""
     image, template = study.training_image, study.parameters.along(study.grid.shape).template
     shape = [min(n, 2 * t) for n, t in zip(in_layers(image.shape), template, strict=True)]
     cells = np.resize(image.codes, shape[-len(image.shape) :])
@@ -203,7 +204,7 @@ def walk_through(study: Study, watch: Watch) -> None:
 
 
 def _tiny(study: Study) -> Study:
-    """Return a study of a tiny grid, with data that cannot all be honoured if it has data."""
+    """Return a copy of a study with a tiny grid and, if it has data, data that conflict."""
     shape = (8,) * len(study.grid.shape)
     cells = np.argwhere(np.ones(shape)) if study.hard_data.n else np.empty((0, len(shape)), int)
     codes = study.training_image.codes[[0, -1]][cells.sum(axis=1) % 2]
@@ -212,7 +213,7 @@ def _tiny(study: Study) -> Study:
 
 
 def _specialization(study: Study, image: PreparedImage) -> tuple[object, ...]:
-    """Return the choices that decide which kernels are run, and for which types."""
+    """Return the properties of a study that decide which kernels are run, and for which types."""
     p = study.parameters
     template = p.along(study.grid.shape).template
     oriented = image.oriented(0, template)

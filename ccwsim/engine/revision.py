@@ -22,30 +22,30 @@ from ccwsim.system.machine import n_cores
 
 
 def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> Ensemble:
-    """Return an ensemble that honours edited data, simulated anew only around missed ones.
+    """Return an ensemble that honours edited data, re-simulated only around missed data.
 
-    Realizations change in windows of at most the template size around each datum that is not
-    honoured yet; a removed datum leaves the cells as they are. Use `simulate` for realizations
-    drawn with all data from the beginning. With `Parameters.exact_data` off nothing is
-    re-simulated: wrong data are only marked.
+    Realizations change in windows of at most the template size around each datum that they do not
+    honour yet; removing a datum changes no cell. Use `simulate` to condition realizations on all
+    data from the beginning. With `Parameters.exact_data` off nothing is re-simulated: wrong data
+    are only marked.
 
     Parameters
     ----------
     ensemble : Ensemble
     hard_data : HardData, pair, table or array_like
-        All data, old and new, as `HardData.of` takes them.
+        All data, old and new, in any form that `HardData.of` accepts.
     n_workers : int, optional
-        Threads; one per core by default.
+        Number of threads; one per core by default.
 
     Returns
     -------
     Ensemble
-        With the same seed and parameters; `cpu_seconds` are those of the local re-simulation.
+        Ensemble with the same seed and parameters; `cpu_seconds` counts only the re-simulation.
 
     Raises
     ------
     CCWSIMError
-        For data outside the grid or of an unknown facies.
+        If data are outside the grid or of an unknown facies.
 
     Examples
     --------
@@ -84,7 +84,7 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
             return
         forced = data_status[number] == FORCED
         origin = sources[number]
-        if forced.any() and not origin.size:  # to see which forced cells a window replaces
+        if forced.any() and not origin.size:  # sources show which forced cells a window replaces
             origin = np.zeros(study.grid.shape, np.int32)
             origin[tuple(hard_data.cells[forced].T)] = -1
         target = target_of(study, image, indices[number], origin)
@@ -109,7 +109,7 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
 
 
 def _status_before(ensemble: Ensemble, hard_data: HardData) -> NDArray[np.int16]:
-    """Return the status of the data that the ensemble had before; 0 for new ones."""
+    """Return the status that each datum had in the ensemble before the edit; 0 for new data."""
     before = {datum: k for k, datum in enumerate(ensemble.hard_data.triples)}
     data_status = np.zeros((ensemble.n, hard_data.n), np.int16)
     for k, datum in enumerate(hard_data.triples):

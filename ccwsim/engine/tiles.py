@@ -1,6 +1,6 @@
 """The compiled simulation loop: patch after patch along the path (Algorithm 1, lines 4 to 14).
 
-The template and overlap of the code are the paper's T and OR. Not in the paper: refinement, and the
+Template and overlap are the paper's T and OR. Not in the paper: refinement of locations, and the
 draw towards target proportions.
 """
 
@@ -49,30 +49,31 @@ from ccwsim.engine.stages.similarity import (
 
 
 class Search(NamedTuple):
-    """The parameters of the simulation loop, lengths in cells of the searched grid."""
+    """The parameters of the simulation loop, with lengths in cells of the searched grid."""
 
     template: Triple  # T
     overlap: Triple  # OR
-    block: Triple  # cells of a coefficient, 2^J
+    block: Triple  # number of cells of a coefficient along each axis, 2^J
     n_candidates: int  # K
     co_template: int  # CT, in templates
-    share: float  # of the locations, by overlap, that are searched where data condition
+    share: float  # share of the locations, best overlaps first, that is searched near data
     refine: bool
-    match: bool  # proportions are matched to those of the training image
+    match: bool  # whether proportions are matched to those of the training image
     cell_cost: float  # score of one wrong cell of overlap
     datum_cost: float  # factor of the weights of missed data
-    slack_cost: float  # factor of the slack where data condition
+    slack_cost: float  # factor of the slack near data
     missed: int  # cost of a missed datum in refinement, in wrong cells
-    location_cost: float  # of a location at the other end of the image
-    location_axes: tuple[float, float, float]  # weight of each axis in it
-    exact: bool  # else data were compared by blocks, and locations chosen for them must not shift
-    slack: int  # by which a candidate may be worse than the best without data; −1 for any
-    n_drawn: int  # locations drawn without data, of which the best after refinement is used
-    reach: Triple  # blocks around the continuation of a patch that are no candidates
+    location_cost: float  # cost of a location at the other end of the image
+    location_axes: tuple[float, float, float]  # weight of each axis in `location_cost`
+    # False: data are compared by blocks, so that locations chosen for data must not be shifted
+    exact: bool
+    slack: int  # largest difference in score from the best candidate without data; −1: no limit
+    n_drawn: int  # number of locations drawn without data; the best after refinement is used
+    reach: Triple  # number of blocks around the continuation of a patch that are excluded
 
 
 class PatchInputs(NamedTuple):
-    """Inputs of the simulation loop, the same for all patches of a realization."""
+    """Inputs of the simulation loop, common to all patches of a realization."""
 
     patches: NDArray[np.int64]  # shape (n, 10): from `make_patches`
     # shape (n, 4): from `patches_before`; (n, 0) if continuations of other patches may be drawn
@@ -92,19 +93,20 @@ class PlacingWorkspace(NamedTuple):
 
 
 class PatchWorkspace(NamedTuple):
-    """Workspace of the simulation loop, which shows how the latest patch was chosen.
+    """Workspace of the simulation loop; it also shows how the last patch was chosen.
 
     It is made in Python, as kernels make no arrays.
     """
 
     scores: NDArray[np.number[Any]]  # shape (nz, ny, nx) of locations
-    totals: NDArray[np.signedinteger]  # the same shape: scores with the costs of data and location
+    totals: NDArray[np.signedinteger]  # the same shape: scores plus the costs of data and location
     energies: NDArray[np.number[Any]]  # the same shape: ΣA² over the overlap
-    energies_of: NDArray[np.int64]  # shape (4,): the overlap of `energies`
+    energies_of: NDArray[np.int64]  # shape (4,): lengths and sides of the overlap of `energies`
     terms: Terms
-    ranking: Ranking  # of the scores
-    total_ranking: Ranking  # of the totals, into the same `places`
-    choice: NDArray[np.int64]  # shape (3,): number of candidates, of these drawn, and the used one
+    ranking: Ranking  # ranking of the scores
+    total_ranking: Ranking  # ranking of the totals, with the same array `places`
+    # shape (3,): number of candidates, number of draws, index of the location that is used
+    choice: NDArray[np.int64]
     after: NDArray[np.int64]  # shape (n_facies,), for `closest_to_target`
     tilt: NDArray[np.float64]  # shape (n_facies,), for `draw_towards`
     chances: NDArray[np.float64]  # shape (K,), for `draw_towards`
@@ -115,17 +117,17 @@ class PatchWorkspace(NamedTuple):
 class Simulated(NamedTuple):
     """Results of the simulation loop, in path coordinates."""
 
-    # shape (nz, ny, nx): facies indices, UNKNOWN if not simulated yet; large enough for whole tiles
+    # shape (nz, ny, nx) of all whole tiles: facies indices, UNKNOWN in cells not simulated yet
     grid: NDArray[np.uint8]
-    sources: NDArray[np.int32]  # same shape: flat index in the oriented TI; or empty: not recorded
-    counts: NDArray[np.int64]  # shape (n_facies,): simulated cells; or empty: not counted
-    locations: NDArray[np.int32]  # shape (n_patches, 3): first cell in the oriented TI
+    sources: NDArray[np.int32]  # same shape: flat index in the oriented TI; empty if not recorded
+    counts: NDArray[np.int64]  # shape (n_facies,): cells of each facies; empty if not counted
+    locations: NDArray[np.int32]  # shape (n_patches, 3): first cell of each in the oriented TI
 
 
 def make_workspace(
     oriented: OrientedImage, search: Search, data: PlacedData, totals: type[np.signedinteger]
 ) -> PatchWorkspace:
-    """Return the workspace for patches; `totals` is the type of scores with costs."""
+    """Return the workspace for patches; `totals` is the type of scores plus costs."""
     kind, shape, n = oriented.squares.dtype, oriented.places, oriented.n_places
     template, n_facies = search.template, len(oriented.proportions)
     ranking, others = (make_ranking(n, search.n_candidates, each) for each in (kind, totals))
@@ -158,7 +160,7 @@ def make_placing(
 
 @part_of_kernel
 def box_of(p, overlap):
-    """Return the box of a patch, a row of `make_patches`."""
+    """Return the box of a patch `p`, which is a row of `make_patches`."""
     return Box(p[0], p[1], p[2], p[3], p[4], p[5], p[6], overlap[0], overlap[1], overlap[2])
 
 
@@ -172,8 +174,8 @@ def simulate_patches(first, last, inputs, work, simulated, rng):
     coarse = block[0] > 1 or block[1] > 1 or block[2] > 1
     for number in range(first, last):  # line 4: locations of the path
         box = box_of(patches[number], search.overlap)
-        # Lines 5, 6: the first patch has no overlap. All scores are then 0, and as ties are broken
-        # at random, its candidates are random locations.
+        # Lines 5, 6: the first patch has no overlap. All its scores are 0 and ties are broken at
+        # random, so that its candidates are random locations.
         # Lines 8, 9: the overlap and its coefficients, here block sums
         n_groups = overlap_terms(grid, box, block, oriented.running, work.terms)
         # Line 10: CCW scores
@@ -220,10 +222,10 @@ def simulate_patches(first, last, inputs, work, simulated, rng):
 
 @part_of_kernel
 def unconditional_candidates(scores, slack, ranking, rng):
-    """Fill `ranking.places` with the K best locations; return how many are candidates.
+    """Fill `ranking.places` with the K best locations; return the number of candidates.
 
-    `slack` says how much worse than the best one may be, −1 for any; `scores` has the shape
-    (nz, ny, nx) of locations.
+    `slack` is the largest difference in score between a candidate and the best location, −1 for no
+    limit; `scores` has the shape (nz, ny, nx) of locations.
     """
     flat, places = scores.reshape(-1), ranking.places
     best_places(flat, rng, ranking)
@@ -232,10 +234,10 @@ def unconditional_candidates(scores, slack, ranking, rng):
 
 @part_of_kernel
 def conditional_candidates(box, has_data, is_split, slack, grid, inputs, work, rng):
-    """Do as `unconditional_candidates` with the costs of missed data and location (Fig. 5).
+    """Do as `unconditional_candidates`, with the costs of missed data and of location (Fig. 5).
 
-    `has_data` says whether data are in the co-template; if not, only the location costs. `is_split`
-    says whether the patch is part of a split tile. `grid` has the shape (nz, ny, nx).
+    `has_data` says whether the co-template contains data; if not, only location has a cost.
+    `is_split` says whether the patch is part of a split tile. `grid` has the shape (nz, ny, nx).
     """
     _, _, oriented, data, search, _ = inputs
     weights = DENSE if is_split else SPARSE
@@ -274,7 +276,7 @@ def draw(n, box, inputs, counts, work, rng):
 
 @part_of_kernel
 def cut_and_paste(number, box, place, image, data, cut, simulated):
-    """Paste the patch at a location of the image, shape (mz, my, mx), and note the location."""
+    """Paste the patch at a location of the image, shape (mz, my, mx), and record the location."""
     grid, sources, counts, locations = simulated
     keep_old(grid, data.required, image, place, box, cut)
     paste(image, place, box, cut.keep_mask, counts, grid, sources)

@@ -1,4 +1,4 @@
-"""The parameters of a simulation: one table of names, symbols, ranges and meanings."""
+"""The parameters of a simulation, with their names, symbols, ranges and meanings."""
 
 from __future__ import annotations
 
@@ -16,53 +16,55 @@ METHODS = ("ccwsim", "ccsim", "ms-ccsim")
 SIMILARITIES = ("ssd", "correlation")
 CHOICES = {"method": METHODS, "similarity": SIMILARITIES}
 PER_AXIS = ("template_size", "overlap_size", "wavelet_level")
-"""Parameters that are an int for all axes, or for a volume a triple along z, y and x; likewise
-`location_weight`, a number or a triple of numbers."""
+"""Parameters with one integer for all axes or, in a volume, three integers along z, y and x.
+`location_weight` likewise has one or three numbers."""
 MEANINGS = {
     "template_size": "Side of the square patches in cells. Larger patches keep long shapes whole, "
-    "but fewer of them fit and the training image is repeated more.",
+    "but fewer of them fit and the training image is copied more.",
     "overlap_size": "Width of the overlap of neighbouring patches, in cells. A wider overlap joins "
     "shapes better and takes longer.",
-    "wavelet_level": "How often the overlap is halved by the Haar wavelet before it is compared. "
-    "Higher is faster and coarser; 0 compares single cells. For ms-ccsim: how often the images are "
-    "coarsened.",
+    "wavelet_level": "How often the Haar wavelet halves the resolution before overlaps are "
+    "compared. Higher is faster and coarser; 0 compares single cells. For ms-ccsim: how often the "
+    "images are coarsened.",
     "n_candidates": "Number of best locations from which the patch is drawn. As published, K = 1 "
     "copies large pieces of the training image; larger K copies less and fits less well. By "
-    "default only locations within 8 wrong cells of the best are drawn (more with wide overlaps), "
-    "and in maps those that merely continue the image are excluded: K then has little effect; in "
-    "volumes K = 1 copies more than 20. Near hard data only locations within 6 wrong cells of the "
-    "best are drawn, often one or two: with dense data K has little effect.",
+    "default only locations with at most 8 more wrong cells than the best are drawn (more with "
+    "wide overlaps), and in maps locations that merely continue the image are excluded: K then has "
+    "little effect; in volumes K = 1 copies more than K = 20. Near hard data the limit is 6 cells, "
+    "which often leaves one or two locations: with dense data K has little effect.",
     "method": "ccwsim searches wavelet coefficients; ccsim searches single cells (level 0); "
     "ms-ccsim searches a coarsened image, then refines the locations scale by scale.",
-    "similarity": "How overlap and training image are compared: sum of squared differences, the "
-    "smallest best, as in the authors' code; or the plain cross-correlation of the paper, the "
-    "largest best.",
-    "search_fraction": "With hard data, the share of the locations, best overlap first, among "
-    "which one that fits the data is sought. Less keeps to the best overlaps, more fits more data "
-    "at once.",
+    "similarity": "How overlap and training image are compared: by the sum of squared differences "
+    "(the smallest is best), as in the authors' code; or by the plain cross-correlation of the "
+    "paper (the largest is best).",
+    "search_fraction": "With hard data, only this share of the locations, those with the best "
+    "overlaps, is searched for one that fits the data. A smaller share fits overlaps better, a "
+    "larger share fits more data at once.",
     "co_template": "Number of template sizes ahead along the path in which hard data count; 1 "
-    "counts only those in the patch.",
-    "random_path": "Start each realization from a random corner along a random axis (8 ways), the "
-    "first patch a random distance before the grid. Off: always from the south-west, along rows.",
-    "template_variation": "Each realization draws its template size, up to this share smaller or "
-    "larger than T.",
+    "counts only data in the patch.",
+    "random_path": "Start each realization from a random corner along a random axis (8 ways), with "
+    "the first patch a random distance before the grid. Off: always from the south-west, along "
+    "rows.",
+    "template_variation": "Each realization draws its own template size, up to this share smaller "
+    "or larger than T.",
     "match_proportions": "Among the candidates prefer patches that bring the facies proportions "
-    "towards those of the training image, so that all realizations have nearly the same. Off: "
-    "proportions vary between realizations, as between equal-sized pieces of the image; with more "
-    "hard data they are nearer to those of the data.",
-    "published_draw": "Draw patches as published: the first one begins at the corner of the grid, "
-    "any of the K best may be drawn, and nothing steers the proportions. Off: patches begin at "
-    "random, locations that fit much worse than the best or merely continue the image are "
-    "excluded, and without data two are drawn and the better one is used.",
-    "repair_seams": "Change single cells and simulate windows anew where patches are joined in "
-    "ways absent from the training image: steps in a boundary, channels that end dead. Off for the "
-    "published method; with hard data that are not honoured exactly, nothing is repaired.",
-    "location_weight": "How strongly each patch keeps to its own location in the training image, "
-    "for images that change from one end to the other: at 1 a patch from the other end must fit "
-    "better by a whole overlap. 0 takes patches from anywhere. In a volume (0.5, 0, 0), along z, y "
-    "and x, keeps only a vertical trend.",
-    "refine": "Shift each drawn patch by up to 2^level − 1 cells to where it fits best at full "
-    "resolution. This closes the breaks that a coarse level leaves.",
+    "towards those of the training image, so that all realizations have nearly equal proportions. "
+    "Off: proportions vary between realizations, as between equal-sized pieces of the image; with "
+    "more hard data they are nearer to the proportions of the data.",
+    "published_draw": "Draw patches as published: the first patch begins at the corner of the "
+    "grid, any of the K best locations may be drawn, and nothing steers the proportions. Off: the "
+    "first patch begins a random distance before the grid; locations that fit much worse than the "
+    "best or merely continue the image are excluded; without data two locations are drawn and the "
+    "better one is used.",
+    "repair_seams": "Change single cells and re-simulate windows if patches are joined in ways "
+    "absent from the training image, such as steps in a boundary or dead ends of channels. Turn "
+    "it off for the published method. If hard data are not honoured exactly, nothing is repaired.",
+    "location_weight": "How strongly each patch is tied to its own location in the training image, "
+    "for images that change from one end to the other: at 1 a patch from the other end is used "
+    "only if it fits better by a whole overlap; 0 takes patches from anywhere. In a volume, "
+    "(0.5, 0, 0) along z, y and x keeps only a vertical trend.",
+    "refine": "Shift each drawn patch by up to 2^level − 1 cells to the location that fits best at "
+    "full resolution. This closes the breaks that a coarse level leaves.",
     "exact_data": "Honour every datum at full resolution. Off, as in the published CCWSIM code: "
     "data condition only the search on the coarse grid; mismatches are not corrected.",
 }
@@ -75,7 +77,7 @@ def _parameter(default: Any, symbol: str, matlab: str, allowed: str) -> Any:
 
 
 class Lengths(NamedTuple):
-    """Template, overlap and wavelet level along z, y and x; a map is one layer: 1, 0 and 0."""
+    """Template, overlap and wavelet level along z, y and x; along z, in a map, 1, 0 and 0."""
 
     template: tuple[int, int, int]
     overlap: tuple[int, int, int]
@@ -98,7 +100,7 @@ def describe_weight(weight: Any) -> str:
 
 @dataclass(frozen=True)
 class Parameters:
-    # The first three and location_weight may be triples for volumes, and are numbers for maps.
+    # The first three and location_weight are numbers for maps; for volumes they may be triples.
     template_size: int = _parameter(32, "T", "T", "4 … 1024, a multiple of 2^level")
     overlap_size: int = _parameter(8, "OR", "OL", "1 … template / 2, a multiple of 2^level")
     wavelet_level: int = _parameter(2, "J", "level", "0 … 6")
@@ -124,20 +126,21 @@ class Parameters:
 
     @property
     def level(self) -> int:
-        """The wavelet level of the search: 0 for "ccsim", which compares cells."""
+        """Wavelet level of the search: 0 for "ccsim", which compares cells."""
         return 0 if self.method == "ccsim" else self.wavelet_level
 
     @property
     def scale(self) -> int:
-        """How often images are up-gridded: the (largest) level for "ms-ccsim", else 0."""
+        """Number of times that images are up-gridded: the largest level for "ms-ccsim", else 0."""
         return max(_triple(self.level)) if self.method == "ms-ccsim" else 0
 
     @property
     def draws_as_published(self) -> bool:
         """Whether patches are drawn as published: on request, or with a location weight.
 
-        Patches that keep to their own location have no others to be drawn from, and must begin with
-        the grid. A weight only along z leaves all others at their height.
+        With a location weight along y or x patches stay near their own location, so that few others
+        could be drawn, and the first patch must begin at the corner of the grid. With a weight only
+        along z, patches may come from anywhere at their own height.
         """
         return self.published_draw or max(self.location_weights[1:]) > 0
 
@@ -149,7 +152,7 @@ class Parameters:
 
     @property
     def step(self) -> Any:
-        """T − OR, in cells: the distance from one patch to the next."""
+        """Distance from one patch to the next in cells, T − OR."""
         if isinstance(self.template_size, int) and isinstance(self.overlap_size, int):
             return self.template_size - self.overlap_size
         sizes = zip(_triple(self.template_size), _triple(self.overlap_size), strict=True)
@@ -158,7 +161,7 @@ class Parameters:
     def along(self, shape: Sequence[int]) -> Lengths:
         """Return template, overlap and level along z, y and x for the shape of an image or grid.
 
-        Raises `CCWSIMError` for a map if one of them is a triple.
+        Raises `CCWSIMError` if `shape` is that of a map and any parameter is a triple.
 
         Examples
         --------
@@ -183,7 +186,7 @@ class Parameters:
 
     @property
     def digest(self) -> str:
-        """A short name of the content: equal for equal parameters."""
+        """Short text that is equal for equal parameters."""
         return digest(*((f.name, getattr(self, f.name)) for f in fields(self)))
 
 
@@ -196,7 +199,7 @@ def parameter_table() -> list[dict[str, str]]:
 
 
 def legal_sizes(level: int, smallest: int, largest: int) -> list[int]:
-    """Return the template or overlap sizes a level allows: multiples of 2^level."""
+    """Return the template or overlap sizes that a level allows: multiples of 2^level."""
     block = 2**level
     return list(range(-(-smallest // block) * block, largest + 1, block))
 
@@ -224,7 +227,7 @@ def _checked(name: str, value: Any, default: Any) -> Any:
 
 
 def _checked_number(name: str, value: Any, low: float, high: float) -> Any:
-    """Return an int if both limits are, else a float, between them."""
+    """Return a value between two limits: an int if both limits are ints, otherwise a float."""
     if isinstance(low, int) and isinstance(high, int):
         return check_int(name, value, low, high)
     open_below = name == "search_fraction"
@@ -239,7 +242,7 @@ def _checked_number(name: str, value: Any, low: float, high: float) -> Any:
 
 
 def _triple(size: Any) -> tuple[int, int, int]:
-    """Return a number along z, y and x."""
+    """Return a size along z, y and x."""
     return (size, size, size) if isinstance(size, int) else size
 
 
@@ -253,7 +256,7 @@ def _check_sizes(p: Parameters) -> None:
 
 
 def _check_axis(where: str, template: int, overlap: int, level: int) -> None:
-    """Check the sizes along one axis, or along all if they are the same; z may be thin."""
+    """Check the sizes along one axis, or along all axes if equal; z may have fewer cells."""
     thin = where == " along z"
     _check_size("Template", where, template, level, 1 if thin else MIN_TEMPLATE, MAX_TEMPLATE)
     least = 0 if thin and template < MIN_TEMPLATE else 1
@@ -261,7 +264,7 @@ def _check_axis(where: str, template: int, overlap: int, level: int) -> None:
 
 
 def _check_size(what: str, where: str, size: int, level: int, low: int, high: int) -> None:
-    """Raise, with the nearest legal sizes, if a level does not allow a size."""
+    """Raise an error that names the nearest legal sizes if a level does not allow a size."""
     block = 2**level
     if size % block == 0 and low <= size <= high:
         return
@@ -286,11 +289,11 @@ def _documented() -> str:
     return _DOCUMENTATION.format("\n".join(lines))
 
 
-_DOCUMENTATION = """All settings of a simulation, checked when it is made.
+_DOCUMENTATION = """All parameters of a simulation, checked when the object is made.
 
 For a volume template_size, overlap_size and wavelet_level may each be three
-numbers, along z, y and x; one number holds for all axes. Along z, where volumes are
-thin, a template may have 1 cell (overlap 0), 2 or 3 (overlap 0 or 1).
+numbers, along z, y and x; one number holds for all axes. Along z a template may have
+only 1 cell (overlap 0), or 2 or 3 cells (overlap 0 or 1), as volumes are often thin.
 
 Parameters
 ----------
@@ -299,7 +302,7 @@ Parameters
 Raises
 ------
 CCWSIMError
-    For a value that is not allowed; the message suggests others.
+    If a value is not allowed; the message suggests other values.
 
 Examples
 --------

@@ -18,10 +18,10 @@ from ccwsim.model.training_image import TrainingImage
 
 @dataclass(frozen=True, eq=False)
 class Study:
-    """Training image, grid, parameters, hard data and seed of realizations.
+    """Training image, grid, parameters, hard data and seed of a simulation.
 
     Raises `CCWSIMError` for data outside the grid or of an unknown facies, for a template larger
-    than the training image, and for a mixture of maps and volumes; the message suggests a remedy.
+    than the training image, and for a map combined with a volume; the message suggests a remedy.
 
     Examples
     --------
@@ -49,7 +49,8 @@ class Study:
         _check_dimensions(self.training_image, self.grid)
         self.hard_data.check(self.grid, self.training_image)
         _check_template(self.training_image, self.parameters)
-        if self.hard_data.n_dimensions != self.grid.n_dimensions:  # none: cells index the grid
+        # Empty hard data get as many coordinates as the grid has axes, as cells index the grid.
+        if self.hard_data.n_dimensions != self.grid.n_dimensions:
             none = HardData(np.empty((0, self.grid.n_dimensions)), ())
             object.__setattr__(self, "hard_data", none)
 
@@ -94,7 +95,7 @@ def _check_template(training_image: TrainingImage, p: Parameters) -> None:
 
 
 def _smaller(p: Parameters, lengths: Lengths, shape: tuple[int, ...]) -> str:
-    """Return sizes along all axes that fit into a volume, as arguments of `Parameters`."""
+    """Return arguments of `Parameters`, as text, that make the template fit into a volume."""
     fitting = []
     for template, overlap, level, n in zip(*lengths, shape, strict=True):
         while template > n and level and n < 2 * 2**level:

@@ -103,7 +103,7 @@ def test_few_of_the_candidates_are_drawn_from_where_data_are_dense():
     assert len(left) > 10
     assert np.median(left) <= 3
     help_ = next(row["meaning"] for row in parameter_table() if row["name"] == "n_candidates")
-    assert f"within {SPARSE.slack} wrong cells of the best" in help_
+    assert f"Near hard data the limit is {SPARSE.slack} cells" in help_
     assert "with dense data K has little effect" in help_
 
 

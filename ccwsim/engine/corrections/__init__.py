@@ -1,1 +1,1 @@
-"""Corrections that the paper does not have: each is ours, and can be left out."""
+"""Corrections that are not in the paper; each can be turned off."""

@@ -1,10 +1,10 @@
-"""Seam repair by single cells that take another facies (not in the paper).
+"""Seam repair by changing the facies of single cells (not in the paper).
 
-At the seams of patches many unseen patterns are the work of single cells: a step in a boundary, a
-notch, an isolated cell. Of the cells of an unseen pattern the one is changed that leaves the fewest
-unseen patterns around it. If none helps, a walk changes a few cells from there on, even if that
-leaves more at first, and is kept up to its best state: tabu search (Glover 1989). Cells with data
-stay.
+At the seams of patches single cells cause many unseen patterns: a step in a boundary, a notch, an
+isolated cell. For each unseen pattern, the change of one of its cells is made that leaves the
+fewest unseen patterns. If no single change helps, a walk changes several cells one after another,
+even if unseen patterns increase at first; its changes up to the best state are kept. This is tabu
+search (Glover 1989). Cells with data do not change.
 """
 
 from __future__ import annotations
@@ -24,46 +24,48 @@ from ccwsim.engine.stages.candidates import draw_index, place_of
 from ccwsim.engine.stages.path import UNKNOWN, Box, Triple
 
 PART, PART_VOLUME = (1, 64, 512), (16, 32, 128)
-"""Layers, rows and columns of the parts of a grid, which fit into the cache."""
+"""Layers, rows and columns of the parts into which a grid is divided, to fit into the cache."""
 PARTS_PER_CALL = 64
 FURTHER, FURTHER_VOLUME = 3, 14
-"""A walk ends when more unseen patterns than this are added to those at its best."""
+"""A walk ends if it has more unseen patterns than its best state plus this number."""
 PATIENCE, PATIENCE_VOLUME = 20, 40
-"""A walk ends after this number of changes since its best."""
+"""A walk ends after this number of changes without a new best state."""
 FURTHER_DATA, PATIENCE_DATA, SHARE_OF_DATA = 200, 2000, 0.001
-"""Both limits for walks in volumes that start at data, if at most this share of the cells has data:
-cells that suit both image and data are rare, but so are these patterns. With more data the limits
-fall to the usual ones."""
+"""Values of FURTHER and PATIENCE for walks in volumes that start at data, if at most SHARE_OF_DATA
+of the cells have data. They are high because few changes suit both image and data, and take little
+time because such patterns are rare. With more data they decrease to the limits of other walks."""
 STAYS = 4
-"""Changes for which a changed cell stays, unless changing it makes a walk better than ever."""
+"""Number of changes during which a changed cell must stay, unless another change of it would make
+the walk better than ever."""
 LONGEST = 4000
-"""Changes of the longest walk, and unseen patterns that it chooses from."""
+"""Maximum number of changes of a walk, and of unseen patterns from which it chooses."""
 
 
 class RepairedPart(NamedTuple):
-    """A part of a grid, raveled, with a margin of the reach of patterns on each side.
+    """A part of a grid, raveled, with a margin as wide as the reach of patterns on each side.
 
-    A pattern has the number of its first cell.
+    Arrays have one element per cell unless a shape is given. Patterns are identified by the index
+    of their first cell.
     """
 
-    shape: Triple  # with that margin
+    shape: Triple  # shape including the margin
     facies: NDArray[np.uint8]  # UNKNOWN beyond the grid
-    is_free: NDArray[np.bool_]  # cells that may change: not in the margin, without a datum
+    is_free: NDArray[np.bool_]  # whether a cell may change: not in the margin, without a datum
     is_inside: NDArray[np.uint8]  # 1 if all cells of a pattern are in the grid
     rows: NDArray[np.uint32]  # numbers of rows of patterns
     line: NDArray[np.uint32]  # workspace of `number_run`
-    numbers: NDArray[np.uint32]  # of patterns
+    numbers: NDArray[np.uint32]  # numbers of patterns
     is_unseen: NDArray[np.uint8]  # 1 for an unseen pattern
-    unseen: NDArray[np.uint32]  # the unseen patterns
-    n_unseen: NDArray[np.uint8]  # unseen patterns that a cell is in
-    was_tried: NDArray[np.bool_]  # cells for which no other facies leaves fewer unseen
-    stays: NDArray[np.uint16]  # the change of a walk up to which a cell stays
-    near: NDArray[np.uint64]  # shape (LONGEST,): patterns that a walk chooses from
+    unseen: NDArray[np.uint32]  # list of the unseen patterns
+    n_unseen: NDArray[np.uint8]  # number of unseen patterns that contain a cell
+    was_tried: NDArray[np.bool_]  # whether no other facies of a cell reduces unseen patterns
+    stays: NDArray[np.uint16]  # a cell must stay until a walk has this number of changes
+    near: NDArray[np.uint64]  # shape (LONGEST,): patterns from which a walk chooses
     changed: NDArray[np.uint64]  # shape (LONGEST,): cells that a walk changed, in order
-    before: NDArray[np.uint8]  # shape (LONGEST,): their facies before
-    aside: NDArray[np.uint64]  # distances to the neighbours, modulo 2⁶⁴
-    steps: NDArray[np.uint64]  # distances of the cells of a pattern from the first
-    weights: NDArray[np.uint32]  # factors of the cells in the number of a pattern
+    before: NDArray[np.uint8]  # shape (LONGEST,): facies of these cells before the change
+    aside: NDArray[np.uint64]  # shape (n_neighbours,): index steps to neighbours, modulo 2⁶⁴
+    steps: NDArray[np.uint64]  # shape (n,): index steps from the first to each cell of a pattern
+    weights: NDArray[np.uint32]  # shape (n,): factors of these cells in the number of a pattern
 
 
 def repair_cells(
@@ -75,10 +77,10 @@ def repair_cells(
 ) -> int:
     """Change single cells of a realization, in place; return the number of changes.
 
-    With `walks`, which alone use `rng`, walks start where no single change helps. `patterns` are of
-    cells side by side. The source of a changed cell continues that of a neighbour if the training
-    image has the new facies there, and is −1 otherwise. `report` is called with the share that is
-    done, and may raise to stop.
+    With `walks`, walks start from unseen patterns that no single change reduces; only walks use
+    `rng`. `patterns` must be patterns of adjacent cells. The source of a changed cell continues the
+    source of a neighbour if the training image has the new facies there; otherwise it is −1.
+    `report` is called with the share of the work that is done, and may raise to stop.
     """
     shape = target.grid.shape
     if any(r >= n for r, n in zip(patterns.reach, shape, strict=True)):
@@ -101,7 +103,7 @@ def repair_cells(
 def ends_of_walks(volume: bool, share: float) -> tuple[int, int]:
     """Return the limits of walks, `FURTHER` and `PATIENCE`.
 
-    `share` is the share of cells with data for walks that start at data, 0 for all others.
+    `share` is the share of cells with data for walks that start at data, and 0 for other walks.
     """
     if not volume:
         return FURTHER, PATIENCE
@@ -139,10 +141,11 @@ def cell_weights(patterns: Patterns) -> NDArray[np.uint32]:
 
 @kernel
 def change_cells(target, patterns, firsts, lengths, part, rng, walks, ends, ends_at_data):
-    """Change cells of parts of the grid; return the number of changes.
+    """Change cells in parts of the grid; return the number of changes.
 
-    `firsts`, shape (n, 3), are the first cells of the parts, `lengths` theirs unless the grid ends
-    before. `ends` are the limits of walks, `ends_at_data` those of walks that start at data.
+    `firsts`, shape (n, 3), are the first cells of the parts, `lengths` their lengths unless cut off
+    by the end of the grid. `ends` are the limits of walks, `ends_at_data` the limits of walks that
+    start at data.
     """
     n_changed = 0
     for i in range(len(firsts)):
@@ -172,7 +175,7 @@ def change_cells(target, patterns, firsts, lengths, part, rng, walks, ends, ends
 
 @part_of_kernel
 def box_of(first, origin, patterns, part):
-    """Return the box in the grid of a pattern of a part."""
+    """Return the box, in the grid, of a pattern of a part."""
     z, y, x = place_of(np.int64(first), (part.shape[1], part.shape[2]), (1, 1, 1))
     nz, ny, nx = patterns.cells
     return Box(origin[0] + z, origin[1] + y, origin[2] + x, nz, ny, nx, 0, 0, 0, 0)
@@ -180,9 +183,9 @@ def box_of(first, origin, patterns, part):
 
 @part_of_kernel
 def write_back(n, target, origin, part):
-    """Copy the first `n` changed cells of a part to the grid; return the number that differ.
+    """Copy the first `n` changed cells of a part to the grid; return the number of differences.
 
-    A walk may have changed a cell twice, and back.
+    Cells may be equal to the grid, as a walk may change a cell twice, and back.
     """
     _, ny, nx = part.shape
     n_different = 0
@@ -230,7 +233,7 @@ def copy_part(grid, data, origin, lengths, patterns, part):
 
 @part_of_kernel
 def find_unseen_patterns(patterns, part):
-    """Number all patterns of a part, and list the unseen ones; return their number."""
+    """Number all patterns of a part and list the unseen patterns; return the length of the list."""
     numbers, rows, steps = part.numbers, part.rows, part.steps
     is_unseen, n_unseen, was_tried = part.is_unseen, part.n_unseen, part.was_tried
     size, base = np.uint64(len(numbers)), patterns.row_base
@@ -264,9 +267,9 @@ def find_unseen_patterns(patterns, part):
 
 @part_of_kernel
 def best_change(first, patterns, part):
-    """Return the cell of a pattern and its new facies that leave the fewest patterns unseen.
+    """Return the cell of a pattern, and its new facies, whose change leaves fewest unseen patterns.
 
-    The new facies is that of a neighbour; UNKNOWN if no change leaves fewer than there are.
+    The new facies is that of a neighbour; it is UNKNOWN if no change reduces unseen patterns.
     """
     cells, aside = part.facies, part.aside
     n_aside = np.uint64(len(aside))
@@ -292,9 +295,9 @@ def best_change(first, patterns, part):
 
 @part_of_kernel
 def walk(first, ends, patterns, part, rng):
-    """Change cells one after another, from an unseen pattern on; return the number kept.
+    """Change cells one after another, from an unseen pattern on; return the number of kept changes.
 
-    The kept ones, first in `part.changed`, leave fewer patterns unseen than there were.
+    The kept changes, at the beginning of `part.changed`, reduce the number of unseen patterns.
     """
     further, patience = ends
     near, changed, before = part.near, part.changed, part.before
@@ -325,11 +328,11 @@ def walk(first, ends, patterns, part, rng):
 
 @part_of_kernel
 def next_change(first, n_changed, better, patterns, part, rng):
-    """Return a cell of a pattern, its new facies and the unseen patterns that this adds.
+    """Return a cell of a pattern, its new facies, and the number of unseen patterns this adds.
 
-    One of the changes that add the fewest is drawn, even if these are more than 0. A cell that
-    stays changes only if that adds fewer than `better`, which is at most 0. The facies is UNKNOWN
-    if no cell can change.
+    The change is drawn among those that add the fewest unseen patterns, even if more than 0. A cell
+    that must stay changes only if this adds fewer than `better`, which is at most 0. The facies is
+    UNKNOWN if no cell can change.
     """
     cells, aside = part.facies, part.aside
     n_aside, n_equal = np.uint64(len(aside)), 0
@@ -376,7 +379,7 @@ def n_unseen_after(cell, facies, limit, patterns, part):
 def change_cell(cell, facies, n_near, patterns, part):
     """Give a cell of a part another facies, and update the unseen patterns.
 
-    New ones are added after the `n_near` in `part.near`; return the number that are there then.
+    New unseen patterns are added to `part.near` after its first `n_near`; return its new length.
     """
     numbers, is_unseen, n_unseen, steps = part.numbers, part.is_unseen, part.n_unseen, part.steps
     change = np.uint32(patterns.labels[facies] - patterns.labels[part.facies[cell]])
@@ -389,7 +392,7 @@ def change_cell(cell, facies, n_near, patterns, part):
         now = np.uint8(part.is_inside[first] & (1 - is_known(patterns, number)))
         if now == is_unseen[first]:
             continue
-        more = np.uint8(now - is_unseen[first])  # wraps if they become fewer
+        more = np.uint8(now - is_unseen[first])  # 1, or 255 for −1 modulo 256
         is_unseen[first] = now
         for i in range(n_steps):
             n_unseen[first + steps[i]] += more
@@ -401,7 +404,7 @@ def change_cell(cell, facies, n_near, patterns, part):
 
 @part_of_kernel
 def forget(cell, patterns, part):
-    """Forget tries of all cells that share a pattern with a cell, or are beside one that does."""
+    """Reset `was_tried` of all cells that share a pattern with a cell, and of their neighbours."""
     (nz, ny, nx), (reach_z, reach_y, reach_x) = part.shape, patterns.reach
     z, y, x = place_of(np.int64(cell), (ny, nx), (1, 1, 1))
     for near_z in range(max(z - reach_z - 1, 0), min(z + reach_z + 2, nz)):
@@ -413,7 +416,7 @@ def forget(cell, patterns, part):
 
 @part_of_kernel
 def source_beside(target, place):
-    """Return the source that continues a neighbour's source with the facies of a cell, or −1."""
+    """Return the source of a cell that continues a neighbour's source, or −1 if facies differ."""
     image, sources, (z, y, x) = target.image, target.sources, place
     (mz, my, mx), (nz, ny, nx) = image.shape, sources.shape
     for a in range(6):

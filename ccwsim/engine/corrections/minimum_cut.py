@@ -1,12 +1,13 @@
-"""The exact minimum cut of a volume's patch, as a maximum flow from old cells to new ones.
+"""The exact minimum cut of the patch of a volume, as a maximum flow from old cells to new cells.
 
-For each pair of neighbours of which one stays old and one is taken new, the cut pays the cells of
-the two that differ between old and new; beyond the overlap a cell counts as its neighbour does. By
-Ford and Fulkerson (1956) the cheapest cut is a maximum flow, found here as Boykov and Kolmogorov
-(2004) do: two trees of cells, one from the old cells and one from the new ones, grow until they
-meet; flow is sent along the way between them, and cells that this cuts off look for another parent.
-Only cells that differ and those between them take part: all others cost nothing on either side.
-Data are capacities that no cheapest cut passes, unless they contradict each other.
+A cut separates neighbouring cells of which one stays old and the other is taken new. Each such pair
+costs the number of its cells, 0 to 2, that differ between old and new; a cell beyond the overlap
+counts like its neighbour. By Ford and Fulkerson (1956) the cost of the cheapest cut is a maximum
+flow, found by the method of Boykov and Kolmogorov (2004): two trees of cells, one from the old and
+one from the new cells, grow until they meet; flow is sent along the path between their roots; cells
+that this cuts off from their tree look for another parent. Only cells that differ and cells between
+them take part, as other cells cost nothing on either side. Data are capacities so large that the
+cheapest cut honours all data that do not contradict each other.
 """
 
 from __future__ import annotations
@@ -31,36 +32,39 @@ from ccwsim.engine.stages.path import (
 )
 
 SAME, DIFFERS, ALL_NEW, ALL_OLD, NOTHING = 0, 1, 2, 3, 4
-"""States: facies stays or changes; beyond the overlap: inside of it, outside, no neighbour."""
+"""States of cells. In the overlap: old and new facies are equal, or differ. Beyond the overlap: all
+new, all old, or no cell."""
 BROKEN_CELL = 1 << 20
-"""Cost of a datum that a cut would drop: more than all seams of a patch."""
+"""Cost of a datum that a cut would break: more than all seams of a patch."""
 FREE, OF_OLD, OF_NEW, INACTIVE = 0, 1, 2, 3
-"""The tree that a cell is in; inactive cells take no part."""
+"""Tree of a cell: none yet, that of the old cells, that of the new cells; inactive cells take no
+part."""
 ROOT, ORPHAN, NONE = 6, 7, 8
-"""Parents that are no direction: of a cell joined to old or new cells itself, of one that was cut
-off, of one in no tree."""
+"""Values of a parent besides the six directions: the cell is a root; the cell was cut off from its
+tree; the cell is in no tree."""
 FAR = 1 << 30
 
 
 class FlowWorkspace(NamedTuple):
-    """Workspace for the cut of one box: n cells, with a margin of one cell on each side."""
+    """Workspace for the cut of a box of n cells, including a margin of one cell on each side."""
 
     state: NDArray[np.uint8]  # shape (n,)
     beside: NDArray[np.uint8]  # shape (n,): number of the six neighbours that differ
-    capacity: NDArray[np.uint8]  # shape (8 * n,): to the neighbour in a direction, see `_link`
-    rest: NDArray[np.int32]  # shape (n,): capacity left from the old cells; < 0: to the new ones
+    capacity: NDArray[np.uint8]  # shape (8 * n,): capacity of each link, see `_link`
+    # shape (n,): capacity left from the old cells or, if negative, to the new cells
+    rest: NDArray[np.int32]
     tree: NDArray[np.uint8]  # shape (n,)
-    parent: NDArray[np.uint8]  # shape (n,): direction
-    distance: NDArray[np.int32]  # shape (n,): steps to the root of the tree
-    time: NDArray[np.int32]  # shape (n,): when these were counted
+    parent: NDArray[np.uint8]  # shape (n,): direction of the parent
+    distance: NDArray[np.int32]  # shape (n,): number of steps to the root of the tree
+    time: NDArray[np.int32]  # shape (n,): time at which the steps were counted
     cells: NDArray[np.uint32]  # shape (n,): cells that take part
-    queue: NDArray[np.uint32]  # shape (n,), a ring: cells whose neighbours are still to be visited
+    queue: NDArray[np.uint32]  # shape (n,), circular: cells whose neighbours are to be visited
     is_queued: NDArray[np.bool_]  # shape (n,)
     orphans: NDArray[np.uint32]  # shape (n,): cells that were cut off
 
 
 def make_flow(template: Triple) -> FlowWorkspace:
-    """Return the workspace for boxes of at most `template` cells; empty for none."""
+    """Return the workspace for boxes of at most `template` cells; empty if `template` is empty."""
     nz, ny, nx = template
     n = (nz + 2) * (ny + 2) * (nx + 2) if nz else 0
     state, beside, tree, parent = (np.zeros(n, np.uint8) for _ in range(4))
@@ -73,7 +77,7 @@ def make_flow(template: Triple) -> FlowWorkspace:
 
 @part_of_kernel
 def minimum_cut(grid, data, image, place, box, flow, keep_mask):
-    """Mark in `keep_mask` the cells of a box where the grid stays; return the cost of the cut.
+    """Mark in `keep_mask` the cells of a box that stay old; return the cost of the cut.
 
     The arguments are those of `keep_old`.
     """
@@ -87,7 +91,7 @@ def minimum_cut(grid, data, image, place, box, flow, keep_mask):
     for k in range(n):
         u = np.uint64(flow.cells[k])
         if flow.tree[u] == OF_OLD and flow.state[u] == DIFFERS:
-            for a in range(6):  # cells left out of the graph stay with their only such neighbour
+            for a in range(6):  # omitted cells join their only neighbour that differs
                 v = u + steps[a]
                 if flow.state[v] == SAME and flow.beside[v] < 2:
                     flow.tree[v] = OF_OLD
@@ -160,7 +164,7 @@ def _count_beside(box, row, layer, flow):
 def _make_graph(grid, data, image, place, box, steps, flow):
     """Set the capacities of the cells that differ and their neighbours.
 
-    Return the number of these cells, and the flow through single cells.
+    Return the number of these cells, and the flow that passes through only one cell.
     """
     tz, ty, tx = place
     state, n, total = flow.state, 0, np.int64(0)
@@ -173,7 +177,7 @@ def _make_graph(grid, data, image, place, box, steps, flow):
                 if own > DIFFERS:
                     continue
                 if own == SAME and flow.beside[u] < 2:
-                    continue  # no flow through a cell with one open side
+                    continue  # no flow passes through a cell with a link on only one side
                 source, sink = np.int32(0), np.int32(0)
                 for a in range(6):
                     other = np.int32(state[u + steps[a]])
@@ -206,9 +210,9 @@ def _link(u, a):
 
 @part_of_kernel
 def _largest_flow(n, steps, flow):
-    """Send all flow from old to new cells; return the flow through more than one cell.
+    """Send all flow from old to new cells; return the flow through several cells.
 
-    In the end the tree of the old cells has all cells that flow from them could still reach.
+    In the end the tree of the old cells has all cells that more flow from them could reach.
     """
     tree, parent, distance, time = flow.tree, flow.parent, flow.distance, flow.time
     capacity, queue, is_queued = flow.capacity, flow.queue, flow.is_queued
@@ -251,7 +255,7 @@ def _largest_flow(n, steps, flow):
                 meets = a
                 break
             elif time[v] <= time[u] and distance[v] > distance[u]:
-                parent[v] = a ^ 1  # a shorter way to the root
+                parent[v] = a ^ 1  # this path to the root is shorter
                 time[v], distance[v] = time[u], distance[u] + 1
         if meets < 0:
             is_queued[u] = False
@@ -275,9 +279,9 @@ def _largest_flow(n, steps, flow):
 
 @part_of_kernel
 def _augment(old, new, meets, steps, flow):
-    """Send flow from root to root over the link in direction `meets` from `old` to `new`.
+    """Send flow between the roots, over the link in direction `meets` from `old` to `new`.
 
-    Return the number of cells that this cuts off, and the flow.
+    Return the number of cells that are cut off by this, and the amount of flow.
     """
     capacity, parent, rest, orphans = flow.capacity, flow.parent, flow.rest, flow.orphans
     amount, u = np.int32(capacity[_link(old, meets)]), old
@@ -340,7 +344,7 @@ def _adopt(u, n_orphans, tail, n_queued, now, steps, flow):
         if left == 0:
             continue
         steps_up, w = 0, v
-        while True:  # up to the root, or a cell with a known distance
+        while True:  # go up to the root, or to a cell with a known distance
             if time[w] == now:
                 steps_up += distance[w]
                 break

@@ -1,8 +1,8 @@
-"""Facies proportions: the draw among the candidates steered to a target (not in the paper).
+"""Facies proportions: the draw among candidates is steered to a target (not in the paper).
 
-Patches that bring a realization towards its own target are drawn more often. Targets differ between
-realizations, as do the proportions of pieces of the training image as large as the grid. Hard data
-narrow the target.
+Patches that bring a realization closer to its own target are drawn more often. Targets vary between
+realizations as much as proportions vary between pieces of the training image as large as the grid.
+Hard data make this variation smaller.
 """
 
 from __future__ import annotations
@@ -19,32 +19,36 @@ from ccwsim.engine.stages.path import Triple
 from ccwsim.engine.stages.similarity import box_sums, summed_up
 
 N_COMPARED = 3
-"""Candidates of which one is chosen by proportions: more match them faster and vary less."""
+"""Number of candidates compared by proportions. With more, proportions match sooner and patches
+vary less."""
 GAIN = 800.0
-"""A patch of one facies is less likely by e^−GAIN if that facies exceeds by the whole grid."""
+"""Strength of the steering: a patch of one facies is less likely by a factor of e^−GAIN for each
+whole grid of excess cells of this facies."""
 PART = 4
-"""The image is this many times longer than the pieces that give the spread of proportions."""
+"""Ratio of the length of the image to the length of its pieces that give the spread of
+proportions."""
 MAX_PLACES = 4000
-"""About the number of cells of the grid for which the nearest data are found."""
+"""Approximate number of cells of the grid whose nearest data are found."""
 N_TARGETS = 50
-"""Targets drawn to estimate their variance."""
+"""Number of targets drawn to estimate their variance."""
 FEW = 5
-"""Columns of data that count as much as the image in the variance of columns."""
+"""Weight of the image, as a number of columns of data, in the estimated variance of columns."""
 CONTRADICTED = 4
-"""Squared standard errors from which data contradict the image."""
+"""Squared distance between data and image, in squared standard errors, above which data contradict
+the image."""
 MAX_LOCATIONS = 50_000
-"""Locations that give how often margins are covered."""
+"""Approximate maximum number of locations from which margin weights are estimated."""
 MAX_STEPS = 50
-"""Steps of Newton's method; a few suffice."""
+"""Maximum number of steps of Newton's method; a few suffice."""
 ACCURATE = 1e-7
 
 
 class Steering(NamedTuple):
-    """Target proportions of a realization; a gain of 0 steers nothing."""
+    """Target proportions of a realization; with a gain of 0 nothing is steered."""
 
     target: NDArray[np.float64]  # shape (n_facies,)
     margin: NDArray[np.float64]  # shape (n_facies,): from `margin_weights`
-    gain: float  # per cell of excess
+    gain: float  # change of λ per excess cell, see `draw_towards`
 
 
 def margin_weights(
@@ -52,10 +56,10 @@ def margin_weights(
 ) -> NDArray[np.float64]:
     """Return λ, shape (n_facies,), for which drawn patches have the proportions of the image.
 
-    Patches of `size` blocks and `cells` cells, at all locations, are drawn with a chance of
-    exp(−λ·f), f their proportions; λ is found by Newton's method. With λ = 0 the margins of the
-    image, which few patches cover, would count less. `sums` are block sums, one plane for two
-    facies.
+    Patches of `size` blocks and `cells` cells are drawn from all locations with a probability
+    proportional to exp(−λ·f), with f their proportions; λ is found by Newton's method. With λ = 0
+    the margins of the image would count less, as few patches cover them. `sums` are block sums,
+    with one plane for two facies.
     """
     shares = _shares(sums, size) / cells
     target = proportions[-shares.shape[1] :]
@@ -70,7 +74,7 @@ def margin_weights(
             break
         spread = (shares * chance[:, None]).T @ shares - np.outer(mean, mean)
         step = np.linalg.lstsq(spread, off, rcond=1e-9)[0]
-        weights += step / max(1.0, float(np.abs(step).max()))  # no further than 1 at once
+        weights += step / max(1.0, float(np.abs(step).max()))  # steps of at most 1
     return np.pad(weights, (len(proportions) - len(weights), 0))
 
 
@@ -89,11 +93,12 @@ def draw_target(
     grid_shape: tuple[int, ...],
     rng: np.random.Generator,
 ) -> NDArray[np.float64]:
-    """Draw target proportions, shape (n_facies,), that vary as those of pieces of the image do.
+    """Draw target proportions, shape (n_facies,), that vary like those of pieces of the image.
 
-    They are those of a random piece of the training image, a quarter as long and as wide, scaled to
-    differ from those of the image as much as a piece with the cells of the grid would. The piece
-    has as many layers as the grid if the image has them: proportions differ most between layers.
+    The target is the proportions of a random piece of the training image, a quarter as long and as
+    wide. Their difference from the whole image is scaled to that of a piece as large as the grid.
+    The piece has as many layers as the grid, at most those of the image, as proportions differ most
+    between layers.
     """
     parts = [-(-m // PART) for m in image.shape]
     parts[:-2] = image.shape[:-2]
@@ -105,11 +110,11 @@ def draw_target(
 
 
 class DataProportions(NamedTuple):
-    """Proportions of hard data in each column of cells that has any."""
+    """Proportions of hard data in each column of cells that has data."""
 
     shares: NDArray[np.float64]  # shape (n, n_facies)
-    weights: NDArray[np.float64]  # shape (n,): share of the grid to which each is the nearest
-    natural: float  # variance of the targets that `draw_target` draws, summed over the facies
+    weights: NDArray[np.float64]  # shape (n,): share of the grid that is nearest to each column
+    natural: float  # variance of targets from `draw_target`, summed over the facies
 
 
 def proportions_of_data(
@@ -121,7 +126,7 @@ def proportions_of_data(
 ) -> DataProportions:
     """Return the proportions of data; `cells` has the shape (n, 3), `facies` (indices) (n,).
 
-    A vertical well is one column, as a datum of a map is. Columns close to others count less.
+    A column is a vertical well or one datum of a map. Columns close to other columns count less.
     """
     _, ny, nx = grid_shape
     columns, of_datum = np.unique(cells[:, 1] * nx + cells[:, 2], return_inverse=True)
@@ -130,7 +135,7 @@ def proportions_of_data(
     step = max(int(np.sqrt(ny * nx / MAX_PLACES)), 1)
     rows, across = np.mgrid[step // 2 : ny : step, step // 2 : nx : step]
     places = np.column_stack([rows.ravel(), across.ravel()])
-    from scipy.spatial import KDTree  # takes a quarter of a second, and only data need it
+    from scipy.spatial import KDTree  # the import takes a quarter of a second; only data need it
 
     _, nearest = KDTree(np.column_stack(np.divmod(columns, nx))).query(places)
     weights = np.bincount(nearest, minlength=len(columns)) / len(places)
@@ -146,16 +151,16 @@ def draw_between(
     data: DataProportions,
     rng: np.random.Generator,
 ) -> NDArray[np.float64] | None:
-    """Return a target between one drawn for the image and the proportions of hard data.
+    """Return a target between that drawn for the image and the proportions of hard data.
 
-    Both count by their certainty: the image by the variance of its pieces, data by that of their
-    columns. The columns are drawn anew, with repeats, so that the target varies as far as data
-    leave it open. None if data contradict the image: they may come from other geology, or from
-    wells drilled where a facies was expected.
+    Image and data are weighted by their certainty: the image by the variance between its pieces,
+    data by the variance between their columns. Columns are resampled with replacement, so that
+    the target varies as much as data are uncertain. Return None if data contradict the image: they
+    may come from other geology, or from wells drilled in places in which a facies was expected.
     """
     n = len(data.weights)
     mean = data.weights @ data.shares
-    single = 1 - proportions @ proportions  # the variance of one cell
+    single = 1 - proportions @ proportions  # variance of one cell
     spread = FEW * single + np.square(data.shares - mean).sum()
     error = np.square(data.weights).sum() * spread / (FEW + n - 1)
     if np.square(mean - proportions).sum() > CONTRADICTED * (data.natural + error):
@@ -168,12 +173,13 @@ def draw_between(
 
 @part_of_kernel
 def draw_towards(running, candidates, box, block, n_places, steering, counts, tilt, chances, rng):
-    """Draw a candidate, with a chance of exp(−λ·f), and return its index.
+    """Draw a candidate, with a probability proportional to exp(−λ·f), and return its index.
 
     λ grows with the excess of a facies over its target; f are the proportions of the candidate.
-    `candidates`, shape (n,), are numbers of locations, of which the image has `n_places` rows and
-    columns; `running` comes from `running_sums`; `counts`, shape (n_facies,), has the simulated
-    cells by facies; `tilt`, shape (n_facies,), and `chances`, shape (n,), are workspace.
+    `candidates`, shape (n,), are numbers of locations; `n_places` is the number of rows and columns
+    of locations; `running` comes from `running_sums`; `counts`, shape (n_facies,), has the number
+    of simulated cells by facies; `tilt`, shape (n_facies,), and `chances`, shape (n,), are
+    workspace.
     """
     n_planes, n = running.shape[1], 0
     for k in range(len(counts)):
@@ -196,7 +202,7 @@ def draw_towards(running, candidates, box, block, n_places, steering, counts, ti
                 row = ((plane * mz + z) * my + ty // block[1]) * mx + tx // block[2] + along_x
                 for _ in range(rows):
                     low, high = flat[np.uint64(row)], flat[np.uint64(row + columns)]
-                    n_cells += np.int64(flat.dtype.type(high - low))  # they wrap around
+                    n_cells += np.int64(flat.dtype.type(high - low))  # running sums may overflow
                     row += mx
             exponent += tilt[plane] * n_cells / cells
         chances[i] = exponent
@@ -215,10 +221,10 @@ def draw_towards(running, candidates, box, block, n_places, steering, counts, ti
 
 @part_of_kernel
 def closest_to_target(image, candidates, box, block, n_places, proportions, counts, after, rng):
-    """Draw a few candidates and return the index of the one that corrects the proportions best.
+    """Draw a few candidates and return the index of the candidate that corrects proportions best.
 
-    The arguments are those of `draw_towards`; `image` has the shape (mz, my, mx), and `after`,
-    shape (n_facies,), is workspace.
+    Arguments are those of `draw_towards`; `image` has the shape (mz, my, mx), and `after`, shape
+    (n_facies,), is workspace.
     """
     chosen = np.int64(0)
     smallest = np.inf
@@ -232,7 +238,7 @@ def closest_to_target(image, candidates, box, block, n_places, proportions, coun
                 for x in range(tx, tx + box.nx):
                     after[image[z, y, x]] += 1
         n, off = 0, 0.0
-        for k in range(len(after)):  # array expressions would take long to compile
+        for k in range(len(after)):  # loops, as array expressions take long to compile
             n += after[k]
         for k in range(len(after)):
             off += abs(after[k] - proportions[k] * n)

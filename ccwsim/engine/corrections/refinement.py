@@ -1,7 +1,7 @@
-"""Shift a location to where it fits best at full resolution (not in the paper).
+"""Shift a location so that its patch fits best at full resolution (not in the paper).
 
-The search at level J knows only locations at multiples of 2^J cells. Shifts of up to 2^J − 1 cells
-close the gaps of that lattice.
+The search at level J compares only locations at multiples of 2^J cells. Shifts of up to 2^J − 1
+cells reach the locations between them.
 """
 
 from __future__ import annotations
@@ -17,10 +17,11 @@ from ccwsim.engine.stages.path import UNKNOWN, inside_overlap
 def refine_place(image, square_bits, box, block, place, strips, at_stake, missed):
     """Return the misfit, layer, row and column of the location near `place` that fits best.
 
-    The misfit is the number of wrong cells in the overlap, from `take_strips`, and `missed` for
-    each missed datum of `at_stake`, shape (n, 4), from `data_at_stake`. `image` has the shape
-    (mz, my, mx), `square_bits` (n_planes, mz, my, n_words); `place` is a multiple of `block`, both
-    (z, y, x). The stride is halved from half a block down to 1.
+    The misfit is the number of wrong cells in the overlap (`strips` from `take_strips`), plus
+    `missed` for each missed datum of `at_stake`, shape (n, 4), from `data_at_stake`. `image` has
+    the shape (mz, my, mx), `square_bits` (n_planes, mz, my, n_words); `place` and `block` are
+    (z, y, x), and `place` is a multiple of `block`. Shifts of half a block are tried first; their
+    length is then halved down to 1 cell.
     """
     best_z, best_y, best_x = place
     words, shape = square_bits.reshape(-1), square_bits.shape
@@ -50,8 +51,8 @@ def refine_place(image, square_bits, box, block, place, strips, at_stake, missed
 def data_at_stake(grid, data, box, at_stake):
     """Fill `at_stake` with the data of a box that the cut cannot keep; return their number.
 
-    Its rows, shape (n, 4), are layer, row and column in the box, and facies. Data in the overlap
-    that the grid honours are left out.
+    Columns of `at_stake`, shape (n, 4), are layer, row and column in the box, and facies. Data in
+    the overlap that the grid honours are omitted.
     """
     low_z, _, low_y, _, low_x, _ = inside_overlap(box)
     shape, n = data.facies.shape, 0

@@ -1,9 +1,9 @@
 """Local re-simulation of windows around data that the raster pass missed (not in the paper).
 
-A window takes a patch of the training image that honours *every* datum in it, and is cut into the
-grid on all sides. As the old or the new cell is right at each datum, a window never breaks another
-one. If no patch fits well the window is halved; in a volume it loses layers first, as wells have
-their data along z.
+A window is replaced by a patch of the training image that honours *every* datum in it and is cut
+into the grid on all sides. Honoured data stay honoured, as at each of them the cut can keep the old
+cell or take the new one. If no patch fits well the window is halved; in a volume its layers are
+reduced first, as wells have their data along z.
 """
 
 from __future__ import annotations
@@ -45,40 +45,41 @@ MIN_SIZE = 4
 MIN_SIZE_ISOLATED = 8
 """Side of the smallest window around an isolated datum, in cells."""
 TOLERANCE = 0.12
-"""Largest share of wrong cells in the ring of a window."""
+"""Maximum share of wrong cells in the ring of a window."""
 TOLERANCE_SMALLEST = 0.5
-"""Tolerance of the smallest window: a cell whose window does not fit is forced."""
+"""Tolerance of the smallest window; if it does not fit, the cell of the datum is forced."""
 TOLERANCE_ISOLATED = 0.18
 """Tolerance of windows around an isolated datum."""
 RARE = 0.002
-"""A datum is isolated if fewer cells of its facies are around it than for all but this share of the
-training image."""
+"""Share of the cells of a facies in the training image that would be isolated data: those with the
+fewest cells of the facies around them."""
 MAX_COMPARED = 3000
-"""Largest number of locations that honour the data and are compared, chosen at random."""
+"""Maximum number of locations that are compared, chosen at random from those that honour data."""
 MAX_COMPARED_VOLUME = 1000
-"""Their number in a volume, where each has many more cells; the search of the image ends then."""
+"""Maximum number of locations compared in a volume, whose windows have many more cells; once enough
+are found, the rest of the image is not searched."""
 LOCATIONS_AT_ONCE = 100_000
-"""Locations of a volume that are searched before they are counted."""
+"""Number of locations of a volume that are searched before those that honour data are counted."""
 THIN = 2
-"""Layers of the thinnest window of a volume that has more."""
+"""Minimum number of layers of a window, unless the volume has fewer."""
 N_BEST = 4
-"""The patch is drawn from as many of the best."""
+"""Number of the best locations among which the patch is drawn."""
 DENSE = 0.75
-"""Share of cells with data from which patterns of data are looked up first."""
+"""Share of cells with data above which patterns of data are looked up before a search."""
 LOCATIONS_PER_CALL = 10_000_000
-"""Locations of windows compared between two polls of cancel: some hundredths of a second."""
+"""Number of locations compared between two checks for a stop: some hundredths of a second."""
 NO_PATTERNS = Patterns(
     *(np.empty(0, np.uint8), (1, 1, 1), 1, (0, 0, 0)),
     *(np.empty(0, np.uint32), np.uint32(0), np.uint32(0), 0),
 )
 OnWindow = Callable[[int, Triple, bool], None]
-"""Called as on_window(datum, lengths, fits) after each window; lengths are 1 for a forced cell."""
+"""Called as on_window(datum, lengths, fits) after each window; a forced cell has lengths of 1."""
 
 
 class Target(NamedTuple):
     """A realization to correct, and the training image; `grid` and `sources` change in place.
 
-    All arrays have layers; those of a map have one.
+    All arrays have three axes, z, y and x; in a map the first axis has length 1.
     """
 
     image: NDArray[np.uint8]  # shape (mz, my, mx): training image, facies indices
@@ -88,22 +89,24 @@ class Target(NamedTuple):
     grid: NDArray[np.uint8]  # shape (nz, ny, nx): the realization
     # shape (nz, ny, nx) or empty: flat index in the TI of each cell, −1 for a cell set singly
     sources: NDArray[np.int32]
-    # compare each location with a fixed chance, as the published draw does; else one of every few
+    # True: each location is compared with a fixed probability, as in the published draw; False: one
+    # location of every few
     by_chance: bool = False
 
 
 class Honouring(NamedTuple):
     """The locations that honour all data of a window."""
 
-    mask: NDArray[np.uint64]  # shape (mz, my, n_words): bits of locations
-    numbers: NDArray[np.int32]  # shape (64 * mask.size,): those to compare, from `draw_numbers`
+    mask: NDArray[np.uint64]  # shape (mz, my, n_words): a bit for each location
+    # shape (64 * mask.size,): numbers of the locations to compare, from `draw_numbers`
+    numbers: NDArray[np.int32]
 
 
 class WindowWorkspace(NamedTuple):
-    """Workspace for windows up to one size."""
+    """Workspace for windows up to a maximum size."""
 
     honouring: Honouring
-    patterns: Patterns  # of cells side by side; NO_PATTERNS if data are not dense
+    patterns: Patterns  # patterns of adjacent cells; NO_PATTERNS if data are not dense
     best: NDArray[np.int64]  # shape (N_BEST, 4): misfit, layer, row and column of a location
     strips: Strips
     cut: CutWorkspace
@@ -121,11 +124,11 @@ def resimulate(
 ) -> NDArray[np.int16]:
     """Honour the data of a realization, in place; return their status, shape (n,).
 
-    Three steps: windows around missed data, halved from the template down; forced cells if even the
-    smallest window fits nowhere; larger windows again around isolated data, which have fewer cells
-    of their facies around them than `isolated_below`, by facies index. `report` is called with the
-    share of windows that are done, and may raise to stop. `cells` has the shape (n, 3); the status
-    is that of `Ensemble.data_status`.
+    There are three steps: first, windows around missed data, from the size of the template down;
+    second, forced cells if no patch fits even the smallest window; third, larger windows around
+    isolated data. A datum is isolated if the number of cells of its facies around it is less than
+    `isolated_below`, by facies index. `report` is called with the share of windows that are done,
+    and may raise to stop. `cells` has the shape (n, 3); the status is as in `Ensemble.data_status`.
     """
     image, grid, sources = target.image, target.grid, target.sources
     places = tuple(cells.T)
@@ -182,7 +185,7 @@ def resimulate(
 
 
 def make_honouring(bits: NDArray[np.uint64]) -> Honouring:
-    """Return the arrays for all locations of an image; the system provides only used memory."""
+    """Return the arrays for all locations of an image; pages take memory only once written to."""
     mask = np.empty(bits.shape[1:], np.uint64)
     return Honouring(mask, np.empty(64 * mask.size, np.int32))
 
@@ -190,7 +193,7 @@ def make_honouring(bits: NDArray[np.uint64]) -> Honouring:
 def largest_window(
     template: Triple, image_shape: tuple[int, ...], grid_shape: tuple[int, ...]
 ) -> Triple:
-    """Return the lengths of the first window: the template, cut to image and grid, and square."""
+    """Return the lengths of the first window: the template, cut to a square in image and grid."""
     side = min(*template[1:], *image_shape[1:], *grid_shape[1:])
     return min(template[0], image_shape[0], grid_shape[0]), side, side
 
@@ -198,7 +201,8 @@ def largest_window(
 def _halved(size: Triple, smallest: int) -> list[Triple]:
     """Return a window and its halves, down to `smallest` rows and columns.
 
-    A window with many layers is tried with a quarter of them before rows and columns are halved.
+    Windows with many layers are tried with a quarter of the layers before rows and columns are
+    halved.
     """
     nz, side = size[0], size[1]
     sizes: list[Triple] = []
@@ -223,7 +227,7 @@ def isolated_datum_thresholds(image: NDArray[np.uint8]) -> NDArray[np.float64]:
 
 
 def _counts_around(marked: NDArray[np.bool_], layers: int) -> NDArray[np.uint8]:
-    """Return `own_counts` of all cells of one facies, one axis after the other."""
+    """Return `own_counts` of all cells of one facies, summed along one axis after another."""
     counts = marked.astype(np.uint8)
     for axis, reach in enumerate((layers, 2, 2)):
         wide = np.pad(counts, [(reach * (a == axis),) * 2 for a in range(3)], mode="edge")
@@ -236,9 +240,10 @@ def _counts_around(marked: NDArray[np.bool_], layers: int) -> NDArray[np.uint8]:
 
 @allocating_kernel
 def own_counts(grid, cells, layers=0):
-    """Count the cells around each of some cells, shape (n, 3), that have its facies.
+    """Count, around each of the `cells`, shape (n, 3), the cells of the same facies.
 
-    Among 5 × 5 cells of its layer and of `layers` below and above; the edge is repeated.
+    Cells are counted in squares of 5 × 5 cells in the layer of the cell and in `layers` below and
+    above; beyond the grid its edge is repeated.
     """
     last_z, last_y, last_x = grid.shape[0] - 1, grid.shape[1] - 1, grid.shape[2] - 1
     counts = np.zeros(len(cells), np.int64)
@@ -256,7 +261,7 @@ def own_counts(grid, cells, layers=0):
 
 
 def _layers_around(image: NDArray[np.uint8]) -> int:
-    """Return the layers below and above that count as around a cell: none in a map."""
+    """Return the number of layers below and above that `own_counts` includes: none in a map."""
     return 1 if len(image) > 1 else 0
 
 
@@ -264,9 +269,9 @@ def _layers_around(image: NDArray[np.uint8]) -> int:
 def resimulate_windows(target, cells, size, tolerance, anyway, most, rng, work, fits):
     """Simulate windows of one size around data at `cells`, shape (n, 3), anew.
 
-    A share of the ring up to `tolerance` may be wrong; at most `most` locations are compared. Data
-    that the grid honours by now are skipped, unless `anyway`. `fits`, shape (n,), becomes True if
-    the window fits or the datum is honoured.
+    A share of the ring up to `tolerance` may be wrong; about `most` locations are compared at most.
+    Data that the grid already honours are skipped, unless `anyway`. `fits`, shape (n,), is set to
+    True if a patch fits the window or the datum is honoured already.
     """
     image, _, _, data, grid, sources, _ = target
     for i in range(len(cells)):
@@ -292,10 +297,10 @@ def resimulate_windows(target, cells, size, tolerance, anyway, most, rng, work, 
 
 @part_of_kernel
 def fitting_windows(target, box, limit, most, rng, honouring, strips, best):
-    """Fill `best`, shape (n, 4), with the locations that honour all data in a box and fit best.
+    """Fill `best`, shape (n, 4), with the best locations that honour all data in a box.
 
-    Return their number. At most `limit` cells of the ring may be wrong, and about `most` locations
-    are compared; `honouring` and `strips` are workspace.
+    Return the number of these locations. At most `limit` cells of the ring may be wrong; about
+    `most` locations are compared; `honouring` and `strips` are workspace.
     """
     image, bits, square_bits, data, grid, _, by_chance = target
     rows = (image.shape[0] - box.nz + 1) * (image.shape[1] - box.ny + 1)
@@ -326,7 +331,7 @@ def window_around(z, y, x, size, shape):
     sides = (LEFT if x0 > 0 else 0) | (TOP if y0 > 0 else 0) | (BELOW if z0 > 0 else 0)
     sides |= (RIGHT if x0 + nx < shape[2] else 0) | (BOTTOM if y0 + ny < shape[1] else 0)
     sides |= ABOVE if z0 + nz < shape[0] else 0
-    oz = max(1, nz // 4) if nz > 2 else 0  # a ring in a layer or two would leave nothing inside
+    oz = max(1, nz // 4) if nz > 2 else 0  # in one or two layers nothing would be inside a ring
     return Box(z0, y0, x0, nz, ny, nx, sides, oz, max(1, ny // 4), max(1, nx // 4))
 
 
@@ -338,9 +343,9 @@ def first_cell(middle, size, length):
 
 @part_of_kernel
 def is_unknown(data, box, y, x, patterns):
-    """Return whether the 4 × 4 cells around a datum of a box have data in an unseen pattern.
+    """Return whether the 4 × 4 data around a datum in a box form an unseen pattern.
 
-    `data` has the shape (ny, nx). False unless all of these cells have data.
+    `data` has the shape (ny, nx). Return False unless all 16 cells have data.
     """
     y0 = min(max(y - MIN_SIZE // 2, box.y0), box.y0 + box.ny - MIN_SIZE)
     x0 = min(max(x - MIN_SIZE // 2, box.x0), box.x0 + box.nx - MIN_SIZE)
@@ -360,10 +365,10 @@ def is_unknown(data, box, y, x, patterns):
 def honouring_places(bits, data, box, shape, part, mask):
     """Mark in `mask` the locations of the TI whose window honours all data; return their number.
 
-    `bits`, shape (n_planes, mz, my, n_words), are those of the TI, of `shape`; location (z, y, x)
-    is bit x % 64 of word x // 64 of row y of layer z. `part` is the first row of locations to
-    search and their number, counted over all layers and from the last one on to the first. With
-    many data few are read: hardly any location honours the first of them.
+    `bits`, shape (n_planes, mz, my, n_words), are the bits of the TI, whose shape is `shape`.
+    Location (z, y, x) is bit x % 64 of word x // 64 of row y of layer z. `part` is the first row of
+    locations to search and the number of rows, counted over all layers; after the last row comes
+    the first. The search ends as soon as no location is left, so that few of many data are read.
     """
     n_planes, full = len(bits), ~np.uint64(0)
     nz, ny, nx = shape[0] - box.nz + 1, shape[1] - box.ny + 1, shape[2] - box.nx + 1
@@ -408,14 +413,14 @@ def honouring_places(bits, data, box, shape, part, mask):
 
 @part_of_kernel
 def row_of(number, layers, rows):
-    """Return layer and row of a row of locations; after the last comes the first."""
+    """Return layer and row of a row of locations by number; after the last row comes the first."""
     number %= layers * rows
     return number // rows, number % rows
 
 
 @part_of_kernel
 def next_row(z, y, layers, rows):
-    """Return layer and row of the next row of locations; faster than `row_of`, which divides."""
+    """Return layer and row of the next row of locations, faster than `row_of`, which divides."""
     if y + 1 < rows:
         return z, y + 1
     return (z + 1 if z + 1 < layers else 0), np.int64(0)
@@ -425,9 +430,9 @@ def next_row(z, y, layers, rows):
 def best_windows(square_bits, shape, honouring, box, part, strips, sample, limit, rng, best):
     """Fill `best` with (misfit, layer, row, column) of the locations whose ring fits best.
 
-    Return their number. Only marked locations with at most `limit` wrong cells count; `sample` is
-    that of `draw_numbers`, `part` that of `honouring_places`. The first of equal ones are kept, so
-    the search begins at a random one.
+    Return the number of these locations. Only marked locations with at most `limit` wrong cells are
+    used; `sample` is explained in `draw_numbers`, `part` in `honouring_places`. As the first of
+    equal locations is kept, the search begins at a random location.
     """
     mask, numbers = honouring
     layers, rows, columns = shape[0] - box.nz + 1, shape[1] - box.ny + 1, shape[2] - box.nx + 1
@@ -436,7 +441,7 @@ def best_windows(square_bits, shape, honouring, box, part, strips, sample, limit
     n_numbers = draw_numbers(rng, sample, numbers)
     n, one, words = 0, np.uint64(1), square_bits.reshape(-1)
     worst = limit + 1
-    passed, looked = np.int64(0), np.int64(0)  # marked locations, and those compared
+    passed, looked = np.int64(0), np.int64(0)  # numbers of marked and of compared locations
     for k in range(n_rows):
         pz, py = row_of(first_row + (start_row + k) % n_rows, layers, rows)
         for half in range(2):
@@ -462,10 +467,11 @@ def best_windows(square_bits, shape, honouring, box, part, strips, sample, limit
 
 @part_of_kernel
 def draw_numbers(rng, sample, numbers):
-    """Fill `numbers` with the marked locations to compare; return their number.
+    """Fill `numbers` with the numbers of the marked locations to compare; return their count.
 
-    `sample` has the number of marked locations, about how many to compare, and `by_chance`: a
-    random number for each marked location takes longer than one for each to compare.
+    `sample` has the number of marked locations, the approximate number to compare, and `by_chance`,
+    see `Target`. With `by_chance`, which takes longer, a random number is drawn for each marked
+    location; without it, only for each location to compare.
     """
     n_places, most, by_chance = sample
     n, chosen, share = np.int64(0), np.int64(0), most / n_places
@@ -475,7 +481,7 @@ def draw_numbers(rng, sample, numbers):
         return n_places
     if by_chance:
         for k in range(n_places):
-            numbers[n] = k  # overwritten by the next one if not chosen
+            numbers[n] = k  # overwritten by the next location if this one is not chosen
             n += np.int64(rng.random() < share)
         return n
     while True:
@@ -488,7 +494,7 @@ def draw_numbers(rng, sample, numbers):
 
 @part_of_kernel
 def _take(best, n, worst, misfit, pz, py, px):
-    """Add a location to the best; return their number, and the misfit that others must be below."""
+    """Add a location to the best; return their number, and the smallest misfit to be rejected."""
     at = n
     if n < len(best):
         n += 1

@@ -1,9 +1,9 @@
 """Seam repair: windows with unseen patterns are simulated anew (not in the paper).
 
-A cut joins two patches as well as possible; what it cannot join ends dead or in shapes that the
-training image does not have. Windows around such patterns take a patch that fits their
-surroundings, cut in on all sides, if that leaves fewer of them. The patch honours every datum in
-its window, and so does the old grid.
+Even the best cut between two patches can leave dead ends and shapes that are absent from the
+training image. Windows around such unseen patterns are replaced by a patch that fits their
+surroundings and is cut in on all sides, if this reduces the number of unseen patterns. Both the
+patch and the old grid honour every datum in the window.
 """
 
 from __future__ import annotations
@@ -63,20 +63,21 @@ from ccwsim.engine.stages.similarity import (
 )
 
 N_BEST = 2
-"""The best locations that are tried."""
+"""Number of the best locations that are tried."""
 N_BEST_DATA = 8
-"""Those in windows of volumes with data, which leave fewer locations that fit well."""
+"""Number of the best locations tried for windows of volumes with data, as fewer fit well."""
 LEAST, LEAST_VOLUME = 3, 4
-"""Unseen patterns that a window has at least."""
+"""Minimum number of unseen patterns in a window that is repaired."""
 MAX_COMPARED = 500
-"""Largest number of locations that honour the data of a window and are compared."""
+"""Maximum number of locations, of those that honour the data of a window, that are compared."""
 LOCATIONS = 12_500
-"""About the number of locations of a volume that are compared for a window."""
+"""Approximate number of locations of a volume that are compared for a window."""
 CHANGE = 0.1
-"""Cost, in unseen patterns, of a cell by which the number of cells of a facies changes."""
+"""Cost of each cell by which the number of cells of a facies changes, in unseen patterns."""
 WINDOWS_A_TILE, WINDOWS_A_TILE_DATA = 0.125, 1.0
-"""Largest number of windows of a map that are repaired, per tile, without data and with them: the
-worst ones, as others change little. In volumes, where seams are surfaces, all are."""
+"""Maximum number of repaired windows of a map per tile, without data and with data: the windows
+with most unseen patterns, as the others matter little. In volumes, whose seams are surfaces, all
+windows are repaired."""
 WINDOWS_PER_CALL = 256
 
 
@@ -84,18 +85,18 @@ class Repair(NamedTuple):
     """Inputs of seam repair: the training image, prepared for windows of one size."""
 
     patterns: Patterns
-    side_by_side: Patterns  # of cells without others between them
+    side_by_side: Patterns  # patterns of adjacent cells
     window: Triple
     ring: Triple  # width of the overlap of a window, along each axis
     block: Triple
-    shift_block: Triple  # over which locations are refined: equal along y and x
+    shift_block: Triple  # block within which locations are refined: equal along y and x
     running: NDArray[np.unsignedinteger[Any]]  # from `running_sums`
     energy: NDArray[np.number[Any]]  # shape (nz, ny, nx) of locations: ΣA² of the ring
-    least: int  # unseen patterns that a window has at least
+    least: int  # minimum number of unseen patterns in a window
 
 
 class RepairWorkspace(NamedTuple):
-    """Workspace for one window after another."""
+    """Workspace for seam repair, used for each window in turn."""
 
     scores: NDArray[np.number[Any]]  # shape (nz, ny, nx) of the locations compared for a window
     terms: Terms
@@ -106,19 +107,20 @@ class RepairWorkspace(NamedTuple):
     strips: Strips
     cut: CutWorkspace
     best_mask: NDArray[np.bool_]  # shape of a window: the mask of the best cut
-    trial: NDArray[np.uint8]  # shape of a window and the reach of patterns around it
+    trial: NDArray[np.uint8]  # a window and the cells within reach of its patterns
     rows: NDArray[np.uint32]  # the same shape: numbers of rows of patterns
-    numbers: NDArray[np.uint32]  # of the patterns of a layer
+    numbers: NDArray[np.uint32]  # numbers of the patterns of a layer
     counts: NDArray[np.int64]  # shape (n_facies,): cells of each facies that a patch adds
     no_sources: NDArray[np.int32]  # empty
 
 
 def window_lengths(template: Triple, room: Triple) -> tuple[Triple, Triple, Triple]:
-    """Return window, ring and block for a template, for an image and grid of at least `room`.
+    """Return window, ring and block for a template, if image and grid have at least `room` cells.
 
-    Windows of a map are half as long as the template, rings a quarter of that. Those of a volume
-    have two layers, and three eighths of the rows and columns: the thinner, the more locations fit.
-    Window and ring are whole blocks. Along a short axis the window has all cells, without a ring.
+    In a map, windows are half as long as the template, and rings are a quarter as wide as a window.
+    In a volume, windows have two layers and 3/8 of the rows and columns of the template, as more
+    locations fit thin windows. Window and ring are whole blocks. Along a short axis the window has
+    all cells and no ring.
     """
     volume = template[0] > 1
     n_layers = min(THIN if volume else 1, room[0])
@@ -138,7 +140,7 @@ def window_lengths(template: Triple, room: Triple) -> tuple[Triple, Triple, Trip
 def prepare_repair(
     image: NDArray[np.uint8], template: Triple, grid_shape: Triple, n_facies: int
 ) -> Repair:
-    """Return the inputs of seam repair; `image`, shape (nz, ny, nx), is not oriented."""
+    """Return the inputs of seam repair; `image`, shape (nz, ny, nx), is in grid coordinates."""
     room = tuple(min(a, b) for a, b in zip(image.shape, grid_shape, strict=True))
     window, ring, block = window_lengths(template, room)  # type: ignore[arg-type]
     level = tuple(n.bit_length() - 1 for n in block)
@@ -193,10 +195,10 @@ def repair_seams(
     rng: np.random.Generator,
     report: Callable[[float], None] = lambda share: None,
 ) -> int:
-    """Repair at most `most` windows of a realization, in place; return the number of changed ones.
+    """Repair at most `most` windows of a realization in place; return the number of changes.
 
-    Windows with `forced` cells, shape (n, 3), stay as they are. `report` is called with the share
-    that is done, and may raise to stop.
+    Windows with `forced` cells, shape (n, 3), are not changed. `report` is called with the share of
+    windows that are done, and may raise to stop.
     """
     patterns, window = repair.patterns, repair.window
     places = unseen_places(target.grid, patterns, window, repair.least, report)[:most]
@@ -204,7 +206,7 @@ def repair_seams(
     if any(n > m for n, m in zip(window, target.grid.shape, strict=True)):
         places = places[:0]  # the grid is smaller than a window
     work = make_workspace(repair, target, n_facies)
-    for first in range(0, max(len(places), 1), WINDOWS_PER_CALL):  # compiled even without any
+    for first in range(0, max(len(places), 1), WINDOWS_PER_CALL):  # one call even without windows
         report(first / max(len(places), 1))
         some = places[first : first + WINDOWS_PER_CALL]
         n_changed += repair_windows(target, repair, some, forced, rng, work)
@@ -213,7 +215,7 @@ def repair_seams(
 
 @kernel
 def repair_windows(target, repair, places, forced, rng, work):
-    """Repair windows around cells `places`, shape (n, 3); return the number of changed ones."""
+    """Repair windows around the cells `places`, shape (n, 3); return the number of changes."""
     image, _, _, data, grid, sources, _ = target
     nz, ny, nx = repair.window
     oz, oy, ox = repair.ring
@@ -243,7 +245,7 @@ def repair_windows(target, repair, places, forced, rng, work):
         least, chosen = float(before), (np.int64(-1), np.int64(0), np.int64(0))
         for number in range(n):
             if volume and work.best[number, 0] > before:
-                continue  # such a ring hardly ever leaves fewer
+                continue  # with such a misfit, unseen patterns hardly ever become fewer
             place = work.best[number, 1], work.best[number, 2], work.best[number, 3]
             keep_old(grid, data, image, place, box, work.cut)
             mask, change = work.cut.keep_mask, 0
@@ -270,7 +272,7 @@ def repair_windows(target, repair, places, forced, rng, work):
 
 @part_of_kernel
 def has_any(cells, box):
-    """Return whether any of some cells, shape (n, 3), is in a box."""
+    """Return whether a box contains any of the `cells`, shape (n, 3)."""
     for i in range(len(cells)):
         z, y, x = cells[i, 0] - box.z0, cells[i, 1] - box.y0, cells[i, 2] - box.x0
         if 0 <= z < box.nz and 0 <= y < box.ny and 0 <= x < box.nx:
@@ -294,10 +296,10 @@ def has_data(data, box):
 
 @part_of_kernel
 def well_fitting_windows(target, box, repair, rng, work):
-    """Fill `work.best` with the locations whose ring fits best by blocks, refined; return how many.
+    """Fill `work.best` with the locations whose ring fits best; return their number.
 
-    This is the search for a patch with an overlap on all sides, in as many layers of the image,
-    from a random one on, as `work.scores` has.
+    This is the search for a patch with an overlap on all sides: by block sums, then refined. It
+    covers as many layers of locations as `work.scores` has, starting at a random layer.
     """
     image, _, square_bits, _, grid, _, _ = target
     running, scores, places = repair.running, work.scores, work.ranking.places
@@ -323,7 +325,7 @@ def well_fitting_windows(target, box, repair, rng, work):
 
 @part_of_kernel
 def surroundings(grid, box, patterns, trial):
-    """Copy a box and all cells that patterns in it reach to `trial`; return the larger box."""
+    """Copy to `trial` a box and all cells that share a pattern with it; return the larger box."""
     reach_z, reach_y, reach_x = patterns.reach
     z0, y0, x0 = max(box.z0 - reach_z, 0), max(box.y0 - reach_y, 0), max(box.x0 - reach_x, 0)
     nz = min(box.z0 + box.nz + reach_z, grid.shape[0]) - z0

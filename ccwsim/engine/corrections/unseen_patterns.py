@@ -1,7 +1,7 @@
-"""Patterns of a realization that the training image never has (not in the paper).
+"""Patterns of a realization that are absent from the training image (not in the paper).
 
-A pattern is a number, and a table of bits says whether the image has it, so that a realization is
-searched in one pass, a window of it in a microsecond.
+Each pattern has a number, and a table of bits says whether the image has that pattern. Thus a
+realization is searched in one pass, and a window in a microsecond.
 """
 
 from __future__ import annotations
@@ -17,18 +17,18 @@ from ccwsim.engine.kernels import kernel, part_of_kernel
 from ccwsim.engine.stages.path import Box, Triple
 
 SIDE, SPACING = 4, 2
-"""Patterns of a map have 4 × 4 cells, every second one: wide enough to see a dead end."""
+"""Patterns of a map have 4 × 4 cells, with a distance of 2: wide enough to show dead ends."""
 SIDE_VOLUME, SPACING_VOLUME = 3, 1
 """Patterns of a volume have 3 × 3 × 3 cells side by side."""
 NUMBER_BITS, NUMBER_BITS_VOLUME = 22, 24
-"""Bits of the numbers of patterns in the table. If there are more patterns some share a number, and
-pass for known ones."""
+"""Number of bits of pattern numbers. If more patterns are possible, some share a number, and an
+unseen pattern may be taken for a known one."""
 HASH, HASH_OF_ROWS, HASH_OF_LABELS = 0x9E3779B1, 0x85EBCA6B, 0xC2B2AE35
-"""Odd numbers with irregular bits."""
+"""Hash factors: odd numbers with irregular bits."""
 EVERY = 2
-"""Only every second row of patterns of a map is searched for windows: dead ends have several."""
+"""Only every second row of patterns of a map is searched, as dead ends span several rows."""
 ROWS_AT_ONCE = 64
-"""Rows of the training image whose patterns are marked together."""
+"""Number of rows of the training image whose patterns are marked together."""
 STRIPS_PER_CALL = 64
 
 
@@ -36,19 +36,19 @@ class Patterns(NamedTuple):
     """The patterns of the training image."""
 
     known: NDArray[np.uint8]  # bit n % 8 of byte n // 8 is set if the image has pattern n
-    cells: Triple  # of a pattern along each axis
-    spacing: int  # from cell to cell
-    reach: Triple  # from the first cell to the last one along each axis
-    labels: NDArray[np.uint32]  # shape (256,): of facies, in the order in which they first occur
-    base: np.uint32  # a row of cells is a number to this base
-    row_base: np.uint32  # the rows of a pattern are a number to this base
-    shift: int  # right shift of that number
+    cells: Triple  # number of cells of a pattern along each axis
+    spacing: int  # distance from cell to cell
+    reach: Triple  # distance from the first cell to the last cell along each axis
+    labels: NDArray[np.uint32]  # shape (256,): labels of facies, in order of first occurrence
+    base: np.uint32  # the cells of a row are the digits of a number to this base
+    row_base: np.uint32  # the numbers of rows are the digits of a pattern's number to this base
+    shift: int  # right shift of the number of a pattern
 
 
 def known_patterns(image: NDArray[np.uint8], spacing: int | None = None) -> Patterns:
-    """Return the patterns, of cells `spacing` apart, of an image of shape (nz, ny, nx).
+    """Return the patterns of an image of shape (nz, ny, nx).
 
-    The default spacing is that of seam repair.
+    Cells of a pattern are `spacing` apart; the default is the spacing for seam repair.
     """
     volume = len(image) > 1
     side, usual = (SIDE_VOLUME, SPACING_VOLUME) if volume else (SIDE, SPACING)
@@ -60,7 +60,7 @@ def known_patterns(image: NDArray[np.uint8], spacing: int | None = None) -> Patt
     known = np.zeros(2 ** (bits - 3), np.uint8)
     base = np.uint32(n_facies if exact else HASH)
     row_base = np.uint32(n_facies ** cells[2] if exact else HASH_OF_ROWS)
-    # Labels, so that the patterns that share a number do not depend on how facies are numbered
+    # With labels, results do not depend on how facies are numbered, even if patterns share a number
     first = [int(np.argmax(image.ravel() == facies)) for facies in range(n_facies)]
     labels, numbers = np.zeros(256, np.uint32), np.arange(n_facies, dtype=np.uint32)
     labels[np.argsort(first)] = numbers * np.uint32(1 if exact else HASH_OF_LABELS)
@@ -75,7 +75,7 @@ def known_patterns(image: NDArray[np.uint8], spacing: int | None = None) -> Patt
 def _pattern_buffers(
     patterns: Patterns, shape: tuple[int, ...]
 ) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]:
-    """Return workspace for the numbers of rows and patterns that begin in a box of a shape."""
+    """Return workspace for the numbers of rows and patterns that begin in a box of `shape`."""
     wide = [n + r for n, r in zip(shape, patterns.reach, strict=True)]
     return np.zeros(wide, np.uint32), np.zeros(wide[2], np.uint32)
 
@@ -87,10 +87,10 @@ def unseen_places(
     least: int,
     report: Callable[[float], None] = lambda share: None,
 ) -> NDArray[np.int64]:
-    """Return the mean position of the unseen patterns of each part of a grid, shape (n, 3).
+    """Return the mean position of the unseen patterns in each part of a grid, shape (n, 3).
 
-    Parts are half as long as a window and have at least `least` of them; those with most come
-    first. `report` may raise to stop.
+    Parts are half as long as a window. Only parts with at least `least` unseen patterns are
+    returned, sorted by their number, largest first. `report` may raise to stop.
     """
     part = tuple(max(n // 2, 1) for n in window)
     ends = tuple(n - r for n, r in zip(grid.shape, patterns.reach, strict=True))
@@ -141,7 +141,7 @@ def number_run(cells, first, rows, to, n, patterns, line):
 
 @part_of_kernel
 def number_patterns(rows, z, y, nx, patterns, numbers):
-    """Fill `numbers` with those of the patterns whose first row is row y of layer z."""
+    """Fill `numbers` with the numbers of the patterns whose first row is row y of layer z."""
     flat, spacing, factor = rows.reshape(-1), patterns.spacing, patterns.row_base
     for x in range(np.uint64(nx)):
         numbers[x] = 0
@@ -155,7 +155,7 @@ def number_patterns(rows, z, y, nx, patterns, numbers):
 
 @part_of_kernel
 def is_known(patterns, number):
-    """Return whether the image has a pattern."""
+    """Return whether the image has the pattern with a number."""
     n = number >> np.uint32(patterns.shift)
     return patterns.known[n >> np.uint32(3)] >> (n & np.uint32(7)) & 1
 
@@ -182,8 +182,9 @@ def mark_known(image, patterns, rows, numbers):
 def find_unseen(grid, patterns, part, n_parts, every, first, last, rows, numbers, sums):
     """Count the unseen patterns of the parts of strips `first` to `last` − 1 of a grid.
 
-    A strip has all parts along x; each `every`-th row of patterns is searched. `sums`, shape
-    (n_parts, 4), gets their number and the sums of their layers, rows and columns.
+    A strip is a row of parts along x; every `every`-th row of patterns is searched. For each part
+    `sums`, shape (n_parts, 4), gets the number of unseen patterns and the sums of their layers,
+    rows and columns.
     """
     end_z = grid.shape[0] - patterns.reach[0]
     end_y = grid.shape[1] - patterns.reach[1]
@@ -206,10 +207,11 @@ def find_unseen(grid, patterns, part, n_parts, every, first, last, rows, numbers
 
 @part_of_kernel
 def n_unseen(cells, box, patterns, rows, numbers, limit):
-    """Count the unseen patterns of the cells of a box, of which `cells` is a copy from its corner.
+    """Count the unseen patterns in a box; `cells` has a copy of the box at its first cell.
 
-    Counting may end at `limit`. The rows of a layer are one run, as a single row of a window is
-    short. `cells` and the workspace `rows` have one shape; `numbers` holds a layer.
+    Counting may end at `limit`. The rows of a layer are numbered as one run, as single rows of a
+    window are short. `cells` and the workspace `rows` have the same shape; the workspace `numbers`
+    has room for a layer.
     """
     n, width, nz, ny, nx = 0, cells.shape[2], box.nz, box.ny, box.nx
     run = (ny - 1 - patterns.reach[1]) * width + nx - patterns.reach[2]

@@ -1,1 +1,1 @@
-"""The steps of Algorithm 1, one file each; `ccwsim.engine.tiles` has their order."""
+"""The steps of Algorithm 1, one file each; `ccwsim.engine.tiles` calls them in their order."""

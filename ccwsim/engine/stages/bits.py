@@ -1,8 +1,8 @@
 """Facies as bits, so that 64 cells are compared at once.
 
-Bit b of the facies indices of 64 cells makes one word of plane b. Two cells differ if any of their
-planes does. Words by rows compare one cell with 64 locations side by side; words by squares of
-8 × 8 cells compare a square with one location.
+A word of plane b holds bit b of the facies indices of 64 cells. Two cells differ if they differ in
+any plane. Words of 64 cells in a row compare one cell with 64 locations side by side; words of
+squares of 8 × 8 cells compare a square with one location.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from ccwsim.engine.kernels import inlined_part_of_kernel, part_of_kernel
 from ccwsim.engine.stages.path import Triple, inside_overlap
 
 SIDE = 8
-"""Side of the square of cells whose bits make a word."""
+"""Side, in cells, of the square whose bits make a word."""
 FIRST_ROW = 0x0101010101010101
 """The bits of the first row of a square."""
 
@@ -26,16 +26,16 @@ class Strips(NamedTuple):
 
     # shape (n,): first word of each square, counted from the word in which a location begins
     offsets: NDArray[np.uint64]
-    # shape (n * n_planes,): facies of the cells, the planes of a square side by side
+    # shape (n * n_planes,): facies of the cells; the planes of a square follow each other
     words: NDArray[np.uint64]
-    mask: NDArray[np.uint64]  # shape (n,): the cells of each square that are in the overlap
+    mask: NDArray[np.uint64]  # shape (n,): bits of the cells of each square in the overlap
     n: NDArray[np.int64]  # shape (1,): number of squares in use
 
 
 def to_bits(image: NDArray[np.uint8]) -> NDArray[np.uint64]:
     """Return the bits of facies indices by rows, shape (n_planes, nz, ny, n_words).
 
-    A row has one extra word, so that 64 bits can be read from any cell on.
+    A row has one extra word, so that 64 bits can be read starting at any cell.
     """
     nz, ny, nx = image.shape
     planes = _n_planes(image)
@@ -48,9 +48,9 @@ def to_bits(image: NDArray[np.uint8]) -> NDArray[np.uint64]:
 def to_square_bits(image: NDArray[np.uint8]) -> NDArray[np.uint64]:
     """Return the bits of facies indices by squares, shape (n_planes, nz, ny, n_words).
 
-    Byte x of row y has the cells (y, x) to (y + 7, x), so that the eight bytes from x on are a
+    Byte x of row y holds the cells (y, x) to (y + 7, x). The eight bytes that start at x are a
     square: cell (y + i, x + j) is bit 8 j + i. A row has one extra word, so that a square can be
-    read from any cell on.
+    read starting at any cell.
     """
     nz, ny, nx = image.shape
     planes = _n_planes(image)
@@ -81,7 +81,7 @@ def make_strips(square_bits: NDArray[np.uint64], size: Triple) -> Strips:
 def take_strips(grid, box, square_bits, strips):
     """Fill `strips` with the facies of `grid`, shape (nz, ny, nx), in the overlap of a box.
 
-    `square_bits`, shape (n_planes, mz, my, n_words), are those of the image to compare it with.
+    `square_bits`, shape (n_planes, mz, my, n_words), are the bits of the image to compare with.
     """
     low_z, high_z, low_y, high_y, low_x, high_x = inside_overlap(box)
     cells, _, rows, columns = grid.reshape(-1), *grid.shape
@@ -107,7 +107,7 @@ def take_strips(grid, box, square_bits, strips):
                         continue
                     own = np.uint64(((box.z0 + z) * rows + box.y0 + y) * columns + box.x0 + x0)
                     facies = np.uint64(0)
-                    if width == SIDE:  # the compiler writes out a loop of known length
+                    if width == SIDE:  # the compiler unrolls a loop of known length
                         for x in range(np.uint64(SIDE)):
                             facies |= np.uint64(cells[own + x]) << (x << np.uint64(3))
                     else:
@@ -143,8 +143,8 @@ def n_bits(word):
 def nth_bit(word, n):
     """Return the position of the set bit number n (from 0, lowest first) of a word.
 
-    Without branches, which would be unpredictable: sums of bits up to each byte give the byte, then
-    the same for its bits, spread to bytes, gives the bit.
+    There are no branches, as they would be unpredictable: running sums of bits by byte give the
+    byte; its bits are spread to bytes, and their running sums give the bit.
     """
     ones, high = np.uint64(FIRST_ROW), np.uint64(0x8080808080808080)
     before, one = np.uint64(n), np.uint64(1)
@@ -170,8 +170,8 @@ def _n_bytes(high):
 def n_different(cells, shape, place, strips, limit):
     """Return the number of cells of `strips` that differ from a location of the image.
 
-    Counting may end at `limit`. `cells` are `square_bits` of the image, raveled, and `shape` is
-    their shape before: raveling them for each location would take longer than counting.
+    Counting may end at `limit`. `cells` are the raveled `square_bits` of the image and `shape` is
+    the shape before raveling: raveling them for each location would take longer than counting.
     """
     tz, ty, tx = place
     n_planes, mz, my, mx = shape

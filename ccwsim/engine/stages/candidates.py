@@ -1,8 +1,9 @@
 """The K best locations and the draw among them (section 4.4, Fig. 3 e; Algorithm 1, lines 11, 12).
 
-Not in the paper: candidates that are much worse than the best are left out, and without data those
-that only continue a patch beside this one as the training image does; `location_weight` keeps
-patches near their own location. Locations are numbered by layer, row and column.
+Not in the paper: locations with a much worse score than the best are excluded, and without data
+also locations that only continue a neighbouring patch as the training image does. With a
+`location_weight`, patches stay near their own location. Locations are numbered by layer, row and
+column.
 """
 
 from __future__ import annotations
@@ -15,19 +16,20 @@ from numpy.typing import NDArray
 from ccwsim.engine.kernels import part_of_kernel
 
 SEGMENT = 32
-"""Scores in a segment, of which the minimum is kept, so that most scores are read only once. They
-are as far apart as there are segments: vectors compare the scores of many segments at once."""
+"""Number of scores in a segment. The minimum of each segment is kept, so that most scores are read
+only once. With n segments, a segment has every n-th score, so that vector instructions compare the
+scores of many segments at once."""
 COUNTED = 2**14
-"""Scores that the smallest type of scores can count."""
+"""Number of scores that can be counted in the smallest type of scores."""
 
 
 class Ranking(NamedTuple):
     """Workspace to find the K best of n scores."""
 
-    minima: NDArray[np.number[Any]]  # shape (n_segments(n),), of the type of the scores
+    minima: NDArray[np.number[Any]]  # shape (n_segments(n),), with the type of the scores
     segments: NDArray[np.int64]  # shape (n_segments(n),): segments with good scores
     good: NDArray[np.int64]  # shape (n,): numbers of the locations with good scores
-    values: NDArray[np.number[Any]]  # shape (n,): their scores
+    values: NDArray[np.number[Any]]  # shape (n,): scores of these locations
     places: NDArray[np.int64]  # shape (K,): numbers of the K best locations
 
 
@@ -51,9 +53,9 @@ def draw_index(rng, n):
 
 @part_of_kernel
 def kth_smallest(values, n, k):
-    """Return the k-th smallest of the first n values, which are integers.
+    """Return the k-th smallest of the first n values, which must be integers.
 
-    By bisection of their range with counting, which takes no branch on a value.
+    The range of values is bisected by counting, which needs no branch on a value.
     """
     low = high = values[0]
     for i in range(n):
@@ -70,9 +72,10 @@ def kth_smallest(values, n, k):
 
 @part_of_kernel
 def n_up_to(row, limit):
-    """Count the scores of a row that are at most `limit`, which their type must hold.
+    """Count the scores of a row that are at most `limit`, which must fit the type of the scores.
 
-    They are counted in their own type, COUNTED at once: a wider one would halve the vectors.
+    Up to COUNTED scores at once are counted in the type of the scores: with a wider type, vector
+    instructions would handle half as many.
     """
     limit, total = row.dtype.type(limit), np.int64(0)
     for first in range(0, len(row), COUNTED):
@@ -92,20 +95,20 @@ def segment_minima(scores, minima):
     for first in range(step, n, step):
         for s in range(min(step, n - first)):
             score, least = scores[first + s], minima[s]
-            minima[s] = score if score < least else least  # min would give a wider type
+            minima[s] = score if score < least else least  # `min` would return a wider type
 
 
 @part_of_kernel
 def best_places(scores, rng, ranking):
     """Fill `ranking.places` with the K best locations; ties for the last ranks are drawn at random.
 
-    Taking the first of many equal ones would favour one corner of the training image. `scores`,
-    shape (n,), are raveled. Locations better than the K-th come first.
+    Using the first of many equal locations would favour one corner of the training image. `scores`,
+    shape (n,), are raveled. Locations better than the K-th best come first.
     """
     minima, segments, good, values, places = ranking
     k, n_parts = len(places), len(minima)
     segment_minima(scores, minima)
-    # k segments have a score up to the k-th smallest of their minima, so the k-th best is no larger
+    # the k-th best score is at most the k-th smallest minimum, as k segments have a score up to it
     least = kth_smallest(minima, n_parts, min(k, n_parts))
     if n_parts < k:
         for x in range(len(scores)):
@@ -143,8 +146,8 @@ def best_places(scores, rng, ranking):
 def keep_within(scores, places, slack):
     """Move the locations within `slack` of the best to the front of `places`; return their number.
 
-    Hard data leave few locations that fit them. The K-th best may then be far worse than the best,
-    and drawing it would break shapes without more variation where it matters.
+    Few locations fit hard data. The K-th best may then be much worse than the best: drawing it
+    would break shapes without adding useful variation.
     """
     limit = scores[places[0]]
     for k in range(1, len(places)):
@@ -161,12 +164,12 @@ def keep_within(scores, places, slack):
 
 @part_of_kernel
 def add_location(box, shape, cost, axes, totals):
-    """Add `cost` times the squared distance from a box's own location to the score of each.
+    """Add the cost of the distance from a box's own location to the score of each location.
 
-    For nonstationary images, which section 5.9 names as a limit of the method. The position of the
-    box in the grid, of `shape`, and that of a location in the image are shares of the way from one
-    end to the other, so that `cost` is that of a location at the other end of one axis; `axes` has
-    the weight of each axis. `totals` has the shape (nz, ny, nx) of locations.
+    This is for nonstationary images, which section 5.9 names as a limit of the method. Positions in
+    the grid, of `shape`, and in the image are shares of the way from one end to the other. A
+    location costs `cost` times its squared distance, hence `cost` at the other end of one axis;
+    `axes` has the weight of each axis. `totals` has the shape (nz, ny, nx) of locations.
     """
     nz, ny, nx = totals.shape
     layer = box.z0 / max(shape[0] - box.nz, 1) * (nz - 1)
@@ -186,7 +189,7 @@ def add_location(box, shape, cost, axes, totals):
 def place_of(number, n_places, block):
     """Return layer, row and column, in cells, of a location by its number.
 
-    `n_places` are the rows and columns of locations.
+    `n_places` is the number of rows and columns of locations.
     """
     ny, nx = n_places
     layer_row = number // nx
@@ -199,11 +202,11 @@ def place_of(number, n_places, block):
 
 @part_of_kernel
 def rule_out_continuations(box, before, patches, locations, block, reach, scores):
-    """Give locations near the verbatim continuation of patches beside a box the worst score.
+    """Give the worst score to locations near the verbatim continuation of patches beside a box.
 
-    `before`, shape (4,), has the numbers of those patches, −1 for none; `patches`, shape (n, 10),
-    and `locations`, shape (n, 3), are those of the realization. Among candidates that all fit well,
-    continuations fit best, and the training image would be copied on and on.
+    `before`, shape (4,), has the numbers of these patches, −1 for none; `patches`, shape (n, 10),
+    and `locations`, shape (n, 3), belong to the realization. Continuations fit best, so that the
+    training image would be copied patch after patch if they could be drawn.
     """
     worst = scores.dtype.type(2 ** (8 * scores.itemsize - 1) - 1)
     for number in before:

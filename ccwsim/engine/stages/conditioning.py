@@ -1,11 +1,10 @@
 """Hard data in the template and the co-template condition the choice (section 4.4, Fig. 5).
 
-The paper searches the sorted scores one after another. Not in the paper: the weights of data
-against the overlap, the limit on how much worse than the best a candidate may be, and smaller
-patches where data are dense.
+The paper searches the locations one after another, sorted by score. Not in the paper: weights of
+data against the overlap, a limit on the scores of candidates, and smaller patches for dense data.
 
-Agreement is counted at full resolution for every location of the training image, cell by cell: the
-approximation of a datum says little about its cell.
+Data are compared cell by cell, at full resolution, with every location of the training image:
+coefficients of a coarse level say little about single cells.
 """
 
 from __future__ import annotations
@@ -22,28 +21,29 @@ from ccwsim.engine.stages.path import UNKNOWN, RasterPath, Triple
 
 
 class Weights(NamedTuple):
-    """Cost of data in the choice of a location, in wrong cells of overlap."""
+    """Costs of data in the choice of a location, in wrong cells of overlap."""
 
-    missed: int  # of a datum that the patch would miss
-    held: int  # if its cell is in the overlap and right already: the cut can keep it
-    ahead: int  # of a missed datum in the co-template: the next patches can still honour it
-    slack: int  # by which a candidate may be worse than the best location
+    missed: int  # cost of a datum in the template that the patch would miss
+    held: int  # cost if the overlap honours the missed datum already: the cut can keep its cell
+    ahead: int  # cost of a missed datum in the co-template: later patches can still honour it
+    slack: int  # largest difference in score between a candidate and the best location
     everywhere: bool  # search all locations, not only the share with the best overlaps
 
 
 SPARSE = Weights(missed=40, held=8, ahead=4, slack=6, everywhere=False)
-"""For whole tiles: the overlap keeps shapes whole; local re-simulation honours the other data."""
+"""Weights for whole tiles: the overlap matters more, to keep shapes whole; local re-simulation
+honours the remaining data."""
 DENSE = Weights(missed=100, held=20, ahead=4, slack=2, everywhere=True)
-"""For split tiles: the data themselves show the shapes; few locations fit them."""
+"""Weights for split tiles: dense data already show the shapes, and few locations fit them."""
 KEEP_OLD, TAKE_NEW = 1, 2
 """The sides of a cut."""
 MAX_DATA = 10
-"""A tile with more data per patch is split into smaller patches. The limit is higher for maps with
-a larger overlap than usual (`ScaledLengths.max_data`)."""
+"""Maximum number of data per patch; a tile with more is split into smaller patches. The limit is
+higher for maps with a larger overlap than usual (`ScaledLengths.max_data`)."""
 MAX_TERMS = 1024
-"""Data counted in one pass."""
+"""Maximum number of data counted in one pass."""
 MAX_COUNTED = 255
-"""Largest number of misses in a byte."""
+"""Maximum number of misses that a byte can count."""
 N_CLASSES = 256
 
 
@@ -53,15 +53,15 @@ class PlacedData(NamedTuple):
     facies: NDArray[np.uint8]  # shape (nz, ny, nx): from `data_grid`
     columns: NDArray[np.int64]  # shape (n,): column of each datum, by layer and row
     first: NDArray[np.int64]  # shape (nz * ny + 1,): index in `columns` of the first datum of a row
-    # shape (nz, ny, nx): the data that refinement and cut must keep: `facies`, or none if the data
-    # only condition the search
+    # shape (nz, ny, nx): data that refinement and cut must keep; the same as `facies`, or UNKNOWN
+    # everywhere if data only condition the search
     required: NDArray[np.uint8]
 
 
 def data_grid(
     cells: NDArray[np.int64], facies: NDArray[np.uint8], shape: tuple[int, ...]
 ) -> NDArray[np.uint8]:
-    """Return the facies index of the datum of each cell of a grid of `shape`, UNKNOWN for none."""
+    """Return a grid of `shape` with the facies index of each datum; UNKNOWN in other cells."""
     data = np.full(shape, UNKNOWN, np.uint8)
     data[tuple(cells.T)] = facies
     return data
@@ -72,7 +72,7 @@ def place_data(
 ) -> PlacedData:
     """Return data on a grid of `shape`; `cells` has the shape (n, 3), `facies` (indices) (n,).
 
-    Without `keep` they only condition the search.
+    Without `keep` the data only condition the search.
     """
     grid = data_grid(cells, facies, shape)
     layers, rows, columns = cells.T
@@ -86,9 +86,10 @@ def place_data(
 def legal_splits(template: Triple, overlap: Triple, volume: bool = False) -> list[Triple]:
     """Return the numbers of parts, along each axis, into which a tile can be split.
 
-    The parts keep the overlap: parts of (T − OR) / n + OR cells cover the tile of T cells. As for
-    T itself, the overlap is at most half of a part. Rows and columns are split alike, layers as far
-    as possible; tiles of a volume are first halved along only one axis, for data along a well.
+    Parts have the overlap of whole tiles: n parts of (T − OR) / n + OR cells cover the T cells of
+    a tile. The overlap is at most half of a part, as it is at most half of T. Rows and columns are
+    split equally, layers as far as possible. Tiles of a volume are first halved along only one
+    axis, for data along a well.
     """
     steps = [(t - o, o) for t, o in zip(template, overlap, strict=True)]
 
@@ -112,9 +113,10 @@ def split_tiles(
     max_data: float = MAX_DATA,
     volume: bool = False,
 ) -> NDArray[np.int64]:
-    """Return the index in `splits` for each tile: the first with at most `max_data` per part.
+    """Return the index in `splits` for each tile: the first split with at most `max_data` per part.
 
-    In a map on average; in a volume, where all data of a well may be in one part, in the fullest.
+    In a map the limit holds for the average of the parts; in a volume it holds for the fullest
+    part, as all data of a well may be in one part.
     """
     split_of = np.full(prod(path.tiles), len(splits) - 1)
     if len(splits) == 1:
@@ -134,7 +136,7 @@ def split_tiles(
 def _data_of_parts(
     data: PlacedData, path: RasterPath, template: Triple, overlap: Triple, parts: Triple
 ) -> NDArray[np.int64]:
-    """Count the data of the fullest part of each tile, if all are split into `parts`."""
+    """Count the data in the fullest part of each tile, if all tiles are split into `parts`."""
     z, y = np.divmod(
         np.repeat(np.arange(len(data.first) - 1), np.diff(data.first)), len(data.facies[0])
     )
@@ -154,19 +156,20 @@ def _data_of_parts(
 class Misses(NamedTuple):
     """Workspace to count the data that locations miss."""
 
-    # shape (6, n), per datum: the cell of the image that it meets for location 0; the layers, rows
-    # and columns of locations that meet a cell; its facies; its cost
+    # shape (6, n); for each datum: the cell of the image to compare it with for location 0; the
+    # numbers of layers, rows and columns of locations for which that cell is in the image; the
+    # facies of the datum; its cost
     terms: NDArray[np.int64]
-    counts: NDArray[np.uint8]  # data that each location misses; rows are as long as in the image
+    counts: NDArray[np.uint8]  # number of data that each location misses, in rows of the image
     # column of each entry of `counts`, to mask columns beyond the end of the image without a loop
-    # per row; empty if a byte does not hold columns
+    # per row; empty if column numbers do not fit into a byte
     column_of: NDArray[np.uint8]
     # shape (nz, ny, nx) of locations, 0 between patches: cost of data beyond the end of the image,
     # as changes from one layer, row and column of locations to the next
     beyond: NDArray[np.int64]
-    changes: NDArray[np.bool_]  # shape (nz, ny), False between patches: rows of `beyond` not 0
+    changes: NDArray[np.bool_]  # shape (nz, ny), False between patches: rows with `beyond` not 0
     steps: NDArray[np.int64]  # shape (nx,): changes of the cost along a row
-    row: NDArray[np.int64]  # shape (nx,): the cost itself
+    row: NDArray[np.int64]  # shape (nx,): costs along a row
 
 
 def make_misses(n_data: int, blocks: Triple, places: Triple) -> Misses:
@@ -186,7 +189,7 @@ def make_misses(n_data: int, blocks: Triple, places: Triple) -> Misses:
 
 @part_of_kernel
 def data_ahead(data, box, times):
-    """Return whether any datum is in a box that is stretched `times` its lengths ahead."""
+    """Return whether any datum is in a box stretched ahead to `times` its lengths."""
     shape = data.facies.shape
     if len(data.columns) == 0:
         return False
@@ -201,9 +204,9 @@ def data_ahead(data, box, times):
 
 @part_of_kernel
 def forced_side(old, new, datum):
-    """Return the side of a cut, KEEP_OLD or TAKE_NEW, that honours the datum of a cell, 0 if any.
+    """Return the side of a cut that honours the datum of a cell: KEEP_OLD or TAKE_NEW.
 
-    Also 0 if neither `old` nor `new` does.
+    Return 0 if the cell has no datum, or if both sides or neither honour it.
     """
     if datum == UNKNOWN or (old == datum) == (new == datum):
         return 0
@@ -214,11 +217,11 @@ def forced_side(old, new, datum):
 def add_missed(phases, grid, data, box, times, proportions, weights, datum_cost, work, totals):
     """Add the cost of the missed data to the score of every location.
 
-    The co-template is the box stretched `times` its lengths from its first cell. Beyond the end of
-    the training image a datum is missed with the chance that `proportions`, shape (n_facies,),
-    give. `weights` are multiplied by `datum_cost`, the score of one wrong cell of overlap. `phases`
-    are those of `Pyramid`; `grid` has the shape (nz, ny, nx), `totals` that of locations; `work`
-    comes from `make_misses`.
+    The co-template begins at the first cell of the box and has `times` its lengths. Beyond the end
+    of the training image a datum is missed with a probability of 1 minus the proportion of its
+    facies; `proportions` has the shape (n_facies,). `weights` are multiplied by `datum_cost`, the
+    score of one wrong cell of overlap. `phases` comes from `Pyramid`, `work` from `make_misses`;
+    `grid` has the shape (nz, ny, nx), `totals` that of locations.
     """
     uz, uy, ux, mz, my, mx = phases.shape
     nz, ny, nx = totals.shape
@@ -276,11 +279,12 @@ def _expect(work, layers, rows, columns, cost):
 
 @part_of_kernel
 def _count_misses(cells, my, mx, terms, n, work, totals):
-    """Add the costs of `n` terms to the locations that miss them; the costs become 0.
+    """Add the costs of `n` terms to the locations that miss them, and set the costs to 0.
 
-    Misses are counted in bytes, for 32 locations at once: those of all terms, if all costs are
-    multiples of the least and a byte holds the sum, else those of the terms with the least cost.
-    All rows of a layer are one run of `cells`, as a single row is short.
+    Misses are counted in bytes, for 32 locations at once. If all costs are multiples of the
+    smallest and a byte holds the sum, all terms are counted together; otherwise first the terms
+    with the smallest cost, then the others. All rows of a layer are scanned as one run of `cells`,
+    as single rows are short.
     """
     (nz, ny, nx), flat = totals.shape, totals.reshape(-1)
     counts, column_of = work.counts, work.column_of
@@ -334,9 +338,9 @@ def _count_misses(cells, my, mx, terms, n, work, totals):
 
 @part_of_kernel
 def _add_beyond(work, totals):
-    """Add the running sums of `beyond` to the scores of all locations, and clear it.
+    """Add the running sums of `beyond` to the scores of all locations, and clear `beyond`.
 
-    The cost changes in few rows of locations: those between have the cost of the row before.
+    The cost changes in few rows of locations; every other row has the cost of the row before.
     """
     beyond, changes, steps, row = work.beyond, work.changes, work.steps, work.row
     (nz, ny, nx), flat = totals.shape, totals.reshape(-1)
@@ -365,10 +369,10 @@ def _add_beyond(work, totals):
 
 @part_of_kernel
 def start_totals(scores, share, totals):
-    """Fill `totals` with the scores, ruling out locations not among the best `share` of overlaps.
+    """Fill `totals` with the scores, and rule out locations not among the best `share` of overlaps.
 
-    Both have the shape (n,). The limit is a multiple of a 256th of their range, found by counting:
-    sorting all scores would take longer than the search.
+    Both arrays have the shape (n,). The limit is found by counting, in steps of 1/256 of the range
+    of scores: sorting all scores would take longer than the search.
     """
     least = most = scores[0]
     for x in range(len(scores)):
@@ -397,10 +401,10 @@ def start_totals(scores, share, totals):
 
 @part_of_kernel
 def ruled_out(totals):
-    """Return the cost of a location that is ruled out: above all others."""
+    """Return the cost of a location that is ruled out: more than any other cost."""
     return 1 << (15 * totals.itemsize // 2)
 
 
 def total_type(bound: float) -> type[np.signedinteger]:
-    """Return the smallest type for scores with costs up to `bound`, also of ruled-out locations."""
+    """Return the smallest type for scores with costs up to `bound`, including ruled-out ones."""
     return np.int32 if bound < 2**29 else np.int64

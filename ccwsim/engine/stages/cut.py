@@ -1,7 +1,7 @@
 """The minimum error boundary cut (section 2) and the paste (section 4.4; Algorithm 1, line 14).
 
-Maps are cut strip by strip by dynamic programming. In volumes that leaves steps from slice to
-slice, so the exact minimum cut is taken there (see `minimum_cut`).
+Maps are cut strip by strip by dynamic programming. In volumes that would leave steps from slice to
+slice, so volumes use the exact minimum cut (see `minimum_cut`).
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from ccwsim.engine.stages.conditioning import KEEP_OLD, TAKE_NEW, forced_side
 from ccwsim.engine.stages.path import BOTTOM, LEFT, RIGHT, TOP, UNKNOWN, Triple
 
 BROKEN = 1 << 16
-"""Cost of a datum that a cut would drop: more than any path without one."""
+"""Cost of a datum that a cut would break: more than any boundary that breaks no datum."""
 MAX_BIT_COST = 32
-"""Boundaries that cost less are found with bits, all of a line at once."""
+"""Boundaries with a lower cost are found with bits, all boundaries of a line at once."""
 
 
 class CutWorkspace(NamedTuple):
     """Arrays for the cuts of one patch, large enough for each of its sides."""
 
-    keep_mask: NDArray[np.bool_]  # shape (nz, ny, nx): where the grid stays as it is
+    keep_mask: NDArray[np.bool_]  # shape (nz, ny, nx): cells of the grid that stay as they are
     # shape (n_words, size): cells that differ between old and new, on each line across the
-    # boundary: the cell c from the side is bit c % 64 of word c // 64
+    # boundary: the cell at distance c from the side is bit c % 64 of word c // 64
     error: NDArray[np.uint64]
     demand: NDArray[np.uint8]  # shape (size, overlap): `forced_side` of each cell
     cost: NDArray[np.int64]  # shape (size, overlap + 1): cost of the best path to each boundary
@@ -36,11 +36,11 @@ class CutWorkspace(NamedTuple):
     # at a cost of k − 2
     reached: NDArray[np.uint64]
     path: NDArray[np.int64]  # shape (size,): the chosen boundary of each line
-    flow: FlowWorkspace | None  # of the cut of a volume; without it maps compile nothing of it
+    flow: FlowWorkspace | None  # only for volumes; if None, the code for volumes is not compiled
 
 
 def make_cut(template: Triple, overlap: Triple) -> CutWorkspace:
-    """Return the workspace for boxes of at most `template` cells and `overlap` wide strips."""
+    """Return the workspace for boxes of at most `template` cells, with strips `overlap` wide."""
     size, width = max(template[1:]), max(overlap[1:])
     return CutWorkspace(
         np.zeros(template, np.bool_),
@@ -57,8 +57,9 @@ def make_cut(template: Triple, overlap: Triple) -> CutWorkspace:
 def boundary(cut, n, m):
     """Fill `cut.path` with the cheapest boundary through n lines of m cells.
 
-    Dynamic programming: boundary c of a line, 0 … m, keeps the cells before c and takes the new
-    ones from c on. It pays the error on both its sides and moves by at most one cell per line.
+    Boundary c of a line, 0 … m, keeps the old cells before c and takes the new cells from c on. By
+    dynamic programming: its cost is the error in the cells on both its sides, and it moves by at
+    most one cell per line.
     """
     demand, cost, path = cut.demand, cut.cost, cut.path
     for i in range(n):
@@ -101,10 +102,10 @@ def _bit(words, c):
 
 @part_of_kernel
 def bit_boundary(cut, n, m):
-    """Fill `cut.path` as `boundary` does without data, if that costs less than MAX_BIT_COST.
+    """Fill `cut.path` as `boundary` does without data, if the cost is less than MAX_BIT_COST.
 
-    Return whether it does. For a cost of 0, 1, 2 … the boundaries reached at that cost are found,
-    all of a line at once as bits of a word; m is at most 63.
+    Return whether it is. For each cost 0, 1, 2 … the boundaries reached at that cost are found; the
+    bits of a word are all boundaries of a line. m must be at most 63.
     """
     error, reached, path = cut.error, cut.reached, cut.path
     one, last, full = np.uint64(1), np.uint64(m - 1), ~np.uint64(0) >> np.uint64(63 - m)
@@ -142,13 +143,13 @@ def _sides(error, last):
 
 @part_of_kernel
 def _next(boundaries):
-    """Return where the boundary of the next line may be: it moves by at most one cell."""
+    """Return the possible boundaries of the next line: boundaries move by at most one cell."""
     return boundaries | boundaries << np.uint64(1) | boundaries >> np.uint64(1)
 
 
 @part_of_kernel
 def keep_old(grid, data, image, place, box, cut):
-    """Mark in `cut.keep_mask` the cells of a box where the grid stays as it is.
+    """Mark in `cut.keep_mask` the cells of a box in which the grid stays as it is.
 
     `grid` and `data`, from `data_grid`, have the shape (nz, ny, nx), `image` (mz, my, mx).
     """
@@ -157,7 +158,7 @@ def keep_old(grid, data, image, place, box, cut):
 
 @part_of_kernel
 def _keep_old(grid, data, image, place, box, cut, flow):
-    """Do as `keep_old`; Numba leaves out a branch only if the argument itself is None."""
+    """Do what `keep_old` does; Numba omits a branch only if an argument itself is None."""
     keep_mask = cut.keep_mask
     if flow is not None:
         minimum_cut(grid, data, image, place, box, flow, keep_mask)
@@ -170,9 +171,10 @@ def _keep_old(grid, data, image, place, box, cut, flow):
 
 @part_of_kernel
 def _cut_strips(grid, data, image, place, box, cut, keep_mask):
-    """Cut a layer strip by strip; cells that one keeps are old for the next, to meet in corners.
+    """Cut a layer strip by strip; cells kept by one strip are old for the next.
 
-    `grid`, `data`, `image` and `keep_mask` are one layer each, shape (ny, nx).
+    Thus the cuts meet in corners. `grid`, `data`, `image` and `keep_mask` are one layer each, shape
+    (ny, nx).
     """
     for side in (LEFT, TOP, RIGHT, BOTTOM):
         if not box.sides & side:
@@ -195,7 +197,7 @@ def _cut_strips(grid, data, image, place, box, cut, keep_mask):
 def _compare(grid, data, image, place, box, upright, far, cut, keep_mask):
     """Fill `cut.error` for a strip; return whether any cell differs, and whether any has a datum.
 
-    A cell that is kept already is old on both sides of the boundary: it does not differ.
+    A cell that an earlier strip keeps is old on both sides of the boundary: it does not differ.
     """
     _, ty, tx = place
     n, m = (box.ny, box.ox) if upright else (box.nx, box.oy)
@@ -255,7 +257,7 @@ def _demand(grid, data, image, place, box, upright, far, cut):
 
 @part_of_kernel
 def _cell_of(i, c, box, upright, far):
-    """Return row and column of the cell of line i that is c cells from a side."""
+    """Return row and column of the cell of line i at a distance of c cells from a side."""
     if upright:
         return i, box.nx - 1 - c if far else c
     return (box.ny - 1 - c if far else c), i
@@ -263,7 +265,7 @@ def _cell_of(i, c, box, upright, far):
 
 @part_of_kernel
 def n_of(cells, first, n_cells, facies):
-    """Count the cells of a facies in a row, in 16 bits: more of them fit into a vector."""
+    """Count the cells of a facies in a row, in 16 bits, as vectors hold more of smaller numbers."""
     n, facies = np.int16(0), np.uint8(facies)
     for x in range(np.uint64(n_cells)):
         n = np.int16(n + (cells[first + x] == facies))
@@ -272,11 +274,11 @@ def n_of(cells, first, n_cells, facies):
 
 @part_of_kernel
 def paste(image, place, box, keep_mask, counts, grid, sources):
-    """Paste the patch at a location of the image into a box, except where `keep_mask` is set.
+    """Paste the patch at a location of the image into a box, except in cells of `keep_mask`.
 
-    `image` has the shape (mz, my, mx), `grid` (nz, ny, nx). `counts`, shape (n_facies,), the cells
-    by facies, and `sources`, shape of the grid, flat indices in the image, are updated unless they
-    are empty.
+    `image` has the shape (mz, my, mx), `grid` (nz, ny, nx). `counts`, shape (n_facies,), has the
+    number of cells by facies; `sources`, with the shape of the grid, has flat indices in the image.
+    Both are updated unless they are empty.
     """
     tz, ty, tx = place
     cells, cells_new, keep = grid.reshape(-1), image.reshape(-1), keep_mask.reshape(-1)

@@ -1,10 +1,10 @@
 """Simulation grid, raster path and the overlaps of patches (section 4.1; Algorithm 1, lines 3, 4).
 
-A path has a random origin and a random direction. A map has 8 of them, the symmetries of a square.
-A volume has 48: its layers from below or from above, as the slowest, the middle or the fastest axis
+A path has a random origin and a random direction. A map has 8 possible paths, the symmetries of a
+square. A volume has 48, as layers go up or down and are the slowest, the middle or the fastest axis
 of the path. All stages work in *path coordinates*, in which every path starts at layer 0, row 0,
-column 0, so that the overlap is always below, at the top and on the left. The images are oriented
-instead of the algorithm.
+column 0, so that the overlap is always below, at the top and on the left. For this, images are
+turned instead of the algorithm.
 """
 
 from __future__ import annotations
@@ -21,17 +21,18 @@ T = TypeVar("T")
 Triple = tuple[int, int, int]
 """Lengths, or a location, along z, y and x."""
 UNKNOWN = 255
-"""A cell that is not simulated yet, or in the grid of data one without a datum."""
+"""Value of a cell that is not simulated yet or, in a grid of data, of a cell without a datum."""
 LEFT, TOP, BELOW, RIGHT, BOTTOM, ABOVE = 1, 2, 4, 8, 16, 32
 """Bits of the sides along which a box overlaps simulated cells."""
 L_SHAPE = LEFT | TOP
-"""The third shape of the overlap of a patch, after the strips LEFT and TOP (Fig. 3 a–c)."""
+"""The L-shaped overlap of a patch, beside the strips LEFT and TOP (Fig. 3 a–c)."""
 N_ORIENTATIONS = 8
-"""Bit 0 starts at the far end of the rows, bit 1 of the columns, bit 2 goes along columns."""
+"""Number of orientations of a map. Bits of an orientation: 1 if the path starts at the last row, 2
+if it starts at the last column, 4 if it runs along columns instead of rows."""
 FROM_ABOVE = 8
-"""Bit 3 starts at the top layer."""
+"""Bit of the orientation of a path that starts at the top layer."""
 ORDERS = ((0, 1, 2), (1, 0, 2), (1, 2, 0))
-"""Axes from the slowest to the fastest of the path: only the order of patches depends on them."""
+"""Axes of a path from the slowest to the fastest; they decide only the order of patches."""
 
 
 class Box(NamedTuple):
@@ -54,7 +55,7 @@ class Box(NamedTuple):
 
 @part_of_kernel
 def inside_overlap(box):
-    """Return the first and the end of the layers, rows and columns outside the overlap of a box."""
+    """Return start and end of the layers, rows and columns of a box that are not in its overlap."""
     return (
         box.oz if box.sides & BELOW else 0,
         box.nz - box.oz if box.sides & ABOVE else box.nz,
@@ -66,13 +67,13 @@ def inside_overlap(box):
 
 
 def in_layers(shape: tuple[int, ...]) -> Triple:
-    """Return the shape of a map or a volume with its layers."""
+    """Return the shape of a map or a volume with its number of layers, 1 in a map."""
     nz, ny, nx = (1, *shape)[-3:]
     return nz, ny, nx
 
 
 def in_three(cells: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return cells with their layer, 0 in a map."""
+    """Return cells with three coordinates; the layer is 0 in a map."""
     return np.pad(cells, ((0, 0), (3 - cells.shape[1], 0)))
 
 
@@ -83,7 +84,7 @@ def overlap_cells(template: Triple, overlap: Triple) -> int:
 
 
 def to_path(image: NDArray, orientation: int) -> NDArray:
-    """Return a view of `image`, shape (ny, nx) or (nz, ny, nx), as the path sees it."""
+    """Return a view of `image`, shape (ny, nx) or (nz, ny, nx), in path coordinates."""
     oriented = image.swapaxes(-2, -1) if orientation & 4 else image
     oriented = oriented[..., ::-1, :] if orientation & 1 else oriented
     oriented = oriented[..., ::-1] if orientation & 2 else oriented
@@ -91,7 +92,7 @@ def to_path(image: NDArray, orientation: int) -> NDArray:
 
 
 def from_path(image: NDArray, orientation: int) -> NDArray:
-    """Return a view of `image` in grid coordinates: undoes `to_path`."""
+    """Return a view of `image` in grid coordinates: the inverse of `to_path`."""
     oriented = image[::-1] if orientation & FROM_ABOVE else image
     oriented = oriented[..., ::-1] if orientation & 2 else oriented
     oriented = oriented[..., ::-1, :] if orientation & 1 else oriented
@@ -140,11 +141,11 @@ class RasterPath(NamedTuple):
     """A raster path over a grid."""
 
     orientation: int  # 0 … 7 in a map, 0 … 15 in a volume
-    order: int  # which of ORDERS
-    shape: Triple  # of the grid in path coordinates
+    order: int  # index in ORDERS
+    shape: Triple  # shape of the grid in path coordinates
     tiles: Triple  # number of tiles along each axis
-    full: Triple  # cells that whole tiles cover, at least `offset` + `shape`
-    offset: Triple = (0, 0, 0)  # cells from the first cell of the first tile to that of the grid
+    full: Triple  # number of cells that all tiles cover, at least `offset` + `shape`
+    offset: Triple = (0, 0, 0)  # cells from the beginning of the first tile to the grid
 
 
 def make_path(
@@ -155,10 +156,10 @@ def make_path(
     order: int = 0,
     offset: Triple = (0, 0, 0),
 ) -> RasterPath:
-    """Return the path over a grid; all arguments but its shape are along the axes of the path.
+    """Return the path over a grid; all arguments except `grid_shape` are along the path's axes.
 
-    The first tile begins `offset` cells before the grid. If it always began with the grid, seams
-    would be at the same cells in all realizations, and show in their mean.
+    The first tile begins `offset` cells before the grid. Without an offset, seams would be at the
+    same cells in all realizations, and would show in their mean.
     """
     shape = along_path(grid_shape, orientation)
     covered = [n + before for n, before in zip(shape, offset, strict=True)]
@@ -183,9 +184,10 @@ def make_patches(
 ) -> NDArray[np.int64]:
     """Return the patches in the order of the path, shape (n, 10).
 
-    Columns: first layer, row and column; lengths along these; sides of the overlap (0 for the first
-    patch); index of the split of its tile; the tile; the part of the tile. `step` (T − OR) and
-    `overlap` are along the path, `splits` from `legal_splits`, `split_of` from `split_tiles`.
+    Columns: first layer, row and column; number of layers, rows and columns; sides of the overlap
+    (0 for the first patch); index of the split of its tile; number of the tile; number of the part
+    of the tile. `step` (T − OR) and `overlap` are along the path, `splits` comes from
+    `legal_splits`, `split_of` from `split_tiles`.
     """
     tiles = in_order(path)
     n_parts = splits.prod(axis=1)[split_of[tiles]]
@@ -204,18 +206,18 @@ def make_patches(
 
 
 def _side_bits(overlap: Triple) -> NDArray[np.int64]:
-    """Return the bit of the side before a patch along each axis, 0 without an overlap there."""
+    """Return the bit of the side before a patch along each axis, 0 without overlap on that side."""
     return np.array([BELOW, TOP, LEFT]) * (np.array(overlap) > 0)
 
 
 def clip_patches(
     patches: NDArray[np.int64], path: RasterPath, overlap: Triple, block: Triple, cell_size: Triple
 ) -> NDArray[np.int64]:
-    """Return the patches cut to whole blocks of the grid, where the path begins before it.
+    """Return the patches of a path that begins before the grid, cut to whole blocks in the grid.
 
-    Cells outside the grid are cropped in the end: in a volume of few tiles they are a third and
-    more of all. A patch that later ones replace completely is left out. `cell_size` is the number
-    of grid cells along each axis of a cell of the searched scale.
+    Simulating cells outside the grid would be wasted: in a volume of few tiles they are a third of
+    all cells or more. A patch that later patches would replace completely is omitted. `cell_size`
+    is the number of grid cells, along each axis, in a cell of the searched scale.
     """
     size = np.multiply(block, cell_size)
     low = np.array(path.offset) // size * block
@@ -229,9 +231,9 @@ def clip_patches(
 
 
 def patches_before(patches: NDArray[np.int64], path: RasterPath) -> NDArray[np.int64]:
-    """Return which patches of a map are beside each and simulated before it, shape (n, 4).
+    """Return, for each patch of a map, the numbers of its earlier neighbours, shape (n, 4).
 
-    On the left, at the top and at two corners; −1 for none. Split tiles are left out.
+    These are on the left, at the top and at two corners; −1 for none. Split tiles are omitted.
     """
     whole = patches[:, 7] == 0
     number_of = np.full(np.add(path.tiles[1:], 2), -1)  # with a margin

@@ -1,11 +1,11 @@
 """The wavelet pyramid of the training image (sections 3.1 and 4.2; Algorithm 1, lines 2 and 13).
 
-The Haar approximation at level J is 2^J times the mean of each block of 2^J × 2^J cells, hence the
-block *sum* up to a constant. The search uses block sums, small integers, so that scores are exact.
-A volume has a level along each axis.
+The Haar approximation at level J is 2^J times the mean of each block of 2^J × 2^J cells, hence
+proportional to the *sum* of the block. The search uses block sums, which are small integers, so
+that scores are exact. A volume has one level for each axis.
 
-MS-CCSIM (Tahmasebi, Sahimi and Caers 2014) searches up-gridded images instead: a block becomes its
-majority facies, so that any codes will do.
+MS-CCSIM (Tahmasebi, Sahimi and Caers 2014) searches up-gridded images instead: each block becomes
+one cell of its majority facies, which works for any facies codes.
 """
 
 from __future__ import annotations
@@ -28,18 +28,18 @@ class Pyramid(NamedTuple):
 
     image: NDArray[np.uint8]  # shape (nz, ny, nx): facies indices
     square_bits: NDArray[np.uint64]  # shape (n, nz, ny, n_words): from `to_square_bits`
-    # shape (n_planes, nz / 2^J, ny / 2^J, nx / 2^J): cA_J up to a constant, the number of cells of
-    # each facies in each block. Two facies need one plane.
+    # shape (n_planes, nz / 2^J, ny / 2^J, nx / 2^J): number of cells of each facies in each block,
+    # proportional to cA_J. Two facies need one plane.
     sums: NDArray[np.unsignedinteger[Any]]
     # shape (2^J, 2^J, 2^J, nz / 2^J, ny / 2^J, nx / 2^J): `phases[a, b, c, i, j, k]` is the cell
-    # [a, b, c] of block [i, j, k], so that cells at one offset from all locations are contiguous
+    # [a, b, c] of block [i, j, k], so that the cells with one offset in each block are contiguous
     phases: NDArray[np.uint8]
 
 
 def decompose(image: NDArray, level: int, wavelet: str = "haar") -> list[Any]:
-    """Return the DWT of an image as `pywt.wavedec2` gives it: [cA_J, details_J, …, details_1].
+    """Return the DWT of an image in the form of `pywt.wavedec2`: [cA_J, details_J, …, details_1].
 
-    Rows and columns that do not fill a block of 2^level are left out.
+    Rows and columns that do not fill a block of 2^level cells are omitted.
     """
     block = 2**level
     ny, nx = (length - length % block for length in image.shape)
@@ -54,9 +54,9 @@ def decompose(image: NDArray, level: int, wavelet: str = "haar") -> list[Any]:
 def reconstruct(coefficients: list[Any], place: tuple[int, int], size: int) -> NDArray[np.float64]:
     """Return the patch at a location by the inverse DWT of its coefficients.
 
-    Section 4.4; Algorithm 1, line 13. For Haar this is the slice of the image itself, so the
-    simulation loop takes that; this function and its tests prove that it may. `place` is in
-    coefficients; the size of the patch, in cells, is a multiple of 2^J.
+    Section 4.4; Algorithm 1, line 13. For the Haar wavelet the result equals the slice of the
+    image, so that the simulation loop copies the slice; this function serves to prove that.
+    `place` is in coefficients; the size of the patch, in cells, is a multiple of 2^J.
     """
     level = len(coefficients) - 1
 
@@ -73,14 +73,14 @@ def reconstruct(coefficients: list[Any], place: tuple[int, int], size: int) -> N
 
 
 def build_pyramid(indices: NDArray[np.uint8], level: Triple, n_planes: int) -> Pyramid:
-    """Return the pyramid of a training image that is already in path coordinates.
+    """Return the pyramid of a training image in path coordinates.
 
-    One plane compares facies 1 with the rest, enough for two facies; else each facies has a plane.
+    One plane counts facies 1, which is enough for two facies; otherwise each facies has a plane.
 
     Raises
     ------
     CCWSIMError
-        For an image smaller than one block.
+        If the image is smaller than one block.
     """
     image = np.ascontiguousarray(indices)
     block = tuple(2**n for n in level)
@@ -95,14 +95,14 @@ def build_pyramid(indices: NDArray[np.uint8], level: Triple, n_planes: int) -> P
 
 
 def cells_of_blocks(image: NDArray[np.uint8], block: Triple) -> NDArray[np.uint8]:
-    """Return the cells of all whole blocks of an image, as `Pyramid.phases` has them."""
+    """Return the cells of all whole blocks of an image, in the order of `Pyramid.phases`."""
     (uz, uy, ux), (nz, ny, nx) = block, (n // u for n, u in zip(image.shape, block, strict=True))
     blocks = image[: nz * uz, : ny * uy, : nx * ux].reshape(nz, uz, ny, uy, nx, ux)
     return np.ascontiguousarray(blocks.transpose(1, 3, 5, 0, 2, 4))
 
 
 def block_sums(phases: NDArray[np.uint8], n_planes: int) -> NDArray[np.unsignedinteger[Any]]:
-    """Return the number of cells of each facies in each block, as `Pyramid.sums` has them."""
+    """Return the number of cells of each facies in each block, in the order of `Pyramid.sums`."""
     kind = np.min_scalar_type(prod(phases.shape[:3]))
     facies = [1] if n_planes == 1 else range(n_planes)
     return np.stack([(phases == f).sum(axis=(0, 1, 2), dtype=kind) for f in facies])
@@ -112,9 +112,9 @@ def block_sums(phases: NDArray[np.uint8], n_planes: int) -> NDArray[np.unsignedi
 def upgrid(image, block_size):
     """Return the majority facies of each block of `block_size` cells along z, y and x.
 
-    A tie goes to the facies that comes first in the block, by layer, row and column: no facies is
-    favoured, and a boundary along the middle of blocks stays straight. Cells that do not fill a
-    block are left out.
+    In a tie, the facies is used that comes first in the block, by layer, row and column: no facies
+    is favoured, and a boundary along the middle of blocks stays straight. Cells that do not fill a
+    block are omitted.
     """
     uz, uy, ux = block_size
     nz, ny, nx = image.shape[0] // uz, image.shape[1] // uy, image.shape[2] // ux
@@ -139,9 +139,9 @@ def upgrid(image, block_size):
 def upgrid_data(
     cells: NDArray[np.int64], facies: NDArray[np.uint8], block_size: Triple
 ) -> tuple[NDArray[np.int64], NDArray[np.uint8]]:
-    """Return the blocks of `block_size` cells with data, and the majority facies of these.
+    """Return the blocks of `block_size` cells with data, and the majority facies of their data.
 
-    A tie goes to the facies of the datum that comes first by layer, row and column.
+    In a tie, the facies is used whose datum comes first by layer, row and column.
     """
     if max(block_size) == 1 or not len(cells):
         return cells, facies.astype(np.uint8)

@@ -1,17 +1,17 @@
-"""The CCW score map: how well the overlap fits every location of the training image.
+"""The CCW score map: scores of the fit between the overlap and each location of the TI.
 
 Sections 3.2 and 4.3; Algorithm 1, lines 8 to 10. The paper compares the approximation coefficients
 cA_J of the overlap (OR) with those of the training image (TI). A Haar coefficient is a block sum
-up to a constant, 2^−J in a map, so that here A are the block sums of the TI and B those of the
-overlap: small integers, with which all scores are exact. The paper's CCW is the plain
-cross-correlation ΣA·B, the largest best (similarity "correlation"). The authors' code takes the sum
-of squared differences, the smallest best, and so does the default here.
+times a constant, 2^−J in a map. In this file, A are the block sums of the TI and B the block sums
+of the overlap: they are small integers, so that all scores are exact. The paper's CCW is the plain
+cross-correlation ΣA·B, whose largest value is best (similarity "correlation"). The authors' code
+uses the sum of squared differences, whose smallest value is best, and so does the default here.
 
 The sum of squared differences over the coefficients of the overlap is ΣA² − 2·ΣA·B + ΣB². ΣA² (the
-*energy*) follows from running sums, ΣB² is the same for every location. ΣA·B is summed by parts:
-along a line of the overlap it is a sum of running sums of A, each times the change of B there.
-Facies are bodies, so that B changes at few places. Unsigned overflow is harmless if the result
-fits its type; vectors hold more of the smaller types.
+*energy*) follows from running sums; ΣB² is the same for every location. ΣA·B is summed by parts:
+along a line of the overlap it is a sum of running sums of A, each multiplied by the change of B at
+that cell. As facies form bodies, B changes in few cells. Unsigned overflow is harmless if the
+result fits its type. Small types are used, as vector instructions process more of them at once.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ from ccwsim.engine.kernels import part_of_kernel
 from ccwsim.engine.stages.path import Triple, inside_overlap, overlap_cells
 
 ROWS_AT_ONCE = 16
-"""Rows of locations that are scored together: enough for long loops, few enough for the cache."""
+"""Number of rows of locations scored together: long loops that still fit into the cache."""
 AT_ONCE = 4
-"""Terms that are added up in one pass over a run of locations."""
+"""Number of terms that are added up in one pass over a run of locations."""
 SCORE_TYPES = np.int16, np.int32, np.int64
 SUM_TYPES = np.uint16, np.uint32, np.uint64
 
@@ -38,14 +38,14 @@ def score_type(
 ) -> type[np.signedinteger[Any]]:
     """Return the smallest type that holds every score.
 
-    The bound is the sum of squares over the largest overlap; a correlation is counted twice.
+    The bound is the sum of squares over the largest overlap; for a correlation it is doubled.
     """
     bound = overlap_cells(template, overlap) * 2 ** sum(level) * (2 if correlation else 1)
     return next(kind for kind in SCORE_TYPES if bound <= np.iinfo(kind).max)
 
 
 def sum_type(level: Triple, template: Triple) -> type[np.unsignedinteger[Any]]:
-    """Return the smallest type that holds ΣA·B of a line of a template.
+    """Return the smallest type that holds ΣA·B along one line of a template.
 
     Examples
     --------
@@ -59,10 +59,10 @@ def sum_type(level: Triple, template: Triple) -> type[np.unsignedinteger[Any]]:
 def running_sums(
     sums: NDArray[np.integer[Any]], level: Triple, template: Triple
 ) -> NDArray[np.unsignedinteger[Any]]:
-    """Return block sums, their running sums along x and those along y.
+    """Return block sums, their running sums along x, and their running sums along y.
 
-    Shape (3, n_planes, nz, ny + 1, nx + 1) for block sums of shape (n_planes, nz, ny, nx). Running
-    sums wrap around; a difference of two is exact if their type, `sum_type`, holds it.
+    The shape is (3, n_planes, nz, ny + 1, nx + 1) for block sums of shape (n_planes, nz, ny, nx).
+    Running sums may overflow; the difference of two is exact if it fits their type, `sum_type`.
     """
     kind, (n_planes, nz, ny, nx) = sum_type(level, template), sums.shape
     running = np.zeros((3, n_planes, nz, ny + 1, nx + 1), kind)
@@ -75,9 +75,9 @@ def running_sums(
 def running_squares(
     sums: NDArray[np.number[Any]], kind: type[np.number[Any]]
 ) -> NDArray[np.number[Any]]:
-    """Return running sums of A² along three axes, as `summed_up` does, in the type of the scores.
+    """Return the running sums, from `summed_up`, of A² along three axes in the type of the scores.
 
-    They wrap around; the sum over a box of blocks is exact if the type holds it.
+    They may overflow; the sum over a box of blocks is exact if it fits the type.
     """
     return summed_up(np.square(sums.astype(np.int64)).sum(axis=0)).astype(kind)
 
@@ -109,7 +109,7 @@ def box_sums(
 
 @part_of_kernel
 def overlap_energies(squares, box, block, energies):
-    """Fill `energies`, shape (nz, ny, nx) of locations, with ΣA² over the overlap of a box at each.
+    """Fill `energies`, shape (nz, ny, nx), with ΣA² over the overlap of a box at each location.
 
     `squares`, shape (nz + 1, ny + 1, nx + 1) of blocks, come from `running_squares`.
     """
@@ -122,7 +122,7 @@ def overlap_energies(squares, box, block, energies):
             own = np.uint64((z * ny + y) * nx)
             for x in range(np.uint64(nx)):
                 flat[own + x] = 0
-            for corner in range(8):  # the sum over the box less that over what is not overlap
+            for corner in range(8):  # sum over the box minus the sum over cells outside the overlap
                 inside = corner & 4 != 0
                 first_z = low_z // block[0] if inside else 0
                 first_y = low_y // block[1] if inside else 0
@@ -139,9 +139,9 @@ def overlap_energies(squares, box, block, energies):
 
 @part_of_kernel
 def cached_overlap_energies(squares, box, block, energies, energies_of):
-    """Fill `energies` as `overlap_energies` does, unless the box before had the same overlap.
+    """Fill `energies` as `overlap_energies` does, unless the previous box had the same overlap.
 
-    `energies_of`, shape (4,), has the layers, rows, columns and sides of that box.
+    `energies_of`, shape (4,), has the layers, rows, columns and sides of the previous box.
     """
     lengths = box.nz, box.ny, box.nx, box.sides
     same = True
@@ -155,11 +155,11 @@ def cached_overlap_energies(squares, box, block, energies, energies_of):
 class Terms(NamedTuple):
     """The terms of ΣA·B over the overlap of a patch, in groups whose sums fit their type."""
 
-    offsets: NDArray[np.int64]  # in the running sums, raveled, of each term for location 0
+    offsets: NDArray[np.int64]  # index of each term in the raveled running sums, for location 0
     weights: NDArray[np.unsignedinteger[Any]]  # factor of each term
-    ends: NDArray[np.int64]  # of the groups
-    sums: NDArray[np.unsignedinteger[Any]]  # of a group, for several rows of locations
-    largest: int  # the largest sum that the type holds
+    ends: NDArray[np.int64]  # end of each group
+    sums: NDArray[np.unsignedinteger[Any]]  # sums of a group, for several rows of locations
+    largest: int  # largest sum that fits the type
 
 
 def make_terms(
@@ -167,7 +167,7 @@ def make_terms(
 ) -> Terms:
     """Return the arrays for the terms of patches with at most this overlap."""
     n_blocks = running.shape[1] * (overlap_cells(template, overlap) // prod(block))
-    # A line has at most as many terms as blocks and needs room for twice as many; groups are padded
+    # A line has at most one term per block, but needs room for two; groups are padded.
     n = (3 + AT_ONCE) * n_blocks + 2
     sums = np.zeros(ROWS_AT_ONCE * running.shape[4], running.dtype)
     largest = int(min(np.iinfo(running.dtype).max, np.iinfo(np.int64).max))
@@ -177,10 +177,10 @@ def make_terms(
 
 @part_of_kernel
 def overlap_terms(grid, box, block, running, terms):
-    """Fill `terms` with those of ΣA·B for the overlap of a box; return the number of groups.
+    """Fill `terms` with the terms of ΣA·B for the overlap of a box; return the number of groups.
 
     The block sums B are counted in `grid`, shape (nz, ny, nx); `running` comes from `running_sums`.
-    Lines are as long as possible: along x where the overlap spans the box, along y elsewhere.
+    Lines are as long as possible: along x in rows that are all overlap, along y in the other rows.
     """
     n = n_groups = held = np.int64(0)
     _, n_planes, mz, my, mx = running.shape
@@ -215,7 +215,7 @@ def overlap_terms(grid, box, block, running, terms):
                     n_groups, held = n_groups + 1, np.int64(0)
                 n, total = line_terms(grid, cells, block, plane + first_facies, sums, n, terms)
                 held += total * uz * uy * ux
-    if held > 0:  # there may be no terms after the latest group
+    if held > 0:  # otherwise there are no terms after the last group
         terms.ends[n_groups] = fill_up(n, terms)
         n_groups += 1
     return n_groups
@@ -232,12 +232,12 @@ def fill_up(n, terms):
 
 @part_of_kernel
 def line_terms(grid, cells, block, facies, sums, n, terms):
-    """Add the terms of a line of blocks after the `n` there are; return their number.
+    """Add the terms of a line of blocks after the first `n` terms; return the new number of terms.
 
-    These are the block sums that are not 0, or the running sums where these change: the fewer of
-    the two. `cells` has the first cell of the line, the cells from block to block and the number of
-    blocks; `sums` the number of the first block sum, the distance from there to the running sums,
-    and that from block to block. Also return the number of cells of the line with the facies.
+    The terms are the block sums that are not 0, or the running sums at changes of B, whichever are
+    fewer. `cells` has the first cell of the line, the number of cells from block to block and the
+    number of blocks; `sums` has the index of the first block sum, the distance to its running sum
+    and the distance from block to block. Also return the number of cells of the facies in the line.
     """
     offsets, weights = terms.offsets, terms.weights
     (uz, uy, ux), (first, step, length), (at, behind, stride) = block, cells, sums
@@ -252,7 +252,7 @@ def line_terms(grid, cells, block, facies, sums, n, terms):
                 corner = np.uint64(first + k * step + (z * rows + y) * columns)
                 for x in range(np.uint64(ux)):
                     own += np.int64(values[corner + x] == facies)
-        # the next term takes the place of one that is zero
+        # a term that is zero is overwritten by the next term
         offsets[n_changed], weights[n_changed] = at + behind + k * stride, before - own
         offsets[n_own], weights[n_own] = at + k * stride, own
         n_changed += np.int64(own != before)
@@ -270,9 +270,9 @@ def line_terms(grid, cells, block, facies, sums, n, terms):
 def score_places(running, terms, n_groups, energy, scores):
     """Fill `scores` with SSD − ΣB² of every location (correlation: energy 0 gives −2·ΣA·B).
 
-    `energy` and `scores` have the shape (nz, ny, nx) of locations. Several rows are one run, as a
-    single row is short; sums between rows, for columns without a location, are dropped. Unsigned
-    indices need no check for negative ones, which would prevent vectors.
+    `energy` and `scores` have the shape (nz, ny, nx) of locations. Several rows are summed as one
+    run, as single rows are short; sums at the ends of rows, which belong to no location, are
+    dropped. Unsigned indices need no check for negative values, which would prevent vectorization.
     """
     nz, ny, nx = scores.shape
     my, mx = running.shape[3], running.shape[4]

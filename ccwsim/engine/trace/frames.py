@@ -1,4 +1,4 @@
-"""From path coordinates, in which every path begins in one corner, to grid coordinates."""
+"""Convert path coordinates, in which every path begins in the same corner, to grid coordinates."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ OPPOSITE = {"east": "west", "west": "east", "north": "south", "south": "north"}
 
 
 class Frame(NamedTuple):
-    """A map or a volume as the path sees it.
+    """A map or a volume in path coordinates.
 
     Attributes
     ----------
@@ -33,7 +33,7 @@ class Frame(NamedTuple):
     shape : pair or triple of int
         (Layers,) rows and columns in path coordinates.
     offset : pair or triple of int
-        How many (layers,) rows and columns the path begins before the first ones; () for none.
+        Number of (layers,) rows and columns by which the path begins before the grid; () for none.
     """
 
     orientation: int
@@ -51,7 +51,7 @@ class Frame(NamedTuple):
         return np.array(self.offset or (0,) * len(self.shape))
 
     def to_grid(self, array: NDArray) -> NDArray:
-        """Return a copy of an array of whole tiles, in path coordinates, in grid coordinates.
+        """Return a copy, in grid coordinates, of an array of whole tiles in path coordinates.
 
         Examples
         --------
@@ -91,9 +91,9 @@ class Frame(NamedTuple):
         return tuple((at + self._offset).tolist())
 
     def faces(self, sides: int = LEFT | TOP | BELOW) -> list[str]:
-        """Return where sides, a sum of LEFT, TOP and BELOW along the path, are in the grid.
+        """Return the names, in the grid, of sides along the path: a sum of LEFT, TOP and BELOW.
 
-        Without them it is the corner where the path begins.
+        By default, return the sides at the corner in which the path begins.
 
         Examples
         --------
@@ -111,5 +111,5 @@ class Frame(NamedTuple):
 
     @property
     def direction(self) -> str:
-        """Where the path goes along its rows: "east", "west", "north" or "south"."""
+        """Direction of the path along its rows: "east", "west", "north" or "south"."""
         return OPPOSITE[self.faces(LEFT)[0]]

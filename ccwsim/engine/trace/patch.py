@@ -1,4 +1,4 @@
-"""One patch of a realization: how it was chosen, cut and pasted, and why others were rejected."""
+"""One patch of a realization: its choice, cut and paste, and why other locations were rejected."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ ONE_KIND = {
 class SeenDatum(NamedTuple):
     """A datum in the template or the co-template, in path coordinates.
 
-    `inside` says whether it is in the template, `held` whether the overlap has it right already.
+    `inside` says whether it is in the template, `held` whether the overlap honours it already.
     """
 
     row: int
@@ -48,12 +48,12 @@ class DataTerms:
     ----------
     seen : tuple of SeenDatum
     missed, held, ahead : ndarray of int64, shape ([nz_places,] ny_places, nx_places)
-        Data that the patch of each location would miss: in the template, in the template where the
-        cut can still keep them, and in the co-template.
+        Number of data that the patch at each location would miss: data in the template, data in
+        the template that the cut can still keep, and data in the co-template.
     ruled_out : ndarray of bool, of the same shape
-        Locations whose overlap is not among the best share that is searched.
+        Locations that are not searched, as their overlaps fit worse than the best share.
     slack : int
-        How much worse than the best a candidate may be, in scores.
+        Largest difference in score between a candidate and the best location.
     weights : Weights
         Costs of a missed datum, in wrong cells of overlap.
     reach : int
@@ -85,7 +85,7 @@ def data_terms(
     slack: int,
     totals: NDArray[np.signedinteger],
 ) -> DataTerms:
-    """Return the cost of data around a patch for each location; `grid` is that before the patch."""
+    """Return the cost of data around a patch for each location; `grid` is the grid before it."""
     misses = make_misses(data.columns.size, phases.shape[3:], totals.shape)  # type: ignore[arg-type]
     certain = np.ones(256)  # data beyond the end of the image cost nothing: only sure misses count
     counts = {kind: np.zeros(totals.shape, np.int64) for kind in ONE_KIND}
@@ -99,7 +99,7 @@ def data_terms(
 def seen_data(
     data: PlacedData, grid: NDArray[np.uint8], box: Box, times: int
 ) -> tuple[SeenDatum, ...]:
-    """Return the data of template and co-template, by layer and row."""
+    """Return the data in the template and the co-template, sorted by layer and row."""
     seen = []
     shape = data.facies.shape
     for z in range(box.z0, min(box.z0 + times * box.nz, shape[0])):
@@ -121,19 +121,19 @@ class Patch(NamedTuple):
     Attributes
     ----------
     number : int
-        0 for the first one.
+        Number of the patch along the path, from 0.
     tile, part : int
-        Its tile, and the part of a tile that is split.
+        Number of the tile; number of the patch in its tile if the tile is split.
     row, column : int
         Position of the tile.
     parts : int
-        Parts, along each axis, into which the tile is split.
+        Number of parts, along each axis, into which the tile is split.
     split : int
-        Index of that split among the legal ones.
+        Index of that split in `legal_splits`.
     y0, x0, size : int
-        First cell and side.
+        First row, first column and side in cells.
     shape : int
-        Shape of the overlap: 0 none, 1 left, 2 top, 3 both; 4 is added for patches below.
+        Sides of the overlap: 0 none, 1 left, 2 top, 3 both; 4 is added for an overlap below.
     z0, layers : int
         First layer, and number of layers; 0 and 1 in a map.
     """
@@ -155,53 +155,53 @@ class Patch(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class TracedPatch:
-    """One patch, chosen, cut and pasted, in path coordinates.
+    """How one patch was chosen, cut and pasted, in path coordinates.
 
-    The shapes are those of a map; arrays of a volume have one more axis, the first.
+    Shapes are given for a map; arrays of a volume have a first axis more, for layers.
 
     Attributes
     ----------
     patch : Patch
     box : Box
-        Its place in the grid, with the overlap.
+        Position of the patch in the grid, and its overlap.
     before, after : ndarray of uint8, shape (ny, nx)
-        The grid; UNKNOWN if not simulated.
+        The grid before and after the patch; UNKNOWN in cells that are not simulated yet.
     blocks : ndarray of int64, shape (n_planes, size / 2^J, size / 2^J)
-        Block sums of the overlap, 0 outside of it.
+        Block sums of the overlap; 0 outside the overlap.
     scores : ndarray of int, shape (ny_places, nx_places)
         Scores of the search: SSD − ΣB², in block sums.
     energy : int
         ΣB² of the overlap, in block sums; 0 if the similarity is the correlation.
     block : triple of int
-        2^J along each axis, z first.
+        2^J along z, y and x.
     places : ndarray of int64, shape (K, 2)
-        The K best in blocks, the candidates first.
+        The K best locations in blocks, the candidates first.
     n_candidates : int
-        Number of them near enough to the best to be drawn.
+        Number of candidates: locations with a score near enough to the best to be drawn.
     n_drawn : int
-        Number of draws, of which the best after refinement is used.
+        Number of locations drawn; the best of them after refinement is used.
     drawn : int
-        Index of the used one.
+        Index in `places` of the location that is used.
     place : pair or triple of int
-        Its location after refinement, in cells.
+        Location of the patch after refinement, in cells.
     cells : ndarray of uint8, shape (size, size)
-        The patch.
+        Cells of the image at that location.
     keep_mask : ndarray of bool, shape (size, size)
         Cells of the grid that the cut keeps.
     overlap : int
-        OR in cells.
+        Width of the overlap (OR) in cells.
     correlation : bool
         Whether locations are compared by correlation.
     slack : int or None
-        How much worse than the best a candidate may be, in scores; None if all K may be drawn.
+        Largest difference in score between a candidate and the best location; None for no limit.
     copies : ndarray of bool, shape of `scores`
-        Locations that are left out, as they only continue a patch beside this one.
+        Locations that are excluded because they only continue a patch beside this one.
     steered : bool
         Whether candidates are drawn towards target proportions.
     data : DataTerms or None
-        Costs of hard data; None if there are none ahead.
+        Costs of hard data; None without data in the template and the co-template.
     totals : ndarray of int64 or None
-        Scores with the costs of data and location, if there are such costs.
+        Scores plus the costs of data and location; None without such costs.
     """
 
     patch: Patch
@@ -229,7 +229,7 @@ class TracedPatch:
 
     @property
     def candidates(self) -> NDArray[np.int64]:
-        """Row and column of the candidates, in blocks."""
+        """(Layer,) row and column of each candidate, in blocks."""
         return self.places[: self.n_candidates]
 
     @property
@@ -239,12 +239,12 @@ class TracedPatch:
 
     @property
     def _block_along(self) -> NDArray[np.int64]:
-        """Cells of a block along each axis of the arrays."""
+        """Number of cells in a block along each axis of the arrays."""
         return np.array(self.block[-self.cells.ndim :])
 
     @cached_property
     def in_overlap(self) -> NDArray[np.bool_]:
-        """The cells of the patch in the overlap, shape (size, size)."""
+        """Mask of the cells of the patch in the overlap, shape (size, size)."""
         inside = np.ones((self.box.nz, self.box.ny, self.box.nx), bool)
         low_z, high_z, low_y, high_y, low_x, high_x = inside_overlap(self.box)
         inside[low_z:high_z, low_y:high_y, low_x:high_x] = False
@@ -259,10 +259,10 @@ class TracedPatch:
 
     @property
     def approximation(self) -> NDArray[np.float64]:
-        """Haar coefficients cA_J of the overlap, NaN outside; shape of `blocks`."""
+        """Haar coefficients cA_J of the overlap, NaN outside the overlap; shape of `blocks`."""
         steps = tuple(slice(None, None, n) for n in self._block_along)
         inside = self.in_overlap[steps]
-        # a part of a split tile need not be whole blocks
+        # a part of a split tile may end within a block
         inside = inside[tuple(slice(n) for n in self.blocks.shape[1:])]
         return np.where(inside, self.blocks / np.sqrt(np.prod(self._block_along)), np.nan)
 
@@ -273,22 +273,22 @@ class TracedPatch:
 
     @property
     def block_size(self) -> int:
-        """2^J along x."""
+        """Number of cells in a block along x: 2^J."""
         return self.block[2]
 
     @cached_property
     def ccw(self) -> NDArray[np.float64]:
         """The CCW score of each location in wavelet coefficients, shape (ny_places, nx_places).
 
-        The sum of squared differences between overlap and image, the smallest best; or the
-        cross-correlation, the largest best.
+        It is the sum of squared differences between overlap and image (the smallest is best), or
+        their cross-correlation (the largest is best).
         """
         sums = self.scores.astype(float)
         sums = -sums / 2 if self.correlation else sums + self.energy
         return sums / np.prod(self._block_along)
 
     def best_overlaps(self) -> NDArray[np.int64]:
-        """Return the K locations with the best overlaps, without the costs of data; in blocks."""
+        """Return the K locations, in blocks, whose overlaps fit best if data cost nothing."""
         order = np.argsort(self.scores, axis=None, kind="stable")[: len(self.places)]
         return np.stack(np.unravel_index(order, self.scores.shape), axis=1)
 
@@ -302,17 +302,18 @@ class PlaceFate(NamedTuple):
     Attributes
     ----------
     row, column : int
-        In blocks, in path coordinates.
+        Position in blocks, in path coordinates.
     ccw : float
-        Its CCW score.
+        CCW score of the location.
     missed, held, ahead : int
-        Data that its patch would miss: in the template, there but right in the overlap already,
-        and in the co-template.
+        Number of data that the patch would miss: in the template, in the template but honoured by
+        the overlap already, and in the co-template.
     fate : str
-        "drawn"; "candidate": not drawn; or rejected because its overlap is not among the share that
-        is searched ("fraction"), is too much worse than the best ("slack"), or only continues a
-        patch beside this one ("copy"), because others honour more "data", because it is too far
-        from the patch's own ("location"), or at random among equals ("tie").
+        "drawn", or "candidate" for a candidate that is not drawn. Reasons for a rejection:
+        "fraction": its overlap is not among the best share that is searched; "slack": its score is
+        too far from the best; "copy": it only continues a patch beside this one; "data": other
+        locations honour more data; "location": it is too far from the patch's own location;
+        "tie": it was rejected at random among equal locations.
     """
 
     row: int
@@ -326,15 +327,15 @@ class PlaceFate(NamedTuple):
 
 
 def fates(step: TracedPatch) -> list[PlaceFate]:
-    """Return the fates of the K locations chosen and of the K with the best overlaps.
+    """Return the fates of the K chosen locations and of the K locations with the best overlaps.
 
-    The drawn one comes first, then the other candidates, then the rejected ones; each by score.
+    The drawn location comes first, then other candidates, then rejected ones, each sorted by score.
     """
     chosen = [tuple(place) for place in step.places.tolist()]
     fate_of: dict[tuple[int, ...], Fate]
     fate_of = {place: _of_chosen(step, k) for k, place in enumerate(chosen)}
     differ = step.totals is not None or step.copies.any()
-    if differ and step.patch.shape:  # without an overlap all fit equally
+    if differ and step.patch.shape:  # without an overlap all locations fit equally
         for place in map(tuple, step.best_overlaps().tolist()):
             fate_of.setdefault(place, _of_rejected(step, place))
     sign = -1 if step.correlation else 1

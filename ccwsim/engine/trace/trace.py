@@ -1,4 +1,4 @@
-"""A realization patch by patch: the compiled run of `realization`, one patch per call."""
+"""Trace a realization: the kernels of `realization` are called once per patch."""
 
 from __future__ import annotations
 
@@ -24,21 +24,22 @@ from ccwsim.model.study import Study
 
 
 class ResimulatedWindow(NamedTuple):
-    """A window around a datum, in grid coordinates; a single cell if it was forced.
+    """A re-simulated window around a datum, in grid coordinates; one cell for a forced datum.
 
     Attributes
     ----------
     datum : int
-        Its number in the hard data.
+        Number of the datum in the hard data.
     size, row, column : int
-        Side, and first cell.
+        Side, first row and first column in cells.
     before, after : ndarray of uint8, shape (size, size)
+        Facies indices before and after the re-simulation.
     sources : ndarray of int32, shape (size, size)
-        Flat index in the training image of each cell afterwards, −1 for a cell set singly.
+        Flat index in the training image of each cell afterwards; −1 for a cell that was set singly.
     fits : bool
-        Whether a patch honours all data and fits; if not, nothing changed.
+        Whether a patch was found that honours all data and fits; if not, no cell has changed.
     isolated : bool
-        Whether the datum was already right, but isolated.
+        Whether the datum was honoured before, but isolated.
     layer : int
         First layer; 0 in a map.
     """
@@ -63,9 +64,9 @@ def resimulated_windows(
     sources: NDArray[np.int32],
     rng: np.random.Generator,
 ) -> tuple[list[ResimulatedWindow], NDArray[np.int16]]:
-    """Do as `honour_data`; return all windows that were tried, and the data status.
+    """Honour data as `honour_data` does; return all windows that were tried, and the data status.
 
-    Windows around data that another window had honoured already are left out.
+    The windows leave out data that an earlier window has honoured.
     """
     cells, last = study.hard_data.cells, grid.copy()
     windows: list[ResimulatedWindow] = []
@@ -89,17 +90,17 @@ def resimulated_windows(
 
 
 MAX_CHECKPOINTS = 24
-"""Largest number of checkpoints of a trace, each as large as the grid."""
+"""Maximum number of checkpoints of a trace; each is as large as the grid."""
 MAX_CHECKPOINT_BYTES = 64_000_000
-"""Largest size of all checkpoints: there are fewer of large grids, but at least 4."""
+"""Maximum size of all checkpoints: large grids have fewer checkpoints, but at least 4."""
 MIN_INTERVAL = 8
-"""Patches between two checkpoints, at least."""
+"""Minimum number of patches between two checkpoints."""
 
 
 class Checkpoint(NamedTuple):
-    """The state of a realization before a patch, without the sources of its cells.
+    """The state of a realization before a patch.
 
-    A patch that is simulated again writes the same sources.
+    It lacks the sources of cells, as a patch that is simulated again writes the same sources.
     """
 
     grid: NDArray[np.uint8]
@@ -122,7 +123,7 @@ class PatchStepper:
 
     @property
     def n_done(self) -> int:
-        """The number of patches that were simulated."""
+        """Number of patches that were simulated."""
         return max([self._next, *self._checkpoints])
 
     def go_to(self, number: int) -> None:
@@ -164,19 +165,19 @@ def _patches(plan: Plan) -> tuple[Patch, ...]:
 class Trace:
     """One realization of a study, patch by patch, by the kernels that `simulate` runs.
 
-    Patches are simulated when requested; going back starts from the nearest checkpoint, so that any
-    patch is available at once.
+    Patches are simulated when requested; going back starts from the nearest earlier checkpoint, so
+    that any patch is available at once.
 
     Parameters
     ----------
     study : Study
     number : int
-        Of the realization.
+        Number of the realization.
 
     Raises
     ------
     CCWSIMError
-        For the method "ms-ccsim", which places each patch once per scale.
+        If the method is "ms-ccsim", which places each patch once per scale.
 
     Examples
     --------
@@ -206,7 +207,7 @@ class Trace:
 
     @property
     def n_done(self) -> int:
-        """The number of patches that were simulated so far."""
+        """Number of patches that were simulated so far."""
         return self._stepper.n_done
 
     def at(self, number: int) -> TracedPatch:
@@ -215,7 +216,7 @@ class Trace:
         Parameters
         ----------
         number : int
-            0 for the first one.
+            Number of the patch, from 0.
 
         Raises
         ------
@@ -231,7 +232,7 @@ class Trace:
 
     @cached_property
     def _finished(self) -> tuple[Realization, list[ResimulatedWindow], NDArray[np.uint8]]:
-        """The realization, the windows of local re-simulation, its cells before seam repair."""
+        """The realization, the windows of local re-simulation, and the cells before seam repair."""
         stepper = self._stepper
         stepper.go_to(len(self.patches))
         indices, sources = to_grid(stepper.simulated, self.path, self.study)
@@ -246,12 +247,12 @@ class Trace:
 
     @property
     def realization(self) -> Realization:
-        """The realization, cell by cell the one of `simulate`."""
+        """The realization, with the same cells as that of `simulate`."""
         return self._finished[0]
 
     @property
     def windows(self) -> list[ResimulatedWindow]:
-        """The windows of local re-simulation, in their order."""
+        """The windows of local re-simulation, in the order in which they were tried."""
         return self._finished[1]
 
     @property
@@ -261,13 +262,14 @@ class Trace:
 
     @property
     def before_repair(self) -> NDArray[np.uint8]:
-        """The realization before its seams were repaired, facies indices."""
+        """Facies indices of the realization before seam repair."""
         return self._finished[2]
 
     def reconstructed(self, step: TracedPatch, facies: int) -> NDArray[np.float64]:
-        """Return the drawn patch of a facies by the inverse DWT (Algorithm 1, line 13).
+        """Return the indicator of a facies in the drawn patch, by the inverse DWT.
 
-        Of a map, in path coordinates, shape (n, n) where n are the whole blocks of its side.
+        Algorithm 1, line 13, for maps only. The result is in path coordinates, shape (n, n); n is
+        the side of the patch, rounded down to whole blocks.
         """
         if facies not in self._coefficients:
             image, level = self.oriented.pyramid.image[0] == facies, self._image.lengths[0].level
@@ -286,7 +288,7 @@ class Trace:
         )
 
     def _traced(self, p: Patch, before: NDArray[np.uint8], place: Triple) -> TracedPatch:
-        """Return a patch from the workspace that its call left."""
+        """Return a patch from the workspace after the patch was simulated."""
         work, search, pyramid = self._stepper.work, self.search, self.oriented.pyramid
         n_candidates, n_drawn, drawn = work.choice.tolist()
         inputs = self._stepper.plan.inputs
@@ -344,9 +346,9 @@ class Trace:
     def _all_scores(
         self, blocks: NDArray[np.int64]
     ) -> tuple[NDArray[np.number[Any]], NDArray[np.bool_]]:
-        """Return the scores of all locations, and those that were left out as continuations.
+        """Return the scores of all locations, and a mask of those excluded as continuations.
 
-        In the workspace these have the worst score; here they get their own.
+        In the workspace excluded locations have the worst score; here they get their real score.
         """
         scores = self._stepper.work.scores.copy()
         copies = np.zeros(scores.shape, bool)
@@ -362,9 +364,9 @@ class Trace:
 
 
 def check_traceable(parameters: Parameters) -> None:
-    """Raise if realizations of these parameters cannot be traced patch by patch."""
+    """Raise an error if realizations of these parameters cannot be traced patch by patch."""
     if parameters.scale:
         raise CCWSIMError(
-            'the method "ms-ccsim" places every patch once a scale and is not followed here: '
-            'choose "ccwsim", or "ccsim"'
+            'the method "ms-ccsim" places each patch once per scale and cannot be traced patch by '
+            'patch: choose "ccwsim" or "ccsim"'
         )

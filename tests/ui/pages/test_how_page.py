@@ -235,7 +235,7 @@ def test_what_is_not_in_the_paper_is_marked():
 
 def test_ms_ccsim_is_declined_in_words_with_a_way_out():
     app = launched(replace(SMALL, parameters=replace(OWN, method="ms-ccsim")))
-    assert "places every patch once a scale" in app.warning[0].value
+    assert "places each patch once per scale" in app.warning[0].value
     press(app, "how_ccwsim")
     assert not app.warning
     assert app.session_state[KEY].choices.parameters.method == "ms-ccsim"
