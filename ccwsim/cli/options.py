@@ -75,7 +75,7 @@ def sizes(text: str) -> tuple[int, ...]:
 
 
 def one_or_each(text: str) -> int | tuple[int, ...]:
-    """Return a number for all axes, or `XxYxZ` as those along (z, y, x)."""
+    """Return one number for all axes, or the text `XxYxZ` as the numbers along (z, y, x)."""
     if re.fullmatch(r"-?\d{1,9}", text.strip(), re.ASCII):
         return int(text)
     try:
@@ -88,7 +88,7 @@ def one_or_each(text: str) -> int | tuple[int, ...]:
 
 
 def number_or_each(text: str) -> float | tuple[float, ...]:
-    """Return a number for all axes, or `XxYxZ` as those along (z, y, x)."""
+    """Return one number for all axes, or the text `XxYxZ` as the numbers along (z, y, x)."""
     try:
         numbers = [float(part) for part in text.split("x")]
     except ValueError:

@@ -79,13 +79,13 @@ class DataFile:
             if shape is not None and tuple(shape) not in (values.shape, values.shape[-2:]):
                 said = " × ".join(map(str, values.shape))
                 raise CCWSIMError(
-                    f"{self.name} says itself that it is {said} (slices × rows × columns), "
+                    f"{self.name} contains its shape: {said} (slices × rows × columns), "
                     f"not {tuple(shape)}; leave shape out"
                 )
             return values
         if shape is None:
             raise CCWSIMError(
-                f"{self.name} does not say how large its grid is; give shape=(rows, columns) for "
+                f"{self.name} does not contain its grid size; give shape=(rows, columns) for "
                 f"its {len(values)} values"
             )
         return values.reshape(_full_shape(self.name, shape, len(values)))

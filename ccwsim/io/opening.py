@@ -192,7 +192,7 @@ def _plain_text(content: bytes, name: str) -> bytes:
 
 
 MAX_COUNTED = 1000
-"""Maximum to which distinct values are counted."""
+"""Maximum number of distinct values; counting stops there."""
 
 
 @dataclass(frozen=True)
@@ -221,7 +221,7 @@ class FileSummary:
     """Name of the format."""
     name: str
     variables: tuple[VariableSummary, ...]
-    """A picture has one variable "grey", which is `continuous` if it has too many colours."""
+    """For a picture only "grey", which is `continuous` if the picture has too many colours."""
     is_table: bool
     """Whether the file is a table: points, or a grid that needs `shape`."""
     is_picture: bool

@@ -57,7 +57,7 @@ SURVEYS = {
 WELL_TABLES = {"collars": COLLARS, "intervals": INTERVALS, "surveys": SURVEYS}
 """The columns of each table of wells, by role."""
 ALTERNATIVE_ROLES = {"depth": ("depth_from", "depth_to"), "survey_dip": ("survey_inclination",)}
-"""A table has either the key role or the roles in the value; by default those in the value."""
+"""Roles that replace each key: a table has either the key or, by default, its alternatives."""
 
 
 def is_points(names: list[str]) -> bool:
@@ -155,7 +155,7 @@ def columns_of(
         rivals = [other for other in others if other in named]
         if one in named and rivals:
             raise CCWSIMError(
-                f"{file.name}: {one} and {rivals[0]} are both named, and only one of them can be; "
+                f"{file.name}: {one} and {rivals[0]} are both named, but exclude each other; "
                 "leave one out"
             )
         if one in named:

@@ -41,14 +41,13 @@ class Conversion:
     nearest datum, then by the first."""
     on_outside: str = "error"
     on_unknown: str = "error"
-    """For data outside the grid, and data of facies that the training image lacks: "error" or
-    "drop"."""
+    """Treatment of data outside the grid and of unknown facies: "error" or "drop"."""
 
     def __post_init__(self) -> None:
         if isinstance(self.classes, (int, np.integer)):
             raise CCWSIMError(
-                f"classes = {shown(self.classes)} means equally many of what is classed, and hard "
-                "data must be classed as the training image is: give its class edges"
+                f"classes = {shown(self.classes)} would give hard data other classes than the "
+                "training image; give the class edges of the training image"
             )
         for name in ("on_collision", "on_outside", "on_unknown"):
             value = getattr(self, name)

@@ -163,7 +163,7 @@ def _of_table(file: DataFile, assigned: Assignment) -> ImportedPoints:
     check_few(file.name, len(next(iter(file.variables.values()))), "rows")
     lines, roles = file.lines, assigned.columns
     if lines is None:
-        raise CCWSIMError(f"{file.name}: too many lines for hard data; leave out what is empty")
+        raise CCWSIMError(f"{file.name}: too many lines for hard data; remove empty lines")
     along = [numbers_of(file, column) for column in assigned.of("x", "y")]
     notes, spans = list(assigned.notes), None
     if "z" in roles:
