@@ -233,7 +233,7 @@ def _ensemble(stack: NDArray, grid: Grid, image: TrainingImage | None) -> Ensemb
         codes = ", ".join(map(str, image.codes))
         raise CCWSIMError(
             f"facies {missing[0]} is not in the training image, which has {codes}; give "
-            "the training_image= of these realizations"
+            "training_image= with the image of these realizations"
         )
     n = len(stack)
     return Ensemble(
