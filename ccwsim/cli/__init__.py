@@ -1,1 +1,1 @@
-"""The command line: `program` knows the commands, every command is one file."""
+"""The command line: `program` lists the commands, and each command is one module."""

@@ -1,4 +1,4 @@
-"""The command `dashboard`: the pages in a browser, started from any folder."""
+"""The command `dashboard`, which opens the pages in a browser from any folder."""
 
 from __future__ import annotations
 
@@ -25,15 +25,14 @@ def command(port: int | None, streamlit_options: tuple[str, ...]) -> int:
     line = command_line(app_file(), port, streamlit_options)
     if os.name == "posix":
         sys.stdout.flush()
-        os.execv(line[0], line)  # signals then reach the server itself
+        os.execv(line[0], line)  # signals then reach the server directly
     return subprocess.call(line)
 
 
 def app_file() -> Path:
-    """Return the app: inside an installed package, else at the top of a checkout.
+    """Return the path of the app: in the installed package, else at the top of the repository.
 
-    Its settings stand beside it in `.streamlit/config.toml`, where Streamlit finds them from any
-    folder.
+    Streamlit finds the settings in `.streamlit/config.toml` beside the app from any folder.
     """
     package = Path(ccwsim.__file__).parent
     for path in (package / "dashboard_app" / "app.py", package.parent / "app.py"):
@@ -43,7 +42,7 @@ def app_file() -> Path:
 
 
 def command_line(app: Path, port: int | None, options: tuple[str, ...]) -> list[str]:
-    """Return the command line that runs an app; options given later come first."""
+    """Return the command line that runs an app; if an option is repeated, the last one counts."""
     python = [sys.executable, "-P", "-m", "streamlit", "run", str(app)]
     ports = [] if port is None else [f"--server.port={port}"]
     fixed = "--server.fileWatcherType=none", "--server.showEmailPrompt=false"

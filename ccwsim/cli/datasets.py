@@ -1,4 +1,4 @@
-"""The command `datasets`: the bundled training images and hard data, listed or written out."""
+"""The command `datasets`, which lists the bundled training images and hard data or writes them."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def command(name: str | None, output: str | None) -> None:
     described = images | volumes | data
     if name is None:
         if output is not None:
-            raise click.UsageError("--output needs the NAME of what to write")
+            raise click.UsageError("--output needs the NAME of a training image or hard data")
         titles = {"Training images:": images, "\nVolumes:": volumes, "\nHard data:": data}
         for title, texts in titles.items():
             click.echo("\n".join([title, *(f"  {key:20} {text}" for key, text in texts.items())]))

@@ -1,4 +1,4 @@
-"""What a command line simulates: training image, grid, hard data and parameters, or a project."""
+"""Inputs of a run from the command line: image, grid, hard data and parameters, or a project."""
 
 from __future__ import annotations
 
@@ -28,19 +28,19 @@ DEFAULT_SHAPE = (256, 256)
 
 PROJECT_HELP = (
     "take training image, grid, hard data, parameters, number of realizations and seed from a "
-    "project file (.ccwsim), as the dashboard saves it; parameters, --realizations and --seed "
-    "given here come first"
+    "project file (.ccwsim) saved by the dashboard; parameters, --realizations and --seed "
+    "given here override those of the project"
 )
 PARAMETERS_HELP = (
-    "take parameters from a JSON file, as the dashboard saves them; options given here come first"
+    "take parameters from a JSON file saved by the dashboard; options given here override them"
 )
 CELL_HEIGHT_HELP = "height of a cell of a volume in world units (default: 1)"
 BOTTOM_HELP = "z of the bottom of the lowest layer of a volume (default: 0)"
 NAME = {"metavar": "NAME"}
 Options = dict[str, tuple[str, dict[str, Any], str]]
-"""By argument of the function that reads: the option, its values, and its help."""
+"""Option, its values and its help, by argument of the function that reads the file."""
 IMAGE_OPTIONS: Options = {
-    "variable": ("--variable", NAME, "which of several variables"),
+    "variable": ("--variable", NAME, "name of the variable, if the file has several"),
     "threshold": (
         "--threshold",
         {"metavar": "V", "type": float},
@@ -49,15 +49,15 @@ IMAGE_OPTIONS: Options = {
     "classes": (
         "--classes",
         {"metavar": "N|E1,E2…|codes", "type": classes},
-        "for continuous values: N classes of equally many cells, or the edges of classes; 'codes' "
-        "takes many whole numbers as facies codes",
+        "for continuous values: N classes of equal size, or the edges of classes; 'codes' keeps "
+        "integers as facies codes, even if there are many",
     ),
     "shape": (
         "--shape",
         {"metavar": "NXxNY[xNZ]", "type": sizes},
-        "columns x rows of the image, if its file does not say them (classic GSLIB)",
+        "columns x rows of the image, if its file does not contain them (classic GSLIB)",
     ),
-    "slice_index": ("--slice", {"metavar": "N", "type": int}, "which slice of a 3-D image, from 0"),
+    "slice_index": ("--slice", {"metavar": "N", "type": int}, "slice of a 3-D image, from 0"),
     "crop": (
         "--crop",
         {"metavar": "R C NY NX", "type": int, "nargs": 4},
@@ -66,7 +66,7 @@ IMAGE_OPTIONS: Options = {
     "every": (
         "--every",
         {"metavar": "N", "type": int},
-        "only the middle cell of each N x N cells, for images that are too large",
+        "take only the middle cell of each N x N cells, for images that are too large",
     ),
     "up": (
         "--up/--no-up",
@@ -77,8 +77,7 @@ IMAGE_OPTIONS: Options = {
     "z_up": (
         "--z-up/--no-z-up",
         {"default": None},
-        "whether the first layer of a volume is the bottom or the top (default: by the format, in "
-        "arrays the bottom)",
+        "whether the first layer of a volume is the bottom or the top (default: bottom)",
     ),
     "transpose": ("--transpose", {"is_flag": True}, "exchange rows and columns"),
 }
@@ -92,8 +91,8 @@ FILES_OF_DATA: Options = {
     "collars": (
         "--collars",
         {"metavar": "F"},
-        "a table of the collars of wells (name, x, y, z): --hard-data then has their intervals "
-        "(name, from, to, facies)",
+        "a table of the collars of wells (name, x, y, z); --hard-data is then the table of "
+        "intervals (name, from, to, facies)",
     ),
     "surveys": (
         "--surveys",
@@ -102,12 +101,12 @@ FILES_OF_DATA: Options = {
     ),
 }
 COLUMN_OPTIONS = {
-    "x": ("--hard-x", "is x; with --collars, of that table"),
-    "y": ("--hard-y", "is y, likewise"),
-    "z": ("--hard-z", "is z, in a volume, likewise"),
-    "well": ("--hard-well", "of --hard-data holds the names of wells, in a volume"),
-    "depth_from": ("--hard-from", "is the upper depth of intervals, in a volume"),
-    "depth_to": ("--hard-to", "is the lower depth of intervals, in a volume"),
+    "x": ("--hard-x", "is x (in --collars, if given)"),
+    "y": ("--hard-y", "is y (in --collars, if given)"),
+    "z": ("--hard-z", "is z, for a volume (in --collars, if given)"),
+    "well": ("--hard-well", "of --hard-data holds the names of wells, for a volume"),
+    "depth_from": ("--hard-from", "is the upper depth of intervals, for a volume"),
+    "depth_to": ("--hard-to", "is the lower depth of intervals, for a volume"),
     "depth": ("--hard-depth", "is the depth of points; '' for none"),
     "collar_well": ("--collar-well", "of --collars holds the names of wells"),
     "collar_length": ("--collar-length", "of --collars holds their lengths; '' for none"),
@@ -117,10 +116,10 @@ COLUMN_OPTIONS = {
     "survey_inclination": ("--survey-inclination", "of --surveys is the tilt from straight down"),
     "survey_dip": (
         "--survey-dip",
-        "of --surveys is the tilt from the horizontal, below it negative",
+        "of --surveys is the tilt from the horizontal, negative downwards",
     ),
 }
-"""Options that name a column of hard data, and their help behind "which column"."""
+"""Options that name a column of hard data, and their help after the words "which column"."""
 DATA_OPTIONS: Options = {
     **{key: (o, NAME, f"which column {text}") for key, (o, text) in COLUMN_OPTIONS.items()},
     "facies": (
@@ -131,12 +130,13 @@ DATA_OPTIONS: Options = {
     "facies_names": (
         "--facies-name",
         {"metavar": "NAME=CODE", "type": name_and_code, "multiple": True},
-        "the code of a name in the file that the training image does not have; once a name",
+        "the code of a name in the file that the training image does not have; repeat for each "
+        "name",
     ),
     "coordinates": (
         "--hard-coordinates",
         {"type": click.Choice(["world", "cells"])},
-        "whether two columns of unclear names are x and y, or row and column (from 0)",
+        "whether two columns with unclear names are x and y, or row and column (from 0)",
     ),
     "threshold": (
         "--hard-threshold",
@@ -166,14 +166,14 @@ DATA_OPTIONS: Options = {
     ),
 }
 READING_DATA = {o[2:].replace("-", "_"): name for name, (o, *_) in DATA_OPTIONS.items()}
-"""Parameters of the command that say how hard data are read, and the arguments they become."""
+"""Arguments of the reader of hard data, by parameter of the command."""
 _OF_GRID = ("grid", "cell_size", "origin", "cell_height", "bottom")
 OF_PROJECT = ("training_image", *_OF_GRID, *IMAGE_OPTIONS, *FILES_OF_DATA, *READING_DATA)
-"""The inputs of a project, which cannot be given beside it."""
+"""Inputs that a project contains and that cannot be given together with it."""
 
 
 class SimulationInputs(NamedTuple):
-    """The inputs of a run; `study` is training image, grid, parameters and hard data."""
+    """The inputs of a run; `study` holds training image, grid, parameters and hard data."""
 
     study: tuple[TrainingImage, Grid, Parameters, HardData]
     n_realizations: int
@@ -182,7 +182,7 @@ class SimulationInputs(NamedTuple):
 
 
 def image_and_data_options(command: Any) -> Any:
-    """Add the options that say what is simulated."""
+    """Add the options for the inputs of a simulation."""
     reading, data = in_group("Reading a training image from a file"), in_group("Hard data")
     grid, parameters = in_group("Simulation grid"), in_group("Parameters of the simulation")
     options = [
@@ -247,7 +247,7 @@ def _of_project(options: Any) -> SimulationInputs:
 
 
 def parameters_of(options: Any, usual: Parameters) -> Parameters:
-    """Return the parameters of a command line: options, then `--parameters`, then `usual`."""
+    """Return the parameters: options override `--parameters`, which override `usual`."""
     if options.parameters is not None:
         from ccwsim.io import parameters_from_json
         from ccwsim.io.opening import read_bytes
@@ -304,7 +304,7 @@ def grid_of(options: Any) -> Grid:
 def hard_data_of(
     options: Any, grid: Grid, image: TrainingImage
 ) -> tuple[HardData, tuple[str, ...]]:
-    """Return the hard data of a command line, and what happened while reading, in sentences."""
+    """Return the hard data of a command line, and notes on their import in sentences."""
     from ccwsim import datasets
     from ccwsim.io import import_hard_data, import_wells
 
@@ -313,9 +313,7 @@ def hard_data_of(
     reading = {key: value for key, value in reading.items() if value is not None}
     collars, surveys = options.collars, options.surveys
     if (reading or collars or surveys) and (name is None or name in bundled):
-        raise CCWSIMError(
-            "options for reading hard data need a file of them; give it with --hard-data"
-        )
+        raise CCWSIMError("options for reading hard data need a file; give it with --hard-data")
     if name is None:
         return HardData(), ()
     if name in bundled:
@@ -324,7 +322,7 @@ def hard_data_of(
         there = ", ".join(bundled)
         raise CCWSIMError(f"{name} is neither a file nor the name of bundled hard data ({there})")
     if collars is None and surveys is not None:
-        raise CCWSIMError("--surveys are of wells whose collars are a table; give --collars")
+        raise CCWSIMError("--surveys needs a table of the collars of the wells; give --collars")
     for table, given in (("collars", collars), ("surveys", surveys)):
         columns = [name for name in reading if name.startswith(table[:-1] + "_")]
         if given is None and columns:
@@ -333,7 +331,7 @@ def hard_data_of(
     if collars is None:
         report = import_hard_data(name, grid, image, **reading)
     elif "coordinates" in reading:
-        raise CCWSIMError("--hard-coordinates is not for wells with --collars; leave it out")
+        raise CCWSIMError("--hard-coordinates cannot be used with --collars; leave it out")
     else:
         report = import_wells(collars, name, grid, image, surveys=surveys, **reading)
     return report.hard_data, report.notes

@@ -1,4 +1,4 @@
-"""What commands share: groups of options in a help, kinds of values, checks of output files."""
+"""Shared parts of commands: groups of options, types of values, checks of output files."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ccwsim.system.whole_files import check_replaceable
 if TYPE_CHECKING:
     from ccwsim.io.formats.classes import Classes
 
-quiet = click.option("-q", "--quiet", is_flag=True, help="Say nothing unless something is wrong.")
+quiet = click.option("-q", "--quiet", is_flag=True, help="Print only errors.")
 
 
 class GroupedOption(click.Option):
@@ -53,7 +53,7 @@ def in_group(group: str) -> Callable[..., Callable[[Any], Any]]:
 
 
 def check_writable(path: str) -> None:
-    """Say before a long run that a file could not be written after it."""
+    """Raise an error before a long run if a file cannot be written."""
     folder = Path(path).parent
     if not folder.is_dir():
         raise CCWSIMError(f"{path}: there is no folder {folder}; make it first")
@@ -67,7 +67,7 @@ def _refused(text: str, needed: str) -> click.BadParameter:
 
 
 def sizes(text: str) -> tuple[int, ...]:
-    """Return `NXxNY` or `NXxNYxNZ` as an array's shape: (ny, nx) or (nz, ny, nx)."""
+    """Return the text `NXxNY` or `NXxNYxNZ` as the shape (ny, nx) or (nz, ny, nx)."""
     match = re.fullmatch(r"(\d+)[x×](\d+)(?:[x×](\d+))?", text.strip().lower())
     if not match:
         raise _refused(text, "columns x rows, such as 640x480 for 640 along x and 480 along y")
@@ -75,7 +75,7 @@ def sizes(text: str) -> tuple[int, ...]:
 
 
 def one_or_each(text: str) -> int | tuple[int, ...]:
-    """Return a number for all axes, or `XxYxZ` as those along (z, y, x)."""
+    """Return one number for all axes, or the text `XxYxZ` as the numbers along (z, y, x)."""
     if re.fullmatch(r"-?\d{1,9}", text.strip(), re.ASCII):
         return int(text)
     try:
@@ -88,7 +88,7 @@ def one_or_each(text: str) -> int | tuple[int, ...]:
 
 
 def number_or_each(text: str) -> float | tuple[float, ...]:
-    """Return a number for all axes, or `XxYxZ` as those along (z, y, x)."""
+    """Return one number for all axes, or the text `XxYxZ` as the numbers along (z, y, x)."""
     try:
         numbers = [float(part) for part in text.split("x")]
     except ValueError:
@@ -112,7 +112,7 @@ def name_and_code(text: str) -> tuple[str, int]:
 
 
 def edges_or_codes(text: str) -> Classes:
-    """Return inner edges of classes, or "codes"."""
+    """Return the inner edges of classes, or "codes"."""
     if text == "codes":
         return "codes"
     try:

@@ -1,4 +1,4 @@
-"""The command `paper`: the experiments of the paper, run again, to one report."""
+"""The command `paper`, which repeats the experiments of the paper and writes one report."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ examples:
 @click.option(
     "--quick",
     is_flag=True,
-    help="Fewer realizations and smaller grids: seconds instead of minutes.",
+    help="Use fewer realizations and smaller grids: seconds instead of minutes.",
 )
 @click.option(
     "--largest-grid",
@@ -46,7 +46,7 @@ def command(
     """Run the paper's experiments and write a report.
 
     Runs the experiments of the paper (sections 5.1 to 5.9) and writes one HTML report: each figure
-    and table next to what the paper says, with agreement or difference in words. It takes some
+    and table next to the result in the paper, with agreement or difference in words. It takes some
     minutes.
     """
     check_report(output)
@@ -82,7 +82,7 @@ def command(
 
 
 def check_report(path: str) -> None:
-    """Say before a long run that the report could not be written after it."""
+    """Raise an error before a long run if the report cannot be written."""
     if Path(path).suffix.lower() not in (".html", ".htm"):
         raise CCWSIMError(f"{path}: the report is HTML; call it {Path(path).stem or 'report'}.html")
     check_writable(path)

@@ -1,4 +1,4 @@
-"""What `ccwsim` does: find the command, run it, and say what went wrong."""
+"""The program `ccwsim`: find a command, run it, and report errors."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ import ccwsim
 from ccwsim.model.errors import CCWSIMError
 
 COMMANDS = ("simulate", "dashboard", "datasets", "paper", "warm-up")
-"""Each is the `command` of a module of this folder, loaded when it is asked for."""
+"""Names of commands; each is the function `command` of a module, loaded when needed."""
 
 OK, BAD_INPUT, STOPPED = 0, 2, 130
-"""Exit codes; 2 is also click's own, 130 is a shell's for Ctrl-C."""
+"""Exit codes, as in click (2 for bad input) and in shells (130 for Ctrl-C)."""
 
 EPILOG = (
-    "'ccwsim COMMAND --help' explains a command. Exit codes: 0 all is well, 2 the input is not "
-    "right, 130 stopped by Ctrl-C, 143 by SIGTERM, 129 by a terminal that was closed: what is "
-    "finished is written. Completion by Tab: put "
+    "'ccwsim COMMAND --help' explains a command. Exit codes: 0 success, 2 invalid input, 130 "
+    "stopped by Ctrl-C, 143 by SIGTERM, 129 by closing the terminal. A stopped run writes its "
+    "finished realizations. Completion by Tab: put "
     'eval "$(_CCWSIM_COMPLETE=bash_source ccwsim)" into ~/.bashrc (zsh_source into ~/.zshrc, '
     "fish_source for fish)."
 )
@@ -54,7 +54,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command line and return its exit code: 0, 2 for bad input, 130 for Ctrl-C."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
-            stream.reconfigure(errors="replace")  # a text must not fail for an old code page
+            stream.reconfigure(errors="replace")  # old code pages lack characters
     given = None if arguments is None else list(arguments)
     try:
         return program.main(given, "ccwsim", standalone_mode=False) or OK

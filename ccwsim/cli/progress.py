@@ -1,4 +1,4 @@
-"""How far a run is: a bar on a terminal, a line every few seconds elsewhere; and what stops it."""
+"""Show the progress of a run (a bar on a terminal, else lines), and stop it on signals."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from typing import TextIO
 from tqdm import tqdm
 
 SECONDS_A_LINE = 5.0
-"""Between two lines where there is no terminal, such as in the log of a batch system."""
+"""Seconds between progress lines without a terminal, such as in the log of a batch system."""
 STARTING = "starting …"
 BAR = "{bar:24} {percentage:3.0f} %  {desc}  {remaining} left"
 
@@ -28,11 +28,11 @@ class ProgressLine:
         self._bar: tqdm | None = None
         self._first: tuple[float, float] | None = None
         self._said: float | None = None
-        self._waiting = ""  # what a terminal shows before the work begins
+        self._waiting = ""  # text on a terminal before the work begins
 
     def __call__(self, fraction: float, n_done: int) -> None:
         """Show that `fraction` of all work is done, and `n_done` units."""
-        with suppress(OSError):  # a terminal that is gone is no reason to end
+        with suppress(OSError):  # continue if the terminal was closed
             self._show(fraction, n_done)
 
     def _show(self, fraction: float, n_done: int) -> None:
@@ -55,7 +55,7 @@ class ProgressLine:
             print(line, file=self._stream, flush=True)
 
     def clear(self) -> None:
-        """Take the bar away until the next call."""
+        """Remove the bar until the next call."""
         if self._bar is not None:
             self._bar.clear()
         elif self._waiting:
@@ -64,16 +64,16 @@ class ProgressLine:
             self._waiting = ""
 
     def close(self) -> None:
-        """Take the bar away for good."""
+        """Remove the bar permanently."""
         with suppress(OSError):
             self.clear()
             if self._bar is not None:
                 self._bar.close()
 
     def _show_bar(self, fraction: float, done: str) -> None:
-        if self._bar is None:  # from here on: compiling comes before and says nothing of the pace
+        if self._bar is None:  # start of the pace, which excludes compiling
             self.clear()
-            columns = min(100, get_terminal_size().columns)  # also where the width is unknown
+            columns = min(100, get_terminal_size().columns)  # even if the width is unknown
             look = {"bar_format": BAR, "ncols": columns, "nrows": 20, "leave": False}
             pace = {"initial": fraction, "smoothing": 0, "miniters": 0}
             self._bar = tqdm(desc=done, total=1.0, file=self._stream, **pace, **look)
@@ -97,7 +97,7 @@ class ProgressLine:
 
 
 def starting_text() -> str:
-    """Say what comes before the work: kernels are compiled, how many, how long the others take."""
+    """Show the preparation of a run: number of kernels to compile, and remaining time."""
     from ccwsim.engine.compilation import compilation
 
     progress = compilation()
@@ -109,7 +109,7 @@ def starting_text() -> str:
 
 
 def duration(seconds: float) -> str:
-    """Return a time in words: "8 s", "1 min 15 s", "2 h 1 min"."""
+    """Return a time as text: "8 s", "1 min 15 s", "2 h 1 min"."""
     whole = round(seconds)
     if whole < 60:
         return f"{whole} s"
@@ -119,11 +119,11 @@ def duration(seconds: float) -> str:
 
 
 SIGNALS = {"SIGINT": 130, "SIGTERM": 143, "SIGHUP": 129}
-"""What asks a run to end, Ctrl-C, a batch system, a terminal that is closed; and the exit codes."""
+"""Exit codes of signals that stop a run: Ctrl-C, a batch system, a closed terminal."""
 
 
 class Stop:
-    """Whether a signal asked the run to end; a call tells, and `exit_code` says which it was."""
+    """A flag, returned by a call, that a signal stopped the run; `exit_code` shows the signal."""
 
     def __init__(self) -> None:
         self.exit_code = 0
@@ -132,11 +132,11 @@ class Stop:
         return self.exit_code != 0
 
     def note(self, number: int, *_: object) -> None:
-        """Take a signal; the same one again ends the program."""
+        """Record a signal; if the signal comes again, the program ends at once."""
         name = signal.Signals(number).name
         self.exit_code = SIGNALS[name]
         signal.signal(number, signal.SIG_DFL)
-        if name == "SIGHUP":  # the terminal is gone: what is said goes nowhere, and stops nothing
+        if name == "SIGHUP":  # the terminal is closed: discard all output
             nowhere = os.open(os.devnull, os.O_WRONLY)
             for stream in (1, 2):
                 os.dup2(nowhere, stream)
@@ -144,10 +144,10 @@ class Stop:
 
 @contextmanager
 def stop_on_signals() -> Iterator[Stop]:
-    """Yield what says whether the run is asked to end; the same signal again ends the program.
+    """Yield a flag that is set by the first signal; a second equal signal ends the program.
 
-    What is finished can so still be written. Outside the main thread, where signals cannot be
-    caught, it never is asked.
+    A run can thus stop and write its finished realizations. The flag is never set outside the main
+    thread, because signals cannot be caught there.
     """
     stop = Stop()
     before = {}
@@ -155,7 +155,7 @@ def stop_on_signals() -> Iterator[Stop]:
         for name in SIGNALS:
             number = getattr(signal, name, None)
             ignored = number and signal.getsignal(number) == signal.SIG_IGN
-            if number and not (name == "SIGHUP" and ignored):  # as `nohup` has it
+            if number and not (name == "SIGHUP" and ignored):  # respect `nohup`
                 before[number] = signal.signal(number, stop.note)
     try:
         yield stop

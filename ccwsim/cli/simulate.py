@@ -1,4 +1,4 @@
-"""The command `simulate`: realizations of a training image, to files."""
+"""The command `simulate`, which writes realizations of a training image to files."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ccwsim.model.ensemble import Ensemble
 
 STREAMED = "npy"
-"""The format that is written during the run instead of after it."""
+"""The only format that is written during the run; others are written after it."""
 
 EPILOG = """\
 \b
@@ -49,9 +49,9 @@ run_option = in_group("Run")
     multiple=True,
     required=True,
     metavar="FILE",
-    help="where to write the realizations, in the format of the ending: npz (everything), sgems, "
-    "gslib or dat (one column a realization), png (all maps side by side), npy (facies codes, "
-    "straight to disk: for more than memory holds); may be given several times",
+    help="file for the realizations; its ending gives the format: npz (everything), sgems, gslib "
+    "or dat (one column per realization), png (all maps side by side), npy (facies codes, written "
+    "during the run, also if they exceed memory); may be given several times",
 )
 @quiet
 def command(**given: Any) -> int:
@@ -90,12 +90,12 @@ def command(**given: Any) -> int:
 
 @contextmanager
 def executor_of(options: Any) -> Iterator[Any]:
-    """Yield the client of the scheduler of a command line, None where it names none."""
+    """Yield a client of the scheduler given in the command line, or None."""
     if options.scheduler is None:
         yield None
         return
     if options.workers is not None:
-        raise CCWSIMError("--workers counts threads here; leave it out with --scheduler")
+        raise CCWSIMError("--workers is a number of local threads; leave it out with --scheduler")
     from ccwsim.run.executors import connect
 
     client = connect(options.scheduler)
@@ -106,7 +106,7 @@ def executor_of(options: Any) -> Iterator[Any]:
 
 
 def check_output(path: str) -> None:
-    """Say before a long run that a file could not be written after it."""
+    """Raise an error before a long run if a file cannot be written."""
     from ccwsim.io.atomic import format_of
     from ccwsim.io.realizations import FORMATS
 
@@ -115,7 +115,7 @@ def check_output(path: str) -> None:
 
 
 def streamed_output(paths: Sequence[str]) -> str | None:
-    """Return which file realizations go to as they are finished, if any does.
+    """Return the file to which realizations are written during the run, or None.
 
     Examples
     --------
@@ -129,7 +129,7 @@ def streamed_output(paths: Sequence[str]) -> str | None:
 
 
 def summary(e: Ensemble) -> str:
-    """Return what an ensemble is: how many, how long, the data honoured, the proportions."""
+    """Return a summary of an ensemble: size, times, honoured data and proportions."""
     from ccwsim.model.arrays import describe_shape
 
     ti, n = e.training_image, e.hard_data.n
@@ -153,7 +153,7 @@ def summary(e: Ensemble) -> str:
 
 
 def _write(paths: Sequence[str], ensemble: Ensemble) -> None:
-    """Write all files that can be written, then complain of the others."""
+    """Write all files, and raise an error at the end if some could not be written."""
     from ccwsim.io import write_realizations
 
     errors = []

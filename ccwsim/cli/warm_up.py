@@ -1,4 +1,4 @@
-"""The command `warm-up`: compile the kernels now, so that no first run waits for them."""
+"""The command `warm-up`, which compiles the kernels before the first run."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from ccwsim.cli.options import quiet
 def command(quiet: bool, serve: bool) -> None:
     """Compile the kernels now, for instance while an image is built.
 
-    Compiles all kernels that usual studies and the first screen of the dashboard need, side by side
-    on up to three cores, and keeps them; what is compiled already takes no time.
+    Compiles all kernels that usual studies and the first screen of the dashboard need, in parallel
+    on up to three cores, and stores them. Kernels that are stored already take no time.
     """
     from ccwsim.engine import compilation
 

@@ -1,7 +1,7 @@
 """Training images and hard data that come with the program.
 
-All of them are drawn by seeded generators (tools/datasets in the source repository), so all are
-free to use and can be made again.
+Seeded generators (tools/datasets in the source repository) draw all of them, so they are free to
+use and reproducible.
 """
 
 from ccwsim.datasets.catalogue import (

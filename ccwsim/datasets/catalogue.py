@@ -1,8 +1,8 @@
 """The bundled training images, hard data and reference fields.
 
-Images are indexed PNG, so that any viewer shows them and the indices are the facies codes; rows are
-stored from the north, as pictures have them. Volumes are npz. Hard data are CSV with x, y, of
-volumes z (of cell centres, in cells from the outer corner) and facies.
+Images are indexed PNG files, which any viewer can show: the indices are the facies codes, and the
+first row is the north. Volumes are npz files. Hard data are CSV files with the columns x, y, for
+volumes z (cell centres, in cells from the outer corner), and facies.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ _TABLES = tomllib.loads((ASSETS / "datasets.toml").read_text("utf-8"))
 
 
 def _rows(kind: type[Row], table: str) -> dict[str, Row]:
-    """The rows of a table by name, its lists as tuples."""
+    """Return the rows of a table by name, with lists as tuples."""
     return {
         name: kind(**{key: tuple(v) if isinstance(v, list) else v for key, v in row.items()})
         for name, row in _TABLES[table].items()
@@ -59,16 +59,16 @@ def _rows(kind: type[Row], table: str) -> dict[str, Row]:
 
 DATASETS = _rows(Dataset, "images")
 VOLUMES = _rows(Dataset, "volumes")
-"""Bundled volumes, each with ten vertical wells through another volume of its kind."""
+"""Bundled volumes, each with ten vertical wells sampled from a similar volume."""
 WELLS_SHAPE = (48, 100, 100)
-"""The shape of the grid of all wells."""
+"""Shape of the grid of the bundled wells."""
 
 SURVEYS = _rows(Survey, "surveys")
 WELLS = {f"{name}_10_wells": Survey(name, WELLS_SHAPE, "10 vertical wells") for name in VOLUMES}
-"""The wells of the volumes, by the names that hard data have."""
+"""The wells of the volumes, by name of the hard data."""
 
 FIELD_SIDES = {"channels": (256, 512), "stone_wall": (512,), "barchans": (512, 1000)}
-"""Sides of the square reference fields, each drawn as its training image is with another seed."""
+"""Sides of the square reference fields: each is a training image drawn with another seed."""
 
 
 def names() -> tuple[str, ...]:
@@ -131,7 +131,7 @@ def load_wells(name: str) -> HardData:
 
 
 def describe(name: str) -> str:
-    """Return one line on a bundled training image: what it is, its size, what it is good for.
+    """Return one line about a bundled training image: its content, size and use.
 
     Raises `CCWSIMError` for an unknown name.
 
@@ -158,7 +158,7 @@ def hard_data_names() -> tuple[str, ...]:
 
 
 def all_image_names() -> tuple[str, ...]:
-    """Return the names of all training images, maps and volumes, as `load` takes them.
+    """Return the names of all training images, maps and volumes, for `load`.
 
     Examples
     --------
@@ -169,7 +169,7 @@ def all_image_names() -> tuple[str, ...]:
 
 
 def all_hard_data_names() -> tuple[str, ...]:
-    """Return the names of all hard data, of maps and of volumes, as `load_hard_data` takes them.
+    """Return the names of all hard data, of maps and volumes, for `load_hard_data`.
 
     Examples
     --------
@@ -180,7 +180,7 @@ def all_hard_data_names() -> tuple[str, ...]:
 
 
 def wells_names() -> tuple[str, ...]:
-    """Return the names of the wells of the bundled volumes, as `load_hard_data` takes them.
+    """Return the names of the wells of the bundled volumes, for `load_hard_data`.
 
     Examples
     --------
@@ -192,7 +192,7 @@ def wells_names() -> tuple[str, ...]:
 
 @cache
 def load_hard_data(name: str) -> HardData:
-    """Read bundled hard data, which are placed on a grid of `hard_data_grid_shape(name)`.
+    """Read bundled hard data; the shape of their grid is `hard_data_grid_shape(name)`.
 
     Raises `CCWSIMError` for an unknown name, or if the file is missing.
 
@@ -202,7 +202,7 @@ def load_hard_data(name: str) -> HardData:
     HardData(n=60)
     """
     grid = Grid.of(_survey(name).grid_shape)
-    path = _present(hard_data_path(name))  # the columns are x, y, of a volume z, and facies
+    path = _present(hard_data_path(name))  # the columns are x, y, for a volume z, and facies
     *places, facies = np.loadtxt(path, delimiter=",", skiprows=1, unpack=True)
     return HardData(grid.cells_of(*places), facies)
 
@@ -219,7 +219,7 @@ def hard_data_grid_shape(name: str) -> tuple[int, ...]:
 
 
 def hard_data_training_image(name: str) -> str:
-    """Return the name of the training image that bundled hard data go with.
+    """Return the name of the training image that belongs to bundled hard data.
 
     Examples
     --------
@@ -230,7 +230,7 @@ def hard_data_training_image(name: str) -> str:
 
 
 def describe_hard_data(name: str) -> str:
-    """Return one line on bundled hard data.
+    """Return one line about bundled hard data.
 
     Examples
     --------
@@ -243,9 +243,9 @@ def describe_hard_data(name: str) -> str:
 
 
 def load_reference_field(name: str) -> TrainingImage:
-    """Read the field that bundled hard data were read from, to score realizations against.
+    """Read the reference field from which bundled hard data were sampled, to score realizations.
 
-    It is of the same kind as the training image, drawn with another seed.
+    The field resembles the training image but was drawn with another seed.
 
     Raises `CCWSIMError` for an unknown name, or if the file is missing.
 
@@ -269,7 +269,7 @@ def load_reference_field(name: str) -> TrainingImage:
 
 @cache
 def reference_field(image: str, shape: tuple[int, int]) -> TrainingImage:
-    """Return the reference field of a training image, cut to a grid or as large as stored."""
+    """Return the reference field of a training image, cut to `shape` if it is larger."""
     sides = FIELD_SIDES[image]
     side = next((side for side in sides if side >= max(shape)), sides[-1])
     codes = read_image(field_path(image, side))[: shape[0], : shape[1]]
@@ -278,19 +278,19 @@ def reference_field(image: str, shape: tuple[int, int]) -> TrainingImage:
 
 
 def image_path(name: str) -> Path:
-    """Return where a training image, a map or a volume, is stored."""
+    """Return the path of a training image, a map or a volume."""
     if name in VOLUMES:
         return ASSETS / "volumes" / f"{name}.npz"
     return ASSETS / "training_images" / f"{name}.png"
 
 
 def hard_data_path(name: str) -> Path:
-    """Return where hard data are stored."""
+    """Return the path of hard data."""
     return ASSETS / ("volumes" if name in WELLS else "hard_data") / f"{name}.csv"
 
 
 def field_path(image: str, side: int) -> Path:
-    """Return where a reference field is stored."""
+    """Return the path of a reference field."""
     return ASSETS / "reference_fields" / f"{image}_{side}.png"
 
 

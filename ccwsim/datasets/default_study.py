@@ -1,7 +1,7 @@
-"""Stored realizations of the study that the dashboard opens with, shown while kernels compile.
+"""Stored realizations of the dashboard's first study, shown while kernels compile.
 
-They equal those of `simulate` cell by cell; `python -m tools.default_study` writes them. CPU times
-are not stored: they depend on the machine.
+They equal the realizations of `simulate` cell by cell; `python -m tools.default_study` writes them.
+CPU times are not stored because they depend on the machine.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from ccwsim.model.parameters import Parameters
 
 STORED = ASSETS / "default_study.npz"
 IMAGE, HARD_DATA, SHAPE, N_REALIZATIONS = "channels", "channels_400_data", (512, 512), 12
-"""The study, with seed 0; that of `Choices()`."""
+"""The study of `Choices()`, simulated with seed 0."""
 
 
 def stored_ensemble() -> Ensemble:
-    """Return the realizations of the default study, with NaN for the CPU time of each."""
+    """Return the realizations of the default study; their CPU times are NaN."""
     shape = N_REALIZATIONS, *SHAPE
     with np.load(STORED) as stored:
         indices = np.unpackbits(stored["bits"], count=int(np.prod(shape))).reshape(shape)

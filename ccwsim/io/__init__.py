@@ -1,4 +1,4 @@
-"""Files in and out: training images, hard data, realizations, parameters."""
+"""Read and write files: training images, hard data, realizations, parameters."""
 
 from ccwsim.io.formats.classes import class_edges, classify
 from ccwsim.io.formats.map_files import can_write

@@ -1,4 +1,4 @@
-"""Zip files, such as `.npz` and projects: looked at before anything in them is unpacked."""
+"""Zip files, such as `.npz` and projects, which are checked before they are unpacked."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _BLOCK = 4 * 2**20
 
 
 class Archive:
-    """The members of a zip file, by names that are the file's, and no paths."""
+    """The members of a zip file by name; names are never used as paths on disk."""
 
     def __init__(self, archive: zipfile.ZipFile, name: str) -> None:
         self._archive, self._name = archive, name
@@ -25,11 +25,11 @@ class Archive:
         self.n_members = len(archive.infolist())
 
     def check(self, members: list[str]) -> None:
-        """Raise an error if members are packed in a strange way or unpack to too much."""
+        """Raise an error if members use an unknown compression or unpack to too many bytes."""
         infos = [self.infos[member] for member in members]
         for info in infos:
             if info.compress_type not in _METHODS or info.flag_bits & 1:
-                raise CCWSIMError(f"{self._name}: it is packed in a way not read; save it again")
+                raise CCWSIMError(f"{self._name}: its compression is not supported; save it again")
             check_packing(self._name, info.compress_size, info.file_size)
         check_bytes(self._name, sum(max(info.file_size, 0) for info in infos), unpacked=True)
 
@@ -39,7 +39,7 @@ class Archive:
             return file.read(n_bytes)
 
     def read(self, member: str) -> bytes:
-        """Return a member, no more bytes than the directory of the file states."""
+        """Return the content of a member, up to the size stated in the zip file's directory."""
         left = self.infos[member].file_size
         parts = []
         with self._archive.open(self.infos[member]) as file:
@@ -54,7 +54,7 @@ class Archive:
 
 @contextmanager
 def opened_archive(content: bytes, name: str) -> Iterator[Archive]:
-    """Yield the members of a zip file; an error if it is broken.
+    """Yield the members of a zip file; raise an error if the file is broken.
 
     Examples
     --------
@@ -65,7 +65,7 @@ def opened_archive(content: bytes, name: str) -> Iterator[Archive]:
     ...     archive.read("a.txt")
     b'sand'
     """
-    entries = content.count(_ENTRY)  # each becomes an object as soon as the file is opened
+    entries = content.count(_ENTRY)  # opening the file creates an object for each entry
     if entries > MAX_MEMBERS:
         raise CCWSIMError(
             f"{name}: {entries} files in a zip are more than {MAX_MEMBERS}; save only what is "

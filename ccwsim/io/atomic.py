@@ -1,4 +1,4 @@
-"""Write to a path, whole or not at all, or to an open file; the format by the ending."""
+"""Write a file completely or not at all, in the format that its ending names."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ccwsim.system.whole_files import WholeFile, unwritable
 
 
 def write_bytes(path_or_file: Any, content: bytes) -> None:
-    """Write to a path, by a temporary file beside it and a rename, or to an open binary file."""
+    """Write to an open binary file, or to a path by renaming a temporary file beside it."""
     if not isinstance(path_or_file, (str, os.PathLike)):
         path_or_file.write(content)
         return
@@ -26,7 +26,7 @@ def write_bytes(path_or_file: Any, content: bytes) -> None:
 
 
 def format_of(path_or_file: Any, format: str | None, allowed: Collection[str]) -> str:
-    """Return the format to write: the one asked for, else the ending of the path.
+    """Return the format to write: the requested format, else the ending of the path.
 
     Examples
     --------

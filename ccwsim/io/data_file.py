@@ -1,4 +1,4 @@
-"""What a file holds before it is read as a training image or as hard data."""
+"""The variables of a file before they become a training image or hard data."""
 
 from __future__ import annotations
 
@@ -15,32 +15,32 @@ from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
 
 MISSING_CODES = (-99.0, -999.0, -997799.0, -9977799.0)
-"""Values that GSLIB, SGeMS and MPSLIB files write where nothing is known."""
+"""Codes for missing values in GSLIB, SGeMS and MPSLIB files."""
 
 
 @dataclass(frozen=True, eq=False)
 class DataFile:
-    """The variables of a file, as they stand in it."""
+    """The unconverted variables of a file."""
 
-    kind: str  # the format, in words
-    name: str  # what to call the file in messages
+    kind: str  # name of the format, for messages
+    name: str  # name of the file in messages
     # grids of shape (nz, ny, nx), a stack of volumes, or columns of shape (n,) of a table
     variables: dict[str, NDArray]
-    # whether the variables are columns: points, or a grid whose size the file does not say
+    # whether the variables are columns: points, or a grid whose size is not in the file
     is_table: bool = False
-    # shape (n,): the line of the file, from 1, that each row of a table or text matrix stands on
+    # shape (n,): line number in the file, from 1, of each row of a table or text matrix
     lines: NDArray[np.int64] | None = None
-    south_first: bool = True  # whether the format puts row 0 at the south
-    asks_up: bool = False  # whether the format leaves that open, so that the user has to look
-    missing: tuple[float, ...] = ()  # values that stand for "not known", besides NaN
-    # where the file says them: along x and y, the origin at the corner of the first cell
+    south_first: bool = True  # whether row 0 is the south in this format
+    asks_up: bool = False  # whether the format does not define this, so that the user must check
+    missing: tuple[float, ...] = ()  # codes for missing values, besides NaN
+    # along x and y, if the file has them; the origin is the corner of the first cell
     cell_size: tuple[float, float] | None = None
     origin: tuple[float, float] | None = None
-    along_z: tuple[float, float] | None = None  # cell size and origin there, if the file says them
-    # columns of a table that hold words, such as names of wells and facies, as they stand in it
+    along_z: tuple[float, float] | None = None  # cell size and origin along z, if the file has them
+    # text columns of a table, such as names of wells and facies
     words: dict[str, tuple[str, ...]] = field(default_factory=dict)
-    columns: tuple[str, ...] = ()  # of a table: all of them in their order, those of words too
-    counted: str = "line"  # what `lines` counts
+    columns: tuple[str, ...] = ()  # names of all columns of a table, in file order
+    counted: str = "line"  # unit of `lines`: "line", "row" or "cell"
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -50,7 +50,7 @@ class DataFile:
     def chosen(
         self, variable: str | None, preferred: tuple[str, ...] = (), argument: str = "variable"
     ) -> str:
-        """Return the name of the variable to read; the only one if none is asked for."""
+        """Return the name of the variable to read; by default the only variable of the file."""
         names = list(self.variables)
         if variable is not None:
             return self._named(variable, names)
@@ -61,7 +61,7 @@ class DataFile:
         raise CCWSIMError(f"{said}; pick one ({argument}=)")
 
     def column(self, name: str) -> str:
-        """Return the name of a column, of numbers or of words."""
+        """Return the name of a column of numbers or text."""
         return self._named(name, list(self.names))
 
     def _named(self, variable: str, names: list[str]) -> str:
@@ -73,25 +73,25 @@ class DataFile:
         return same[0]
 
     def grid_of(self, variable: str, shape: tuple[int, ...] | None) -> NDArray:
-        """Return a variable as (nz, ny, nx); a table needs the shape, x fastest."""
+        """Return a variable in the shape (nz, ny, nx); a table needs `shape` and has x fastest."""
         values = self.variables[variable]
         if not self.is_table:
             if shape is not None and tuple(shape) not in (values.shape, values.shape[-2:]):
                 said = " × ".join(map(str, values.shape))
                 raise CCWSIMError(
-                    f"{self.name} says itself that it is {said} (slices × rows × columns), "
+                    f"{self.name} contains its shape: {said} (slices × rows × columns), "
                     f"not {tuple(shape)}; leave shape out"
                 )
             return values
         if shape is None:
             raise CCWSIMError(
-                f"{self.name} does not say how large its grid is; give shape=(rows, columns) for "
+                f"{self.name} does not contain its grid size; give shape=(rows, columns) for "
                 f"its {len(values)} values"
             )
         return values.reshape(_full_shape(self.name, shape, len(values)))
 
     def placed(self, shape: tuple[int, ...]) -> Grid:
-        """Return the grid of a map or a volume of this shape, placed where the file says."""
+        """Return a grid of this shape with the cell size and origin of the file."""
         grid = Grid.of(shape)
         size, origin = self.cell_size or (1.0, 1.0), self.origin or (0.0, 0.0)
         if grid.nz is not None:
@@ -108,7 +108,7 @@ class DataFile:
         volume: bool = False,
         z_up: bool | None = None,
     ) -> NDArray:
-        """Return a layer of a grid, or a whole volume, from the south and the bottom."""
+        """Return one layer or a whole volume, row 0 at the south, layer 0 at the bottom."""
         if not volume:
             grid = self._layer(grid, slice_index)
         elif z_up is False:
@@ -117,7 +117,7 @@ class DataFile:
         return grid if south_first else np.flip(grid, -2)
 
     def _layer(self, grid: NDArray, slice_index: int | None) -> NDArray:
-        """One layer; a grid that is one cell wide is a vertical section and taken as it is."""
+        """Return one layer; a grid one cell wide is returned as a vertical section."""
         n = len(grid)
         if slice_index is None and (n == 1 or 1 in grid.shape[1:]):
             return grid[0] if n == 1 else grid.reshape(n, -1)
@@ -129,7 +129,7 @@ class DataFile:
         return grid[slice_index]
 
     def known(self, values: NDArray) -> NDArray[np.bool_]:
-        """Return where `values` are known: neither NaN nor a code for "missing"."""
+        """Return a mask of the known `values`: neither NaN nor a code for a missing value."""
         known = ~np.isnan(values) if values.dtype.kind == "f" else np.ones(values.shape, bool)
         for code in self.missing:
             known &= values != code
@@ -152,9 +152,9 @@ def _full_shape(name: str, shape: tuple[int, ...], n: int) -> tuple[int, int, in
 
 @contextmanager
 def broken(message: str, *kinds: type[Exception], remedy: str = "") -> Iterator[None]:
-    """Turn errors of a library that reads a broken file, all kinds by default, into a message.
+    """Turn errors of a library on a broken file into one message; by default errors of any type.
 
-    Before a remedy the message says the reason that the library gave.
+    If there is a `remedy`, the message gives the library's reason before it.
     """
     kinds = kinds or (Exception,)
     try:
@@ -167,7 +167,7 @@ def broken(message: str, *kinds: type[Exception], remedy: str = "") -> Iterator[
 
 
 def distinct_names(names: list[str]) -> list[str]:
-    """Return the names, numbered where one is empty or occurs twice.
+    """Return the names, with a number for each name that is empty or occurs twice.
 
     Examples
     --------
@@ -184,7 +184,7 @@ def distinct_names(names: list[str]) -> list[str]:
 
 
 def printable(name: str, most: int = 80) -> str:
-    """Return a name from a file as it can be shown: on one line and short.
+    """Return a name from a file in printable form: short and on one line.
 
     Examples
     --------

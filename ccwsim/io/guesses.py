@@ -1,4 +1,4 @@
-"""Questions that the file of a training image raises, and a likely answer to each."""
+"""Options that a training image file leaves open, and a likely value for each."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ QUESTIONS = {
     "gaps": ("crop",),
     "values": ("threshold", "classes"),
 }
-"""The arguments of `read_training_image` that answer each question, in the order of asking: an
-answer decides which later questions arise."""
+"""Arguments of `read_training_image` that answer each question. The order matters: later
+questions depend on earlier answers."""
 
 
 def guess_answers(
     path_or_file: PathOrFile, answers: Mapping[str, Any] | None = None
 ) -> tuple[dict[str, Any], tuple[str, ...]]:
-    """Return answers that let a file be read as a training image, and the questions it raises.
+    """Guess the arguments needed to read a file as a training image, and list open questions.
 
     Raises `CCWSIMError` for a file that cannot be opened, or answers that do not fit it.
 
@@ -50,7 +50,7 @@ def guess_answers(
     ----------
     path_or_file : str, Path or binary file
     answers : mapping, optional
-        Arguments of `read_training_image` that are known already; they are kept.
+        Arguments of `read_training_image` that are known already; they are not changed.
 
     Returns
     -------
@@ -60,7 +60,7 @@ def guess_answers(
         without gaps, the thinning of a picture down to the limit, Otsu's threshold of grey values,
         and the number of main colours of a picture as classes.
     asked : tuple of str
-        The keys of `QUESTIONS` that this file raises, answered or not.
+        The keys of `QUESTIONS` that apply to this file, answered or not.
 
     References
     ----------
@@ -100,9 +100,9 @@ def guess_answers(
 
 
 def _layer(file: DataFile, known: dict[str, Any], asked: list[str]) -> NDArray:
-    """The values of the variable, row 0 in the south; asks for variable, shape and layers.
+    """Return the values of the variable, row 0 at the south; guess variable, shape and layers.
 
-    All layers of a volume are taken unless a slice was asked for.
+    All layers of a volume are returned unless a slice is given.
     """
     names = list(file.variables)
     liked = [name for name in names if name.lower() in PREFERRED]
@@ -127,7 +127,7 @@ def _layer(file: DataFile, known: dict[str, Any], asked: list[str]) -> NDArray:
 
 def _ask_gaps(file: DataFile, values: NDArray, known: dict[str, Any], asked: list[str]) -> None:
     there = file.known(values)
-    there = np.all(there, axis=0) if there.ndim == 3 else there  # a piece has all layers
+    there = np.all(there, axis=0) if there.ndim == 3 else there  # a cropped piece keeps all layers
     if there.all() or "part" in asked:
         return
     asked.append("gaps")
@@ -139,7 +139,7 @@ def _ask_gaps(file: DataFile, values: NDArray, known: dict[str, Any], asked: lis
 
 
 def _likely_facies(file: DataFile) -> str:
-    """The first variable of a few codes, else the first one."""
+    """Return the first variable that holds facies codes, else the first variable."""
     for name, values in file.variables.items():
         there = values[file.known(values)]
         if there.size and are_codes(there) and there.min() != there.max():
@@ -153,7 +153,7 @@ def _squarest(n: int) -> tuple[int, int]:
 
 
 def _of_colours(picture: PictureFile) -> dict[str, Any]:
-    """A threshold for a grey picture, else the number of main colours."""
+    """Guess a threshold for a grey picture, or the number of main colours for a coloured one."""
     if is_grey(picture.rgb, percent=99.0):
         return {"threshold": otsu(grey_of(picture.rgb))}
     return {"classes": max(2, len(main_colours(picture.rgb)))}
@@ -175,5 +175,6 @@ def otsu(values: NDArray) -> float:
     sums = np.cumsum(counts * middles)
     apart = sums[:-1] / np.maximum(below, 1) - (sums[-1] - sums[:-1]) / np.maximum(above, 1)
     between = below.astype(float) * above * apart**2
-    best = np.flatnonzero(between >= between.max() * (1 - 1e-12))  # an empty valley has many
+    # every threshold in a gap between the values is equally good
+    best = np.flatnonzero(between >= between.max() * (1 - 1e-12))
     return float(f"{edges[1:-1][best].mean():.3g}")

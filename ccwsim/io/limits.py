@@ -1,6 +1,6 @@
 """Limits of files, checked before memory is allocated.
 
-Scripts may read what the machine holds, uploads to a public server no more than a page can show.
+Scripts have wide limits; uploads to a public server have those of the dashboard's pages.
 `limited` sets the limits of all readers called inside it.
 """
 
@@ -19,29 +19,29 @@ from ccwsim.model.errors import CCWSIMError, shown
 MIB = 2**20
 
 MAX_VARIABLES = 1000
-"""Maximum of variables in a file: the user chooses one from a list."""
+"""Maximum number of variables in a file: the user chooses one from a list."""
 
 PACKED_FREELY = 64 * MIB
-"""Bytes that are unpacked at any ratio: an image of one facies packs to almost nothing."""
+"""Unpacked bytes allowed at any ratio: an image of one facies compresses extremely well."""
 
 MAX_MEMBERS = 2000
-"""Maximum of files in a zip: Python makes an object of each before they can be checked."""
+"""Maximum number of files in a zip: Python creates an object for each before any check."""
 
 
 @dataclass(frozen=True)
 class FileLimits:
-    """Limits of one file, by default of the user's own: more than any real file has."""
+    """Limits of one file; the defaults are for scripts and exceed any real file."""
 
-    bytes: int = 16 * 1024 * MIB  # of the file
-    unpacked: int = 64 * 1024 * MIB  # of all parts of a packed file together: all are held at once
-    ratio: float = inf  # unpacked bytes from one packed byte, in parts above `PACKED_FREELY`
-    cells: int = 4_000_000_000  # values of all variables, or pixels of a picture
-    whole: int = 4_000_000_000  # pixels, or values of an array, of a file of which a part is taken
-    points: int = 10_000_000  # hard data: each is checked during simulation, and drawn
-    lines: int = 200_000_000  # lines of a text table: each is an object while it is read
-    line_bytes: int = 1024 * MIB  # bytes of one line, for the same reason
-    fields: int = 100_000_000  # fields of a table with words or gaps, which are read one by one
-    seconds: float = inf  # for reading it
+    bytes: int = 16 * 1024 * MIB  # size of the file
+    unpacked: int = 64 * 1024 * MIB  # total size of all parts of a file, unpacked in memory
+    ratio: float = inf  # unpacked bytes per packed byte, for parts larger than `PACKED_FREELY`
+    cells: int = 4_000_000_000  # number of values of all variables, or pixels of a picture
+    whole: int = 4_000_000_000  # like `cells`, for a file of which only a part is read
+    points: int = 10_000_000  # number of hard data: each is checked during simulation, and drawn
+    lines: int = 200_000_000  # number of lines of a text table: each becomes an object
+    line_bytes: int = 1024 * MIB  # bytes of one line, which becomes one object
+    fields: int = 100_000_000  # number of fields of a table that are read one by one
+    seconds: float = inf  # maximum reading time
 
 
 SCRIPT_LIMITS = FileLimits()
@@ -58,19 +58,19 @@ UPLOAD_LIMITS = FileLimits(
     fields=500_000,
     seconds=20.0,
 )
-"""For uploads: the largest image of the paper has 2000 × 2000 cells."""
+"""Limits of uploads: the largest image of the paper has 2000 × 2000 cells."""
 
 _HELD: ContextVar[tuple[FileLimits, float]] = ContextVar("limits", default=(SCRIPT_LIMITS, inf))
 
 
 def limits() -> FileLimits:
-    """Return the limits in force, by default those of scripts."""
+    """Return the current limits, by default those of scripts."""
     return _HELD.get()[0]
 
 
 @contextmanager
 def limited(to: FileLimits) -> Iterator[None]:
-    """Read under these limits; the time counts from here.
+    """Apply these limits to all readers inside the block; reading time counts from its start.
 
     Examples
     --------
@@ -86,7 +86,7 @@ def limited(to: FileLimits) -> Iterator[None]:
 
 
 def check_time(name: str) -> None:
-    """Raise an error if reading takes too long; to be called in every loop."""
+    """Raise an error if reading takes too long; call this in every loop."""
     to, end = _HELD.get()
     if time.monotonic() > end:
         raise CCWSIMError(
@@ -96,9 +96,9 @@ def check_time(name: str) -> None:
 
 
 def check_cells(name: str, shape: tuple[int, ...], *, whole: bool = False) -> int:
-    """Return the number of values of a shape; an error for none or too many.
+    """Return the number of values of a shape; raise an error if it is 0 or above the limit.
 
-    The limit is higher for the `whole` of a file of which only a part is taken.
+    The limit is higher with `whole`: the shape of a file of which only a part is read.
     """
     said = " × ".join(map(shown, shape[:6])) + (" × …" if len(shape) > 6 else "")
     if min(shape, default=0) < 1:
@@ -129,7 +129,7 @@ def check_packing(name: str, n_packed: int, n_bytes: int) -> None:
     """Raise an error if a file unpacks to implausibly many bytes."""
     if n_bytes > PACKED_FREELY and n_bytes > limits().ratio * max(n_packed, 1):
         raise CCWSIMError(
-            f"{name}: {n_bytes} bytes packed into {n_packed} hold nothing; save it without packing"
+            f"{name}: {n_bytes} bytes packed into {n_packed} are implausible; save it uncompressed"
         )
 
 
@@ -149,13 +149,13 @@ VARIABLES = {
     "lines": "CCWSIM_MAX_UPLOAD_LINES",
     "seconds": "CCWSIM_MAX_UPLOAD_SECONDS",
 }
-"""Environment variables that set limits of uploads on a server."""
+"""Environment variables that set the limits of uploads on a server."""
 
 
 def upload_limits(environment: Mapping[str, str] | None = None) -> FileLimits:
-    """Return the limits of uploads, as the owner of the server set them.
+    """Return the limits of uploads, as set by the environment variables of the server.
 
-    Raises `CCWSIMError` for a variable that is no number above 0.
+    Raises `CCWSIMError` for a variable that is not a number above 0.
 
     Examples
     --------

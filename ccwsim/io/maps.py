@@ -1,4 +1,4 @@
-"""Named maps of one grid, such as those of an E-type, to files of other programs."""
+"""Write named maps of one grid, such as the maps of an E-type, for other programs."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
 
 MAP_FORMATS = ("npz", "gslib", "sgems", "dat", "vti", "tif", "nc")
-"""Formats of maps, by their endings."""
+"""Formats of maps, named by file ending."""
 
 DECIMALS = 6
-"""Decimals of real numbers in a text."""
+"""Number of decimals of real numbers in text files."""
 
 
 def write_maps(
@@ -31,24 +31,25 @@ def write_maps(
     *,
     format: str | None = None,
 ) -> None:
-    """Write maps or volumes of a grid to a file, whole or not at all, placed in the world.
+    """Write maps or volumes of a grid to a file, with cell size and origin in world units.
 
-    Raises `CCWSIMError` for another format or shape, a missing package, or a path not writable.
+    Raises `CCWSIMError` for an unknown format, a wrong shape, a missing package, or a path that
+    cannot be written.
 
     Parameters
     ----------
     path_or_file : str, Path or binary file
-        A path is replaced at once; a file object needs `format`.
+        A path is written completely or not at all; a file object needs `format`.
     maps : mapping of str to array_like, shape of the grid
-        Real or whole numbers by name, row 0 at the south, layer 0 at the bottom;
-        `metrics.etype(e).maps` are those of an ensemble.
+        Real numbers or integers by name, row 0 at the south, layer 0 at the bottom;
+        for an ensemble e, for example `metrics.etype(e).maps`.
     grid : Grid
         The grid of the maps; its cell size and origin are in world units.
     format : str, optional
-        One of `MAP_FORMATS`; by the ending of the path by default. `npz`: an array each, with
-        `cell_size` and `origin`; `gslib`, `sgems`, `dat`: a column each, of 6 decimals; `vti`: cell
-        data of a VTK grid; `tif`: bands of a GeoTIFF, north up (needs rasterio); `nc`: variables of
-        NetCDF (needs xarray).
+        One of `MAP_FORMATS`; by default the ending of the path. `npz`: one array per map, with
+        `cell_size` and `origin`; `gslib`, `sgems`, `dat`: one column per map, with 6 decimals;
+        `vti`: cell data of a VTK grid; `tif`: bands of a GeoTIFF, north up (needs rasterio); `nc`:
+        variables of a NetCDF file (needs xarray).
 
     Examples
     --------
@@ -62,7 +63,7 @@ def write_maps(
 
 
 def maps_as_bytes(maps: Mapping[str, ArrayLike], grid: Grid, format: str) -> bytes:
-    """Return maps of a grid as the content of a file, for a download; see `write_maps`.
+    """Return the file content that `write_maps` writes, for a download.
 
     Examples
     --------
@@ -73,7 +74,7 @@ def maps_as_bytes(maps: Mapping[str, ArrayLike], grid: Grid, format: str) -> byt
     kind = format_of(None, format, MAP_FORMATS)
     checked = {name: _map(name, values, grid) for name, values in maps.items()}
     if not checked:
-        raise CCWSIMError("there are no maps to write; give one at least")
+        raise CCWSIMError("there are no maps to write; give at least one")
     if kind == "npz":
         return _npz(checked, grid)
     if kind == "vti":
@@ -87,11 +88,11 @@ def maps_as_bytes(maps: Mapping[str, ArrayLike], grid: Grid, format: str) -> byt
 
 def _map(name: str, values: ArrayLike, grid: Grid) -> NDArray:
     if not isinstance(name, str) or not name or name != printable(name):
-        raise CCWSIMError(f"{shown(name)} is no name of a map; give a short text on one line")
+        raise CCWSIMError(f"{shown(name)} is not a name of a map; give a short text on one line")
     array = as_array(values, name)
     if array.shape != grid.shape or array.dtype.kind not in "buif" or array.dtype.itemsize > 8:
         raise CCWSIMError(
-            f"{name}: an array of shape {array.shape} and type {array.dtype} is no map of "
+            f"{name}: an array of shape {array.shape} and type {array.dtype} is not a map of "
             f"numbers of the grid's {grid.shape}"
         )
     if array.dtype.kind == "b":
@@ -103,6 +104,6 @@ def _npz(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
     content = BytesIO()
     place = {"cell_size": np.array(grid.cell_size), "origin": np.array(grid.origin)}
     if place.keys() & maps.keys():
-        raise CCWSIMError("cell_size and origin are no names of maps in an npz; rename them")
+        raise CCWSIMError("cell_size and origin cannot be names of maps in an npz; rename them")
     np.savez_compressed(content, allow_pickle=False, **{**maps, **place})
     return content.getvalue()

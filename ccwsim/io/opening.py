@@ -1,4 +1,4 @@
-"""Open any file by its content, never by its name, and summarize what it holds."""
+"""Open a file in the format that its content (not its name) shows, and summarize it."""
 
 from __future__ import annotations
 
@@ -128,8 +128,8 @@ def open_file(
 ) -> DataFile | PictureFile:
     """Return the variables or the colours of a file.
 
-    With a `part`, a picture has only the pixels of the part (`up`: its first row is the south), and
-    a NumPy array may be larger than otherwise.
+    With a `part`, only the pixels of the part are read from a picture (`up`: its first row is the
+    south), and the size limit of NumPy arrays is higher.
     """
     return open_content(*read_bytes(path_or_file), part, up=up)
 
@@ -148,10 +148,10 @@ def open_content(
     if kind in GIS_FILES:
         return read_gis(content, name, kind)
     if kind == "matlab 7.3":
-        raise CCWSIMError(f"{name}: MATLAB 7.3 (HDF5) files are not read; save it with -v7")
+        raise CCWSIMError(f"{name}: MATLAB 7.3 (HDF5) files are not supported; save it with -v7")
     if kind == "unknown":
         raise CCWSIMError(
-            f"{name} is of no known kind; bring a picture, an SGeMS or GSLIB file, a CSV table, "
+            f"{name} has an unknown format; use a picture, an SGeMS or GSLIB file, a CSV table, "
             "GeoJSON points, or a NumPy, MATLAB or VTK file"
         )
     text = _plain_text(content, name)
@@ -160,7 +160,7 @@ def open_content(
 
 
 def whole_shape(path_or_file: PathOrFile) -> tuple[int, int] | None:
-    """Return rows and columns of a picture or a NumPy array before it is read; None for others.
+    """Return rows and columns of an unread picture or NumPy array; None for other formats.
 
     Examples
     --------
@@ -178,7 +178,7 @@ def whole_shape(path_or_file: PathOrFile) -> tuple[int, int] | None:
 
 
 def _plain_text(content: bytes, name: str) -> bytes:
-    """UTF-8 without a mark at its start, lines ended by LF or CRLF."""
+    """Return a text as UTF-8 without byte order mark, with LF or CRLF line ends."""
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
         with broken(f"{name}: the UTF-16 text is broken; save it as UTF-8", UnicodeError):
             content = content.decode("utf-16").encode()
@@ -192,7 +192,7 @@ def _plain_text(content: bytes, name: str) -> bytes:
 
 
 MAX_COUNTED = 1000
-"""Different values are counted up to this number."""
+"""Maximum number of distinct values; counting stops there."""
 
 
 @dataclass(frozen=True)
@@ -201,36 +201,36 @@ class VariableSummary:
 
     name: str
     shape: tuple[int, ...]
-    """(nz, ny, nx) of a grid, (n,) of a column."""
+    """(nz, ny, nx) for a grid, (n,) for a column."""
     n_known: int
-    """Cells or rows with a value."""
+    """Number of cells or rows with a value."""
     n_distinct: int
-    """Different values, counted up to `MAX_COUNTED`."""
+    """Number of distinct values, counted up to `MAX_COUNTED`."""
     minimum: float
     maximum: float
-    """NaN if nothing is known."""
+    """NaN if no value is known."""
     continuous: bool
-    """Whether it needs classes or a threshold to become facies."""
+    """Whether the variable needs classes or a threshold to become facies."""
 
 
 @dataclass(frozen=True)
 class FileSummary:
-    """The content of a file, and the questions that the user has to answer."""
+    """Summary of a file, and the choices it leaves to the user."""
 
     kind: str
-    """The format, in words."""
+    """Name of the format."""
     name: str
     variables: tuple[VariableSummary, ...]
-    """Only "grey" for a picture; `continuous` then means too many colours."""
+    """For a picture only "grey", which is `continuous` if the picture has too many colours."""
     is_table: bool
-    """Whether it is a table: points, or a grid that needs `shape`."""
+    """Whether the file is a table: points, or a grid that needs `shape`."""
     is_picture: bool
     """Whether facies come from colours."""
     asks_up: bool
-    """Whether the format leaves open which end is the north."""
+    """Whether the format does not define which row is the north."""
     cell_size: tuple[float, float] | None
     origin: tuple[float, float] | None
-    """As the file says, if it does."""
+    """Cell size in the file, if it has one."""
 
     @property
     def asks_shape(self) -> bool:
@@ -245,7 +245,7 @@ class FileSummary:
 
 
 def inspect(path_or_file: PathOrFile, part: FilePart | None = None) -> FileSummary:
-    """Return what a file, or a part of it, holds: kind, variables, sizes, whether continuous.
+    """Return a summary of a file or a part of it: format, variables, sizes, whether continuous.
 
     Raises `CCWSIMError` for a file that cannot be read.
 

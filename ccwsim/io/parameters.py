@@ -23,9 +23,9 @@ def parameters_to_json(parameters: Parameters) -> str:
 
 
 def parameters_from_json(text: str | bytes) -> Parameters:
-    """Return the parameters of a JSON object; names that are not in it keep their defaults.
+    """Return the parameters in a JSON object; missing names keep their defaults.
 
-    Raises `CCWSIMError` for a text that is no JSON object, another name, or an illegal value.
+    Raises `CCWSIMError` for a text that is not a JSON object, an unknown name, or an invalid value.
 
     Examples
     --------
@@ -33,11 +33,11 @@ def parameters_from_json(text: str | bytes) -> Parameters:
     48
     """
     if len(text) > MAX_LENGTH:
-        raise CCWSIMError(f"parameters: {len(text)} characters are no list of parameters")
+        raise CCWSIMError(f"parameters: {len(text)} characters are too long for parameters")
     try:
         given = json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise CCWSIMError(f"parameters: this is no JSON ({error}); write them again") from error
+        raise CCWSIMError(f"parameters: this is not JSON ({error}); write them again") from error
     if not isinstance(given, dict):
         raise CCWSIMError('parameters: a JSON object is needed, such as {"template_size": 32}')
     known = [f.name for f in fields(Parameters)]

@@ -1,4 +1,4 @@
-"""A part of a grid: a rectangle of its cells, thinned to every second, third, …"""
+"""A part of a grid: a rectangle of cells, of which every second, third, … may be taken."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from ccwsim.model.arrays import check_int, is_whole
 from ccwsim.model.errors import CCWSIMError, shown
 
 Crop = tuple[int, int, int, int] | None
-"""First row from the south, first column, rows, columns."""
+"""First row from the south, first column, number of rows, number of columns."""
 
 
 @dataclass(frozen=True)
 class FilePart:
-    """The cells of a grid that are taken."""
+    """The cells to take from a grid."""
 
-    crop: Crop = None  # all by default
-    every: int = 1  # the middle cell of each square of `every` cells a side is taken
+    crop: Crop = None  # by default the whole grid
+    every: int = 1  # take the middle cell of each square of `every` × `every` cells
 
     def __post_init__(self) -> None:
         crop = self.crop
@@ -37,12 +37,12 @@ class FilePart:
 
     @classmethod
     def answered(cls, answers: Mapping[str, Any]) -> FilePart | None:
-        """Return the part that arguments of `read_training_image` ask for; None for all."""
+        """Return the part given by the arguments `crop` and `every`; None for the whole grid."""
         crop, every = answers.get("crop"), answers.get("every", 1)
         return None if crop is None and every == 1 else cls(crop, every)
 
     def box(self, name: str, shape: tuple[int, int]) -> tuple[int, int, int, int]:
-        """Return row, column, rows and columns of whole squares; an error if there is none."""
+        """Return first row and column, and numbers of rows and columns that form whole squares."""
         row, column, ny, nx = self.crop or (0, 0, *shape)
         outside = row < 0 or column < 0 or row + ny > shape[0] or column + nx > shape[1]
         if outside or min(ny, nx) < self.every:
@@ -61,7 +61,7 @@ class FilePart:
 
 
 def thinning(shape: tuple[int, int]) -> int:
-    """Return the `every` that brings a grid of this shape within the limit of cells.
+    """Return the smallest `every` that keeps a grid of this shape within the limit of cells.
 
     Examples
     --------
@@ -73,9 +73,10 @@ def thinning(shape: tuple[int, int]) -> int:
 
 
 def largest_without_gaps(known: NDArray[np.bool_]) -> tuple[int, int, int, int]:
-    """Return the largest rectangle of known cells: row, column, rows, columns; all 0 for none.
+    """Return the largest rectangle without unknown cells: first row and column, rows, columns.
 
-    The largest rectangle under the histogram of known cells below each row, in linear time.
+    All are 0 if no cell is known. For each row it finds, in linear time, the largest rectangle
+    under the histogram of heights of known cells.
     """
     ny, nx = known.shape
     heights = np.zeros(nx + 1, np.int64)  # a column of height 0 ends the last rectangle
@@ -85,7 +86,7 @@ def largest_without_gaps(known: NDArray[np.bool_]) -> tuple[int, int, int, int]:
         if best >= nx * heights.max():
             continue
         ends = heights.tolist()
-        open_columns: list[tuple[int, int]] = []  # first column and height, heights ascending
+        open_columns: list[tuple[int, int]] = []  # (first column, height), heights ascending
         for column, height in enumerate(ends):
             first = column
             while open_columns and open_columns[-1][1] >= height:

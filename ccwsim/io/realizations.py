@@ -1,4 +1,4 @@
-"""Realizations to files and downloads, and back from NumPy files and text grids."""
+"""Write realizations to files and downloads, and read them from files."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 
 FORMATS = ("npz", "gslib", "sgems", "dat", "png", "vti", "tif", "nc")
-"""Formats of realizations, by their endings."""
+"""Formats of realizations, named by file ending."""
 
 MAX_PIXELS = 50_000_000
-"""Limit of one picture of all realizations; programs that show pictures take no more."""
+"""Maximum number of pixels of the picture of all realizations; viewers reject larger pictures."""
 
 GAP = 4
-"""White cells between the maps of a contact sheet."""
+"""Width of the white gap between the maps of a contact sheet, in cells."""
 
 
 def write_realizations(
@@ -45,20 +45,20 @@ def write_realizations(
     format: str | None = None,
     colours: Sequence[str] | None = None,
 ) -> None:
-    """Write realizations to a file, whole or not at all.
+    """Write realizations to a file.
 
-    Raises `CCWSIMError` for another format, a missing package, or a path not writable.
+    Raises `CCWSIMError` for an unknown format, a missing package, or a path that cannot be written.
 
     Parameters
     ----------
     path_or_file : str, Path or binary file
-        A path is replaced at once; a file object needs `format`.
+        A path is written completely or not at all; a file object needs `format`.
     ensemble : Ensemble
-        What to write.
+        The realizations.
     format : str, optional
-        One of `FORMATS`; by the ending of the path by default.
+        One of `FORMATS`; by default the ending of the path.
     colours : sequence of str, optional
-        For PNG: one `#rrggbb` a facies.
+        For PNG: one `#rrggbb` per facies.
 
     Examples
     --------
@@ -75,19 +75,18 @@ def write_realizations(
 def realizations_as_bytes(
     ensemble: Ensemble, format: str, *, colours: Sequence[str] | None = None
 ) -> bytes:
-    """Return realizations as the content of a file, for a download; see `write_realizations`.
+    """Return the file content that `write_realizations` writes, for a download.
 
-    `npz` holds `realizations` (n, ny, nx) or (n, nz, ny, nx) in the training image's codes and the
-    study, so that `read_realizations` gives the ensemble again: `training_image`, `image_name`,
+    `npz` holds `realizations` (n, ny, nx) or (n, nz, ny, nx) as facies codes, and all that
+    `read_realizations` needs to restore the ensemble: `training_image`, `image_name`,
     `codes`, `facies_names`, `parameters` (JSON), `seed`, `hard_cells`, `hard_facies`, `met_by`,
     `numbers`, `revised`, `cpu_seconds`, `wall_seconds`, `cell_size`, `origin`;
-    `gslib`, `sgems` and `dat` hold one column a realization, from the south-west, x fastest, with
-    size of the cells and origin in line 1; `vti` has them as cell data of a VTK grid, `tif` as
-    bands of a GeoTIFF, north up (needs rasterio), `nc` as `Ensemble.to_xarray` (needs xarray);
-    `png` is one map, or a contact sheet of all, north up. Volumes are not written as `tif` or
-    `png`.
+    `gslib`, `sgems` and `dat` hold one column per realization, from the south-west, x fastest, with
+    cell size and origin in line 1; `vti` holds cell data of a VTK grid, `tif` bands of a GeoTIFF,
+    north up (needs rasterio), `nc` the array of `Ensemble.to_xarray` (needs xarray); `png` is one
+    map, or a contact sheet of all, north up. Volumes cannot be written as `tif` or `png`.
 
-    Raises `CCWSIMError` for another format, no realizations, or too many for one picture.
+    Raises `CCWSIMError` for an unknown format, no realizations, or too many for one picture.
 
     Examples
     --------
@@ -119,7 +118,7 @@ _MEMBERS = {
     **dict.fromkeys(("cpu_seconds", "wall_seconds", "cell_size", "origin"), "f"),
     **{"met_by": "i", "revised": "b"},
 }
-"""The members of an npz of realizations, and the kinds of their values."""
+"""The members of an npz of realizations, and the NumPy kinds allowed for each."""
 
 
 def read_realizations(
@@ -127,24 +126,26 @@ def read_realizations(
 ) -> Ensemble:
     """Return the realizations of a file.
 
-    Raises `CCWSIMError` for a file without realizations, broken or too large, or other facies.
+    Raises `CCWSIMError` for a file that is broken, too large or has no realizations, and for facies
+    that the training image lacks.
 
     Parameters
     ----------
     path_or_file : str, Path or binary file
-        An npz of `write_realizations`, with its whole study; a GSLIB or SGeMS grid or VTK
-        ImageData, one realization a column; or an npy array of shape (n, ny, nx) or
+        An npz of `write_realizations`; a GSLIB or SGeMS grid or VTK ImageData with one
+        realization per column; or an npy array of shape (n, ny, nx) or
         (n, nz, ny, nx), row 0 at the south, layer 0 at the bottom, as from `simulate(out=...)`.
     training_image : TrainingImage or array_like, optional
-        The image they were simulated from, for text grids and npy. By default an image of one cell
-        a facies code, whose proportions and patterns mean nothing. With a volume, an npy array of
-        three dimensions is one realization.
+        For grids and npy: the image that the realizations were simulated from. The default is an
+        image with one cell per facies code, whose proportions and patterns mean nothing. If it is
+        a volume, an npy array of three dimensions is one realization.
 
     Returns
     -------
     Ensemble
-        Unknown times are NaN; for grids and npy there are no hard data, parameters are the
-        defaults, the seed is 0 and `revised` is true: the seed does not repeat these realizations.
+        Unknown times are NaN. For grids and npy there are no hard data, parameters are the
+        defaults, the seed is 0, and `revised` is true because the seed cannot reproduce the
+        realizations.
 
     Examples
     --------
@@ -212,27 +213,27 @@ def _of_grids(file: DataFile | PictureFile, image: TrainingImage | None) -> Ense
     elif not (image and image.n_dimensions == 3) and all(len(grid) == 1 for grid in layers):
         layers = [grid[0] for grid in layers]
     if len({layer.shape for layer in layers}) > 1:
-        raise CCWSIMError("its variables have different sizes; realizations have one")
+        raise CCWSIMError("its variables have different sizes; realizations need the same size")
     if image is None and not all(file.known(layer).all() for layer in layers):
-        raise CCWSIMError("some cells have no facies; realizations have one in every cell")
+        raise CCWSIMError("some cells have no facies; realizations need one in every cell")
     codes = [smallest_integers(as_integers(layer, "realizations")) for layer in layers]
     stack = np.stack(codes)[..., :: 1 if file.south_first else -1, :]
     return _ensemble(stack, file.placed(stack.shape[1:]), image)
 
 
 def _ensemble(stack: NDArray, grid: Grid, image: TrainingImage | None) -> Ensemble:
-    """An ensemble of realizations without their study."""
+    """Return an ensemble of realizations whose parameters and hard data are not known."""
     there = {int(code) for one in stack for code in codes_of(as_integers(one, "realizations"))}
     image = image or _stand_in(np.array(sorted(there)), grid.n_dimensions)
     if image.n_dimensions != grid.n_dimensions:
         held, given = ("volumes", "a map") if grid.nz is not None else ("maps", "a volume")
-        raise CCWSIMError(f"it holds {held}, but the training image is {given}; give that of them")
+        raise CCWSIMError(f"it holds {held}, but the training image is {given}; choose another")
     missing = sorted(there - set(image.codes.tolist()))
     if missing:
         codes = ", ".join(map(str, image.codes))
         raise CCWSIMError(
             f"facies {missing[0]} is not in the training image, which has {codes}; give "
-            "training_image= that they were simulated from"
+            "training_image= with the image of these realizations"
         )
     n = len(stack)
     return Ensemble(
@@ -251,7 +252,7 @@ def _ensemble(stack: NDArray, grid: Grid, image: TrainingImage | None) -> Ensemb
 
 
 def _stand_in(codes: NDArray, n_dimensions: int) -> TrainingImage:
-    """An image of one cell a code, for an unknown training image."""
+    """Return an image with one cell per code, in place of an unknown training image."""
     return TrainingImage(codes.reshape(*[1] * (n_dimensions - 1), -1))
 
 
@@ -266,7 +267,7 @@ def _of_shape(members: Mapping[str, NDArray], key: str, default: NDArray) -> NDA
     if values.shape != default.shape:
         raise CCWSIMError(f"{key} has shape {values.shape}, not {default.shape}; save it again")
     if key == "numbers" and values.min() < 0:
-        raise CCWSIMError(f"numbers: {values.min()} is no number of a realization; save it again")
+        raise CCWSIMError(f"numbers: {values.min()} must not be negative; save it again")
     return readonly(values.astype(default.dtype))
 
 
@@ -296,13 +297,13 @@ def _npz(ensemble: Ensemble) -> bytes:
 
 
 def _sheet(indices: NDArray[np.uint8], white: int) -> NDArray[np.uint8]:
-    """All maps side by side, the first at the top left once north is up."""
+    """Return all maps side by side; with north up, the first is at the top left."""
     n, ny, nx = indices.shape
     columns = min(n, max(1, ceil(sqrt(n * ny / nx))))
     rows = ceil(n / columns)
     shape = (rows * (ny + GAP) - GAP, columns * (nx + GAP) - GAP)
     if shape[0] * shape[1] > MAX_PIXELS or max(shape) > 65_000:
-        raise CCWSIMError(f"{n} realizations make too large a picture; write fewer, or npz")
+        raise CCWSIMError(f"a picture of {n} realizations is too large; write fewer, or npz")
     sheet = np.full(shape, white, np.uint8)
     for k, one in enumerate(indices):
         row, column = rows - 1 - k // columns, k % columns

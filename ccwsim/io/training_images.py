@@ -1,4 +1,4 @@
-"""Training images from files, and to files."""
+"""Read and write training images."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.training_image import TrainingImage
 
 FORMATS = ("npy", "sgems", "gslib", "dat", "png")
-"""Formats of training images, by their endings."""
+"""Formats of training images, named by file ending."""
 
 PREFERRED = ("ti", "training_image")
-"""Variables that are taken without a question from a file with several."""
+"""Names of variables that are read by default from a file with several."""
 
 
 def read_training_image(
@@ -53,42 +53,42 @@ def read_training_image(
     volume: bool = False,
     z_up: bool | None = None,
 ) -> TrainingImage:
-    """Return the training image of a file, whatever its format.
+    """Read a training image from a file of any supported format.
 
-    Read are pictures (PNG, JPEG, TIFF, GIF, BMP), SGeMS, MPSLIB, geone and classic GSLIB grids,
+    Formats: pictures (PNG, JPEG, TIFF, GIF, BMP), SGeMS, MPSLIB, geone and classic GSLIB grids,
     ESRI ASCII grids, tables and matrices in text, VTK ImageData, and NumPy and MATLAB files.
 
-    Raises `CCWSIMError` for a file that cannot be read, or if a choice is needed, which it names.
+    Raises `CCWSIMError` for a file that cannot be read, and names the argument if one is missing.
 
     Parameters
     ----------
     path_or_file : str, Path or binary file
-        Known by its content, not by its name.
+        The format is found from the content, not from the name.
     variable : str, optional
-        Which variable or array; not needed if there is only one, or one called `ti`.
+        Name of the variable or array; not needed if there is only one, or one called `ti`.
     up : bool, optional
-        True if the first row of the file is the south, False if it is the north. By default as
-        the format has it: north first in pictures, ESRI grids and text matrices, else south.
+        True if the first row of the file is the south, False if it is the north. The default
+        depends on the format: north first in pictures, ESRI grids and text matrices, else south.
     transpose : bool
         Exchange rows and columns.
     shape : (ny, nx) or (nz, ny, nx), optional
-        Needed if the file does not say it (classic GSLIB).
+        Needed if the file does not contain it (classic GSLIB).
     slice_index : int, optional
-        Which slice of a 3-D grid, from 0.
+        Index of the slice of a 3-D grid, from 0.
     crop : (row, column, n_rows, n_columns), optional
-        The piece to take, by its south-west cell (row 0 in the south) and its size in cells; of
-        every layer of a volume.
+        The piece to take from each layer: its south-west cell (row 0 in the south) and its size
+        in cells.
     every : int
-        Only the middle cell of each square of `every` cells a side is taken; layers stay.
+        Take only the middle cell of each square of `every` × `every` cells; all layers are kept.
     threshold, classes : optional
         For continuous variables, as in `classify`; for pictures as in `picture_facies`.
     name : str
-        By default the file's name.
+        Name of the image, by default the name of the file.
     volume : bool
         Take all layers of a 3-D grid, as a volume, instead of one slice.
     z_up : bool, optional
         For a volume: True if the first layer of the file is the bottom, False if it is the top. By
-        default as the format has it: the bottom first, also in arrays of NumPy and MATLAB.
+        default the bottom is first, also in arrays of NumPy and MATLAB.
 
     Examples
     --------
@@ -101,7 +101,7 @@ def read_training_image(
     """
     if volume and slice_index is not None:
         raise CCWSIMError(
-            f"slice_index = {shown(slice_index)} takes one layer and volume=True all; give one"
+            f"slice_index = {shown(slice_index)} takes one layer, volume=True takes all; give one"
         )
     part = FilePart.answered({"crop": crop, "every": every})
     file = open_file(path_or_file, part, up=up)
@@ -125,17 +125,17 @@ def read_training_image(
 
 
 def read_colours(path_or_file: PathOrFile, **answers: Any) -> dict[int, str]:
-    """Return the colours that the facies of a picture have in it; none for a file without colours.
+    """Return the colour of each facies in a picture; an empty dict for a file without colours.
 
     Parameters
     ----------
     path_or_file, **answers
-        Parameters of `read_training_image`, whose errors are raised.
+        Parameters of `read_training_image`; the errors are the same.
 
     Returns
     -------
     dict of int to str
-        `#rrggbb` by facies code, the median of its pixels; empty for other files and greys.
+        Median colour of the pixels, `#rrggbb`, by facies code; empty for grey pictures.
 
     Examples
     --------
@@ -151,17 +151,17 @@ def read_colours(path_or_file: PathOrFile, **answers: Any) -> dict[int, str]:
 
 
 def read_grid(path_or_file: PathOrFile, **answers: Any) -> NDArray[np.float64]:
-    """Return the values of a grid before they become facies; the grey values of a picture.
+    """Return the values of a grid before they become facies; for a picture its grey values.
 
     Parameters
     ----------
     path_or_file, **answers
-        Parameters of `read_training_image` that say which cells are read; its errors are raised.
+        Parameters of `read_training_image` that choose the cells; the errors are the same.
 
     Returns
     -------
     ndarray, shape (ny, nx) or, for a volume, (nz, ny, nx)
-        Row 0 at the south, layer 0 at the bottom, NaN in cells that are not known.
+        Row 0 at the south, layer 0 at the bottom, NaN in unknown cells.
 
     Examples
     --------
@@ -187,19 +187,19 @@ def write_training_image(
 ) -> None:
     """Write a training image as `npy`, `sgems` (also `gslib`, `dat`) or `png`.
 
-    Raises `CCWSIMError` for another format, or a place that cannot be written.
+    Raises `CCWSIMError` for an unknown format, or a path that cannot be written.
 
     Parameters
     ----------
     path_or_file : str, Path or binary file
-        A path is replaced at once and whole; a file object needs `format`.
+        A path is written completely or not at all; a file object needs `format`.
     training_image : TrainingImage
-        A PNG keeps the codes 0 to 254 as numbers of the palette, others are numbered from 0; it
-        holds maps only.
+        Only maps can be PNGs. A PNG keeps codes from 0 to 254 as indices of its palette; if a code
+        is outside this range, all are renumbered from 0.
     format : str, optional
-        By the ending of the path by default.
+        By default the ending of the path.
     colours : sequence of str, optional
-        One `#rrggbb` a facies.
+        One `#rrggbb` per facies.
 
     Examples
     --------
@@ -215,7 +215,7 @@ def write_training_image(
 def training_image_as_bytes(
     training_image: TrainingImage, format: str, *, colours: Sequence[str] | None = None
 ) -> bytes:
-    """Return a training image as the content of a file, for a download; see `write_training_image`.
+    """Return the file content that `write_training_image` writes, for a download.
 
     Examples
     --------
@@ -247,7 +247,7 @@ def _values(
 ) -> tuple[str, NDArray]:
     key = file.chosen(variable, PREFERRED)
     values = file.oriented(file.grid_of(key, shape), **orientation)
-    if part is not None and file.kind != PICTURE_OF_NUMBERS:  # its part came with the pixels
+    if part is not None and file.kind != PICTURE_OF_NUMBERS:  # pictures are cropped already
         values = part.of(file.name, values)
         check_cells(file.name, values.shape)
     return key, values

@@ -225,7 +225,7 @@ def test_pickles_are_never_loaded(tmp_path):
     for save in (np.save, np.savez):
         content = io.BytesIO()
         save(content, np.array([[Trap()]], dtype=object))
-        with pytest.raises(CCWSIMError, match="are no numbers; save real numbers"):
+        with pytest.raises(CCWSIMError, match="are not numbers; save real numbers"):
             cio.read_training_image(io.BytesIO(content.getvalue()))
     assert not (tmp_path / "sprung").exists()
 
@@ -235,7 +235,7 @@ def test_pickles_are_never_loaded(tmp_path):
     [
         (b"", "is empty"),
         (b" \r\n\x00", "is empty"),
-        (b"%PDF-1.7\x00\x01\x02", "of no known kind"),
+        (b"%PDF-1.7\x00\x01\x02", "has an unknown format"),
         (b"MATLAB 7.3 MAT-file", "save it with -v7"),
         (b"\x89HDF\r\n\x1a\n", "save it with -v7"),
         (b"PK\x05\x06" + bytes(18), "holds no NumPy array"),
@@ -247,10 +247,10 @@ def test_pickles_are_never_loaded(tmp_path):
         (b"3 2 1\n3\nfacies\n", "ends before the 3 variable names"),
         (b"0 1 1\n0 1\n", "line 2: 2 fields where 3 are needed"),
         (b"0 1 1\n0 1 sand\n0 1 2\n", "'sand' is not a number"),
-        (sample.npy(np.array([["a"]])), "are no numbers"),
-        (sample.npy(np.array([[1j]])), "are no numbers"),
-        (sample.npy(np.arange(3)), r"shape \(3,\) is no grid"),
-        (sample.npz(a=np.arange(3)), "no array in it has rows and columns"),
+        (sample.npy(np.array([["a"]])), "are not numbers"),
+        (sample.npy(np.array([[1j]])), "are not numbers"),
+        (sample.npy(np.arange(3)), r"shape \(3,\) is not a grid"),
+        (sample.npz(a=np.arange(3)), "no array of the file has rows and columns"),
         (sample.npy(np.array([[0, np.inf]])), "inf is not finite"),
         (sample.npy(np.zeros((0, 4))), "is empty"),
         (sample.picture()[:60], "picture"),

@@ -122,7 +122,7 @@ class TestWells:
     def test_what_is_too_thin_for_a_cell_is_said(self):
         rows = "A,350005,4505010,0,0,0.1,0\nA,350005,4505010,0,0.1,2,1"
         report = cio.import_hard_data(BytesIO(well(rows).encode()), GRID, IMAGE)
-        assert "Intervals of depth that hold no centre of a cell, left out: 1." in report.notes
+        assert "Intervals of depth without the centre of a cell, left out: 1." in report.notes
         assert report.hard_data.facies.tolist() == [1] * 4
 
     def test_wells_that_leave_the_grid_are_named(self):
@@ -239,7 +239,7 @@ def test_depths_below_z_are_said_and_may_be_left_out():
     rows = "A,350005,4505010,-1,8.8,1"
     text = well(rows, "well,x,y,z,depth,facies")
     report = cio.import_hard_data(BytesIO(text.encode()), GRID, IMAGE)
-    assert report.notes[0] == "z is that of the collar, and depth below it."
+    assert report.notes[0] == "z is the height of the collar, and depth below it."
     assert report.hard_data.triples == ((0, 0, 0, 1),)
     assert [*report.wells] == ["A"]
     own = cio.import_hard_data(BytesIO(text.encode()), GRID, IMAGE, depth="", well="")

@@ -232,7 +232,7 @@ class TestVtk:
             (vtk("", extent="0 1 0"), "must be 6 numbers"),
             (
                 vtk("").replace(b"Spacing", b'Direction="0 1 0 1 0 0 0 0 1" Spacing'),
-                "turned in space",
+                "rotated grids",
             ),
             (b'<!DOCTYPE a [<!ENTITY b "c">]>' + vtk(""), "declarations"),
         ],

@@ -152,16 +152,16 @@ def test_parameters_round_trip(parameters):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "no JSON"),
+        ("", "not JSON"),
         ("[1]", "a JSON object is needed"),
-        ("[" * 50_000, "no JSON"),
-        ("1" * 5000, "no JSON"),
-        (b"\xff\xfe{", "no JSON"),
+        ("[" * 50_000, "not JSON"),
+        ("1" * 5000, "not JSON"),
+        (b"\xff\xfe{", "not JSON"),
         ('{"tempate_size": 32}', "there is no 'tempate_size'; there are template_size"),
         ('{"template_size": "32"}', "template_size = '32' must be"),
         ('{"template_size": NaN}', "template_size = nan must be"),
         ('{"refine": [1]}', "refine"),
-        (" " * 200_000, "no list of parameters"),
+        (" " * 200_000, "too long for parameters"),
     ],
 )
 def test_broken_parameters_say_so(text, message):

@@ -1,1 +1,1 @@
-"""One file a format: from bytes to arrays."""
+"""Readers and writers, one module per file format."""

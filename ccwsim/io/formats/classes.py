@@ -1,4 +1,4 @@
-"""From values to facies codes: as they are, by classes, or by a threshold."""
+"""Convert values to facies codes: unchanged, by classes, or by a threshold."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from ccwsim.model.bounds import MAX_FACIES
 from ccwsim.model.errors import CCWSIMError, shown
 
 MAX_CODES = 32
-"""More different whole numbers look like a continuous variable, such as grey values."""
+"""Maximum number of distinct integers that are facies codes; more are a continuous variable."""
 
 Classes = int | Sequence[float] | Literal["codes"] | None
-"""A number of classes, their inner edges, or "codes" to take the values as they are."""
+"""A number of classes, their inner edges, or "codes" to keep the values unchanged."""
 
 
 def classify(
@@ -24,18 +24,18 @@ def classify(
 ) -> NDArray[np.int64]:
     """Return facies codes for values, none of which may be NaN.
 
-    Raises `CCWSIMError` for continuous values without classes, or edges that make no classes.
+    Raises `CCWSIMError` for continuous values without classes, and for invalid edges.
 
     Parameters
     ----------
     values : array_like
         Codes, or a continuous variable.
     threshold : float, optional
-        1 at or above it, 0 below.
+        Values at or above the threshold become 1, values below it 0.
     classes : int, sequence of float or "codes", optional
-        The number of classes of equally many values (as nearly as ties allow); the ascending inner
-        edges, a value on an edge belonging to the class above; or "codes" for many whole numbers
-        that are codes. Classes are numbered from 0, low to high.
+        A number of classes with equal counts of values (except for ties); or ascending inner edges,
+        where a value on an edge belongs to the upper class; or "codes" if more than `MAX_CODES`
+        distinct integers are codes. Classes are numbered from 0, low to high.
     what : str
         The name of the values in messages.
 
@@ -60,7 +60,7 @@ def classify(
     if classes is None and not are_codes(array):
         raise CCWSIMError(
             f"{label}: values from {array.min():g} to {array.max():g} look continuous; give a "
-            "threshold (1 at or above it), or classes: how many of equal size, or a list of edges"
+            "threshold (1 at or above it), or classes: a number of equal size, or a list of edges"
         )
     if asks_for_codes(classes):
         return as_integers(array, label)
@@ -69,7 +69,7 @@ def classify(
 
 
 def asks_for_codes(classes: Classes) -> bool:
-    """Return whether values are asked for as they are: no classes, or the word for it.
+    """Return whether `classes` keeps the values unchanged: None or "codes".
 
     Examples
     --------
@@ -80,7 +80,7 @@ def asks_for_codes(classes: Classes) -> bool:
 
 
 def class_edges(values: ArrayLike, n: int) -> NDArray[np.float64]:
-    """Return the n − 1 inner edges of n classes of equally many values, ascending.
+    """Return the n − 1 ascending inner edges of n classes with equal counts of values.
 
     Raises `CCWSIMError` for n outside 2 to 254, or too many equal values for n classes.
 
@@ -96,14 +96,14 @@ def class_edges(values: ArrayLike, n: int) -> NDArray[np.float64]:
     edges = edges[edges > array.min()] if array.size else edges
     if len(edges) < n - 1:
         raise CCWSIMError(
-            f"so many values are equal that only {len(edges) + 1} classes of equally many can be "
+            f"many values are equal, so that only {len(edges) + 1} classes of equal size can be "
             f"made, not {n}; give fewer, or the edges themselves"
         )
     return edges.astype(np.float64)
 
 
 def are_codes(values: NDArray) -> bool:
-    """Return whether values are whole numbers, few enough to be facies.
+    """Return whether values are integers with at most `MAX_CODES` distinct values.
 
     Examples
     --------
@@ -114,7 +114,7 @@ def are_codes(values: NDArray) -> bool:
 
 
 def distinct_values(values: NDArray, most: int) -> NDArray[np.int64] | None:
-    """Return the different codes, sorted; None for more than `most`, or values that are not whole.
+    """Return the sorted distinct codes; None for more than `most`, or values that are not integers.
 
     Examples
     --------

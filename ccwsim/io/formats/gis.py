@@ -1,4 +1,4 @@
-"""Points of geographic information systems: GeoJSON; GeoPackage and Shapefile with pyogrio."""
+"""Read points from GeoJSON and, with the package pyogrio, from GeoPackage and Shapefile."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from ccwsim.io.limits import MAX_VARIABLES, check_cells, check_time, limits
 from ccwsim.model.errors import CCWSIMError
 
 GIS_FILES = {"geopackage": "GeoPackage", "shapefile": "Shapefile", "shp": "Shapefile"}
-"""Kinds of files that pyogrio reads, in words."""
+"""Names of the formats that pyogrio reads."""
 
 
 class Point(NamedTuple):
-    """A point of the feature of some number, from 1, with its properties."""
+    """A point with its properties, and the number of its feature, from 1."""
 
     number: int
     x: float
@@ -41,7 +41,7 @@ def is_geojson(text: bytes) -> bool:
 
 
 def read_geojson(text: bytes, name: str) -> DataFile:
-    """Return the points of a GeoJSON text as a table: x, y and a column a property.
+    """Return the points of a GeoJSON text as a table of x, y and one column per property.
 
     Examples
     --------
@@ -50,11 +50,11 @@ def read_geojson(text: bytes, name: str) -> DataFile:
     >>> file.names, file.words
     (('x', 'y', 'facies'), {'facies': ('sand',)})
     """
-    n = text.count(b",") + text.count(b"[") + text.count(b"{")  # each becomes an object
+    n = text.count(b",") + text.count(b"[") + text.count(b"{")  # each value becomes an object
     if n > 2 * limits().fields:
         raise CCWSIMError(f"{name}: {n} values in JSON are too many; save it as CSV")
     kinds = ValueError, TypeError, KeyError, AttributeError, RecursionError
-    with broken(f"{name} is no GeoJSON of points; save points as GeoJSON", *kinds):
+    with broken(f"{name} is not GeoJSON of points; save points as GeoJSON", *kinds):
         features = enumerate(json.loads(text)["features"], start=1)
         points = [point for k, feature in features for point in _points(feature, name, k)]
     return _table("GeoJSON points", name, points)
@@ -74,7 +74,7 @@ def _points(feature: Any, name: str, number: int) -> list[Point]:
 
 def _finite(value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise TypeError("a coordinate is no number")
+        raise TypeError("a coordinate is not a number")
     try:
         return float(value)
     except OverflowError:
@@ -82,7 +82,7 @@ def _finite(value: Any) -> float:
 
 
 def is_shapefile_zip(content: bytes) -> bool:
-    """Return whether the directory of a zip names a .shp, without opening it."""
+    """Return whether a zip lists a .shp file in its directory; the zip is not unpacked."""
     entries = content[-(2**20) :].lower()
     return b"pk\x01\x02" in entries and b".shp" in entries.split(b"pk\x01\x02", 1)[1]
 
@@ -128,9 +128,9 @@ def read_gis(content: bytes, name: str, kind: str) -> DataFile:
 
 
 def _parts(content: bytes, name: str) -> bytes:
-    """A zip of the parts that are read of one Shapefile, unpacked within limits.
+    """Return a zip with the needed files of one Shapefile, unpacked within limits.
 
-    The coordinate system is left out: a broken one takes seconds to look up.
+    The coordinate system is left out: a broken coordinate system takes seconds to look up.
     """
     with opened_archive(content, name) as archive:
         stem = next(m[:-4] for m in archive.infos if m.lower().endswith(".shp"))
@@ -145,7 +145,7 @@ def _parts(content: bytes, name: str) -> bytes:
 
 
 def _point(shape: bytes | None, name: str, number: int) -> tuple[float, float]:
-    """x and y of a point in well-known binary; with z, m or both behind them."""
+    """Return x and y of a point in well-known binary, which may have z and m after them."""
     if shape is not None and len(shape) >= 21:
         order = "<" if shape[0] == 1 else ">"
         kind, x, y = struct.unpack_from(f"{order}Idd", shape, 1)

@@ -1,4 +1,4 @@
-"""Maps of one grid as files for other programs: VTK ImageData, GeoTIFF, NetCDF."""
+"""Write maps of one grid for other programs: VTK ImageData, GeoTIFF, NetCDF."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 
 NEEDS = {"tif": "rasterio", "nc": "xarray"}
-"""The package that writes a format, an extra."""
+"""Optional package needed to write each format."""
 _VTK_TYPES = {kind: name for name, kind in TYPES.items()}
 _BLOCK = 2**20
-"""Bytes that VTK unpacks at a time."""
+"""Number of bytes in each block that VTK unpacks."""
 
 
 def can_write(kind: str) -> bool:
@@ -38,9 +38,9 @@ def can_write(kind: str) -> bool:
 
 
 def vti_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
-    """Return maps or volumes, row 0 at the south, as VTK XML ImageData: an array of cell data each.
+    """Return maps or volumes, row 0 at the south, as VTK XML ImageData with one array for each.
 
-    The grid of maps is one cell of size 1 thick, z from 0 to 1.
+    A map becomes one layer of cells from z = 0 to z = 1.
     """
     extent = f'"0 {grid.nx} 0 {grid.ny} 0 {grid.nz or 1}"'
     spacing = " ".join((*map(repr, grid.cell_size), "1")[:3])
@@ -59,7 +59,7 @@ def vti_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
 
 
 def _packed(values: NDArray) -> bytes:
-    """Values as VTK reads them: in blocks, packed, with the sizes of the blocks before them."""
+    """Return values in the layout of VTK: compressed blocks, preceded by their sizes."""
     raw = memoryview(values.tobytes())
     blocks = [zlib.compress(raw[k : k + _BLOCK], 6) for k in range(0, len(raw), _BLOCK)]
     sizes = [len(blocks), _BLOCK, len(raw) % _BLOCK, *map(len, blocks)]
@@ -67,7 +67,7 @@ def _packed(values: NDArray) -> bytes:
 
 
 def geotiff_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
-    """Return maps as a GeoTIFF, north up: a named band each, all of one type.
+    """Return maps as a GeoTIFF, north up, with one named band per map and one type for all.
 
     Raises `CCWSIMError` without rasterio, for codes that do not fit a GeoTIFF, and for volumes.
     """
@@ -92,7 +92,7 @@ def geotiff_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
 def _tiff_type(maps: Mapping[str, NDArray]) -> str:
     kind = np.result_type(*maps.values())
     if kind == np.int8:
-        return "int16"  # older programs read no signed bytes
+        return "int16"  # older programs cannot read signed bytes
     if kind.kind == "f":
         return "float32" if kind.itemsize < 8 or _fit(maps, 2**24) else "float64"
     if kind.itemsize == 8:
@@ -103,13 +103,13 @@ def _tiff_type(maps: Mapping[str, NDArray]) -> str:
 
 
 def _fit(maps: Mapping[str, NDArray], most: int) -> bool:
-    """Whether all whole-number maps have values that a smaller type holds."""
+    """Return whether the values of all integer maps fit into a smaller type."""
     whole = [values for values in maps.values() if values.dtype.kind in "ui"]
     return all(-most < int(v.min()) and int(v.max()) < most for v in whole)
 
 
 def netcdf_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
-    """Return maps as NetCDF, a variable each over (z,) y and x, the centres of cells in the world.
+    """Return maps as NetCDF variables over (z,) y and x, the cell centres in world units.
 
     Raises `CCWSIMError` if xarray is not installed, or codes do not fit NetCDF.
     """
@@ -120,7 +120,7 @@ def netcdf_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
 
 
 def realizations_as_netcdf(array: Any) -> bytes:
-    """Return the DataArray of an ensemble as NetCDF, whose whole numbers have up to 32 bits."""
+    """Return the DataArray of an ensemble as NetCDF, with integers of at most 32 bits."""
     _package("nc")
     codes = netcdf_integers(np.asarray(array.attrs["flag_values"]))
     small = array.astype(codes.dtype)
@@ -129,7 +129,7 @@ def realizations_as_netcdf(array: Any) -> bytes:
 
 
 def netcdf_integers(values: NDArray) -> NDArray:
-    """Return whole numbers in the smallest type that every NetCDF file can have, others as is.
+    """Return integers in the smallest type of NetCDF that holds them, other values unchanged.
 
     Examples
     --------

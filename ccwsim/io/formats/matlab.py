@@ -1,7 +1,7 @@
-"""MATLAB files of version 5 to 7: their arrays of numbers.
+"""Read arrays of numbers from MATLAB files of version 5 to 7.
 
-`scipy.io.loadmat` believes the sizes and types that a file states: a few changed bytes end the
-whole process. The layout is that of "MAT-File Format", chapter 1, of MathWorks.
+`scipy.io.loadmat` does not check sizes and types: a few changed bytes in a file can crash the
+process. The layout follows "MAT-File Format", chapter 1, of MathWorks.
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ _TYPES = {
     12: "i8",
     13: "u8",
 }
-"""The NumPy types of values by the numbers of the format."""
+"""NumPy types by the type numbers of the format."""
 _MATRIX, _COMPRESSED = 14, 15
 _NUMERIC_CLASSES = range(6, 16)
 _COMPLEX = 0x08
 _START, _BLOCK = 2000, 4 * 2**20
-"""Bytes of a packed variable that hold its header; bytes that are unpacked at a time."""
+"""Number of bytes that hold the header of a packed variable; number of bytes per unpacking step."""
 
 
 def read_matlab(content: bytes, name: str) -> DataFile:
@@ -66,17 +66,17 @@ def read_matlab(content: bytes, name: str) -> DataFile:
             grids[array[0]] = _as_grid(array[1])
             check_cells(name, (sum(grid.size for grid in grids.values()),))
     if not grids:
-        raise CCWSIMError(f"{name}: no array of real numbers with rows and columns in it")
+        raise CCWSIMError(f"{name}: the file has no array of real numbers with rows and columns")
     return DataFile("MATLAB file", name, grids, asks_up=True)
 
 
 def _as_grid(array: NDArray) -> NDArray:
-    """MATLAB has the slices last."""
+    """Return an array with its slices first; in MATLAB they are last."""
     return array.reshape((1, *array.shape)) if array.ndim == 2 else np.moveaxis(array, 2, 0)
 
 
 def _elements(content: memoryview, order: str, name: str) -> Iterator[tuple[int, memoryview]]:
-    """The top-level elements, unpacked."""
+    """Yield the top-level elements, unpacked."""
     at, n, left = 0, 0, limits().unpacked
     while at + 8 <= len(content):
         check_time(name)
@@ -93,7 +93,7 @@ def _elements(content: memoryview, order: str, name: str) -> Iterator[tuple[int,
 
 
 def _unpacked(data: memoryview, left: int, order: str, name: str) -> bytes:
-    """A packed element; its size and its cells are looked at before it is unpacked."""
+    """Unpack an element after a check of its size and number of cells."""
     stream = zlib.decompressobj()
     try:
         start = stream.decompress(data, _START)
@@ -121,7 +121,7 @@ def _unpacked(data: memoryview, left: int, order: str, name: str) -> bytes:
 
 
 def _element(content: memoryview, at: int, order: str, name: str) -> tuple[int, memoryview, int]:
-    """Type, data and end of the element at byte `at`."""
+    """Return type, data and end of the element at byte `at`."""
     if at + 8 > len(content):
         raise CCWSIMError(f"{name} ends in the middle of a variable; get the whole file")
     first, second = np.frombuffer(content, order + "u4", count=2, offset=at).tolist()
@@ -139,7 +139,7 @@ def _element(content: memoryview, at: int, order: str, name: str) -> tuple[int, 
 def _shape_and_name(
     content: memoryview, order: str, name: str
 ) -> tuple[tuple[int, ...], str, int] | None:
-    """Shape and name of a matrix element, and where its values begin; None for no real grid."""
+    """Return shape, name and start of the values of a matrix; None if it is not a real grid."""
     _, flags, at = _element(content, 0, order, name)
     _, sizes, at = _element(content, at, order, name)
     if len(flags) < 4 or len(sizes) % 4:
@@ -159,7 +159,7 @@ def _shape_and_name(
 
 
 def _named_array(content: memoryview, order: str, name: str) -> tuple[str, NDArray] | None:
-    """Name and values of a matrix element; None for what is no array of real numbers."""
+    """Return name and values of a matrix element; None if its values are not real numbers."""
     header = _shape_and_name(content, order, name)
     if header is None:
         return None

@@ -1,4 +1,4 @@
-"""NumPy files: one array (.npy) or several (.npz), never pickled objects."""
+"""Read NumPy files of one array (.npy) or several (.npz), never pickled objects."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from ccwsim.io.limits import MAX_VARIABLES, check_cells
 from ccwsim.model.errors import CCWSIMError, shown
 
 MAX_NPY_HEADER = 10_000
-"""Bytes of the header of an array, a Python literal; NumPy's own limit."""
+"""Maximum number of bytes of the header of an array, as in NumPy."""
 
 
 def read_npy(content: bytes, name: str, *, whole: bool = False, stacked: bool = False) -> DataFile:
     """Return the array of an `.npy` file: (ny, nx), or (n, ny, nx) with n slices.
 
-    It may be larger where it is the `whole` of which a part is taken: it is not copied. It may be
-    of shape (n, nz, ny, nx) where volumes may be `stacked`.
+    With `whole`, of which only a part is used later, the array may be larger: it is not copied.
+    With `stacked`, the shape may also be (n, nz, ny, nx).
 
     Examples
     --------
@@ -39,7 +39,7 @@ def read_npy(content: bytes, name: str, *, whole: bool = False, stacked: bool = 
 
 
 def npy_shape(content: bytes, name: str) -> tuple[int, int] | None:
-    """Return rows and columns of the array of an `.npy` file, None where it has no columns.
+    """Return rows and columns of the array of an `.npy` file; None if it has no columns.
 
     Examples
     --------
@@ -53,7 +53,7 @@ def npy_shape(content: bytes, name: str) -> tuple[int, int] | None:
 
 
 def read_npz(content: bytes, name: str) -> DataFile:
-    """Return the arrays of an `.npz` file that can be grids, or a table of cells and facies.
+    """Return the arrays of an `.npz` file that can be grids, or its table of cells and facies.
 
     Examples
     --------
@@ -69,17 +69,17 @@ def read_npz(content: bytes, name: str) -> DataFile:
         members, reasons = _grids(archive, name)
     if not members:
         tail = f"; {reasons[0]}" if reasons else ""
-        raise CCWSIMError(f"{name}: no array in it has rows and columns{tail}")
+        raise CCWSIMError(f"{name}: no array of the file has rows and columns{tail}")
     names = distinct_names([key.removesuffix(".npy") for key in members])
     grids: dict[str, NDArray] = {}
     for key in names:
-        member = members.pop(next(iter(members)))  # let go of what has been turned into an array
+        member = members.pop(next(iter(members)))  # free the bytes that are now an array
         grids[key] = _grid(member, f"{name}, {key}")
     return DataFile("NumPy arrays", name, grids, asks_up=True)
 
 
 def npz_arrays(content: bytes, name: str, kinds: Mapping[str, str]) -> dict[str, NDArray]:
-    """Return the members of an `.npz` file that are named, of any shape, texts (kind U) too.
+    """Return the named members of an `.npz` file, of any shape and of the given NumPy kinds.
 
     Examples
     --------
@@ -102,7 +102,7 @@ def npz_arrays(content: bytes, name: str, kinds: Mapping[str, str]) -> dict[str,
                 check_cells(array.name, array.shape or (1,))
             arrays[key] = array.values()
             if array.dtype.kind == "U":
-                arrays[key].tolist()  # fails here if a letter is none
+                arrays[key].tolist()  # raises here if a character is invalid
         return arrays
 
 
@@ -112,14 +112,14 @@ def _grid(
     array = _Array.of_numbers(content, name, whole)
     if len(array.shape) not in dimensions:
         raise CCWSIMError(
-            f"{name}: an array of shape {shown(array.shape)} is no grid of rows and columns"
+            f"{name}: an array of shape {shown(array.shape)} is not a grid of rows and columns"
         )
     values = array.values()
     return values[None] if values.ndim == 2 else values
 
 
 def _cells_and_facies(archive: Archive, name: str) -> DataFile | None:
-    """The table of an archive with what `HardData` takes: cells (n, 2 or 3) and facies (n,)."""
+    """Return the arrays `cells` (n, 2 or 3) and `facies` (n,) of an archive as a table."""
     keys = ("cells", "facies")
     if not {f"{key}.npy" for key in keys} <= archive.infos.keys():
         return None
@@ -145,7 +145,7 @@ def _cells_and_facies(archive: Archive, name: str) -> DataFile | None:
 
 
 def _grids(archive: Archive, name: str) -> tuple[dict[str, bytes], list[str]]:
-    """The members that can be grids by their headers, and why others cannot."""
+    """Return the members that can be grids, and the reasons that exclude the other members."""
     arrays = [key for key in archive.infos if key.endswith(".npy")]
     if not arrays:
         raise CCWSIMError(f"{name}: the zip file holds no NumPy array")
@@ -167,7 +167,7 @@ def _grids(archive: Archive, name: str) -> tuple[dict[str, bytes], list[str]]:
 
 
 class _Array(NamedTuple):
-    """The header of an array, and its file, which is read up to the values."""
+    """The header of an array, and its file, positioned at the first value."""
 
     file: BytesIO
     name: str
@@ -177,7 +177,7 @@ class _Array(NamedTuple):
 
     @classmethod
     def opened(cls, content: bytes, name: str) -> _Array:
-        """Read the header; an error if it is broken."""
+        """Read the header; raise an error if it is broken."""
         file = BytesIO(content)
         with broken(f"{name}: the NumPy header is broken; save it again"):
             version = npy.read_magic(file)
@@ -187,20 +187,20 @@ class _Array(NamedTuple):
 
     @classmethod
     def of_numbers(cls, content: bytes, name: str, whole: bool = False) -> _Array:
-        """Read the header; an error also for values that are no numbers, or too many."""
+        """Read the header; raise an error for too many values or values that are not numbers."""
         array = cls.opened(content, name)
         if array.dtype.kind not in "buif" or array.dtype.itemsize > 16:
             raise CCWSIMError(
-                f"{name}: values of type {array.dtype} are no numbers; save real numbers"
+                f"{name}: values of type {array.dtype} are not numbers; save real numbers"
             )
         check_cells(name, array.shape or (1,), whole=whole)
         return array
 
     def values(self) -> NDArray:
-        """Return the values behind the header."""
+        """Return the values after the header."""
         content, n = self.file.getvalue(), prod(self.shape)  # shared with the file, no copy
         if len(content) - self.file.tell() < n * self.dtype.itemsize:
-            raise CCWSIMError(f"{self.name} ends before the {n} values that it promises")
+            raise CCWSIMError(f"{self.name} ends before the {n} values that its header states")
         values = np.frombuffer(content, self.dtype, count=n, offset=self.file.tell())
         native = values.astype(_native(self.dtype), copy=False)
         return native.reshape(self.shape, order="F" if self.by_columns else "C")

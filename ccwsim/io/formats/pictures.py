@@ -1,8 +1,8 @@
-"""Pictures (PNG, JPEG, TIFF, GIF, BMP): colours to facies and back.
+"""Convert pictures (PNG, JPEG, TIFF, GIF, BMP) to facies, and facies to pictures.
 
-Remarks, colour profiles, camera data and further frames of a picture may be larger than itself, and
-made to take hours. They are taken out before the picture is decoded, and what no program writes,
-such as thousands of scans, is refused.
+Comments, colour profiles, camera data and extra frames can be huge, or take hours to decode. They
+are removed before a picture is decoded. Structures that no program writes, such as thousands of
+scans, raise an error.
 """
 
 from __future__ import annotations
@@ -34,20 +34,20 @@ _NUMBERS = ("I", "F", "I;16", "I;16B", "I;16L", "I;16N")
 
 @dataclass(frozen=True, eq=False)
 class PictureFile:
-    """A picture as colours, row 0 at the top as in the file."""
+    """The colours of a picture, row 0 at the top as in the file."""
 
     name: str
     rgb: NDArray[np.uint8]  # shape (ny, nx, 3); transparent parts are shown on white
-    numbers: NDArray[np.uint8] | None  # shape (ny, nx): those of a palette, or greys
-    says_codes: bool = False  # whether the file says that these numbers are facies codes
+    numbers: NDArray[np.uint8] | None  # shape (ny, nx): palette indices or grey values
+    says_codes: bool = False  # whether `numbers` are marked as facies codes
 
 
 def read_picture(
     content: bytes, name: str, part: FilePart | None = None, *, up: bool | None = None
 ) -> PictureFile | DataFile:
-    """Return a picture, or a grid where its pixels are numbers (16 bits and more).
+    """Return a picture, or a grid if its pixels are numbers of 16 bits or more.
 
-    Of a `part` only its pixels are taken; `up` says that the first row is the south.
+    With a `part`, only its pixels are read; `up` means that the first row is the south.
 
     Examples
     --------
@@ -88,10 +88,10 @@ def picture_facies(
 ) -> NDArray[np.int64]:
     """Return the facies codes of a picture, shape (ny, nx), row 0 at the top.
 
-    Without classes every colour is a facies, counted from dark to light. `classes="codes"` takes
-    the numbers of a palette or the grey values as codes, as do PNGs that this package wrote.
-    `classes=n` takes the n main colours; a threshold or a list of edges cuts the grey value (0
-    black to 255 white).
+    Without classes every colour is a facies, numbered from dark to light. `classes="codes"` uses
+    the palette indices or the grey values as codes; for PNGs written by this package this is the
+    default. `classes=n` uses the n main colours; a threshold or a list of edges divides the grey
+    values (0 black to 255 white).
 
     Examples
     --------
@@ -123,10 +123,10 @@ def picture_as_bytes(
     *,
     are_codes: bool = False,
 ) -> bytes:
-    """Return a palette PNG of indices of shape (ny, nx), row 0 at the south: north is up.
+    """Return a palette PNG, north up, of colour indices of shape (ny, nx), row 0 at the south.
 
-    The palette gets white after the n colours, for what lies between maps. With `are_codes` the
-    file says that its numbers are facies codes.
+    White is added to the palette after the n colours, for gaps between maps. With `are_codes` the
+    indices are marked as facies codes in the file.
 
     Examples
     --------
@@ -157,7 +157,7 @@ def _opened(content: bytes, name: str) -> Image.Image:
 
 
 def _part_of(image: Image.Image, part: FilePart, name: str, up: bool | None) -> Image.Image:
-    """The pixels of a part, with the palette, and what is transparent, as they were."""
+    """Return the pixels of a part; palette and transparency are kept."""
     row, column, ny, nx = part.box(name, (image.height, image.width))
     top = row if up else image.height - row - ny
     size = nx // part.every, ny // part.every
@@ -173,13 +173,13 @@ def _on_white(image: Image.Image) -> NDArray[np.uint8]:
 
 
 MAX_COLOURS = 16
-"""More different colours in a picture come from blur or shading, not from facies."""
+"""Maximum number of colours that are facies; more colours come from blur or shading."""
 
 GREY = 24
-"""Difference of red, green and blue up to which a colour is a grey."""
+"""Maximum difference between red, green and blue in a grey colour."""
 
 DEFAULT_COLOURS = ("#1f3f77", "#f0a830", "#2f8f5b", "#a63d2f", "#7d5ba6", "#8a8f98")
-"""Deep blue, amber, green, brick, violet, grey: one a facies, in the order of the codes."""
+"""Default colours of facies, in the order of the codes: blue, amber, green, brick, violet, grey."""
 
 
 def colours_for(n: int, colours: Sequence[str] | None = None) -> NDArray[np.uint8]:
@@ -213,12 +213,12 @@ def grey_of(rgb: NDArray[np.uint8]) -> NDArray[np.float64]:
 
 
 def is_grey(rgb: NDArray[np.uint8], percent: float = 100.0) -> bool:
-    """Return whether red, green and blue are about the same in so many per cent of the cells."""
+    """Return whether at least `percent` % of the cells are grey."""
     return bool(np.percentile(np.ptp(rgb.astype(np.int16), axis=-1), percent) <= GREY)
 
 
 def distinct_colours(rgb: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:
-    """Return the colours of a picture from dark to light and the place of each cell among them.
+    """Return the colours of a picture from dark to light, and the colour index of each cell.
 
     Examples
     --------
@@ -238,11 +238,11 @@ def distinct_colours(rgb: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], NDArray
 
 
 SHARE_OF_MAIN, APART = 0.02, 72.0
-"""Of the pixels that are a main colour, and how far (of 255) it is from the others at least."""
+"""Minimum share of pixels of a main colour; minimum distance (0 to 255) between main colours."""
 
 
 def main_colours(rgb: NDArray[np.uint8]) -> NDArray[np.float64]:
-    """Return the colours of many pixels that are far from each other, shape (n, 3).
+    """Return frequent colours that differ clearly from each other, shape (n, 3).
 
     Examples
     --------
@@ -284,10 +284,10 @@ def facies_colours_of(picture: PictureFile, codes: NDArray[np.int64]) -> list[st
 
 
 def nearest_colours(rgb: NDArray[np.uint8], n: int) -> NDArray[np.int64]:
-    """Return the facies of a picture brought down to n colours, numbered from dark to light.
+    """Return the facies of a picture reduced to n colours, numbered from dark to light.
 
-    Starts from the most frequent colour and, again and again, the one that is frequent and far
-    from those taken; then Lloyd's k-means on the histogram of colours.
+    The first colour is the most frequent colour; each next colour is frequent and far from the
+    chosen colours. Lloyd's k-means on the histogram of colours then refines them.
 
     Examples
     --------
@@ -310,7 +310,7 @@ def nearest_colours(rgb: NDArray[np.uint8], n: int) -> NDArray[np.int64]:
 
 
 def _packed(rgb: NDArray[np.integer], bits: int) -> NDArray[np.int32]:
-    """Red, green and blue in one number."""
+    """Return red, green and blue packed into one number."""
     red, green, blue = np.moveaxis(rgb.astype(np.int32), -1, 0)
     return red << 2 * bits | green << bits | blue
 
@@ -340,19 +340,19 @@ def _rgb(colour: str) -> tuple[int, ...]:
 
 
 MAX_PARTS = 100_000
-"""Most chunks, segments or blocks of a picture; a block of a GIF has up to 255 bytes."""
+"""Maximum number of chunks, segments or blocks; a block of a GIF has up to 255 bytes."""
 
 MAX_SCANS = 100
-"""Most scans of a JPEG; each goes over the whole picture, and programs write about ten."""
+"""Maximum number of scans of a JPEG, each of the whole picture; programs write about ten."""
 
 MAX_STRIPS = 20_000
-"""Most strips or tiles of a TIFF; each is decoded by itself."""
+"""Maximum number of strips or tiles of a TIFF; each is decoded separately."""
 
 _PNG_CHUNKS = (b"IHDR", b"PLTE", b"tRNS", b"IDAT", b"IEND")
 _JPEG_LEFT_OUT = (*range(0xE1, 0xEE), 0xEF, 0xFE)
-"""Application segments but JFIF (E0) and Adobe (EE), which say what the colours are; remarks."""
+"""Comments and application segments, except JFIF (E0) and Adobe (EE), which define the colours."""
 _TIFF_PACKINGS = (1, 2, 3, 4, 5, 8, 32773, 32946)
-"""None, the fax ones, LZW, Deflate, PackBits; not JPEG, WebP and others within a TIFF."""
+"""Supported compressions: none, fax, LZW, Deflate and PackBits, but not JPEG or WebP."""
 _TIFF_SIZES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 6: 1, 7: 1, 8: 2, 9: 4, 10: 8, 11: 4, 12: 8}
 
 
@@ -394,7 +394,7 @@ def _jpeg(content: bytes, name: str) -> bytes:
         while content[at + 1] == 0xFF:
             at += 1
         marker = content[at + 1]
-        if marker == 0xDA:  # the first scan: nothing but tables and scans follow
+        if marker == 0xDA:  # the first scan: only tables and scans follow
             scans = content.count(b"\xff\xda", at)
             if scans > MAX_SCANS:
                 raise _too_many(name, "scans", MAX_SCANS)
@@ -410,7 +410,7 @@ def _jpeg(content: bytes, name: str) -> bytes:
 
 
 def _gif(content: bytes, name: str) -> bytes:
-    """Sizes, colours and the first frame with what says its transparent colour."""
+    """Return header, palette and first frame, with the block that sets its transparent colour."""
     start = 13 + _colours_of_gif(content[10])
     parts, at = [content[:start]], start
     control = b""
@@ -432,12 +432,12 @@ def _gif(content: bytes, name: str) -> bytes:
 
 
 def _colours_of_gif(flags: int) -> int:
-    """Bytes of a table of colours."""
+    """Return the size of a table of colours in bytes."""
     return 3 << ((flags & 7) + 1) if flags & 0x80 else 0
 
 
 def _end_of_blocks(content: bytes, at: int, name: str) -> int:
-    """Where a row of blocks ends; one that is cut ends with the file."""
+    """Return the end of a series of blocks; a truncated series ends with the file."""
     for k in range(len(content)):
         if k % MAX_PARTS == 0:
             check_time(name)
@@ -451,7 +451,7 @@ def _end_of_blocks(content: bytes, at: int, name: str) -> int:
 def _bmp(content: bytes, name: str) -> bytes:
     packing = struct.unpack_from("<I", content, 30)[0] if content[14] >= 40 else 0
     if packing in (1, 2):
-        raise CCWSIMError(f"{name}: run-length packed BMP files are not read; save it as PNG")
+        raise CCWSIMError(f"{name}: run-length packed BMP files are not supported; save it as PNG")
     return content
 
 
@@ -477,7 +477,7 @@ def _tiff(content: bytes, name: str) -> bytes:
     strips = values.get(279, values.get(325, []))
     tile = [*values.get(322, []), *values.get(323, [])]
     if set(values.get(259, [])) - set(_TIFF_PACKINGS):
-        raise CCWSIMError(f"{name}: it is packed in a way not read; save it as PNG")
+        raise CCWSIMError(f"{name}: its compression is not supported; save it as PNG")
     if len(strips) > MAX_STRIPS:
         raise _too_many(name, "strips", MAX_STRIPS)
     if sum(strips) > len(content) or prod(tile or [1]) > limits().cells:
@@ -486,7 +486,7 @@ def _tiff(content: bytes, name: str) -> bytes:
 
 
 def _tiff_values(content: bytes, order: str, entry: np.void) -> list[int]:
-    """The whole numbers of an entry that sizes are made of; none of any other kind."""
+    """Return the integers of an entry that states compression or sizes; [] for other entries."""
     kind, count = int(entry["kind"]), int(entry["count"])
     if kind not in (3, 4) or int(entry["tag"]) not in (259, 279, 322, 323, 325):
         return []

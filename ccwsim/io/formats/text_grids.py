@@ -1,4 +1,4 @@
-"""Grids in text: SGeMS, GSLIB and Geo-EAS files, and ESRI ASCII grids."""
+"""Read and write grids in text: SGeMS, GSLIB and Geo-EAS files, and ESRI ASCII grids."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 
 MAX_HEADER_LINE = 1000
-"""Longer lines are no header."""
+"""Maximum number of bytes of a header line."""
 
 
 def is_gslib(content: bytes) -> bool:
-    """Return whether a text starts as these formats do: title or sizes, count, names.
+    """Return whether a text starts with a GSLIB header: title or sizes, count, names.
 
     Examples
     --------
@@ -41,8 +41,9 @@ def is_gslib(content: bytes) -> bool:
 def read_gslib(content: bytes, name: str) -> DataFile:
     """Return the grid or table of a GSLIB-like text.
 
-    Three to nine numbers in line 1 (`nx ny nz [sx sy sz [ox oy oz]]`), or sizes after the count in
-    line 2, make a grid; a title or one number make a table: points, or a grid of unknown sizes.
+    It is a grid if line 1 has three to nine numbers (`nx ny nz [sx sy sz [ox oy oz]]`), or line 2
+    has sizes after the count. It is a table (points, or a grid of unknown size) if line 1 is a
+    title or one number.
 
     Examples
     --------
@@ -59,7 +60,7 @@ def read_gslib(content: bytes, name: str) -> DataFile:
         )
     lines, start = _head(content, n + 2)
     if len(lines) < n + 2:
-        raise CCWSIMError(f"{name} ends before the {n} variable names that line 2 promises")
+        raise CCWSIMError(f"{name} ends before the {n} variable names that line 2 states")
     names = distinct_names(lines[2:])
     sizes = _grid_sizes(lines[0]) or _grid_sizes(" ".join(count[1:4]))
     if sizes is None:
@@ -77,9 +78,9 @@ def read_gslib(content: bytes, name: str) -> DataFile:
 def grid_as_bytes(
     columns: Sequence[NDArray], names: Sequence[str], grid: Grid | None = None
 ) -> bytes:
-    """Return grids, (ny, nx) or (nz, ny, nx), from the south and the bottom, as an SGeMS text.
+    """Return grids as an SGeMS text: shape (ny, nx) or (nz, ny, nx), from the south and the bottom.
 
-    Cell sizes other than 1, or an origin other than 0, stand behind the numbers of cells in line 1:
+    If a cell size is not 1 or the origin is not 0, both follow the numbers of cells in line 1:
     `nx ny nz sx sy sz ox oy oz`, as in files of geone and DeeSse.
 
     Examples
@@ -107,7 +108,7 @@ def grid_as_bytes(
 
 
 def _head(content: bytes, n: int) -> tuple[list[str], int]:
-    """The first n lines and where the next one begins; ends early at a line that is too long."""
+    """Return the first n lines (fewer if a line is too long), and the start of the next line."""
     lines: list[str] = []
     at = 0
     while len(lines) < n and at < len(content):
@@ -161,7 +162,7 @@ def _table(content: bytes, name: str, names: list[str], start: int, title: str) 
 
 
 def _line_numbers(content: bytes, name: str, start: int, n: int) -> NDArray[np.int64]:
-    """The line of each row of n numbers; a row must not run over the end of a line."""
+    """Return the line number of each row; every line must have exactly n numbers."""
     counts = np.array([len(line.split()) for line in content[start:].split(b"\n")])
     numbers = np.flatnonzero(counts) + n + 3
     filled = counts[counts > 0]
@@ -171,7 +172,7 @@ def _line_numbers(content: bytes, name: str, start: int, n: int) -> NDArray[np.i
     return np.repeat(numbers, filled // n)
 
 
-MAX_ESRI_HEADER = 4096  # bytes of a line
+MAX_ESRI_HEADER = 4096  # maximum number of bytes of a line
 MAX_HEADER_LINES = 100
 _ORIGINS = ("xllcorner", "yllcorner", "xllcenter", "yllcenter")
 _KEYS = ("ncols", "nrows", *_ORIGINS, "cellsize", "dx", "dy", "nodata_value")

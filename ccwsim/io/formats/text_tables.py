@@ -1,4 +1,4 @@
-"""Numbers, tables and matrices in text: header, separator, decimal comma, the line of an error."""
+"""Read numbers, tables and matrices from text; find header, separator and decimal mark."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from ccwsim.io.limits import MAX_VARIABLES, check_cells, check_time, limits
 from ccwsim.model.errors import CCWSIMError
 
 CHUNK = 2**20
-"""Bytes split into words at a time, so that memory stays small."""
+"""Number of bytes that are split into words at once; this limits memory use."""
 
 MAX_WORD = 80
-"""No number is longer."""
+"""Maximum number of characters of a number."""
 
 _SPACE = re.compile(rb"\s")
 
@@ -43,7 +43,7 @@ def is_number(word: str) -> bool:
 def numbers_in(
     content: bytes, name: str, *, start: int = 0, first_line: int = 1
 ) -> NDArray[np.float64]:
-    """Return all numbers of a text from byte `start` on, which is in line `first_line`.
+    """Return all numbers of a text after byte `start`, which is in line `first_line`.
 
     Examples
     --------
@@ -88,17 +88,17 @@ def _first_bad(chunk: bytes, name: str, line: int) -> str:
 
 
 SEPARATORS = (";", "\t", ",", None)
-"""None stands for white space."""
+"""Possible separators; None means white space."""
 
 UNKNOWN = frozenset({"", "nan", "na", "n/a", "null", "none", "-"})
-"""Fields, in lower case, that stand for "not known"."""
+"""Fields, in lower case, that mean a missing value."""
 
 
 _QUOTED = re.compile(r'"[^"]*"|\S+')
 
 
 def split_fields(line: str, separator: str | None) -> list[str]:
-    """Return the fields of a line without white space and quotes around them.
+    """Return the fields of a line, without surrounding white space and quotes.
 
     Examples
     --------
@@ -119,11 +119,11 @@ _GROUPS = {
     ",": re.compile(r"[+-]?[1-9]\d{0,2}(\.\d{3})+(,\d*)?"),
     ".": re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+(\.\d*)?"),
 }
-"""Numbers with marks between thousands, by the decimal mark: 1.234,5 and 1,234.5."""
+"""Patterns of numbers with thousands separators, by decimal mark: 1.234,5 and 1,234.5."""
 
 
 def field_number(field: str, decimal: str) -> float | None:
-    """Return the number in a field, NaN for an unknown one, None for a text.
+    """Return the number in a field, NaN for a missing value, None for text.
 
     Examples
     --------
@@ -141,7 +141,7 @@ def field_number(field: str, decimal: str) -> float | None:
 
 
 def separator_of(sample: Sequence[str]) -> str | None:
-    """Return the separator that finds the most numbers in a few lines of data.
+    """Return the separator that gives the most numbers in a few lines of data.
 
     Examples
     --------
@@ -153,7 +153,7 @@ def separator_of(sample: Sequence[str]) -> str | None:
 
 
 def decimal_of(sample: Sequence[str], separator: str | None) -> str:
-    """Return the decimal mark of a few lines: a comma where numbers are written as 2,5.
+    """Return the decimal mark of a few lines: a comma if numbers are written as 2,5.
 
     Examples
     --------
@@ -183,10 +183,10 @@ _COMMENT = (b"#", b"%", b"//")
 
 
 def read_delimited(content: bytes, name: str) -> DataFile:
-    """Return the columns of a table with a header, or the matrix of a text without one.
+    """Return the columns of a table with a header, or the matrix in a text without a header.
 
-    A row below the header without any number, such as units, is left out. Petrel points and well
-    logs (LAS) name their columns in a header of their own.
+    A row without numbers below the header, such as units, is skipped. Headers of Petrel points
+    and well logs (LAS) are also understood.
 
     Examples
     --------
@@ -217,7 +217,7 @@ def read_delimited(content: bytes, name: str) -> DataFile:
     body, numbers = (lines[1:], numbers[1:]) if headed else (lines, numbers)
     if headed and len(body) > 1 and _units(body, marks):
         second = marks.fields(body[0])
-        names = names if len(second) <= len(names) else second  # below a title
+        names = names if len(second) <= len(names) else second  # the header is below a title
         body, numbers = body[1:], numbers[1:]
     if not body:
         raise CCWSIMError(f"{name}: {lines[0][:40].decode('latin-1')!r} holds no numbers")
@@ -246,7 +246,7 @@ def read_delimited(content: bytes, name: str) -> DataFile:
 
 
 class _Marks(NamedTuple):
-    """The marks between fields and before decimals."""
+    """The separator of fields and the decimal mark."""
 
     separator: str | None
     decimal: str
@@ -256,13 +256,13 @@ class _Marks(NamedTuple):
 
 
 def _units(body: list[bytes], marks: _Marks) -> bool:
-    """Whether the first row holds words and no number, and the second one numbers."""
+    """Return whether the first row has only words, and the second row has numbers."""
     first, second = ([_counts(f, marks.decimal) for f in marks.fields(row)] for row in body[:2])
     return not any(first) and any(second)
 
 
 class _Header(NamedTuple):
-    """The columns that a text names in lines of their own, and the number of these lines."""
+    """The column names in a header of several lines, and its number of lines."""
 
     names: tuple[str, ...] = ()
     n_lines: int = 0
@@ -274,7 +274,7 @@ _PETREL_MISSING = (-999.0, -99999.0, 1e30)
 
 
 def _own_header(lines: list[bytes]) -> _Header:
-    """The header of a Petrel points file (BEGIN HEADER …) or a well log (~Curve, ~A)."""
+    """Return the header of a Petrel points file (BEGIN HEADER …) or a well log (~Curve, ~A)."""
     start = [line[:200].decode("utf-8", "replace").strip() for line in lines[:MAX_OWN_HEADER]]
     upper = [line.upper() for line in start]
     if "BEGIN HEADER" in upper[:5] and "END HEADER" in upper:
@@ -297,7 +297,7 @@ def _own_header(lines: list[bytes]) -> _Header:
 
 
 def _filled_lines(content: bytes, name: str) -> tuple[list[bytes], list[int], str]:
-    """Lines that hold something, their numbers, and the last comment before them."""
+    """Return the lines that are not empty, their numbers, and the last comment before them."""
     lines: list[bytes] = []
     numbers: list[int] = []
     remark = ""
@@ -317,7 +317,7 @@ def _filled_lines(content: bytes, name: str) -> tuple[list[bytes], list[int], st
 
 
 def _fast(body: list[bytes], name: str, n: int, marks: _Marks) -> NDArray[np.float64] | None:
-    """All numbers at once; None if a field is empty, a text, missing or has thousands marked."""
+    """Return all numbers at once; None if a field is missing or is not a plain number."""
     sep = marks.separator.encode() if marks.separator else None
     if any(len(line.split(sep)) != n for line in body):
         return None
@@ -337,7 +337,7 @@ def _fast(body: list[bytes], name: str, n: int, marks: _Marks) -> NDArray[np.flo
 def _by_field(
     body: list[bytes], numbers: list[int], name: str, n: int, marks: _Marks, headed: bool
 ) -> tuple[NDArray[np.float64], dict[int, tuple[str, ...]]]:
-    """All fields: empty ones become NaN; columns with words are NaN and returned as words too."""
+    """Return all fields as numbers (NaN if empty), and the text columns, whose numbers are NaN."""
     table: list[list[str]] = []
     for line, number in zip(body, numbers, strict=True):
         fields = marks.fields(line)
@@ -347,7 +347,7 @@ def _by_field(
             raise CCWSIMError(f"{name}, line {number}: {len(fields)} fields where {n} are needed")
         table.append(fields)
         if len(table) * n > limits().fields:
-            raise CCWSIMError(f"{name}: words or empty fields in a table this large; clean it")
+            raise CCWSIMError(f"{name}: too large a table for words or empty fields; clean it")
         if len(table) % 1000 == 0:
             check_time(name)
     columns, words = [], {}
@@ -364,7 +364,7 @@ def _by_field(
 
 
 def not_a_number(name: str, line: int, field: str) -> str:
-    """Return the message on a word in place of a number.
+    """Return the message for a word that should be a number.
 
     Examples
     --------

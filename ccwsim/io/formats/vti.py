@@ -1,4 +1,4 @@
-"""VTK XML ImageData (.vti) of ParaView and pyvista: regular grids with cell or point data."""
+"""Read VTK XML ImageData (.vti) of ParaView and pyvista: regular grids of cell or point data."""
 
 from __future__ import annotations
 
@@ -25,21 +25,21 @@ TYPES = {
 } | {"Float32": "f4", "Float64": "f8"}
 _HEADERS = {"UInt32": "u4", "UInt64": "u8"}
 _MARKS = ("vtkGhostType", "vtkGhostLevels", "vtkOriginalCellIds")
-"""Arrays that VTK adds."""
+"""Names of arrays that VTK adds."""
 _NORTH_UP = "1 0 0 0 1 0 0 0 1"
 _START = 1000
-"""Bytes in which the kind of a file stands."""
+"""Number of bytes at the start of a file that show its format."""
 
 
 class _Appended(NamedTuple):
-    """The data behind the elements of a file: raw bytes, or base64."""
+    """The data after the elements of a file: raw bytes or base64."""
 
     data: memoryview | bytes
     raw: bool
 
 
 def is_vti(content: bytes) -> bool:
-    """Return whether a file starts as VTK XML does.
+    """Return whether a file starts with VTK XML.
 
     Examples
     --------
@@ -50,9 +50,9 @@ def is_vti(content: bytes) -> bool:
 
 
 def read_vti(content: bytes, name: str) -> DataFile:
-    """Return the arrays of cell data, or where there are none of point data, as grids.
+    """Return the arrays of cell data, or else of point data, as grids.
 
-    A value of a point stands for the cell around it.
+    The value of a point becomes the value of the cell around it.
 
     Examples
     --------
@@ -67,11 +67,11 @@ def read_vti(content: bytes, name: str) -> DataFile:
     image = root.find("ImageData")
     pieces = [] if image is None else image.findall("Piece")
     if root.get("type") != "ImageData" or image is None or len(pieces) != 1:
-        raise CCWSIMError(f"{name}: VTK files of ImageData in one piece are read; save it as such")
+        raise CCWSIMError(f"{name}: only VTK ImageData in one piece can be read; save it as such")
     spacing = _numbers(image, "Spacing", "1 1 1", 3, name)
     origin = _numbers(image, "Origin", "0 0 0", 3, name)
     if _numbers(image, "Direction", _NORTH_UP, 9, name).tolist() != np.eye(3).ravel().tolist():
-        raise CCWSIMError(f"{name}: a grid that is turned in space is not read; resample it")
+        raise CCWSIMError(f"{name}: rotated grids are not supported; resample it")
     if not (spacing > 0).all():
         raise CCWSIMError(f"{name}: the spacing {spacing.tolist()} must be positive")
     extent = _numbers(pieces[0], "Extent", image.get("WholeExtent", ""), 6, name)
@@ -84,7 +84,9 @@ def read_vti(content: bytes, name: str) -> DataFile:
     arrays = [a for a in arrays if a.get("NumberOfComponents", "1") == "1"]
     arrays = [a for a in arrays if a.get("type") in TYPES and a.get("Name") not in _MARKS]
     if not arrays or len(arrays) > MAX_VARIABLES:
-        raise CCWSIMError(f"{name}: it has {len(arrays)} arrays of one number a cell; save some")
+        raise CCWSIMError(
+            f"{name}: {len(arrays)} arrays have one number per cell; save 1 to {MAX_VARIABLES}"
+        )
     full = tuple(int(n) if abs(n) < 2**31 else 0 for n in shape[::-1])
     check_cells(name, (len(arrays), *full))
     reader = _Values(root, appended, name)
@@ -97,7 +99,7 @@ def read_vti(content: bytes, name: str) -> DataFile:
 
 
 def _tree(content: bytes, name: str) -> tuple[ElementTree.Element, _Appended]:
-    """The elements of a file, and the data appended to them, which may be no XML."""
+    """Return the XML elements of a file, and the data appended to them, which may not be XML."""
     appended = _Appended(b"", True)
     at = content.find(b"<AppendedData")
     if at >= 0:
@@ -107,7 +109,7 @@ def _tree(content: bytes, name: str) -> tuple[ElementTree.Element, _Appended]:
         appended = _Appended(memoryview(content)[mark + 1 :] if mark >= 0 else b"", raw)
         content = content[:at] + b"</VTKFile>"
     if b"<!DOCTYPE" in content or b"<!ENTITY" in content:  # entities can grow without bounds
-        raise CCWSIMError(f"{name}: a VTK file with declarations is not read; save it again")
+        raise CCWSIMError(f"{name}: XML declarations in VTK files are not allowed; save it again")
     kinds = ElementTree.ParseError, ValueError, LookupError
     with broken(f"{name}: the XML is broken", *kinds, remedy="get the whole file"):
         return ElementTree.fromstring(content), appended
@@ -127,7 +129,7 @@ def _numbers(
 
 
 class _Values:
-    """The values of arrays: as text, or in base64 or raw bytes, packed or not."""
+    """Decodes the values of arrays: text, base64 or raw bytes, compressed or not."""
 
     def __init__(self, root: ElementTree.Element, appended: _Appended, name: str) -> None:
         self._order = ">" if root.get("byte_order") == "BigEndian" else "<"
@@ -137,10 +139,10 @@ class _Values:
         self._header = np.dtype(self._order + header)
         if self._packed not in ("", "vtkZLibDataCompressor"):
             packed = self._packed[:40]
-            raise CCWSIMError(f"{name}: values packed by {packed} are not read; pack by zlib")
+            raise CCWSIMError(f"{name}: compression by {packed} is not supported; use zlib")
 
     def read(self, array: ElementTree.Element, n: int) -> NDArray:
-        """Return n values; an error says how many there are instead."""
+        """Return n values; raise an error if the array has another number of values."""
         check_time(self._name)
         kind = np.dtype(self._order + TYPES[array.get("type", "")])
         form, raw = array.get("format", "ascii"), False
@@ -163,11 +165,11 @@ class _Values:
         words = text.split()
         if len(words) != n:
             self._raise_count(n, len(words))
-        with broken(f"{self._name}: an array has a word that is no number", ValueError):
+        with broken(f"{self._name}: an array has a word that is not a number", ValueError):
             return np.array(words, "S40").astype(np.float64)
 
     def _plain(self, text: memoryview | bytes, raw: bool, n: int) -> bytes:
-        """The bytes behind their number, which may be a text of its own."""
+        """Return uncompressed bytes, stored after their count, which can be its own base64 text."""
         size = self._header.itemsize
         promised = int(self._words(text, raw, 1)[0])
         if raw:
@@ -178,7 +180,7 @@ class _Values:
         return self._decoded(text, False, size + min(promised, n + 1))[size:]
 
     def _unpacked(self, text: memoryview | bytes, raw: bool, n: int) -> bytes:
-        """The bytes of packed blocks, whose sizes stand before them, a text of its own."""
+        """Return the bytes of compressed blocks, stored after a header of block sizes."""
         size = self._header.itemsize
         n_blocks = int(self._words(text, raw, 1)[0])
         if n_blocks * size > len(text):
@@ -196,18 +198,18 @@ class _Values:
         return b"".join(blocks)
 
     def _words(self, text: memoryview | bytes, raw: bool, n: int) -> NDArray[np.integer]:
-        """The first n numbers of a header."""
+        """Return the first n numbers of a header."""
         data = self._decoded(text, raw, n * self._header.itemsize)
         if len(data) < n * self._header.itemsize:
             self._raise_end()
         return np.frombuffer(data, self._header, count=n)
 
     def _decoded(self, text: memoryview | bytes, raw: bool, n: int) -> bytes:
-        """The first n bytes that a text stands for."""
+        """Return the first n bytes of raw data or base64 text."""
         if raw:
             return bytes(text[:n])
         letters = bytes(text[: -(-n // 3) * 4])
-        with broken(f"{self._name}: an array is no base64; save it again", binascii.Error):
+        with broken(f"{self._name}: an array is not base64; save it again", binascii.Error):
             return base64.b64decode(letters[: len(letters) // 4 * 4])[:n]
 
     def _raise_count(self, promised: int, n: int) -> NoReturn:

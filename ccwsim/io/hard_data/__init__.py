@@ -1,1 +1,1 @@
-"""Hard data: points in files, cells of a grid, and what is wrong with them."""
+"""Read hard data from files, place them in cells of a grid, and report problems."""

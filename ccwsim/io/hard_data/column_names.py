@@ -1,4 +1,4 @@
-"""Columns of a table of hard data by their names: words they are known by, and guesses."""
+"""Identify the columns of a table of hard data by their names."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ _FILE = Path(__file__).parents[2] / "assets" / "column_names.toml"
 WORDS = {
     kind: tuple(text.split()) for kind, text in tomllib.loads(_FILE.read_text("utf-8")).items()
 }
-"""The words that columns are known by, by kind of column."""
+"""Words that identify a column, by kind of column."""
 
 
 class Role(NamedTuple):
-    """A kind of column of `WORDS`, and how messages call it."""
+    """A kind of column of `WORDS`, and its name in messages."""
 
     kind: str
     what: str
     call: str
-    prefix: int = 0  # letters from which on the beginning of a name is enough
+    prefix: int = 0  # words of at least this length match the start of a name
     optional: bool = False
 
 
 Asked = Mapping[str, Any]
-"""Columns that were named, by role; an empty text says that there is none."""
+"""Names of columns given by the user, by role; an empty text means that there is no column."""
 DEPTHS = {
     "depth_from": Role("from", "where intervals begin", "from", optional=True),
     "depth_to": Role("to", "where intervals end", "to", optional=True),
@@ -57,11 +57,11 @@ SURVEYS = {
 WELL_TABLES = {"collars": COLLARS, "intervals": INTERVALS, "surveys": SURVEYS}
 """The columns of each table of wells, by role."""
 ALTERNATIVE_ROLES = {"depth": ("depth_from", "depth_to"), "survey_dip": ("survey_inclination",)}
-"""A table has either the first role or the others; if neither is named, the others are taken."""
+"""Roles that replace each key: a table has either the key or, by default, its alternatives."""
 
 
 def is_points(names: list[str]) -> bool:
-    """Return whether columns of these names hold places.
+    """Return whether columns with these names contain coordinates.
 
     Examples
     --------
@@ -79,9 +79,9 @@ def place_columns(
     coordinates: str | None = None,
     taken: Sequence[str] = (),
 ) -> tuple[str, str, bool, list[str]]:
-    """Return the columns of x and y, or of col and row; whether they are of the world; notes.
+    """Return the columns of x and y (or col and row), if they are world coordinates, and notes.
 
-    Columns that are `taken` for something else are not guessed.
+    Columns in `taken` have another role and are not guessed.
 
     Examples
     --------
@@ -113,7 +113,7 @@ def place_columns(
         )
     places = [name for name in numeric if not _is(name, "z", "label", "code")]
     guess = iter(places if len(places) >= asked.count(None) else numeric)
-    if cells:  # as they are read aloud: row, then column
+    if cells:  # in the usual order: row, then column
         row, column = (name or next(guess) for name in (asked[1], asked[0]))
         return column, row, False, [_untold(row, column, "row and col")]
     first, second = (name or next(guess) for name in asked)
@@ -121,16 +121,16 @@ def place_columns(
 
 
 def _untold(one: str, two: str, said: str) -> str:
-    return f"No column is called so: {one} and {two} were taken as {said}."
+    return f"No column has such a name: {one} and {two} were taken as {said}."
 
 
 def columns_of(
     file: DataFile, roles: Mapping[str, Role], asked: Asked, taken: Sequence[str] = ()
 ) -> dict[str, str]:
-    """Return the columns of roles that a table has: as asked for, or by their names.
+    """Return the column of each role in a table, as given by the user or guessed by name.
 
-    If a table has both one depth and two, or inclination and dip, the role asked for is returned,
-    else two depths, or the inclination.
+    If a table has one depth and also from and to, or both inclination and dip, the role given by
+    the user is returned; by default from and to, or the inclination.
 
     Examples
     --------
@@ -155,7 +155,7 @@ def columns_of(
         rivals = [other for other in others if other in named]
         if one in named and rivals:
             raise CCWSIMError(
-                f"{file.name}: {one} and {rivals[0]} are both named, and only one of them can be; "
+                f"{file.name}: {one} and {rivals[0]} are both named, but exclude each other; "
                 "leave one out"
             )
         if one in named:
@@ -166,7 +166,7 @@ def columns_of(
 
 
 def asked_columns(file: DataFile, asked: Asked) -> dict[str, str]:
-    """Return the columns that were named; an error for one that is missing or named twice.
+    """Return the columns given by the user; raise an error if one is missing or given twice.
 
     Examples
     --------
@@ -174,7 +174,7 @@ def asked_columns(file: DataFile, asked: Asked) -> dict[str, str]:
     >>> asked_columns(file, {"x": "east", "y": None, "z": ""})
     {'x': 'East'}
     """
-    roles: dict[str, str] = {}  # by column
+    roles: dict[str, str] = {}  # role by column
     for role, name in asked.items():
         if name is None or (isinstance(name, str) and not name):
             continue
@@ -188,7 +188,7 @@ def asked_columns(file: DataFile, asked: Asked) -> dict[str, str]:
 
 
 def value_column(file: DataFile, rest: list[str], variable: str | None) -> str:
-    """Return the column of facies among those that are no places.
+    """Return the column of facies among the columns without coordinates.
 
     Examples
     --------
@@ -203,7 +203,7 @@ def value_column(file: DataFile, rest: list[str], variable: str | None) -> str:
         return named
     likely = [name for name in rest if not _is(name, "z", "label")]
     if len(likely) == 2 and len(file.names) == 4 and _unnamed(file):
-        return likely[1]  # x, y, z, value without telling names
+        return likely[1]  # x, y, z, value, but the name of the value is unclear
     if len(likely) == 1:
         return likely[0]
     if not likely:
@@ -220,7 +220,7 @@ def _unnamed(file: DataFile) -> bool:
 
 
 def height_column(rest: list[str], key: str) -> str | None:
-    """Return the column of heights among those that are no places, if there is one.
+    """Return the column of heights among the columns without coordinates, or None.
 
     Examples
     --------
@@ -231,7 +231,7 @@ def height_column(rest: list[str], key: str) -> str | None:
 
 
 def _first(names: list[str], kind: str, prefix: int = 0) -> str | None:
-    """The first name that is a word; else one that begins with a word of `prefix` letters."""
+    """Return the first name that is a word, or starts with a word of `prefix` or more letters."""
     words = WORDS[kind]
     exact = next((name for word in words for name in names if _plain(name) == word), None)
     long = [word for word in words if prefix and len(word) >= prefix]
@@ -243,5 +243,5 @@ def _is(name: str, *kinds: str) -> bool:
 
 
 def _plain(name: str) -> str:
-    """A column's name without units, case and marks: "X [m]" is x."""
+    """Return the name of a column without units, case and punctuation: "X [m]" becomes x."""
     return re.sub(r"[^a-z0-9]", "", re.split(r"[\[(,]", name.lower())[0])

@@ -1,4 +1,4 @@
-"""Which columns of a table of hard data hold places, heights and facies: named or guessed."""
+"""Assign the columns of a table of hard data to coordinates, heights and facies."""
 
 from __future__ import annotations
 
@@ -22,30 +22,30 @@ from ccwsim.model.errors import CCWSIMError, shown
 
 @dataclass(frozen=True)
 class PointColumns:
-    """The columns of hard data in a file; those that are not named are guessed by their names."""
+    """The columns of hard data in a file; columns that are not given are guessed by name."""
 
     x: str | None = None
     y: str | None = None
-    """The places. With `coordinates="cells"`, x is the column and y the row of a cell."""
+    """Columns of the coordinates. With `coordinates="cells"`, x is the column and y the row."""
     facies: str | None = None
-    """Column, variable or array of the facies, as numbers or names. Columns of heights or names of
-    wells are never guessed."""
+    """Column, variable or array of the facies, as numbers or names. Columns of heights or well
+    names are never taken by default."""
     well: str | None = None
-    """For a volume: the names of wells; "" for none."""
+    """For a volume: column of the names of wells; "" for none."""
     z: str | None = None
-    """For a volume: the elevation of points, or, beside depths, of the collars of vertical wells;
-    with `coordinates="cells"` the layer."""
+    """For a volume: column of the elevations of points or, if there are depths, of the collars of
+    vertical wells; with `coordinates="cells"` the layer."""
     depth_from: str | None = None
     depth_to: str | None = None
     depth: str | None = None
-    """For a volume: depths below z, two of intervals or one of points; "" for none."""
+    """For a volume: columns of depths below z, either from and to, or one depth; "" for none."""
     coordinates: str | None = None
-    """Whether two columns of unclear names are x and y ("world"), or row and col ("cells")."""
+    """Whether two columns with unclear names are x and y ("world"), or row and col ("cells")."""
     up: bool | None = None
     slice_index: int | None = None
-    """For whole grids, as in `read_training_image`."""
+    """Options for whole grids, as in `read_training_image`."""
     z_up: bool | None = None
-    """For whole grids of a volume: whether the first layer is the bottom, as it is by default."""
+    """For whole grids of a volume: whether the first layer is the bottom (default: yes)."""
 
     def __post_init__(self) -> None:
         known = isinstance(self.coordinates, str) and self.coordinates in ("world", "cells")
@@ -53,7 +53,7 @@ class PointColumns:
             raise CCWSIMError(f'coordinates = {shown(self.coordinates)} must be "world" or "cells"')
 
     def named(self, *, volume: bool = True) -> dict[str, str | None]:
-        """Return the columns by role, those of volumes only if asked for."""
+        """Return the given columns by role; columns of volumes only if `volume` is true."""
         roles = ("x", "y", "facies", *(("well", "z", *DEPTHS) if volume else ()))
         return {role: getattr(self, role) for role in roles}
 
@@ -63,26 +63,26 @@ GUESSED = PointColumns()
 
 @dataclass(frozen=True)
 class WellColumns:
-    """Columns of tables of wells; those that are not named are guessed; "" stands for none."""
+    """Columns of tables of wells; columns that are not given are guessed; "" means no column."""
 
     collar_well: str | None = None
     x: str | None = None
     y: str | None = None
     z: str | None = None
     collar_length: str | None = None
-    """In collars: names of the wells, places, elevations, and lengths if there are any."""
+    """In collars: names of the wells, coordinates, elevations, and (optional) lengths."""
     well: str | None = None
     depth_from: str | None = None
     depth_to: str | None = None
     depth: str | None = None
     facies: str | None = None
-    """In intervals: names of the wells, ends of the intervals or depths, and facies."""
+    """In intervals: names of the wells, from and to (or one depth), and facies."""
     survey_well: str | None = None
     survey_depth: str | None = None
     survey_azimuth: str | None = None
     survey_inclination: str | None = None
     survey_dip: str | None = None
-    """In surveys: names of the wells, depths along them, directions, and one kind of tilt."""
+    """In surveys: names of the wells, depths along them, azimuths, and inclinations or dips."""
 
 
 GUESSED_WELLS = WellColumns()
@@ -90,22 +90,22 @@ GUESSED_WELLS = WellColumns()
 
 @dataclass(frozen=True)
 class Assignment:
-    """The columns of a table by role, named or guessed, and the questions they raise."""
+    """The columns of a table by role, given or guessed, with assumptions and open questions."""
 
-    columns: dict[str, str]  # by role; roles without a column are missing
+    columns: dict[str, str]  # column by role; only roles that have a column
     notes: tuple[str, ...] = ()  # assumptions, one sentence each
     problems: tuple[str, ...] = ()  # questions, one sentence each
-    world: bool = True  # whether the places are world coordinates, and not rows and columns
-    unclear: bool = False  # whether the names of the columns do not say which hold the places
+    world: bool = True  # whether points have world coordinates, not rows and columns
+    unclear: bool = False  # whether the columns of coordinates have unclear names
 
     def complete(self) -> Assignment:
-        """Return the assignment; an error if it raises a question."""
+        """Return the assignment; raise an error if a question is open."""
         if self.problems:
             raise CCWSIMError(self.problems[0])
         return self
 
     def of(self, *roles: str) -> list[str]:
-        """Return the columns of roles, without those that are missing."""
+        """Return the columns of the given roles, without missing columns."""
         return [self.columns[role] for role in roles if role in self.columns]
 
 
@@ -113,7 +113,7 @@ NOTHING_ASSIGNED = Assignment({})
 
 
 def assign_columns(file: DataFile, asked: PointColumns, *, volume: bool) -> Assignment:
-    """Return which columns of a table hold places, facies and, for a volume, heights and wells.
+    """Assign columns of a table to coordinates, facies and, for a volume, heights and wells.
 
     Examples
     --------
@@ -153,7 +153,7 @@ def assign_columns(file: DataFile, asked: PointColumns, *, volume: bool) -> Assi
 
 
 def assign_well_columns(file: DataFile, table: str, asked: WellColumns) -> Assignment:
-    """Return the columns of a table of wells by role.
+    """Assign the columns of a table of wells to roles.
 
     Examples
     --------
@@ -179,7 +179,7 @@ def assign_well_columns(file: DataFile, table: str, asked: WellColumns) -> Assig
 def _assign_facies(
     file: DataFile, columns: dict[str, str], asked: str | None, problems: list[str]
 ) -> None:
-    """Add the column of facies, or say why there is none."""
+    """Add the column of facies, or the reason why there is none."""
     try:
         rest = [name for name in file.names if name not in columns.values()]
         columns["facies"] = value_column(file, rest, asked)
@@ -215,7 +215,7 @@ def _check_heights(
 
 
 def _check_depths(file: DataFile, columns: Mapping[str, str]) -> None:
-    """Raise an error if intervals lack an end."""
+    """Raise an error if intervals have only one of the two depths from and to."""
     ends = [role for role in ("depth_from", "depth_to") if role in columns]
     if len(ends) == 1:
         other = "depth_to" if ends == ["depth_from"] else "depth_from"
@@ -226,7 +226,7 @@ def _check_depths(file: DataFile, columns: Mapping[str, str]) -> None:
 
 
 def _check_well_columns(file: DataFile, table: str, columns: Mapping[str, str]) -> None:
-    """Raise an error if a table of wells lacks a column."""
+    """Raise an error if a required column is missing in a table of wells."""
     roles = WELL_TABLES[table]
     needed = [role for role, kind in roles.items() if not kind.optional]
     if table == "surveys" and "survey_inclination" not in columns:

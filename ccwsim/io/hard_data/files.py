@@ -1,4 +1,4 @@
-"""Hard data from files in one call, and to files."""
+"""Read hard data from files in one call, and write them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def import_hard_data(
     training_image: TrainingImage | None = None,
     **options: Any,
 ) -> HardDataImport:
-    """Return the hard data of a file and a report of the import.
+    """Read hard data from a file and return them with a report of the import.
 
     Raises `CCWSIMError` for a file that cannot be read, or data that do not fit.
 
@@ -32,10 +32,11 @@ def import_hard_data(
     path_or_file : str, Path or binary file
         As in `read_points`.
     grid : Grid, pair or triple of int, optional
-        A pair is rows and columns of unit cells from (0, 0) on, a triple layers, rows and columns.
-        In a volume, an interval of depth in a well gives every cell with its centre in it.
+        A pair means rows and columns of unit cells with origin (0, 0); a triple means layers, rows
+        and columns. In a volume, an interval in a well gives a datum in each cell whose centre is
+        in the interval.
     training_image : TrainingImage, optional
-        Has the known facies and their names.
+        Defines the known facies and their names.
     **options
         Fields of `PointColumns`, such as `x="Easting"`, and of `Conversion`, such as
         `on_outside="drop"`.
@@ -60,7 +61,7 @@ def read_hard_data(
     training_image: TrainingImage | None = None,
     **options: Any,
 ) -> HardData:
-    """Return the hard data of a file, without the report of `import_hard_data`.
+    """Read hard data from a file, without the report of `import_hard_data`.
 
     Parameters and errors are those of `import_hard_data`: `**options` are fields of `PointColumns`
     (`x`, `y`, `facies`, `z`, `well`, …) and of `Conversion` (`facies_names`, `on_outside`, …).
@@ -85,17 +86,17 @@ def write_hard_data(
 ) -> None:
     """Write hard data as points at the centres of their cells.
 
-    Raises `CCWSIMError` as `hard_data_as_bytes`, and for a path that cannot be written.
+    Raises `CCWSIMError` like `hard_data_as_bytes`, and for a path that cannot be written.
 
     Parameters
     ----------
     path_or_file : path or binary file
-        A path is replaced whole or not at all.
+        A path is written completely or not at all.
     hard_data : HardData
     grid : Grid, optional
-        Places the cells in the world; by default cells have size 1 from the origin (0, 0).
+        Gives cell size and origin; by default cells of size 1 and the origin (0, 0).
     format : "csv", "gslib" or "dat", optional
-        By default the ending of the path.
+        The format, by default the ending of the path.
 
     Examples
     --------
@@ -110,12 +111,12 @@ def write_hard_data(
 
 
 def hard_data_as_bytes(hard_data: HardData, format: str, grid: Grid | None = None) -> bytes:
-    """Return hard data as the content of a file, for a download; see `write_hard_data`.
+    """Return the file content that `write_hard_data` writes, for a download.
 
-    `csv` has the columns x, y, facies, of volumes x, y, z, facies; `gslib` and `dat` are a Geo-EAS
-    table of x, y, z (0 of maps) and facies, as SGeMS and GSLIB programs take point sets.
+    `csv` has the columns x, y, facies, for volumes x, y, z, facies; `gslib` and `dat` are a Geo-EAS
+    table of x, y, z (0 for maps) and facies, the format of point sets in SGeMS and GSLIB.
 
-    Raises `CCWSIMError` for another format, or no data.
+    Raises `CCWSIMError` for an unknown format, or if there are no data.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Paths of deviated wells: arcs between stations, by the method of minimum curvature."""
+"""Paths of deviated wells, computed by the minimum curvature method."""
 
 from __future__ import annotations
 
@@ -8,23 +8,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 STRAIGHT = 1e-6
-"""A smaller bend between two stations, in radians, is none."""
+"""Minimum bend between two stations, in radians; smaller bends count as straight."""
 
 
 class Stations(NamedTuple):
-    """Where the direction of a well is known."""
+    """Survey stations: depths along a well with a known direction."""
 
-    depths: NDArray[np.float64]  # shape (n,): along the well, the first 0
+    depths: NDArray[np.float64]  # shape (n,): depths along the well; the first is 0
     directions: NDArray[np.float64]  # shape (n, 3): unit vectors along x, y and z
 
 
 def positions(
     collar: NDArray[np.float64], stations: Stations, depths: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return where a well is at some depths along it, shape (n, 3), by minimum curvature.
+    """Return the positions of a well at depths along it, shape (n, 3), by minimum curvature.
 
-    Between stations with tangents t₁ and t₂ that are L apart and bend by β, it is on an arc: at a
-    share f of L it has gone L / (β sin β) · ([cos (1 − f)β − cos β] t₁ + [1 − cos fβ] t₂).
+    Between two stations the path is an arc of length L with bend β and end tangents t₁ and t₂. At
+    the share f of L its offset is L / (β sin β) · ([cos (1 − f)β − cos β] t₁ + [1 − cos fβ] t₂).
 
     Examples
     --------
@@ -46,7 +46,7 @@ def positions(
 
 
 def _gone(stations: Stations, k: int, along: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return how far a well has gone some lengths after station k."""
+    """Return the offsets of a well from station k at some lengths after the station."""
     first = stations.directions[k]
     if k + 1 == len(stations.depths):
         return along[:, None] * first

@@ -1,4 +1,4 @@
-"""Imported points in the cells of a grid, problems with them, and how these are settled."""
+"""Place imported points in the cells of a grid, find conflicts and resolve them."""
 
 from __future__ import annotations
 
@@ -19,34 +19,35 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 
 _FAR = 2.0**40
-"""Cells: a place farther away can only be a mistake."""
+"""Maximum distance from the grid, in cells; points farther away are mistakes."""
 COLLISION_CHOICES = ("error", "drop", "majority", "nearest")
 FaciesNames = Mapping[str, int] | Sequence[tuple[str, int]]
-"""Names of facies and their codes."""
+"""Facies codes by name."""
 
 
 @dataclass(frozen=True)
 class Conversion:
-    """How values become facies, and what happens to data that do not fit."""
+    """Options for turning values into facies, and for data that do not fit."""
 
     facies_names: FaciesNames | None = None
-    """The facies codes of names that the training image does not have, as `{"Sand": 1, "Ton": 0}`
-    or pairs. The name of a number recodes it: `{"7": 1}`."""
+    """Facies codes of names that the training image does not have, as `{"Sand": 1, "Ton": 0}` or
+    pairs. A number as a name changes the code: `{"7": 1}` turns 7 into 1."""
     threshold: float | None = None
     classes: Classes = None
-    """For continuous values, as in `classify`; classes as edges, those of the training image."""
+    """For continuous values, as in `classify`; classes must be the edges of the training image."""
     on_collision: str = "error"
-    """For a cell of several facies: "error"; "drop" all its data; keep the "majority" facies, or
-    that of the datum "nearest" to the centre. Ties go to the nearest, then the first one."""
+    """For data of several facies in one cell: raise an "error", "drop" all of them, keep the
+    "majority" facies, or the facies of the datum "nearest" to the centre. A tie is decided by the
+    nearest datum, then by the first."""
     on_outside: str = "error"
     on_unknown: str = "error"
-    """Data outside the grid, and of facies that the training image lacks: "error" or "drop"."""
+    """Treatment of data outside the grid and of unknown facies: "error" or "drop"."""
 
     def __post_init__(self) -> None:
         if isinstance(self.classes, (int, np.integer)):
             raise CCWSIMError(
-                f"classes = {shown(self.classes)} means equally many of what is classed, and hard "
-                "data must be classed as the training image is: give its class edges"
+                f"classes = {shown(self.classes)} would give hard data other classes than the "
+                "training image; give the class edges of the training image"
             )
         for name in ("on_collision", "on_outside", "on_unknown"):
             value = getattr(self, name)
@@ -56,23 +57,23 @@ class Conversion:
 
     @classmethod
     def taken_from(cls, options: dict[str, Any]) -> Conversion:
-        """Take the options of a conversion out of others."""
+        """Remove the options of a conversion from `options`, and return the conversion."""
         names = [field.name for field in fields(cls) if field.name in options]
         return cls(**{name: options.pop(name) for name in names})
 
 
 STRICT = Conversion()
-"""Facies codes or known names only; data that do not fit are errors."""
+"""Accept only facies codes or known names; data that do not fit are errors."""
 
 
 @dataclass(frozen=True, eq=False)
 class PlacedPoints:
-    """Imported points in cells of a grid, and the problems with them."""
+    """Imported points in cells of a grid, and their conflicts."""
 
     points: ImportedPoints
-    """Intervals in wells are one point a cell."""
+    """The imported points; an interval in a well is one point per cell."""
     cells: NDArray[np.int64]
-    """Shape (n, 2) or (n, 3): (layer,) row and column of each point, also outside the grid."""
+    """Shape (n, 2) or (n, 3): (layer,) row and column of each point, inside the grid or not."""
     facies: NDArray[np.int64]
     """Shape (n,): facies codes; the minimum of int64 for an unknown name."""
     offsets: NDArray[np.float64]
@@ -80,13 +81,13 @@ class PlacedPoints:
     outside: NDArray[np.int64]
     """Indices of points outside the grid."""
     unknown: NDArray[np.int64]
-    """Indices of points inside, of a facies that the training image does not have."""
+    """Indices of points inside the grid with a facies that the training image does not have."""
     collisions: tuple[NDArray[np.int64], ...]
-    """Indices of the points of each cell with two or more facies, inside and known."""
+    """For each cell with several facies: indices of its points that have a known facies."""
 
     @property
     def unknown_facies(self) -> tuple[str, ...]:
-        """The facies that the training image does not have, as the file calls them."""
+        """The facies that the training image does not have, by their names in the file."""
         if self.points.words:
             indices = np.unique(self.points.values[self.unknown]).astype(int)
             return tuple(self.points.words[k] for k in indices)
@@ -106,18 +107,18 @@ def place_points(
 ) -> PlacedPoints:
     """Place imported points in the cells of a grid and find the problems with them.
 
-    Raises `CCWSIMError` for cells that are no whole numbers, or values that are no facies codes.
+    Raises `CCWSIMError` for cells that are not integers, or values that are not facies codes.
 
     Parameters
     ----------
     points : ImportedPoints
         From `read_points` or `read_well_points`.
     grid : Grid, optional
-        By default cells have size 1 from the origin (0, 0), and only negative ones are outside.
+        By default a grid without upper bounds, with cells of size 1 and the origin (0, 0).
     training_image : TrainingImage, optional
-        Has the known facies and their names, which a file may give in upper or lower case.
+        Defines the known facies and their names (upper and lower case are equal).
     conversion : Conversion
-        How values become facies.
+        Options for turning values into facies.
 
     Examples
     --------
@@ -152,15 +153,15 @@ def fit_grid(
     shape: Sequence[int] | None = None,
     cell_size: float | Sequence[float] | None = None,
 ) -> Grid:
-    """Return a grid whose cells hold all points of a file.
+    """Return a grid that contains all points of a file.
 
-    Raises `CCWSIMError` as `Grid.fit`.
+    Raises `CCWSIMError` like `Grid.fit`.
 
     Parameters
     ----------
     points : ImportedPoints
-        From `read_points`. (Layers,) rows and columns need as many cells as the largest of them
-        says; a whole grid with gaps is the grid.
+        From `read_points`. For points given by (layer,) row and column, the largest values define
+        the grid. For a whole grid with gaps, that grid is returned.
     shape, cell_size
         As in `Grid.fit`, for points in world coordinates.
 
@@ -174,7 +175,7 @@ def fit_grid(
     """
     if points.world:
         places = points.places
-        if points.spans is not None:  # a grid that holds both ends of an interval
+        if points.spans is not None:  # the grid must contain both ends of an interval
             places = np.repeat(places, 2, axis=0)
             places[:, 2] = points.spans.ravel()
         return Grid.fit(places, shape=shape, cell_size=cell_size)
@@ -190,7 +191,7 @@ def fit_grid(
 def _cells(
     points: ImportedPoints, grid: Grid | None
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Cells of the points, and how far they lie from the centres, in cells."""
+    """Return the cells of the points, and the distances from their centres, in cells."""
     if not points.world:
         cells = np.rint(points.places)
         broken = np.abs(points.places - cells).max(axis=1, initial=0) > 1e-3
@@ -229,7 +230,7 @@ def _facies(points: ImportedPoints, threshold: float | None, classes: Classes) -
 
 
 def _checked_names(facies_names: FaciesNames | None) -> dict[str, int]:
-    """Names without case, and their codes."""
+    """Return facies codes by lower-case name."""
     try:
         pairs = [(_bare(name), code) for name, code in dict(facies_names or {}).items()]
     except (TypeError, ValueError):
@@ -254,9 +255,9 @@ _NO_CODE = np.iinfo(np.int64).min  # the code of an unknown name
 def _by_name(
     points: ImportedPoints, training_image: TrainingImage | None, given: dict[str, int]
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """The codes of data whose facies are names, and which of the names are known.
+    """Return the codes of data whose facies are names, and a mask of the known names.
 
-    Names of `given` come first, then those of the training image, then numbers written as words.
+    A name is looked up in `given`, then in the training image, then read as a number.
     """
     codes = dict(given)
     if training_image is not None:
@@ -276,7 +277,7 @@ def _by_name(
 def colliding(
     cells: NDArray[np.int64], facies: NDArray[np.int64], among: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], ...]:
-    """Return, for each cell with more than one facies, the points in it."""
+    """Return the points of each cell that has more than one facies."""
     if not len(among):
         return ()
     order = among[np.lexsort((among, *cells[among].T[::-1]))]
@@ -290,7 +291,7 @@ def colliding(
 def settled(
     facies: NDArray[np.int64], offsets: NDArray[np.float64], choice: str
 ) -> tuple[int | None, bool]:
-    """Return the facies to keep in a cell and whether only the order in the file decided."""
+    """Return the facies to keep in a cell, and whether only the order of the file decided it."""
     if choice == "drop":
         return None, False
     running = np.ones(len(facies), bool)
@@ -305,34 +306,34 @@ def settled(
 
 @dataclass(frozen=True, eq=False)
 class HardDataImport:
-    """Hard data and a report of the import; counts are of points if nothing else is said."""
+    """Hard data and a report of the import, with numbers of points, rows and cells."""
 
     hard_data: HardData
-    n_read: int  # with a value in the file
+    n_read: int  # points with a value in the file
     n_missing: int  # rows without a value
     n_off_centre: int  # moved to the centre of their cell
-    n_outside: int  # outside the grid
-    n_unknown: int  # of a facies that the training image does not have
+    n_outside: int  # points outside the grid
+    n_unknown: int  # points with a facies that the training image does not have
     n_collisions: int  # cells with more than one facies
-    n_repeated: int  # that repeat the facies of their cell
-    n_dropped: int  # left out: outside, unknown, or lost in a collision
+    n_repeated: int  # points that repeat the facies of their cell
+    n_dropped: int  # points left out: outside, unknown, or rejected in a collision
     notes: tuple[str, ...]
-    """All of it in sentences, for the screen."""
+    """The whole report in sentences, for the screen."""
     wells: Mapping[str, NDArray[np.int64]] = field(default_factory=dict)
-    """In a volume, if the file names wells: the cells of the data of each, shape (n, 3)."""
+    """In a volume with named wells: the cells with data of each well, shape (n, 3)."""
 
 
 def resolve_points(placed: PlacedPoints, conversion: Conversion = STRICT) -> HardDataImport:
-    """Return hard data, with the problems settled as asked for.
+    """Return hard data, with conflicts resolved by the options of the conversion.
 
-    Raises `CCWSIMError`, with the lines, if there are such data and the choice is "error".
+    Raises `CCWSIMError`, with line numbers, for a conflict whose option is "error".
 
     Parameters
     ----------
     placed : PlacedPoints
         From `place_points`.
     conversion : Conversion
-        What happens to data that do not fit.
+        Options for data that do not fit.
 
     Examples
     --------
@@ -415,7 +416,7 @@ def _report(placed: PlacedPoints, keep: NDArray[np.bool_], ties: int) -> HardDat
             f"Cells with data of more than one facies: {len(placed.collisions)}; "
             f"{n_dropped - n_outside - n_unknown} of the {n_clashing} data there were left out.",
         ),
-        (ties, f"Cells of these where only the order in the file decided: {ties}."),
+        (ties, f"Cells among these in which only the order in the file decided: {ties}."),
         (n_repeated, f"Data that repeat the facies of their cell: {n_repeated}."),
         (
             placed.n_off_centre,
@@ -430,7 +431,7 @@ def _report(placed: PlacedPoints, keep: NDArray[np.bool_], ties: int) -> HardDat
 
 
 def _cells_of_wells(placed: PlacedPoints, keep: NDArray[np.bool_]) -> dict[str, NDArray[np.int64]]:
-    """Return the cells of the data of each well that has some."""
+    """Return the cells with data of each well; wells without data are left out."""
     names = placed.points.wells
     known = list(dict.fromkeys(name for name in names.values() if name))
     numbers = {name: k for k, name in enumerate(known)}

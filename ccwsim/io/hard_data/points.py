@@ -1,4 +1,4 @@
-"""Hard data as a file has them: places, values, and the lines they come from."""
+"""Hard data before they are placed in cells: coordinates, values and line numbers."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 
 _FAR = 2.0**40
-"""Layers: a height farther away can only be a mistake."""
+"""Maximum distance from the grid, in layers; heights farther away are mistakes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,32 +24,32 @@ class ImportedPoints:
     """Hard data of a file before they are placed in cells."""
 
     places: NDArray[np.float64]
-    """Shape (n, 2) or, in a volume, (n, 3): x, y (and z) in the world if `world`, else (layer,) row
-    (from the south) and column."""
+    """Shape (n, 2), for a volume (n, 3): x, y (and z) in world units if `world` is true, else
+    (layer,) row (from the south) and column."""
     values: NDArray[np.float64]
     """Shape (n,): a facies code or a continuous variable; never NaN."""
     lines: NDArray[np.int64]
-    """Shape (n,): the line of each datum in the file, from 1."""
+    """Shape (n,): the line number of each datum in the file, from 1."""
     world: bool
-    """Whether places are world coordinates."""
+    """Whether `places` are world coordinates."""
     counted: str
-    """The unit of `lines`: "line" of a text, "row" or "cell" of an array."""
+    """The unit of `lines`: "line" for a text, "row" or "cell" for an array."""
     name: str
     variable: str
-    """The file and the variable read."""
+    """Names of the file and of the variable."""
     n_missing: int = 0
-    """Rows without a value, which are left out."""
+    """Number of rows without a value, which are left out."""
     notes: tuple[str, ...] = ()
     """Assumptions, one sentence each."""
     words: tuple[str, ...] = ()
-    """The different names, if facies are given by name; `values` are then indices into it."""
+    """The distinct names, if facies are given by name; `values` are then indices of names."""
     grid: Grid | None = None
-    """The placed grid of a file that is a whole grid with gaps."""
+    """The grid, if the file is a whole grid with gaps."""
     spans: NDArray[np.float64] | None = None
-    """Shape (n, 2): z of bottom and top of intervals in vertical wells, of which `places` has the
-    middle."""
+    """Shape (n, 2): z of bottom and top of intervals in vertical wells; `places` holds the
+    middles."""
     wells: Mapping[int, str] = field(default_factory=dict)
-    """In a volume: the name of the well of each line, if the file has names of wells."""
+    """In a volume: name of the well by line number, if the file has names of wells."""
 
     @property
     def n(self) -> int:
@@ -62,12 +62,12 @@ class ImportedPoints:
         return not self.words and self.n > 0 and not are_codes(self.values)
 
     def said(self, k: int) -> str:
-        """Return the value of a datum as the file has it, a name or a number."""
+        """Return the value of a datum in the file, a name or a number, as text."""
         value = self.values[k]
         return self.words[int(value)] if self.words else f"{value:g}"
 
     def named(self, which: NDArray[np.integer]) -> str:
-        """Return the lines of some of the data in words: "lines 3, 7 and 12".
+        """Return the line numbers of some data as a phrase: "lines 3, 7 and 12".
 
         Examples
         --------
@@ -76,7 +76,7 @@ class ImportedPoints:
         >>> points.named(np.array([0, 1]))
         'lines 2 and 3'
         """
-        different = np.unique(self.lines[which])  # a well has many cells from one line
+        different = np.unique(self.lines[which])  # many cells of a well have the same line
         numbers = [str(line) for line in different[:6]]
         if len(numbers) < 2:
             return f"{self.counted} {''.join(numbers)}"
@@ -84,7 +84,7 @@ class ImportedPoints:
         return f"{self.counted}s {', '.join(numbers)} and {last}"
 
     def taken(self, which: NDArray | list[int]) -> ImportedPoints:
-        """Return some of the data, by a mask or by their indices."""
+        """Return the data selected by a mask or by indices."""
         return replace(
             self,
             places=self.places[which],
@@ -106,7 +106,7 @@ def known_points(
     notes: Sequence[str] = (),
     spans: NDArray | None = None,
 ) -> ImportedPoints:
-    """Return the rows that have a value; a row with a value but no place is an error."""
+    """Return the rows with a value; raise an error for a value without coordinates."""
     check_few(file.name, len(values), "rows")
     values, places = values.astype(np.float64), places.astype(np.float64)
     known = file.known(values) & ~np.isin(values, MISSING_CODES)
@@ -136,16 +136,16 @@ def check_few(name: str, n: int, what: str) -> None:
     if n > limits().points:
         raise CCWSIMError(
             f"{name}: {n} {what} are more than {limits().points} hard data; a grid without gaps "
-            "is no hard data"
+            "cannot be hard data"
         )
 
 
 def heights_below(
     name: str, lines: NDArray[np.int64], z: NDArray[np.float64], depths: list[NDArray[np.float64]]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
-    """Return heights at no, one or two depths below z, and the spans of intervals, if any.
+    """Return heights from z and 0 to 2 columns of depths below it, and the spans of intervals.
 
-    The height of an interval (two depths) is its middle; its span, shape (n, 2), is bottom and top.
+    Two depths are an interval: its height is the middle; its span, shape (n, 2), bottom and top.
 
     Examples
     --------
@@ -167,9 +167,9 @@ def heights_below(
 
 
 def along_wells(points: ImportedPoints, grid: Grid | None) -> ImportedPoints:
-    """Return, instead of intervals of depth, a datum for every cell with its centre in one.
+    """Replace each interval of depth by a datum in every cell whose centre is in the interval.
 
-    A centre on the border of two intervals belongs to the upper one.
+    A centre on the border of two intervals belongs to the upper interval.
     """
     if points.spans is None:
         return points
@@ -196,5 +196,5 @@ def along_wells(points: ImportedPoints, grid: Grid | None) -> ImportedPoints:
     places[:, 2] = grid.origin[2] + (layers + 0.5) * grid.cell_size[2]
     empty, notes = int(np.count_nonzero(counts == 0)), points.notes
     if empty:
-        notes += (f"Intervals of depth that hold no centre of a cell, left out: {empty}.",)
+        notes += (f"Intervals of depth without the centre of a cell, left out: {empty}.",)
     return replace(points.taken(which), places=places, spans=None, notes=notes)

@@ -1,4 +1,4 @@
-"""Hard data from one file: the columns of a table, a list without names, or a grid with gaps."""
+"""Read hard data from one file: a table, a list without column names, or a grid with gaps."""
 
 from __future__ import annotations
 
@@ -25,31 +25,31 @@ from ccwsim.model.arrays import Shape, check_int, describe_shape
 from ccwsim.model.errors import CCWSIMError
 
 PREFERRED = ("hd", "hard_data")
-"""Grids that are taken unasked from a file with several."""
+"""Names of grids that are read by default from a file with several."""
 
 
 def read_points(
     path_or_file: PathOrFile, columns: PointColumns = GUESSED, *, grid_shape: Shape | None = None
 ) -> ImportedPoints:
-    """Return the hard data of a file as it has them.
+    """Read the hard data of a file, without placing them in cells.
 
-    Read are tables in text (CSV, Petrel points, well logs), Geo-EAS points, GeoJSON, GeoPackage and
-    Shapefile points (the last two with pyogrio), and grids of any format with NaN or a code for
-    "missing" (−99, −999, −997799, −9977799) in cells that are not known. An array or a headerless
-    text of three columns that is not the grid itself is a list: row, col, facies in arrays, and
-    x, y, facies (or x, y, z, facies) in texts.
+    Formats: tables in text (CSV, Petrel points, well logs), Geo-EAS points, GeoJSON, GeoPackage and
+    Shapefile points (the last two with pyogrio), and grids of any format, in which unknown cells
+    are NaN or a code for missing values (−99, −999, −997799, −9977799). An array, or a text without
+    header, of three columns is a list unless it has the size of the grid: row, col, facies in
+    arrays, and x, y, facies (or x, y, z, facies) in texts.
 
-    Raises `CCWSIMError` for a file that cannot be read or has no columns of places and facies.
+    Raises `CCWSIMError` for a file that cannot be read or has no columns of coordinates and facies.
 
     Parameters
     ----------
     path_or_file : str, Path or binary file
-        Known by its content, not by its name.
+        The format is found from the content, not from the name.
     columns : PointColumns
-        Columns that are named instead of guessed, and how a whole grid is read.
+        Names of columns, which are guessed by default, and options for whole grids.
     grid_shape : (ny, nx) or (nz, ny, nx), optional
-        The simulation grid: a file that holds a whole grid must have this shape. For a volume, data
-        have heights as well: z, or the layer of a cell.
+        Shape of the simulation grid; a file with a whole grid must have this shape. Data of a
+        volume need heights: z, or the layer of a cell.
 
     Examples
     --------
@@ -77,19 +77,19 @@ def read_points(
 
 @dataclass(frozen=True)
 class PointsPreview:
-    """The columns and first rows of a table of hard data, and the columns that are taken."""
+    """The columns and first rows of a table of hard data, and the roles of its columns."""
 
     name: str
     columns: tuple[str, ...] = ()
-    """All columns in their order; empty if the file is a grid or a list without names."""
+    """Names of all columns in file order; empty if the file is a grid or a list without names."""
     numeric: tuple[str, ...] = ()
-    """The columns of numbers."""
+    """Names of the columns of numbers."""
     rows: tuple[tuple[str, ...], ...] = ()
-    """The first rows, as they are read: a number written as 2,5 is 2.5 here."""
+    """The first rows after reading: a number written as 2,5 is 2.5 here."""
     lines: tuple[int, ...] = ()
-    """The line of each shown row in the file."""
+    """The line number of each of these rows in the file."""
     n_rows: int = 0
-    """The number of all rows."""
+    """The total number of rows."""
     assignment: Assignment = NOTHING_ASSIGNED
     """The columns that are taken, by role."""
 
@@ -111,7 +111,7 @@ def preview_points(
     grid_shape: Shape | None = None,
     n_rows: int = 6,
 ) -> PointsPreview:
-    """Return the first rows of a table of hard data and the columns that are taken.
+    """Return the first rows of a table of hard data and the roles of its columns.
 
     Raises `CCWSIMError` for a file that cannot be read, not for columns that cannot be guessed.
 
@@ -163,7 +163,7 @@ def _of_table(file: DataFile, assigned: Assignment) -> ImportedPoints:
     check_few(file.name, len(next(iter(file.variables.values()))), "rows")
     lines, roles = file.lines, assigned.columns
     if lines is None:
-        raise CCWSIMError(f"{file.name}: too many lines for hard data; leave out what is empty")
+        raise CCWSIMError(f"{file.name}: too many lines for hard data; remove empty lines")
     along = [numbers_of(file, column) for column in assigned.of("x", "y")]
     notes, spans = list(assigned.notes), None
     if "z" in roles:
@@ -173,11 +173,11 @@ def _of_table(file: DataFile, assigned: Assignment) -> ImportedPoints:
         along.append(z)
         if depths:
             names = " and ".join(depths)
-            notes.append(f"{roles['z']} is that of the collar, and {names} below it.")
+            notes.append(f"{roles['z']} is the height of the collar, and {names} below it.")
     else:
         height = height_column(list(file.variables), roles["facies"])
         if height and len(np.unique(file.variables[height])) > 1:
-            notes.append(f"The column {height} has several values; data are seen from above.")
+            notes.append(f"The column {height} has several values, which a map ignores.")
     places = np.stack(along if assigned.world else along[::-1], axis=1)
     wells = names_of_wells(file, roles["well"]) if "well" in roles else ()
     return points_of_rows(
@@ -195,11 +195,11 @@ def points_of_rows(
     notes: Sequence[str] = (),
     spans: NDArray[np.float64] | None = None,
 ) -> ImportedPoints:
-    """Return the points of a table by the column of facies, whose values are codes or names."""
+    """Return the points of a table; its column of facies holds codes or names."""
     lines, values, words = lines_of(file), file.variables.get(column), ()
     if values is None:
         values, words = _indices_of_names(file, column)
-        file = replace(file, missing=())  # no index stands for "missing"
+        file = replace(file, missing=())  # indices of names are never codes for missing values
     how = {"world": world, "counted": file.counted, "notes": notes, "spans": spans}
     points = known_points(file, column, places, values, lines, **how)
     names = zip(lines.tolist(), wells, strict=True) if wells else ()
@@ -207,13 +207,13 @@ def points_of_rows(
 
 
 def lines_of(file: DataFile) -> NDArray[np.int64]:
-    """Return the line of each row of a table."""
+    """Return the line number of each row of a table."""
     assert file.lines is not None
     return file.lines
 
 
 def names_of_wells(file: DataFile, column: str) -> list[str]:
-    """Return the names of wells, equal for a number in a column of words and in one of numbers."""
+    """Return the names of wells; a number gives the same name in columns of text and of numbers."""
     if column in file.words:
         words = [name.strip() for name in file.words[column]]
         return [(is_number(word) and _name_of(float(word))) or word for word in words]
@@ -221,14 +221,14 @@ def names_of_wells(file: DataFile, column: str) -> list[str]:
 
 
 def _name_of(number: float) -> str:
-    """A number as the name of a well, with all digits: those of a sidetrack are the last."""
+    """Return a number as the name of a well with all digits: the last can mark a sidetrack."""
     if not np.isfinite(number):
         return ""
     return str(int(number)) if number.is_integer() else repr(number)
 
 
 def numbers_of(file: DataFile, column: str) -> NDArray[np.float64]:
-    """Return a column of places; a word in it is an error."""
+    """Return a column of coordinates; raise an error if it contains a word."""
     if column in file.words:
         fields = file.words[column]
         bad = next((k for k, f in enumerate(fields) if not is_number(f) and f), 0)
@@ -237,7 +237,7 @@ def numbers_of(file: DataFile, column: str) -> NDArray[np.float64]:
 
 
 def _indices_of_names(file: DataFile, column: str) -> tuple[NDArray[np.float64], tuple[str, ...]]:
-    """The names of facies as indices into the different ones, NaN if unknown; and these."""
+    """Return the facies as indices of distinct names (NaN if unknown), and the distinct names."""
     fields = file.words[column]
     unknown = {field for field in fields if field.lower() in UNKNOWN}
     unknown |= {f for f in fields if is_number(f) and float(f) in (*MISSING_CODES, *file.missing)}
@@ -283,7 +283,7 @@ def _of_grid(file: DataFile, key: str, cells: NDArray, grid_shape: Shape | None)
 
 
 def _is_list(values: NDArray, in_text: bool, grid_shape: Shape | None) -> bool:
-    """Three columns, or x, y, z, facies in a text or for a volume, unless it is the grid itself."""
+    """Return whether a file is a list of 3 columns, or of 4 (x, y, z, facies), and not a grid."""
     four = in_text or _is_volume(grid_shape)
     one = values.shape[0] == 1 and (values.shape[2] == 3 or (four and values.shape[2] == 4))
     return one and (grid_shape is None or values.shape[-len(grid_shape) :] != tuple(grid_shape))

@@ -1,4 +1,4 @@
-"""Wells in two or three tables: collars, intervals and, where they deviate, surveys."""
+"""Read wells from tables of collars, intervals and, for deviated wells, surveys."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 
 STEPS_A_CELL = 16
-"""Points of a deviated well along the shortest side of a cell."""
+"""Number of points on the path of a deviated well per shortest side of a cell."""
 MAX_BEND = np.radians(179.0)
-"""Beyond it directions are opposite, and the plane of the arc between them is unclear."""
+"""Maximum bend between stations; above it, the plane of the arc is undefined."""
 
 
 def import_wells(
@@ -47,27 +47,29 @@ def import_wells(
     surveys: PathOrFile | None = None,
     **options: Any,
 ) -> HardDataImport:
-    """Return the hard data of wells and a report of the import.
+    """Read the hard data of wells and return them with a report of the import.
 
-    Raises `CCWSIMError`, with the rows, for tables that cannot be read or contradict each other.
+    Raises `CCWSIMError`, with line numbers, for tables that cannot be read or contradict each
+    other.
 
     Parameters
     ----------
     collars : path or binary file
-        A table with one row a well: its name, x, y, z (the elevation of the collar) and, if known,
-        its length (`length`, `total depth`, `EOH`).
+        A table with one row per well: its name, x, y, z (the elevation of the collar) and, if
+        known, its length (`length`, `total depth`, `EOH`).
     intervals : path or binary file
-        A table of the name of the well, `from` and `to` or one `depth` along it, and the facies.
+        A table of the name of the well, `from` and `to` (or one `depth`) along the well, and the
+        facies.
     grid : Grid or triple of int
         The grid of the volume.
     training_image : TrainingImage, optional
-        Has the known facies and their names.
+        Defines the known facies and their names.
     surveys : path or binary file, optional
         A table of stations of deviated wells: name, `depth` along the well, `azimuth` (degrees from
         north, clockwise), and `inclination` (degrees from straight down) or `dip` (degrees from
-        horizontal, below it negative; dips without a negative one are refused). Between stations a
-        well is an arc of minimum curvature [1]_; beyond them it keeps its direction. Wells without
-        stations are vertical.
+        horizontal, negative downwards; a table with only positive dips is an error). Between
+        stations a well is an arc of minimum curvature [1]_; beyond them it keeps its direction.
+        Wells without stations are vertical.
     **options
         Fields of `WellColumns`, such as `collar_well="BHID"`, and of `Conversion`, such as
         `on_outside="drop"`.
@@ -75,8 +77,8 @@ def import_wells(
     Returns
     -------
     HardDataImport
-        A vertical well has a datum in every cell with its centre in an interval; a deviated one in
-        every cell on its way, with the facies at the middle of its way through the cell.
+        A vertical well has a datum in each cell whose centre is in an interval. A deviated well has
+        a datum in each cell on its path, with the facies at the middle of the path in the cell.
 
     References
     ----------
@@ -108,7 +110,7 @@ def read_wells(
     training_image: TrainingImage | None = None,
     **options: Any,
 ) -> HardData:
-    """Return the hard data of wells, without the report of `import_wells`.
+    """Read the hard data of wells, without the report of `import_wells`.
 
     Parameters and errors are those of `import_wells`.
 
@@ -130,14 +132,14 @@ def read_well_points(
     *,
     surveys: PathOrFile | None = None,
 ) -> ImportedPoints:
-    """Return the data of wells as points: one for each cell of an interval, or each depth.
+    """Read the data of wells as points: one point per cell of an interval, or per depth.
 
     Parameters
     ----------
     collars, intervals, grid, surveys
-        As in `import_wells`, which has the errors too.
+        As in `import_wells`; the errors are the same.
     columns : WellColumns
-        Columns that are named instead of guessed.
+        Names of columns, which are guessed by default.
 
     Examples
     --------
@@ -165,16 +167,16 @@ def read_well_points(
 def preview_wells(
     path_or_file: PathOrFile, table: str, columns: WellColumns = GUESSED_WELLS, *, n_rows: int = 6
 ) -> PointsPreview:
-    """Return the first rows of a table of wells and the columns that are taken.
+    """Return the first rows of a table of wells and the roles of its columns.
 
-    Raises `CCWSIMError` for a file that is no table, but not for columns that cannot be guessed.
+    Raises `CCWSIMError` for a file that is not a table, but not for columns that cannot be guessed.
 
     Parameters
     ----------
     path_or_file : path or binary file
     table : "collars", "intervals" or "surveys"
     columns : WellColumns
-        Columns that are named instead of guessed; those of other tables are ignored.
+        Names of columns, which are guessed by default; columns of other tables are ignored.
     n_rows : int
         The number of rows to show, at least 1.
 
@@ -195,23 +197,23 @@ def preview_wells(
 
 
 class Well(NamedTuple):
-    """A well: its collar, its length (infinite if not known), and its stations."""
+    """A well: its collar, its length (infinite if unknown), and its stations."""
 
-    line: int  # of the table of collars
+    line: int  # line number in the table of collars
     collar: NDArray[np.float64]  # x, y, z
     length: float
-    stations: list[Stations]  # empty if it is vertical
+    stations: list[Stations]  # empty for a vertical well
 
 
 def _table(path_or_file: PathOrFile) -> DataFile:
     file = open_file(path_or_file)
     if isinstance(file, PictureFile) or not file.is_table or file.lines is None:
-        raise CCWSIMError(f"{file.name} is no table; wells come as tables with named columns")
+        raise CCWSIMError(f"{file.name} is not a table; wells need tables with named columns")
     return file
 
 
 def _known_numbers(file: DataFile, column: str) -> NDArray[np.float64]:
-    """A column of numbers, none missing."""
+    """Return a column of numbers; raise an error if one is missing."""
     values = numbers_of(file, column).astype(np.float64)
     bad = lines_of(file)[~np.isfinite(values)]
     if len(bad):
@@ -220,7 +222,7 @@ def _known_numbers(file: DataFile, column: str) -> NDArray[np.float64]:
 
 
 def _collars(file: DataFile, asked: WellColumns) -> dict[str, Well]:
-    """Return the wells of a table of collars by their names."""
+    """Return the wells of a table of collars by name."""
     columns = assign_well_columns(file, "collars", asked).complete().columns
     places = np.column_stack([_known_numbers(file, columns[name]) for name in ("x", "y", "z")])
     lengths = np.full(len(places), np.nan)
@@ -242,7 +244,7 @@ def _collars(file: DataFile, asked: WellColumns) -> dict[str, Well]:
 
 
 def _add_stations(file: DataFile, wells: dict[str, Well], asked: WellColumns) -> None:
-    """Give wells the directions of a table of surveys."""
+    """Add the stations of a table of surveys to the wells."""
     assigned = assign_well_columns(file, "surveys", asked).complete()
     well, depth, azimuth = assigned.of("survey_well", "survey_depth", "survey_azimuth")
     (tilt,) = assigned.of("survey_inclination", "survey_dip")
@@ -263,7 +265,8 @@ def _add_stations(file: DataFile, wells: dict[str, Well], asked: WellColumns) ->
                 f"{file.name}, line {lines[bad[0]]}: {what} {values[bad[0]]:g} is not from {low} "
                 f"to {high} degrees; correct it"
             )
-    radians, bearing = np.radians(tilts - least), np.radians(bearings)  # both from straight down
+    # with `least` subtracted, dips and inclinations are both angles from straight down
+    radians, bearing = np.radians(tilts - least), np.radians(bearings)
     flat = np.sin(radians)
     ways = np.column_stack([flat * np.sin(bearing), flat * np.cos(bearing), -np.cos(radians)])
     names = np.array(names_of_wells(file, well))
@@ -285,7 +288,7 @@ def _add_stations(file: DataFile, wells: dict[str, Well], asked: WellColumns) ->
                     f"on itself between these stations; correct {azimuth} or {tilt} of one"
                 )
         stations = Stations(depths[rows], ways[rows])
-        if depths[rows[0]] > 0:  # before its first station a well has the direction there
+        if depths[rows[0]] > 0:  # above its first station a well has the direction of that station
             stations = Stations(np.r_[0.0, depths[rows]], ways[np.r_[rows[0], rows]])
         wells[name].stations.append(stations)
 
@@ -301,7 +304,7 @@ def _check_collar(file: DataFile, line: int, name: str, wells: Mapping[str, Well
 def _points(
     file: DataFile, wells: dict[str, Well], grid: Grid, asked: WellColumns
 ) -> ImportedPoints:
-    """Return the points of all wells: one for each cell of an interval, or each depth."""
+    """Return the points of all wells: one per cell of an interval, or one per depth."""
     assigned = assign_well_columns(file, "intervals", asked).complete()
     depths = assigned.of("depth_from", "depth_to", "depth")
     columns = [_known_numbers(file, name) for name in depths]
@@ -324,7 +327,7 @@ def _points(
     n_empty = sum(not part.n for part in parts[1:])
     notes = parts[0].notes
     if n_empty:
-        notes += (f"Intervals that hold no middle of a well's way through a cell: {n_empty}.",)
+        notes += (f"Intervals without the middle of a well's path in a cell: {n_empty}.",)
     notes += _notes_on_paths(points, names, end, wells)
     arrays = {
         name: [getattr(part, name) for part in parts] for name in ("places", "values", "lines")
@@ -339,7 +342,7 @@ def _notes_on_paths(
     end: NDArray[np.float64],
     wells: dict[str, Well],
 ) -> tuple[str, ...]:
-    """Say which wells have no data, and which paths are assumptions."""
+    """Return notes on wells without data and on assumed paths."""
     logged = set(names.tolist())
     surveyed = any(well.stations for well in wells.values())
     empty = [name for name in wells if name not in logged]
@@ -368,7 +371,7 @@ def _check(
     end: NDArray[np.float64],
     wells: dict[str, Well],
 ) -> None:
-    """Raise an error, with the rows, for intervals that are impossible."""
+    """Raise an error, with line numbers, for impossible intervals."""
     lines = lines_of(file).tolist()
     for k, name in enumerate(names):
         where = f"{file.name}, line {lines[k]}"
@@ -393,16 +396,16 @@ def _check(
 def _along_path(
     point: ImportedPoints, well: Well, start: float, end: float, grid: Grid
 ) -> ImportedPoints:
-    """Return an interval of a deviated well as a point in each cell of it.
+    """Return an interval of a deviated well as one point per cell.
 
-    A cell is in the interval that has the middle of the well's way through the cell.
+    A cell belongs to the interval that contains the middle of the well's path in the cell.
     """
     (stations,) = well.stations
     if point.spans is None:
         places = positions(well.collar, stations, np.array([start]))
         return replace(point, places=places, spans=None)
     step = min(grid.cell_size) / STEPS_A_CELL
-    reach = sum(grid.cell_size)  # a cell that the interval begins or ends in is followed to its end
+    reach = sum(grid.cell_size)  # follow the path to the borders of the first and last cell
     first, last = max(start - reach, 0.0), min(end + reach, well.length)
     first, n = int(first / step), int(last / step) - int(first / step) + 1
     if n > STEPS_A_CELL * limits().points:
@@ -410,13 +413,13 @@ def _along_path(
             f"{point.name}, {point.named(np.array([0]))}: the interval is {(end - start):g} long, "
             f"and cells {min(grid.cell_size):g}; correct its depths"
         )
-    depths = step * np.arange(first, first + n, dtype=np.float64)  # the same of each interval
+    depths = step * np.arange(first, first + n, dtype=np.float64)  # multiples of `step`
     path = positions(well.collar, stations, depths)
     cells = grid.cells_of(*path.T)
     changes = np.flatnonzero((np.diff(cells, axis=0) != 0).any(axis=1)) + 1
     begins, ends = np.r_[0, changes], np.r_[changes, n] - 1
     edges = np.r_[depths[0], (depths[changes - 1] + depths[changes]) / 2, depths[-1]]
     middle = (edges[:-1] + edges[1:]) / 2
-    inside = (middle > start) & (middle <= end) & (ends > begins)  # one point may be an edge's
+    inside = (middle > start) & (middle <= end) & (ends > begins)  # skip cells of one point
     points = point.taken([0] * int(inside.sum()))
     return replace(points, places=grid.centers_of(cells[begins[inside]]), spans=None)

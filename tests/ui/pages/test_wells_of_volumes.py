@@ -91,7 +91,8 @@ def test_a_depth_that_was_guessed_can_be_left_out():
     text = "well,x,y,z,depth,facies\nA,10.5,2.5,9.5,3,1\n"
     app = bring(launched(), "file", text)
     assert data_of(state_of(app).choices).triples == ((6, 2, 10, 1),)
-    assert "z is that of the collar, and depth below it." in " ".join(c.value for c in app.caption)
+    captions = " ".join(c.value for c in app.caption)
+    assert "z is the height of the collar, and depth below it." in captions
     heads = list(app.dataframe[0].value.columns)
     assert {"well → well", "z → z", "depth → depth"} <= {*heads}
     choose(app, depth="")
@@ -180,8 +181,8 @@ def test_a_porosity_log_asks_for_a_threshold():
 @pytest.mark.parametrize(
     ("name", "content", "said"),
     [
-        ("collars", b"%PDF-1.7\x00\x01", "of no known kind"),
-        ("collars", sample.npy(np.zeros((3, 4))), "is no table"),
+        ("collars", b"%PDF-1.7\x00\x01", "has an unknown format"),
+        ("collars", sample.npy(np.zeros((3, 4))), "is not a table"),
         ("collars", "well,x,y,z\nA,1,b,12\n", "line 2: 'b'"),
         ("collars", "well,x,y,z\nA,1,2,12\nA,1,2,12\n", "lines 2 and 3: the well 'A' has two coll"),
         ("intervals", "well,from,to,facies\nA,5,3,1\n", "line 2: the depth from 5 is below"),
