@@ -86,6 +86,7 @@ def data_file(tmp_path) -> Path:
     return file
 
 
+@pytest.mark.slow
 def test_own_image_and_data_to_realizations_and_back_home(page, address, image_file, data_file):
     opened(page, address, "/simulate")
     upload(page, "image", image_file, note=image_file.stem)

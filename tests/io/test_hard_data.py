@@ -209,7 +209,7 @@ def test_continuous_data_need_the_edges_of_the_training_image():
     content = b"x,y,v\n0.5,0.5,0.2\n1.5,0.5,0.8\n"
     with pytest.raises(CCWSIMError, match=r"line 2|lines 2 and 3"):
         load(content)
-    with pytest.raises(CCWSIMError, match="give its class edges"):
+    with pytest.raises(CCWSIMError, match="give the class edges"):
         load(content, classes=2)
     assert load(content, classes=[0.5]).hard_data.facies.tolist() == [0, 1]
 

@@ -119,7 +119,8 @@ class TestErrors:
             study(PLAIN, out=tmp_path / "out.npy", keep_sources=True)
 
     @pytest.mark.parametrize(
-        ("shape", "said"), [((10**8, 10**8), "do not fit"), ((10**30, 10), "must be at most")]
+        ("shape", "said"),
+        [((10**8, 10**8), "do not fit"), ((10**30, 10), "must be a whole")],
     )
     def test_more_than_the_disk_holds_is_refused(self, tmp_path, shape, said):
         with pytest.raises(CCWSIMError, match=said):

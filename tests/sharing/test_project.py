@@ -124,7 +124,7 @@ BROKEN = {
     "link": (lambda: changed(study=settings(link={"ti": [3]})), "list of words"),
     "promise": (lambda: changed(study=settings(n_hard_data=7)), "7 hard data are promised"),
     "clash": (lambda: changed(hard_data=npy(CLASHING)), "two facies"),
-    "pickle": (lambda: changed(training_image=npy(np.array([[{}]], object))), "no numbers"),
+    "pickle": (lambda: changed(training_image=npy(np.array([[{}]], object))), "are not numbers"),
     "floats": (lambda: changed(training_image=npy(np.zeros((40, 40)))), "whole numbers"),
     "short": (lambda: changed(training_image=npy(np.zeros((40, 40), np.uint8))[:-9]), "ends"),
 }

@@ -45,7 +45,7 @@ def problem_in(act: Callable[[], object]) -> str:
     --------
     >>> from ccwsim import Grid
     >>> problem_in(lambda: Grid(0, 4))
-    'ny = 0 must be at least 1'
+    'grid ny = 0 must be a whole number from 1 to 2147483647'
     """
     try:
         act()

@@ -223,6 +223,7 @@ def test_any_grid_and_any_image_will_do(grid_shape, image_shape, n_facies, seed)
     assert (grid[data != UNKNOWN] == data[data != UNKNOWN]).all()
 
 
+@pytest.mark.slow
 def test_windows_with_forced_cells_stay_as_they_are():
     image, repair = prepared(MAP, 2)
     grid = noise((1, 60, 50), 2)

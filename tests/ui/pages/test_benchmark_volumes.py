@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from ccwsim import Grid, Parameters, datasets, simulate
 from ccwsim.experiments.timing import Timing, TimingCase, image_of_case, time_cases
@@ -21,6 +22,9 @@ from ccwsim.ui.benchmark.run import Benchmark, cases_of, layers_of
 from ccwsim.ui.session.state import KEY, State
 from tests.ui.pages.test_benchmark_page import settled
 from tests.ui.widgets import csv_rows, html, opened
+
+pytestmark = pytest.mark.slow
+"""The pages of maps run fast; `test_volume_study` takes a volume through the main ones."""
 
 OWN = Parameters((8, 16, 16), (2, 4, 4), (1, 1, 1))
 VOLUME = Choices(ImageChoice("sinuous_channels"), DataChoice(), Grid(30, 40, nz=12), OWN)

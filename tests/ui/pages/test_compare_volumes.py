@@ -23,6 +23,9 @@ from ccwsim.ui.session.state import State
 from tests.ui.pages.test_compare_page import launched, settled, state_of
 from tests.ui.widgets import charts, csv_rows, html, named, texts
 
+pytestmark = pytest.mark.slow
+"""The pages of maps run fast; `test_volume_study` takes a volume through the main ones."""
+
 OWN = Parameters((8, 16, 16), (2, 4, 4), (1, 1, 1))
 DATA = HardData([(k, 7, 9) for k in range(12)], [0, 1] * 6)
 VOLUME = Choices(
@@ -65,7 +68,6 @@ def test_curves_go_along_all_axes(app):
     assert "Vertical connectivity" in html(app)
 
 
-@pytest.mark.slow
 def test_sizes_are_chosen_along_z_by_themselves(app):
     named(app.selectbox, "B_overlap_size_z").set_value(4).run()
     p = settings_of(state_of(app))[1]

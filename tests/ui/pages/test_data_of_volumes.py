@@ -33,6 +33,9 @@ from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study.run import collect, start_run
 from tests.ui.widgets import html, named, opened, texts
 
+pytestmark = pytest.mark.slow
+"""The pages of maps run fast; `test_volume_study` takes a volume through the main ones."""
+
 P = Parameters((8, 16, 16), (2, 4, 4), (1, 1, 1))
 GRID = Grid(30, 40, nz=12)
 VOLUME = Choices(ImageChoice("sinuous_channels"), DataChoice(), GRID, P, n_realizations=2)

@@ -27,6 +27,9 @@ from ccwsim.ui.session.state import KEY, State
 from tests.some import some
 from tests.ui.widgets import html, named, opened, texts
 
+pytestmark = pytest.mark.slow
+"""The pages of maps run fast; `test_volume_study` takes a volume through the main ones."""
+
 P = Parameters((8, 16, 16), (2, 4, 4), (1, 1, 1))
 WELL = HardData([(k, 7, 9) for k in range(12)], [0, 1] * 6)
 VOLUME = Choices(ImageChoice("sinuous_channels"), DataChoice(), Grid(30, 40, nz=12), P)

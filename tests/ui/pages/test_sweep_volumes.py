@@ -21,6 +21,9 @@ from ccwsim.ui.sweep.plan import (
 )
 from tests.ui.widgets import charts, csv_rows, html, opened, texts
 
+pytestmark = pytest.mark.slow
+"""The pages of maps run fast; `test_volume_study` takes a volume through the main ones."""
+
 OWN = Parameters((8, 16, 16), (2, 4, 4), (1, 1, 1))
 DATA = HardData([(k, 7, 9) for k in range(12)], [0, 1] * 6)
 VOLUME = Choices(
@@ -50,7 +53,6 @@ def test_ranges_along_z_are_combined_with_the_others():
     assert value_of(Parameters(), "template_size_z") is None
 
 
-@pytest.mark.slow
 def test_settings_along_z_give_their_own_realizations():
     plan = plan_sweep(OWN, {"wavelet_level_z": [0, 1]}, (48, 160, 160))
     image = load("sinuous_channels")

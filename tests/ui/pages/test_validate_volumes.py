@@ -60,6 +60,9 @@ from tests.metrics.volumes import a_volume
 from tests.ui.pages.test_validate_page import launched, nothing, settled
 from tests.ui.widgets import charts, csv_rows, html, named, texts
 
+pytestmark = pytest.mark.slow
+"""The pages of maps run fast; `test_volume_study` takes a volume through the main ones."""
+
 P = Parameters(template_size=(4, 8, 8), overlap_size=(2, 4, 4), wavelet_level=1)
 GRID = Grid(20, 24, (25.0, 25.0, 2.0), (1000.0, 0.0, 100.0), nz=10)
 CURVES = {f"{s}_{way}" for s in ("variogram", "connectivity") for way in "ENv"}
@@ -104,7 +107,6 @@ def test_every_section_is_drawn_with_wells(app):
     assert "Variogram maps are drawn of maps only" in said
 
 
-@pytest.mark.slow
 def test_every_section_is_drawn_without_wells(unconditional):
     app = launched(ensemble=unconditional, seen=ALL)
     assert not texts(app)
@@ -120,7 +122,6 @@ def simulated_of(name: str):
     return launched(choices, ensemble=e, ensemble_choices=choices, last_attempt=choices, seen=ALL)
 
 
-@pytest.mark.slow
 def test_the_study_of_a_volume_is_judged_and_takes_advice():
     app = simulated_of("sinuous_channels")
     assert not app.error
@@ -132,7 +133,6 @@ def test_the_study_of_a_volume_is_judged_and_takes_advice():
     assert app.session_state[KEY].choices.parameters.template_size == advised
 
 
-@pytest.mark.slow
 def test_a_trend_is_advised_and_means_nothing_in_a_map():
     app = simulated_of("folded_layers")
     assert "<b>0.5 along z</b>" in html(app)
@@ -299,7 +299,6 @@ def test_a_grid_of_other_layers_is_judged_but_by_layer(image):
     assert "layers not judged" in html(app)
 
 
-@pytest.mark.slow
 def test_a_volume_of_one_layer_is_judged(image):
     p = Parameters(template_size=(1, 8, 8), overlap_size=(0, 4, 4), wavelet_level=(0, 1, 1))
     flat = simulate(TrainingImage(image.array[:1]), (1, 20, 24), p, n_realizations=2)

@@ -26,6 +26,9 @@ from ccwsim.ui.study.questions import (
 from tests.io import sample_files as sample
 from tests.ui.widgets import html, named, opened, texts
 
+pytestmark = pytest.mark.slow
+"""The pages of maps run fast; `test_volume_study` takes a volume through the main ones."""
+
 GRID = Grid(30, 40, nz=12)
 P = Parameters((8, 16, 16), (2, 4, 4), (1, 1, 1))
 IMAGE = ImageChoice("sinuous_channels", names=("clay", "Sand"))
