@@ -60,6 +60,7 @@ def test_no_other_study_is_shown_from_the_store(held):
 
 def test_compiling_says_how_many_kernels_are_done_and_how_long_it_takes(monkeypatch):
     start = "Compiling the kernels for this machine, on the first run only"
+    monkeypatch.setattr(progress, "compilation", lambda: None)
     assert progress.compilation_text() == f"{start} …"
     for left, said in ((None, ""), (20.2, ", about 20 s left")):
         now = compilation.CompilationProgress(7, 24, left)
