@@ -1,4 +1,4 @@
-"""Decorators that compile kernels: one for each kind of function.
+"""Decorators that compile kernels, one decorator for each kind of function.
 
 Compiled kernels are kept between runs (see `kernel_cache`); missing kernels are compiled in
 parallel by other processes (see `compilation`).
@@ -58,9 +58,9 @@ def _functions_in(function: Callable[..., Any], seen: set[Any]) -> set[Any]:
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile a function to run without the interpreter lock; the code is kept between runs.
 
-    Neither the function nor its parts may make arrays: without reference counting of arrays
-    (`_nrt=False`) a patch takes a third less time. Views by slices and `reshape` are allowed;
-    `ravel` is not. The function changes arrays in place and returns at most a count.
+    Neither the function nor its parts may make arrays, because arrays are not reference-counted
+    (`_nrt=False`); this saves a third of the time of a patch. Views by slices and `reshape` are
+    allowed; `ravel` is not. The function changes arrays in place and returns at most a count.
     """
     return Kernel(function, _nrt=False)
 
@@ -73,8 +73,9 @@ def allocating_kernel(function: Callable[..., Any]) -> Any:
 class part_of_kernel:  # noqa: N801 - a decorator
     """A decorator for functions that only kernels call: they are compiled into these kernels.
 
-    Compiling takes half the time without the wrapper for calls from Python, and half again if only
-    the kernels optimize the function. A call from Python, as in tests, compiles it separately.
+    Without the wrapper for calls from Python, compiling takes half the time. If only the kernels
+    optimize the function, compiling takes half of that. A call from Python, for example in a test,
+    compiles the function separately.
 
     Examples
     --------
@@ -115,15 +116,15 @@ class part_of_kernel:  # noqa: N801 - a decorator
 class inlined_part_of_kernel(part_of_kernel):  # noqa: N801 - a decorator
     """As `part_of_kernel`, but each call is replaced by the code of the function (inlined).
 
-    This is for the functions that are called most: passing a few arrays takes longer than comparing
-    a hundred cells.
+    This is for the functions that are called most often, because passing a few arrays takes longer
+    than comparing a hundred cells.
     """
 
     options: ClassVar[dict[str, Any]] = {"inline": "always"}
 
     @property
     def targetoptions(self) -> dict[str, Any]:
-        """Options of the function, which Numba reads to see that calls are to be inlined."""
+        """Options of the function; Numba reads in them that calls must be inlined."""
         return self._part.targetoptions
 
     @property
@@ -133,7 +134,7 @@ class inlined_part_of_kernel(part_of_kernel):  # noqa: N801 - a decorator
 
 
 def _compiled(function: Callable[..., Any], folder: str, **options: Any) -> Any:
-    """Return Numba's compiled function, kept in `folder`; it is not kept if `folder` is empty."""
+    """Return Numba's compiled function; its code is kept in `folder`, unless that is empty."""
     options |= {"no_cfunc_wrapper": True, "error_model": "numpy"}
     if not folder or numba_hooks.are_known():
         dispatcher = njit(nogil=True, **options)(function)

@@ -28,7 +28,7 @@ from ccwsim.model.study import Study
 from ccwsim.system.lru_cache import LruCache
 
 KEPT_BYTES = 500_000_000
-"""Maximum size of the prepared parts of an image that are kept for other realizations."""
+"""Maximum size, in bytes, of the prepared parts of an image that other realizations can use."""
 
 
 class OrientedImage(NamedTuple):
@@ -84,7 +84,8 @@ def orient_image(
 def steers(study: Study) -> bool:
     """Return whether proportions are steered to a target that is drawn for each realization.
 
-    They are not if patches stay near their own location in a layer, which decides proportions.
+    They are not steered if patches stay near their own location in a layer, because the location
+    then decides proportions.
     """
     p, several = study.parameters, study.training_image.n_facies > 1
     return several and not p.draws_as_published and not p.match_proportions
@@ -94,7 +95,7 @@ class PreparedImage:
     """The prepared training image that all realizations of a study share.
 
     Parts are made when they are needed; two threads may make the same part. The most recently used
-    parts are kept, up to KEPT_BYTES.
+    parts are kept; their total size is at most KEPT_BYTES.
     """
 
     def __init__(self, study: Study) -> None:
@@ -131,11 +132,11 @@ class PreparedImage:
         return self.part(("scaled", orientation, scale), make)
 
     def bits(self) -> NDArray[np.uint64]:
-        """Return the bits of the image by rows, from `to_bits`."""
+        """Return the bits of the image, row by row, as computed by `to_bits`."""
         return self.part(("bits",), lambda: to_bits(self.scaled()))
 
     def square_bits(self, orientation: int = 0, scale: int = 0) -> NDArray[np.uint64]:
-        """Return the bits of `scaled` by squares, from `to_square_bits`."""
+        """Return the bits of the `scaled` image in squares, as computed by `to_square_bits`."""
         key = "square_bits", orientation, scale
         return self.part(key, lambda: to_square_bits(self.scaled(orientation, scale)))
 

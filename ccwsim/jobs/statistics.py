@@ -46,7 +46,7 @@ class StatisticsWorker:
         self._changed = Condition()
 
     def ask(self, task: Task) -> None:
-        """Append a task, unless it waits already, its value is known, or the worker is stopped."""
+        """Append a task unless it waits already, its value is known, or the worker is stopped."""
         with self._changed:
             if self.stopped or self.cache.get(task.key) is not None:
                 return

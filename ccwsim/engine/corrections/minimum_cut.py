@@ -1,13 +1,13 @@
 """The exact minimum cut of the patch of a volume, as a maximum flow from old cells to new cells.
 
-A cut separates neighbouring cells of which one stays old and the other is taken new. Each such pair
-costs the number of its cells, 0 to 2, that differ between old and new; a cell beyond the overlap
-counts like its neighbour. By Ford and Fulkerson (1956) the cost of the cheapest cut is a maximum
-flow, found by the method of Boykov and Kolmogorov (2004): two trees of cells, one from the old and
-one from the new cells, grow until they meet; flow is sent along the path between their roots; cells
-that this cuts off from their tree look for another parent. Only cells that differ and cells between
-them take part, as other cells cost nothing on either side. Data are capacities so large that the
-cheapest cut honours all data that do not contradict each other.
+A cut passes between two neighbouring cells if one stays old and the other becomes new. Each such
+pair costs the number of its cells, 0 to 2, that differ between old and new; a cell beyond the
+overlap counts like its neighbour. The cost of the cheapest cut is a maximum flow (Ford and
+Fulkerson 1956). It is found by the method of Boykov and Kolmogorov (2004). Two trees of cells grow
+until they meet: one starts at the old cells, the other at the new cells. Flow is sent along the
+path between their roots. Cells that this cuts off from their tree look for another parent. Only
+cells that differ and cells between them take part, because other cells cost nothing on either side.
+Data are capacities so large that the cheapest cut honours all data that do not conflict.
 """
 
 from __future__ import annotations
@@ -32,16 +32,16 @@ from ccwsim.engine.stages.path import (
 )
 
 SAME, DIFFERS, ALL_NEW, ALL_OLD, NOTHING = 0, 1, 2, 3, 4
-"""States of cells. In the overlap: old and new facies are equal, or differ. Beyond the overlap: all
-new, all old, or no cell."""
+"""States of cells. The first two are in the overlap: old and new facies are equal, or they differ.
+The others are beyond the overlap: all new, all old, or no cell."""
 BROKEN_CELL = 1 << 20
 """Cost of a datum that a cut would break: more than all seams of a patch."""
 FREE, OF_OLD, OF_NEW, INACTIVE = 0, 1, 2, 3
-"""Tree of a cell: none yet, that of the old cells, that of the new cells; inactive cells take no
-part."""
+"""Tree of a cell: no tree yet, the tree of the old cells, or the tree of the new cells. Inactive
+cells take no part."""
 ROOT, ORPHAN, NONE = 6, 7, 8
-"""Values of a parent besides the six directions: the cell is a root; the cell was cut off from its
-tree; the cell is in no tree."""
+"""Values of `parent` for cells without a parent: the cell is a root; it was cut off from its tree;
+it is in no tree. Other values are one of the six directions."""
 FAR = 1 << 30
 
 
@@ -212,7 +212,7 @@ def _link(u, a):
 def _largest_flow(n, steps, flow):
     """Send all flow from old to new cells; return the flow through several cells.
 
-    In the end the tree of the old cells has all cells that more flow from them could reach.
+    In the end, the tree of the old cells contains all cells that additional flow could reach.
     """
     tree, parent, distance, time = flow.tree, flow.parent, flow.distance, flow.time
     capacity, queue, is_queued = flow.capacity, flow.queue, flow.is_queued
@@ -279,9 +279,9 @@ def _largest_flow(n, steps, flow):
 
 @part_of_kernel
 def _augment(old, new, meets, steps, flow):
-    """Send flow between the roots, over the link in direction `meets` from `old` to `new`.
+    """Send flow from root to root, over the link in direction `meets` from `old` to `new`.
 
-    Return the number of cells that are cut off by this, and the amount of flow.
+    Return the number of cells that this cuts off from their tree, and the amount of flow.
     """
     capacity, parent, rest, orphans = flow.capacity, flow.parent, flow.rest, flow.orphans
     amount, u = np.int32(capacity[_link(old, meets)]), old
