@@ -46,7 +46,7 @@ IDLE_SECONDS = 5.0
 """Seconds after which a process without work ends."""
 POLL_SECONDS = 0.1
 NOW, SOON, LATER = 0, 1, 2
-"""Urgency of a request: a call waits for the kernel, will need it soon, or may need it later."""
+"""Urgency of a request: a call waits for the kernel, a call will come soon, or a call may come."""
 ENTRY_KERNELS = {"simulate_patches", "resimulate_windows", "repair_windows", "change_cells"}
 """The kernels of a realization that take long to compile."""
 OPTIMIZING = 0.5
@@ -214,7 +214,7 @@ _compilers = _Compilers()
 
 
 def _of_this_process() -> _Compilers:
-    """Return the compilers of this process; after a fork, replace those of the parent."""
+    """Return the compilers of this process, which are replaced after a fork."""
     global _compilers
     if _compilers.pid != os.getpid():
         _compilers = _Compilers()
@@ -224,7 +224,7 @@ def _of_this_process() -> _Compilers:
 def _can_compile_apart() -> bool:
     """Return whether other processes may compile for this one.
 
-    A worker process compiles its kernels itself: otherwise many workers would each start several
+    A worker process compiles its kernels itself; otherwise each of many workers would start several
     more processes.
     """
     is_main = multiprocessing.parent_process() is None and FOLDER_VARIABLE not in os.environ

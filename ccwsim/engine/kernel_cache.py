@@ -82,7 +82,7 @@ FOLDER = _cache_folder()
 
 
 def note_use(folder: str) -> None:
-    """Record the current time as the last use of a folder of kernels."""
+    """Record that a folder of kernels is used now."""
     with suppress(OSError):
         os.utime(folder)
 

@@ -108,7 +108,7 @@ class part_of_kernel:  # noqa: N801 - a decorator
     def __call__(self, *values: Any, **named: Any) -> Any:
         if is_walking():
             return self.__wrapped__(*values, **named)
-        if self._alone is None:  # in a separate folder: the cache would mix up the two versions
+        if self._alone is None:  # in a separate folder, because a cache would mix up both versions
             self._alone = _compiled(self.__wrapped__, FOLDER and os.path.join(FOLDER, "alone"))
         return self._alone(*values, **named)
 

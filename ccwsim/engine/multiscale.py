@@ -31,7 +31,7 @@ CELLS_PER_CALL = 100_000_000
 class ScaleInputs(NamedTuple):
     """Inputs of one scale."""
 
-    patches: NDArray[np.int64]  # shape (n, 10): from `make_patches`, in cells of this scale
+    patches: NDArray[np.int64]  # shape (n, 10): made by `make_patches`, in cells of this scale
     image: NDArray[np.uint8]  # shape (nz, ny, nx)
     square_bits: NDArray[np.uint64]  # shape (n_planes, nz, ny, n_words)
     data: PlacedData

@@ -35,12 +35,12 @@ class OrientedImage(NamedTuple):
     """A training image in one orientation of the path, prepared for the search."""
 
     pyramid: Pyramid
-    splits: NDArray[np.int64]  # shape (n_splits, 3): from `legal_splits`
-    squares: NDArray[np.number[Any]]  # from `running_squares`, with the type of the scores
-    running: NDArray[np.unsignedinteger[Any]]  # from `running_sums`
+    splits: NDArray[np.int64]  # shape (n_splits, 3): made by `legal_splits`
+    squares: NDArray[np.number[Any]]  # made by `running_squares`, with the type of the scores
+    running: NDArray[np.unsignedinteger[Any]]  # made by `running_sums`
     places: Triple  # number of layers, rows and columns of locations
     proportions: NDArray[np.float64]  # shape (n_facies,): proportions of the training image
-    margin: NDArray[np.float64]  # shape (n_facies,): from `margin_weights`; 0 if not steered
+    margin: NDArray[np.float64]  # shape (n_facies,): made by `margin_weights`; 0 if not steered
 
     @property
     def n_places(self) -> int:

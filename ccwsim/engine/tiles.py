@@ -56,9 +56,9 @@ class Search(NamedTuple):
     block: Triple  # number of cells of a coefficient along each axis, 2^J
     n_candidates: int  # K
     co_template: int  # CT, in templates
-    share: float  # share of the locations, best overlaps first, that is searched near data
+    share: float  # share of locations searched near data: the locations with the best overlaps
     refine: bool
-    match: bool  # whether proportions are matched to those of the training image
+    match: bool  # whether proportions are matched to the proportions of the training image
     cell_cost: float  # score of one wrong cell of overlap
     datum_cost: float  # factor of the weights of missed data
     slack_cost: float  # factor of the slack near data
@@ -75,8 +75,8 @@ class Search(NamedTuple):
 class PatchInputs(NamedTuple):
     """Inputs of the simulation loop, common to all patches of a realization."""
 
-    patches: NDArray[np.int64]  # shape (n, 10): from `make_patches`
-    # shape (n, 4): from `patches_before`; shape (n, 0) if continuations of patches may be drawn
+    patches: NDArray[np.int64]  # shape (n, 10): made by `make_patches`
+    # shape (n, 4): made by `patches_before`; shape (n, 0) if continuations of patches may be drawn
     before: NDArray[np.int64]
     oriented: OrientedImage
     data: PlacedData
@@ -88,7 +88,7 @@ class PlacingWorkspace(NamedTuple):
     """Workspace to refine the location of a patch, cut it and paste it."""
 
     strips: Strips
-    at_stake: NDArray[np.int64]  # shape (n, 4): from `data_at_stake`
+    at_stake: NDArray[np.int64]  # shape (n, 4): made by `data_at_stake`
     cut: CutWorkspace
 
 

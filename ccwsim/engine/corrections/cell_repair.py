@@ -42,7 +42,7 @@ LONGEST = 4000
 
 
 class RepairedPart(NamedTuple):
-    """A part of a grid, raveled, with a margin as wide as the reach of patterns on each side.
+    """A part of a grid, raveled. On each side it has a margin as wide as the reach of patterns.
 
     Arrays have one element per cell unless a shape is given. Patterns are identified by the index
     of their first cell.
@@ -56,10 +56,10 @@ class RepairedPart(NamedTuple):
     line: NDArray[np.uint32]  # workspace of `number_run`
     numbers: NDArray[np.uint32]  # numbers of patterns
     is_unseen: NDArray[np.uint8]  # 1 for an unseen pattern
-    unseen: NDArray[np.uint32]  # list of the unseen patterns
+    unseen: NDArray[np.uint32]  # indices of the unseen patterns
     n_unseen: NDArray[np.uint8]  # number of unseen patterns that contain a cell
-    was_tried: NDArray[np.bool_]  # whether no other facies of a cell reduces unseen patterns
-    stays: NDArray[np.uint16]  # a cell must stay until a walk has this number of changes
+    was_tried: NDArray[np.bool_]  # whether a cell was tried and no other facies helps
+    stays: NDArray[np.uint16]  # number of changes of the walk until which a cell must stay
     near: NDArray[np.uint64]  # shape (LONGEST,): patterns from which a walk chooses
     changed: NDArray[np.uint64]  # shape (LONGEST,): cells that a walk changed, in order
     before: NDArray[np.uint8]  # shape (LONGEST,): facies of these cells before the change
@@ -78,9 +78,9 @@ def repair_cells(
     """Change single cells of a realization, in place; return the number of changes.
 
     If `walks` is true, walks start from unseen patterns for which no single change helps; only
-    walks use `rng`. `patterns` must be patterns of adjacent cells. A changed cell gets the source
-    next to that of a neighbour if the training image has the new facies there; otherwise its source
-    is −1. `report` is called with the finished share of the work, and may raise to stop.
+    walks use `rng`. `patterns` must be patterns of adjacent cells. A changed cell gets a source
+    that continues a neighbour's source if the training image has the new facies there; otherwise
+    the source is −1. `report` is called with the finished share of the work; it may raise to stop.
     """
     shape = target.grid.shape
     if any(r >= n for r, n in zip(patterns.reach, shape, strict=True)):
@@ -132,7 +132,7 @@ def make_part(patterns: Patterns, lengths: Triple) -> RepairedPart:
 
 
 def cell_weights(patterns: Patterns) -> NDArray[np.uint32]:
-    """Return the factor of the label of each cell of a pattern in its number, raveled."""
+    """Return the factors, raveled, of the labels of cells in the number of a pattern."""
     (nz, ny, nx), size = patterns.cells, 2**32
     of_rows = [pow(int(patterns.row_base), nz * ny - 1 - k, size) for k in range(nz * ny)]
     in_row = [pow(int(patterns.base), nx - 1 - k, size) for k in range(nx)]

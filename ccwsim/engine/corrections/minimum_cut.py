@@ -1,4 +1,4 @@
-"""The exact minimum cut of the patch of a volume, as a maximum flow from old cells to new cells.
+"""The exact minimum cut of a patch of a volume, found as the maximum flow from old to new cells.
 
 A cut passes between two neighbouring cells if one stays old and the other becomes new. Each such
 pair costs the number of its cells, 0 to 2, that differ between old and new; a cell beyond the
@@ -49,14 +49,14 @@ class FlowWorkspace(NamedTuple):
     """Workspace for the cut of a box of n cells, including a margin of one cell on each side."""
 
     state: NDArray[np.uint8]  # shape (n,)
-    beside: NDArray[np.uint8]  # shape (n,): number of the six neighbours that differ
+    beside: NDArray[np.uint8]  # shape (n,): how many of the six neighbours differ
     capacity: NDArray[np.uint8]  # shape (8 * n,): capacity of each link, see `_link`
-    # shape (n,): capacity left from the old cells or, if negative, to the new cells
+    # shape (n,): remaining capacity, from the old cells if positive, to the new cells if negative
     rest: NDArray[np.int32]
     tree: NDArray[np.uint8]  # shape (n,)
     parent: NDArray[np.uint8]  # shape (n,): direction of the parent
     distance: NDArray[np.int32]  # shape (n,): number of steps to the root of the tree
-    time: NDArray[np.int32]  # shape (n,): time at which the steps were counted
+    time: NDArray[np.int32]  # shape (n,): time when `distance` was counted
     cells: NDArray[np.uint32]  # shape (n,): cells that take part
     queue: NDArray[np.uint32]  # shape (n,), circular: cells whose neighbours are to be visited
     is_queued: NDArray[np.bool_]  # shape (n,)
@@ -64,7 +64,7 @@ class FlowWorkspace(NamedTuple):
 
 
 def make_flow(template: Triple) -> FlowWorkspace:
-    """Return the workspace for boxes of at most `template` cells; empty if `template` is empty."""
+    """Return the workspace for boxes of at most `template` cells; `template` may be empty."""
     nz, ny, nx = template
     n = (nz + 2) * (ny + 2) * (nx + 2) if nz else 0
     state, beside, tree, parent = (np.zeros(n, np.uint8) for _ in range(4))

@@ -32,7 +32,7 @@ MAX_PLACES = 4000
 N_TARGETS = 50
 """Number of targets drawn to estimate their variance."""
 FEW = 5
-"""Weight of the image, as a number of columns of data, in the estimated variance of columns."""
+"""In the estimated variance of columns, the image counts as this number of columns of data."""
 CONTRADICTED = 4
 """Squared distance between data and image, in squared standard errors, above which data contradict
 the image."""
@@ -47,7 +47,7 @@ class Steering(NamedTuple):
     """Target proportions of a realization; with a gain of 0 nothing is steered."""
 
     target: NDArray[np.float64]  # shape (n_facies,)
-    margin: NDArray[np.float64]  # shape (n_facies,): from `margin_weights`
+    margin: NDArray[np.float64]  # shape (n_facies,): made by `margin_weights`
     gain: float  # change of λ per excess cell, see `draw_towards`
 
 
@@ -126,7 +126,8 @@ def proportions_of_data(
 ) -> DataProportions:
     """Return the proportions of data; `cells` has the shape (n, 3), `facies` (indices) (n,).
 
-    A column is a vertical well or one datum of a map. Columns close to other columns count less.
+    A column is a vertical well in a volume or a datum in a map. If columns are close to others,
+    they count less.
     """
     _, ny, nx = grid_shape
     columns, of_datum = np.unique(cells[:, 1] * nx + cells[:, 2], return_inverse=True)
@@ -176,10 +177,10 @@ def draw_towards(running, candidates, box, block, n_places, steering, counts, ti
     """Draw a candidate, with a probability proportional to exp(−λ·f), and return its index.
 
     λ grows with the excess of a facies over its target; f are the proportions of the candidate.
-    `candidates`, shape (n,), are numbers of locations; `n_places` is the number of rows and columns
-    of locations; `running` comes from `running_sums`; `counts`, shape (n_facies,), has the number
-    of simulated cells by facies; `tilt`, shape (n_facies,), and `chances`, shape (n,), are
-    workspace.
+    `candidates`, shape (n,), are numbers of locations. `n_places` has the numbers of rows and
+    columns of locations. `running` comes from `running_sums`. `counts`, shape (n_facies,), has the
+    number of simulated cells of each facies. `tilt`, shape (n_facies,), and `chances`, shape (n,),
+    are workspace.
     """
     n_planes, n = running.shape[1], 0
     for k in range(len(counts)):
@@ -221,10 +222,10 @@ def draw_towards(running, candidates, box, block, n_places, steering, counts, ti
 
 @part_of_kernel
 def closest_to_target(image, candidates, box, block, n_places, proportions, counts, after, rng):
-    """Draw a few candidates and return the index of the candidate that corrects proportions best.
+    """Draw a few candidates; return the index of the one that brings proportions nearest to target.
 
-    Arguments are those of `draw_towards`; `image` has the shape (mz, my, mx), and `after`, shape
-    (n_facies,), is workspace.
+    `draw_towards` explains the other arguments; `image` has the shape (mz, my, mx); `after`, with
+    the shape (n_facies,), is workspace.
     """
     chosen = np.int64(0)
     smallest = np.inf
@@ -238,7 +239,7 @@ def closest_to_target(image, candidates, box, block, n_places, proportions, coun
                 for x in range(tx, tx + box.nx):
                     after[image[z, y, x]] += 1
         n, off = 0, 0.0
-        for k in range(len(after)):  # loops, as array expressions take long to compile
+        for k in range(len(after)):  # a loop, because array expressions take long to compile
             n += after[k]
         for k in range(len(after)):
             off += abs(after[k] - proportions[k] * n)

@@ -84,21 +84,21 @@ class Target(NamedTuple):
     """
 
     image: NDArray[np.uint8]  # shape (mz, my, mx): training image, facies indices
-    bits: NDArray[np.uint64]  # shape (n_planes, mz, my, n_words): from `to_bits`
-    square_bits: NDArray[np.uint64]  # the same shape: from `to_square_bits`
+    bits: NDArray[np.uint64]  # shape (n_planes, mz, my, n_words): made by `to_bits`
+    square_bits: NDArray[np.uint64]  # the same shape: made by `to_square_bits`
     data: NDArray[np.uint8]  # shape (nz, ny, nx): all data, from `data_grid`
     grid: NDArray[np.uint8]  # shape (nz, ny, nx): the realization
     # shape (nz, ny, nx) or empty: flat index in the TI for each cell; −1 if it was set singly
     sources: NDArray[np.int32]
-    # True: each location is compared with a fixed probability, as in the published draw; False: one
-    # location of every few
+    # if True, each location is compared with a fixed probability, as in the published draw; if
+    # False, one location of every few is compared
     by_chance: bool = False
 
 
 class Honouring(NamedTuple):
     """The locations that honour all data of a window."""
 
-    mask: NDArray[np.uint64]  # shape (mz, my, n_words): a bit for each location
+    mask: NDArray[np.uint64]  # shape (mz, my, n_words), with one bit for each location
     # shape (64 * mask.size,): numbers of the locations to compare, from `draw_numbers`
     numbers: NDArray[np.int32]
 
@@ -187,7 +187,7 @@ def resimulate(
 
 
 def make_honouring(bits: NDArray[np.uint64]) -> Honouring:
-    """Return the arrays for all locations of an image; pages take memory only once written to."""
+    """Return the arrays for all locations of an image; they take memory only when written to."""
     mask = np.empty(bits.shape[1:], np.uint64)
     return Honouring(mask, np.empty(64 * mask.size, np.int32))
 
@@ -203,8 +203,8 @@ def largest_window(
 def _halved(size: Triple, smallest: int) -> list[Triple]:
     """Return a window and its halves, down to `smallest` rows and columns.
 
-    Windows with many layers are tried with a quarter of the layers before rows and columns are
-    halved.
+    If windows have many layers, windows with a quarter of the layers are tried before rows and
+    columns are halved.
     """
     nz, side = size[0], size[1]
     sizes: list[Triple] = []
@@ -218,7 +218,7 @@ def _halved(size: Triple, smallest: int) -> list[Triple]:
 
 
 def isolated_datum_thresholds(image: NDArray[np.uint8]) -> NDArray[np.float64]:
-    """Return, by facies index up to 255, the `own_counts` below which a datum is isolated."""
+    """Return the thresholds of `own_counts`, below which data are isolated, by facies index."""
     thresholds = np.zeros(256)
     for index in range(int(image.max()) + 1):
         marked = image == index
@@ -496,7 +496,7 @@ def draw_numbers(rng, sample, numbers):
 
 @part_of_kernel
 def _take(best, n, worst, misfit, pz, py, px):
-    """Add a location to the best; return their number, and the smallest misfit to be rejected."""
+    """Add a location to the best; return their number and the smallest misfit that is rejected."""
     at = n
     if n < len(best):
         n += 1

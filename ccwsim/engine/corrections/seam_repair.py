@@ -90,7 +90,7 @@ class Repair(NamedTuple):
     ring: Triple  # width of the overlap of a window, along each axis
     block: Triple
     shift_block: Triple  # block within which locations are refined: equal along y and x
-    running: NDArray[np.unsignedinteger[Any]]  # from `running_sums`
+    running: NDArray[np.unsignedinteger[Any]]  # made by `running_sums`
     energy: NDArray[np.number[Any]]  # shape (nz, ny, nx) of locations: ΣA² of the ring
     least: int  # minimum number of unseen patterns in a window
 
@@ -98,7 +98,7 @@ class Repair(NamedTuple):
 class RepairWorkspace(NamedTuple):
     """Workspace for seam repair, used for each window in turn."""
 
-    scores: NDArray[np.number[Any]]  # shape (nz, ny, nx) of the locations compared for a window
+    scores: NDArray[np.number[Any]]  # shape (nz, ny, nx) of locations compared for each window
     terms: Terms
     ranking: Ranking
     best: NDArray[np.int64]  # shape (n, 4): misfit, layer, row and column of locations to try

@@ -50,7 +50,7 @@ N_CLASSES = 256
 class PlacedData(NamedTuple):
     """Hard data in path coordinates."""
 
-    facies: NDArray[np.uint8]  # shape (nz, ny, nx): from `data_grid`
+    facies: NDArray[np.uint8]  # shape (nz, ny, nx): made by `data_grid`
     columns: NDArray[np.int64]  # shape (n,): column of each datum, sorted by layer and row
     first: NDArray[np.int64]  # shape (nz * ny + 1,): index in `columns` of the first datum of a row
     # shape (nz, ny, nx): data that refinement and cut must keep. They are equal to `facies`, or
@@ -113,7 +113,7 @@ def split_tiles(
     max_data: float = MAX_DATA,
     volume: bool = False,
 ) -> NDArray[np.int64]:
-    """Return the index in `splits` for each tile: the first split with at most `max_data` per part.
+    """Return, for each tile, the index of the first split with at most `max_data` data per part.
 
     In a map the limit holds for the average number of data per part. In a volume it holds for the
     fullest part, because all data of a well may be in one part.
@@ -218,10 +218,10 @@ def add_missed(phases, grid, data, box, times, proportions, weights, datum_cost,
     """Add the cost of the missed data to the score of every location.
 
     The co-template begins at the first cell of the box and has `times` its lengths. Beyond the end
-    of the training image a datum is missed with a probability of 1 minus the proportion of its
+    of the training image, a datum is missed with a probability of 1 minus the proportion of its
     facies; `proportions` has the shape (n_facies,). `weights` are multiplied by `datum_cost`, the
-    score of one wrong cell of overlap. `phases` comes from `Pyramid`, `work` from `make_misses`;
-    `grid` has the shape (nz, ny, nx), `totals` that of locations.
+    score of one wrong cell of overlap. `phases` comes from `Pyramid`, `work` from `make_misses`.
+    `grid` has the shape (nz, ny, nx), `totals` the shape of locations.
     """
     uz, uy, ux, mz, my, mx = phases.shape
     nz, ny, nx = totals.shape

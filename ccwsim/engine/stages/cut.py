@@ -151,14 +151,15 @@ def _next(boundaries):
 def keep_old(grid, data, image, place, box, cut):
     """Mark in `cut.keep_mask` the cells of a box in which the grid stays as it is.
 
-    `grid` and `data`, from `data_grid`, have the shape (nz, ny, nx), `image` (mz, my, mx).
+    `data` is made by `data_grid`. `grid` and `data` have the shape (nz, ny, nx), `image` the shape
+    (mz, my, mx).
     """
     _keep_old(grid, data, image, place, box, cut, cut.flow)
 
 
 @part_of_kernel
 def _keep_old(grid, data, image, place, box, cut, flow):
-    """Do what `keep_old` does; Numba omits a branch only if an argument itself is None."""
+    """Do what `keep_old` does. Numba omits a branch for None only if None is an argument itself."""
     keep_mask = cut.keep_mask
     if flow is not None:
         minimum_cut(grid, data, image, place, box, flow, keep_mask)

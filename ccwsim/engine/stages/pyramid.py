@@ -27,7 +27,7 @@ class Pyramid(NamedTuple):
     """The training image in path coordinates, at full resolution and at level J."""
 
     image: NDArray[np.uint8]  # shape (nz, ny, nx): facies indices
-    square_bits: NDArray[np.uint64]  # shape (n, nz, ny, n_words): from `to_square_bits`
+    square_bits: NDArray[np.uint64]  # shape (n, nz, ny, n_words): made by `to_square_bits`
     # shape (n_planes, nz / 2^J, ny / 2^J, nx / 2^J): number of cells of each facies in each block,
     # proportional to cA_J. Two facies need one plane.
     sums: NDArray[np.unsignedinteger[Any]]

@@ -78,7 +78,7 @@ def running_sums(
 def running_squares(
     sums: NDArray[np.number[Any]], kind: type[np.number[Any]]
 ) -> NDArray[np.number[Any]]:
-    """Return the running sums, from `summed_up`, of A² along three axes in the type of the scores.
+    """Return the running sums of A² along three axes, in the type of the scores, by `summed_up`.
 
     Running sums may overflow, but the sum over a box of blocks is exact if it fits the type.
     """

@@ -1,4 +1,4 @@
-"""Batches of realizations, sent to workers a few at a time and collected as they return."""
+"""Batches of realizations: a few at a time are sent to workers and collected when they return."""
 
 from __future__ import annotations
 
