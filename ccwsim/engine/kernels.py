@@ -114,7 +114,7 @@ class part_of_kernel:  # noqa: N801 - a decorator
 
 
 class inlined_part_of_kernel(part_of_kernel):  # noqa: N801 - a decorator
-    """As `part_of_kernel`, but each call is replaced by the code of the function (inlined).
+    """Like `part_of_kernel`, but each call is replaced by the code of the function (inlined).
 
     This is for the functions that are called most often, because passing a few arrays takes longer
     than comparing a hundred cells.

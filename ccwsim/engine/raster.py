@@ -73,8 +73,8 @@ TARGET_SPREAD = 0.7
 """Spread of the target proportions of maps, divided by the spread between pieces of the image. It
 is below 1 because maps also vary around their targets."""
 WEIGHT_OF_MORE_FACIES = 2
-"""Factor of the weights of data with three facies or more: fewer locations honour such data, and
-each datum is more informative."""
+"""Factor of the weights of data if there are three facies or more, because fewer locations then
+honour data, and each datum is more informative."""
 DATUM_FACTOR = 25
 """Factor of the weights of data that are not honoured exactly, as in the authors' code."""
 MAX_KEPT = 2**20

@@ -186,7 +186,7 @@ def is_ready() -> bool:
 
 
 def compile_kernels(study: Study, image: PreparedImage, watch: Watch) -> None:
-    """Run each kernel of a study once, on a tiny grid, before realizations are timed."""
+    """Run each kernel of a study once on a tiny grid, so that later times exclude compilation."""
     if is_compiled(study, image):
         return
     await_all(ask_for(lambda: walk_through(study, watch), SOON), watch.check)

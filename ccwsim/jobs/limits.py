@@ -125,7 +125,7 @@ def admit(demand: Demand, promised: float = 0.0) -> None:
 
 
 def free_bytes(limits: ServerLimits) -> int | None:
-    """Return the bytes of memory available to runs, None if unknown."""
+    """Return the bytes of memory available to runs, or None if unknown."""
     free = free_memory()
     if limits.memory is not None:
         own = limits.memory - (used_memory() or 0)

@@ -80,7 +80,7 @@ class StatisticsWorker:
         return self.cache.get(task.key)
 
     def share_of(self, task: Task) -> float | None:
-        """Return the finished share of a task, None if it has not begun."""
+        """Return the finished share of a task, or None if it has not begun."""
         return self._share if task == self._current else None
 
     @property

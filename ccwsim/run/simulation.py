@@ -75,8 +75,8 @@ def simulate(
         which need ccwsim too. The executor stays open. `n_workers` applies only if the executor
         does not tell its number of workers.
     out : path, optional
-        An npy file to which realizations are written as facies codes, and from which the ensemble
-        reads them. An existing file is replaced at the end.
+        An npy file. Realizations are written to it as facies codes, and the ensemble reads them
+        from it. An existing file is replaced at the end.
 
     Returns
     -------

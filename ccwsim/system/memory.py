@@ -20,7 +20,7 @@ VERSION_2 = "memory.max", "memory.current", "inactive_file"
 
 
 def free_memory(root: Path = ROOT) -> int | None:
-    """Return the bytes available without swapping, None if unknown.
+    """Return the bytes available without swapping, or None if unknown.
 
     This is the minimum over the machine and the control groups of this process.
     """

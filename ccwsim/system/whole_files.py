@@ -35,7 +35,7 @@ def unwritable(path: str | os.PathLike[str]) -> Iterator[None]:
 
 
 def check_replaceable(path: str | os.PathLike[str]) -> Path:
-    """Return the file behind a path, with links followed; raise if it cannot be replaced."""
+    """Follow links and return the file behind a path; raise if it cannot be replaced."""
     with unwritable(path):
         target = Path(os.path.realpath(path))
         if target.exists() and not target.is_file():

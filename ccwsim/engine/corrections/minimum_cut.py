@@ -91,7 +91,7 @@ def minimum_cut(grid, data, image, place, box, flow, keep_mask):
     for k in range(n):
         u = np.uint64(flow.cells[k])
         if flow.tree[u] == OF_OLD and flow.state[u] == DIFFERS:
-            for a in range(6):  # omitted cells join their only neighbour that differs
+            for a in range(6):  # an omitted cell joins the one neighbour that differs
                 v = u + steps[a]
                 if flow.state[v] == SAME and flow.beside[v] < 2:
                     flow.tree[v] = OF_OLD

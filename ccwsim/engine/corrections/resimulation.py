@@ -269,7 +269,7 @@ def _layers_around(image: NDArray[np.uint8]) -> int:
 
 @kernel
 def resimulate_windows(target, cells, size, tolerance, anyway, most, rng, work, fits):
-    """Simulate windows of one size around data at `cells`, shape (n, 3), anew.
+    """Simulate anew the windows of one size around the data at `cells`, shape (n, 3).
 
     At most the share `tolerance` of the ring may be wrong; at most about `most` locations are
     compared. If `anyway` is false, data that the grid honours are skipped. `fits`, shape (n,), is

@@ -245,7 +245,7 @@ def repair_windows(target, repair, places, forced, rng, work):
         least, chosen = float(before), (np.int64(-1), np.int64(0), np.int64(0))
         for number in range(n):
             if volume and work.best[number, 0] > before:
-                continue  # with such a misfit, unseen patterns hardly ever become fewer
+                continue  # such a misfit hardly ever reduces unseen patterns
             place = work.best[number, 1], work.best[number, 2], work.best[number, 3]
             keep_old(grid, data, image, place, box, work.cut)
             mask, change = work.cut.keep_mask, 0

@@ -108,7 +108,7 @@ def best_places(scores, rng, ranking):
     minima, segments, good, values, places = ranking
     k, n_parts = len(places), len(minima)
     segment_minima(scores, minima)
-    # the k-th best score is at most the k-th smallest minimum, as k segments have a score up to it
+    # the k-th best score is at most the k-th smallest minimum, because k segments go that low
     least = kth_smallest(minima, n_parts, min(k, n_parts))
     if n_parts < k:
         for x in range(len(scores)):

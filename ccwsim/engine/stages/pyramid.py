@@ -75,7 +75,7 @@ def reconstruct(coefficients: list[Any], place: tuple[int, int], size: int) -> N
 def build_pyramid(indices: NDArray[np.uint8], level: Triple, n_planes: int) -> Pyramid:
     """Return the pyramid of a training image in path coordinates.
 
-    One plane counts facies 1, which is enough for two facies; otherwise each facies has a plane.
+    For two facies, one plane that counts facies 1 is enough; otherwise each facies has a plane.
 
     Raises
     ------

@@ -272,7 +272,7 @@ def line_terms(grid, cells, block, facies, sums, n, terms):
 
 @part_of_kernel
 def score_places(running, terms, n_groups, energy, scores):
-    """Fill `scores` with SSD − ΣB² of every location (correlation: energy 0 gives −2·ΣA·B).
+    """Fill `scores` with SSD − ΣB² of every location, or −2·ΣA·B if `energy` is 0 (correlation).
 
     `energy` and `scores` have the shape (nz, ny, nx) of locations. Several rows are summed as one
     run, because single rows are short. Sums at the ends of rows belong to no location and are

@@ -33,7 +33,7 @@ class Frame(NamedTuple):
     shape : pair or triple of int
         (Layers,) rows and columns in path coordinates.
     offset : pair or triple of int
-        Number of (layers,) rows and columns by which the path begins before the grid; () for none.
+        Number of (layers,) rows and columns from the beginning of the path to the grid, or ().
     """
 
     orientation: int

@@ -196,7 +196,7 @@ class TracedPatch:
     slack : int or None
         Largest difference in score between a candidate and the best location; None for no limit.
     copies : ndarray of bool, shape of `scores`
-        Locations that are excluded because they only continue a patch beside this one.
+        Locations that are excluded because they only continue a neighbouring patch.
     steered : bool
         Whether candidates are drawn towards target proportions.
     data : DataTerms or None
@@ -312,7 +312,7 @@ class PlaceFate(NamedTuple):
     fate : str
         "drawn", or "candidate" for a candidate that is not drawn. Reasons for a rejection:
         "fraction": its overlap is not among the best share that is searched; "slack": its score is
-        too far from the best; "copy": it only continues a patch beside this one; "data": other
+        too far from the best score; "copy": it only continues a neighbouring patch; "data": other
         locations honour more data; "location": it is too far from the patch's own location;
         "tie": it was rejected at random among equal locations.
     """

@@ -105,7 +105,7 @@ class BatchRunner:
         return True
 
     def run(self, take: Take, progress: Progress | None, cancel: Cancel | None) -> list[int]:
-        """Run the realizations as `ThreadRunner.run` does, with batches in any order."""
+        """Run the realizations as `ThreadRunner.run` does; batches may run in any order."""
         n = self._work.n
         try:
             while len(self._finished) < n:

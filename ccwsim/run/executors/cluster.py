@@ -62,7 +62,7 @@ def connect(address: str, seconds: float = CONNECT_SECONDS) -> Any:
 
 
 def executor_of_environment() -> Any:
-    """Return a client of the scheduler in `CCWSIM_SCHEDULER`, None if that is not set."""
+    """Return a client of the scheduler in `CCWSIM_SCHEDULER`, or None if that is not set."""
     address = os.environ.get(SCHEDULER, "").strip()
     if not address:
         return None
