@@ -64,7 +64,7 @@ def _cache_folder() -> str:
         return ""
     atexit.register(shutil.rmtree, temporary, ignore_errors=True)
     folder = Path(temporary) / NAME
-    for file in warm[0].rglob("*.nb[ic]") if warm else ():  # not shutil.copytree: it copies modes
+    for file in warm[0].rglob("*.nb[ic]") if warm else ():  # shutil.copytree would copy modes
         copy = folder / file.relative_to(warm[0])
         copy.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(file, copy)

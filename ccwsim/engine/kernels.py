@@ -138,7 +138,7 @@ def _compiled(function: Callable[..., Any], folder: str, **options: Any) -> Any:
     options |= {"no_cfunc_wrapper": True, "error_model": "numpy"}
     if not folder or numba_hooks.are_known():
         dispatcher = njit(nogil=True, **options)(function)
-        if folder and hasattr(dispatcher, "_cache"):  # none with NUMBA_DISABLE_JIT
+        if folder and hasattr(dispatcher, "_cache"):  # absent if NUMBA_DISABLE_JIT is set
             numba_hooks.keep_in(folder, dispatcher)
         return _with_robust_cache(dispatcher)
     others = getattr(config, "CACHE_DIR")  # noqa: B009 - made at run time, unknown to checkers
@@ -152,7 +152,7 @@ def _compiled(function: Callable[..., Any], folder: str, **options: Any) -> Any:
 
 def _with_robust_cache(dispatcher: Any) -> Any:
     """Recompile a kernel whose files are damaged; Numba itself would fail on them every time."""
-    cache = getattr(dispatcher, "_cache", None)  # none with NUMBA_DISABLE_JIT
+    cache = getattr(dispatcher, "_cache", None)  # absent if NUMBA_DISABLE_JIT is set
     if cache is None:
         return dispatcher
     load = cache.load_overload

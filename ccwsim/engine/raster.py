@@ -70,8 +70,8 @@ larger, of the verbatim continuation of a patch."""
 FEW_LOCATIONS = 100
 """Continuations are not excluded if the number of locations is below this number plus 4 K."""
 TARGET_SPREAD = 0.7
-"""Spread of the target proportions of maps, divided by the spread between pieces of the image. It
-is below 1 because maps also vary around their targets."""
+"""Spread of the target proportions of maps, divided by the spread between pieces of the image. The
+ratio is below 1 because maps also vary around their targets."""
 WEIGHT_OF_MORE_FACIES = 2
 """Factor of the weights of data if there are three facies or more, because fewer locations then
 honour data, and each datum is more informative."""

@@ -45,7 +45,7 @@ class Realization:
     indices: NDArray[np.uint8]  # facies indices, shape of the grid
     sources: NDArray[np.int32]  # the same shape, or empty: see `Ensemble.sources`
     data_status: NDArray[np.int16]  # shape (n_data,): see `Ensemble.data_status`
-    cpu_seconds: float = 0.0  # CPU time of the thread that simulated the realization
+    cpu_seconds: float = 0.0  # CPU time of the simulating thread
 
 
 def simulate_realization(

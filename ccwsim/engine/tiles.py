@@ -55,7 +55,7 @@ class Search(NamedTuple):
     overlap: Triple  # OR
     block: Triple  # number of cells of a coefficient along each axis, 2^J
     n_candidates: int  # K
-    co_template: int  # CT, in templates
+    co_template: int  # CT, as a number of templates
     share: float  # share of locations searched near data: the locations with the best overlaps
     refine: bool
     match: bool  # whether proportions are matched to the proportions of the training image

@@ -23,7 +23,7 @@ class Usage:
 
     def __init__(self) -> None:
         self.seconds = float("-inf")
-        self.n_tasks = self.n_running = 0  # tasks that compute or wait; only tasks that compute
+        self.n_tasks = self.n_running = 0  # tasks that compute or wait, and tasks that compute
 
 
 class Cores:

@@ -25,7 +25,7 @@ RESERVE = 128 * 10**6
 
 @dataclass(frozen=True)
 class Demand:
-    """The resources a run demands: cells of all realizations, hard data, and memory in bytes."""
+    """The resources that a run demands: cells of all realizations, hard data, bytes of memory."""
 
     n_cells: int
     n_data: int = 0

@@ -188,7 +188,7 @@ def draw_towards(running, candidates, box, block, n_places, steering, counts, ti
     for k in range(len(counts)):
         excess = counts[k] - steering.target[k] * n
         tilt[k] = steering.margin[k] + steering.gain * excess
-    if n_planes == 1:  # only facies 1 is counted
+    if n_planes == 1:  # then only facies 1 is counted
         tilt[0] = tilt[1] - tilt[0] if len(counts) > 1 else 0.0
     cells, least, flat = box.nz * box.ny * box.nx, np.inf, running.reshape(-1)
     mz, my, mx = running.shape[2:]

@@ -66,7 +66,7 @@ THIN = 2
 N_BEST = 4
 """Number of the best locations among which the patch is drawn."""
 DENSE = 0.75
-"""If a larger share of cells has data, patterns of data are looked up before a search."""
+"""If more than this share of cells has data, patterns of data are looked up before a search."""
 LOCATIONS_PER_CALL = 10_000_000
 """Number of locations compared between two checks for a stop: some hundredths of a second."""
 NO_PATTERNS = Patterns(

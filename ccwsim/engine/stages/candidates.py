@@ -118,7 +118,7 @@ def best_places(scores, rng, ranking):
     for s in range(n_parts):
         segments[n_chosen] = s
         n_chosen += np.int64(minima[s] <= limit)
-    for first in range(0, len(scores), n_parts):  # in the order of locations
+    for first in range(0, len(scores), n_parts):  # visits locations in their order
         for i in range(n_chosen):
             x = first + segments[i]
             if x < len(scores) and scores[x] <= limit:

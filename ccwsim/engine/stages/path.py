@@ -237,7 +237,7 @@ def patches_before(patches: NDArray[np.int64], path: RasterPath) -> NDArray[np.i
     Split tiles are omitted.
     """
     whole = patches[:, 7] == 0
-    number_of = np.full(np.add(path.tiles[1:], 2), -1)  # with a margin
+    number_of = np.full(np.add(path.tiles[1:], 2), -1)  # with a margin of one tile
     at = np.stack(np.unravel_index(patches[:, 8], path.tiles[1:]), axis=1) + 1
     number_of[tuple(at[whole].T)] = np.flatnonzero(whole)
     moves = (-1, -1), (-1, 0), (-1, 1), (0, -1)

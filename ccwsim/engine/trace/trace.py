@@ -236,7 +236,7 @@ class Trace:
         stepper = self._stepper
         stepper.go_to(len(self.patches))
         indices, sources = to_grid(stepper.simulated, self.path, self.study)
-        indices, sources = indices.copy(), sources.copy()  # the stepper keeps its own
+        indices, sources = indices.copy(), sources.copy()  # the stepper needs unchanged arrays
         rng = random_numbers(0, 0)
         rng.bit_generator.state = stepper.rng.bit_generator.state
         changed = self.study, self._image, self._template, indices, sources, rng

@@ -64,7 +64,7 @@ class Flag(Protocol):
 
 @dataclass(frozen=True)
 class FileFlag:
-    """A folder of this machine with progress reports; removing it stops the work.
+    """A folder of this machine with progress reports; workers stop when it is removed.
 
     A worker on another machine does not see the folder, so it always finishes its batch.
     """
