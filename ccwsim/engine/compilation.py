@@ -46,7 +46,7 @@ IDLE_SECONDS = 5.0
 """Seconds after which a process without work ends."""
 POLL_SECONDS = 0.1
 NOW, SOON, LATER = 0, 1, 2
-"""Urgency of a request: a call waits for the kernel, a call will come soon, or a call may come."""
+"""Urgency of a request: a call waits for the kernel now, will come soon, or may come later."""
 ENTRY_KERNELS = {"simulate_patches", "resimulate_windows", "repair_windows", "change_cells"}
 """The kernels of a realization that take long to compile."""
 OPTIMIZING = 0.5

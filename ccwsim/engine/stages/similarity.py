@@ -5,8 +5,7 @@ cA_J of the overlap (OR) with the coefficients of the training image (TI). A Haa
 block sum times a constant, 2^−J in a map. In this file, A are the block sums of the TI and B the
 block sums of the overlap. All scores are exact, because block sums are small integers. The paper's
 CCW is the plain cross-correlation ΣA·B, whose largest value is best (similarity "correlation"). The
-authors' code uses the sum of squared differences, whose smallest value is best. This is the default
-here.
+authors' code and our default use the sum of squared differences, whose smallest value is best.
 
 The sum of squared differences over the coefficients of the overlap is ΣA² − 2·ΣA·B + ΣB². ΣA² (the
 *energy*) follows from running sums; ΣB² is the same for every location. ΣA·B is summed by parts:
