@@ -1,9 +1,9 @@
 """Compile kernels in other processes, in parallel, and read the code from disk.
 
-The compiler holds the interpreter lock: a server that compiled in a thread would send no page in
-the meantime. A call of a kernel that is not on disk waits for these processes; `ask_for` requests
-all kernels of a computation at once. If no process can be started, or nothing can be written, the
-kernel is compiled in this process.
+The compiler holds the interpreter lock, so a server that compiled in a thread would send no page
+in the meantime. A call of a kernel that is not on disk waits for these processes; `ask_for`
+requests all kernels of a computation at once. If no process can be started, or nothing can be
+written, the kernel is compiled in this process.
 """
 
 from __future__ import annotations
@@ -40,17 +40,17 @@ from ccwsim.engine.kernel_cache import (
 from ccwsim.system.machine import n_cores
 
 MAX_PROCESSES = 3
-"""Maximum number of processes. More would finish no earlier: the largest kernel alone takes a third
-of the total time."""
+"""Maximum number of processes. More processes would not finish earlier, because the largest kernel
+takes a third of the total time."""
 IDLE_SECONDS = 5.0
 """Seconds after which a process without work ends."""
 POLL_SECONDS = 0.1
 NOW, SOON, LATER = 0, 1, 2
-"""Urgency of a request: a call waits for the kernel, will need it soon, or may need it later."""
+"""Urgency of a request: a call waits for the kernel now, will come soon, or may come later."""
 ENTRY_KERNELS = {"simulate_patches", "resimulate_windows", "repair_windows", "change_cells"}
 """The kernels of a realization that take long to compile."""
 OPTIMIZING = 0.5
-"""The time to optimize a kernel, as a share of the time to type its functions."""
+"""The time to optimize a kernel, divided by the time to infer the types of its functions."""
 
 
 Kernel = Any
@@ -61,15 +61,15 @@ _walk: ContextVar[Callable[[Kernel, tuple[Any, ...]], None] | None] = ContextVar
 
 
 class MissingKernelError(Exception):
-    """Raised in a walk, to end the call of a kernel that is missing."""
+    """Raised in a walk to end the call of a missing kernel."""
 
 
 @contextmanager
 def walk(on_missing: Callable[[Kernel, tuple[Any, ...]], None]) -> Iterator[None]:
-    """Run a computation only to list the kernels it lacks: each calls `on_missing`.
+    """Run a computation only to list its missing kernels.
 
-    `on_missing(kernel, signature)` is called for each missing kernel. Instead of being run, the
-    kernel returns 0 and leaves its arrays unchanged; a kernel that makes arrays runs in plain
+    `on_missing(kernel, signature)` is called for each missing kernel. The kernel is not run: it
+    returns 0 and leaves its arrays unchanged. Only a kernel that makes arrays is run, in plain
     Python. With small arrays, a walk therefore takes almost no time.
     """
     token = _walk.set(on_missing)
@@ -85,7 +85,7 @@ def is_walking() -> bool:
 
 
 def compile_missing(kernel: Kernel, signature: tuple[Any, ...]) -> None:
-    """Let another process, if possible, compile a kernel that a call needs, and wait for it.
+    """Wait until another process has compiled a kernel that a call needs, if that is possible.
 
     Raises
     ------
@@ -189,7 +189,7 @@ class _Compilers:
                 _end(process)
 
     def _next(self) -> CompileRequest | None:
-        """Return the largest of the most urgent requests; None after IDLE_SECONDS without any."""
+        """Return the largest of the most urgent requests; None if none comes in IDLE_SECONDS."""
         with self._changed:
             while True:
                 while self._queue:
@@ -205,7 +205,7 @@ class _Compilers:
                     return None
 
     def _give_up(self) -> None:
-        """End all requests, so that calls compile in this process, as no other process runs."""
+        """End all requests: no other process runs, so calls compile in this process."""
         while self._queue:
             heapq.heappop(self._queue)[-1].ended.set()
 
@@ -214,7 +214,7 @@ _compilers = _Compilers()
 
 
 def _of_this_process() -> _Compilers:
-    """Return the compilers of this process; after a fork, replace those of the parent."""
+    """Return the compilers of this process, which are replaced after a fork."""
     global _compilers
     if _compilers.pid != os.getpid():
         _compilers = _Compilers()
@@ -224,7 +224,7 @@ def _of_this_process() -> _Compilers:
 def _can_compile_apart() -> bool:
     """Return whether other processes may compile for this one.
 
-    A worker process compiles its kernels itself: otherwise many workers would each start several
+    A worker process compiles its kernels itself; otherwise each of many workers would start several
     more processes.
     """
     is_main = multiprocessing.parent_process() is None and FOLDER_VARIABLE not in os.environ
@@ -233,7 +233,7 @@ def _can_compile_apart() -> bool:
 
 
 def ask_for(work: Callable[[], object], urgency: int = LATER) -> list[CompileRequest]:
-    """Return requests for all missing kernels that a computation needs, found by a walk.
+    """Find all missing kernels of a computation by a walk, and return requests for them.
 
     If no other process can compile them, the computation is run here, which compiles them.
     """
@@ -273,7 +273,7 @@ def compilation() -> CompilationProgress | None:
 
 
 def must_compile() -> bool:
-    """Return whether any kernel that every study needs is missing on disk."""
+    """Return whether the disk lacks any of the kernels that every study needs."""
     files = Path(FOLDER).rglob("*.nbc") if FOLDER else ()
     return not {file.name.split(".")[1].rsplit("-", 1)[0] for file in files} >= ENTRY_KERNELS
 

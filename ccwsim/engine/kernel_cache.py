@@ -1,7 +1,7 @@
 """Keep compiled kernels between runs, in a folder named after the content of all kernels.
 
-The code of a kernel includes the kernels that it calls. Therefore any change of a file with
-kernels, or of the way they are compiled, leads to a new folder with all kernels compiled anew.
+The code of a kernel includes the kernels that it calls. Therefore, if any file with kernels or the
+way of compiling changes, all kernels are compiled anew into a new folder.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ import numba
 
 PACKAGE = Path(__file__).parents[1]
 FOLDER_VARIABLE = "_CCWSIM_KERNELS"
-"""Environment variable that tells a process that compiles for another process its folder."""
+"""Environment variable with the folder of kernels, for a process that compiles for another."""
 DECORATED = re.compile(rb"^@\w*kernel$", re.MULTILINE)
 UNUSED_DAYS = 7
-"""Days without use after which folders of other versions are removed."""
+"""Folders of other versions are removed after this number of days without use."""
 
 
 def _digest_of_sources(package: Path = PACKAGE) -> str:
@@ -44,8 +44,9 @@ NAME = f"kernels-{SOURCE}-numba{numba.__version__}"
 def _cache_folder() -> str:
     """Return the folder of compiled kernels: beside the package, or in the cache of the user.
 
-    If neither can be written to, as in a read-only container, precompiled kernels are copied to a
-    temporary folder, as Numba must be able to write to it. Return "" if that is impossible too.
+    If neither folder can be written to, for example in a read-only container, precompiled kernels
+    are copied to a temporary folder, because Numba needs a folder that it can write to. Return ""
+    if that is impossible too.
     """
     if given := os.environ.get(FOLDER_VARIABLE):
         return given
@@ -63,7 +64,7 @@ def _cache_folder() -> str:
         return ""
     atexit.register(shutil.rmtree, temporary, ignore_errors=True)
     folder = Path(temporary) / NAME
-    for file in warm[0].rglob("*.nb[ic]") if warm else ():  # not shutil.copytree: it copies modes
+    for file in warm[0].rglob("*.nb[ic]") if warm else ():  # shutil.copytree would copy modes
         copy = folder / file.relative_to(warm[0])
         copy.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(file, copy)
@@ -81,7 +82,7 @@ FOLDER = _cache_folder()
 
 
 def note_use(folder: str) -> None:
-    """Record the current time as the last use of a folder of kernels."""
+    """Record that a folder of kernels is used now."""
     with suppress(OSError):
         os.utime(folder)
 
@@ -89,8 +90,8 @@ def note_use(folder: str) -> None:
 def remove_unused(folder: str, days: float = UNUSED_DAYS) -> None:
     """Remove folders of other versions beside a folder, unless used within the last `days`.
 
-    A process records the use of its folder when it starts and when it compiles. A process that has
-    run longer has its kernels in memory, and recompiles any others.
+    A process records the use of its folder when it starts and when it compiles. A process that runs
+    longer than `days` has its kernels in memory, and recompiles missing kernels.
     """
     own = Path(folder)
     for other in own.parent.glob("kernels-*"):

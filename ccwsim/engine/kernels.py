@@ -1,4 +1,4 @@
-"""Decorators that compile kernels: one for each kind of function.
+"""Decorators that compile kernels, one decorator for each kind of function.
 
 Compiled kernels are kept between runs (see `kernel_cache`); missing kernels are compiled in
 parallel by other processes (see `compilation`).
@@ -58,9 +58,9 @@ def _functions_in(function: Callable[..., Any], seen: set[Any]) -> set[Any]:
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile a function to run without the interpreter lock; the code is kept between runs.
 
-    Neither the function nor its parts may make arrays: without reference counting of arrays
-    (`_nrt=False`) a patch takes a third less time. Views by slices and `reshape` are allowed;
-    `ravel` is not. The function changes arrays in place and returns at most a count.
+    Neither the function nor its parts may make arrays, because arrays are not reference-counted
+    (`_nrt=False`); this saves a third of the time of a patch. Views by slices and `reshape` are
+    allowed; `ravel` is not. The function changes arrays in place and returns at most a count.
     """
     return Kernel(function, _nrt=False)
 
@@ -73,8 +73,9 @@ def allocating_kernel(function: Callable[..., Any]) -> Any:
 class part_of_kernel:  # noqa: N801 - a decorator
     """A decorator for functions that only kernels call: they are compiled into these kernels.
 
-    Compiling takes half the time without the wrapper for calls from Python, and half again if only
-    the kernels optimize the function. A call from Python, as in tests, compiles it separately.
+    Without the wrapper for calls from Python, compiling takes half the time. If only the kernels
+    optimize the function, compiling takes half of that. A call from Python, for example in a test,
+    compiles the function separately.
 
     Examples
     --------
@@ -107,23 +108,23 @@ class part_of_kernel:  # noqa: N801 - a decorator
     def __call__(self, *values: Any, **named: Any) -> Any:
         if is_walking():
             return self.__wrapped__(*values, **named)
-        if self._alone is None:  # in a separate folder: the cache would mix up the two versions
+        if self._alone is None:  # in a separate folder, because a cache would mix up both versions
             self._alone = _compiled(self.__wrapped__, FOLDER and os.path.join(FOLDER, "alone"))
         return self._alone(*values, **named)
 
 
 class inlined_part_of_kernel(part_of_kernel):  # noqa: N801 - a decorator
-    """As `part_of_kernel`, but each call is replaced by the code of the function (inlined).
+    """Like `part_of_kernel`, but each call is replaced by the code of the function (inlined).
 
-    This is for the functions that are called most: passing a few arrays takes longer than comparing
-    a hundred cells.
+    This is for the functions that are called most often, because passing a few arrays takes longer
+    than comparing a hundred cells.
     """
 
     options: ClassVar[dict[str, Any]] = {"inline": "always"}
 
     @property
     def targetoptions(self) -> dict[str, Any]:
-        """Options of the function, which Numba reads to see that calls are to be inlined."""
+        """Options of the function; Numba reads in them that calls must be inlined."""
         return self._part.targetoptions
 
     @property
@@ -133,11 +134,11 @@ class inlined_part_of_kernel(part_of_kernel):  # noqa: N801 - a decorator
 
 
 def _compiled(function: Callable[..., Any], folder: str, **options: Any) -> Any:
-    """Return Numba's compiled function, kept in `folder`; it is not kept if `folder` is empty."""
+    """Return Numba's compiled function; its code is kept in `folder`, unless that is empty."""
     options |= {"no_cfunc_wrapper": True, "error_model": "numpy"}
     if not folder or numba_hooks.are_known():
         dispatcher = njit(nogil=True, **options)(function)
-        if folder and hasattr(dispatcher, "_cache"):  # none with NUMBA_DISABLE_JIT
+        if folder and hasattr(dispatcher, "_cache"):  # absent if NUMBA_DISABLE_JIT is set
             numba_hooks.keep_in(folder, dispatcher)
         return _with_robust_cache(dispatcher)
     others = getattr(config, "CACHE_DIR")  # noqa: B009 - made at run time, unknown to checkers
@@ -151,7 +152,7 @@ def _compiled(function: Callable[..., Any], folder: str, **options: Any) -> Any:
 
 def _with_robust_cache(dispatcher: Any) -> Any:
     """Recompile a kernel whose files are damaged; Numba itself would fail on them every time."""
-    cache = getattr(dispatcher, "_cache", None)  # none with NUMBA_DISABLE_JIT
+    cache = getattr(dispatcher, "_cache", None)  # absent if NUMBA_DISABLE_JIT is set
     if cache is None:
         return dispatcher
     load = cache.load_overload

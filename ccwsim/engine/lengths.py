@@ -10,11 +10,11 @@ from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
 from ccwsim.model.parameters import Parameters, legal_sizes
 
 USUAL_OVERLAP = 448
-"""Number of cells in the overlap for which the weights of data were chosen: T 32, OR 8."""
+"""Number of cells in the overlap of a patch with T 32 and OR 8, which give weights of data of 1."""
 
 
 class ScaledLengths(NamedTuple):
-    """Lengths along three axes, in cells of a scale; in a map, along z, T is 1, OR and J are 0."""
+    """Lengths along three axes, in cells of a scale. Along z of a map, T is 1; OR and J are 0."""
 
     template: Triple
     overlap: Triple
@@ -66,9 +66,9 @@ def lengths_of(
 ) -> tuple[ScaledLengths, ...]:
     """Return the lengths along a path at each scale, the finest first.
 
-    Only "ms-ccsim" has more than one scale. `shape` is the shape of the grid, `template` the
-    template drawn for a realization, along the axes of the grid. An axis with a lower level is
-    up-gridded less often, so that no axis is coarser than its level.
+    Only "ms-ccsim" has more than one scale. `shape` is the shape of the grid. `template` is the
+    template drawn for a realization; both are along the axes of the grid. An axis with a lower
+    level is up-gridded fewer times, so that no axis is coarser than its level.
 
     Examples
     --------
@@ -98,8 +98,8 @@ def lengths_of(
 def templates(p: Parameters, shape: tuple[int, ...]) -> list[Triple]:
     """Return all templates that realizations may have for an image of `shape`.
 
-    In a volume, all sides of the template change by about the same share, but a side along z of
-    less than MIN_TEMPLATE layers does not change.
+    In a volume, all sides of the template change by about the same share. A side along z with fewer
+    than MIN_TEMPLATE layers does not change.
 
     Examples
     --------

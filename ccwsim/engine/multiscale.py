@@ -1,8 +1,8 @@
 """MS-CCSIM: patches of the coarsest scale are placed again at each finer scale.
 
-This is the method of Tahmasebi, Sahimi and Caers (2014), to which the paper compares its own
+This is the method of Tahmasebi, Sahimi and Caers (2014), with which the paper compares its method
 (section 5.4). Images are up-gridded instead of transformed. The search fills the coarsest grid;
-each finer scale places the same patches near the locations chosen at the scale before.
+each finer scale places the same patches near the locations chosen at the next coarser scale.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ CELLS_PER_CALL = 100_000_000
 class ScaleInputs(NamedTuple):
     """Inputs of one scale."""
 
-    patches: NDArray[np.int64]  # shape (n, 10): from `make_patches`, in cells of this scale
+    patches: NDArray[np.int64]  # shape (n, 10): made by `make_patches`, in cells of this scale
     image: NDArray[np.uint8]  # shape (nz, ny, nx)
     square_bits: NDArray[np.uint64]  # shape (n_planes, nz, ny, n_words)
     data: PlacedData
@@ -72,8 +72,8 @@ def place_at_finer_scales(
 def refine_patches(first, last, inputs, placing, simulated):
     """Place patches `first` to `last` − 1 near their locations at the coarser scale.
 
-    On entry `simulated.locations`, shape (n, 3), has the locations at the coarser scale. Without
-    `inputs.refine` patches stay at these locations.
+    On entry, `simulated.locations`, shape (n, 3), has the locations at the coarser scale. If
+    `inputs.refine` is false, patches stay at these locations.
     """
     patches, image, square_bits, data, overlap, block, missed, refine = inputs
     grid, locations = simulated.grid, simulated.locations

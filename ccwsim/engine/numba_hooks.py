@@ -27,9 +27,9 @@ def are_known(version: str = numba.__version__) -> bool:
 
 
 class _LinkedLibrary(codegen.JITCodeLibrary):
-    """The unoptimized code of a part of kernels; the kernels that it is linked into optimize it.
+    """The unoptimized code of a part of kernels, which is optimized only in the kernels.
 
-    Otherwise Numba would optimize and translate each part by itself, and again in every kernel.
+    Otherwise Numba would optimize and translate each part once separately and again in each kernel.
     """
 
     def _optimize_final_module(self) -> None:
@@ -40,20 +40,20 @@ class _LinkedLibrary(codegen.JITCodeLibrary):
         self._finalized = True
 
     def get_pointer_to_function(self, name: str) -> int:
-        """Return 0, as the code of a part has no address."""
+        """Return 0, because the code of a part has no address."""
         return 0
 
     @property
     def codegen(self) -> Any:
-        """A stand-in without effect, as parts never use the Python environment that Numba sets."""
+        """A stand-in without effect, because parts never use Numba's Python environment."""
         return SimpleNamespace(set_env=lambda name, environment: None)
 
 
 class LinkedCompiler(compiler.CompilerBase):
-    """A `pipeline_class` that compiles a part only as far as kernels need it."""
+    """A `pipeline_class` that compiles a part without the steps that kernels do not need."""
 
     def define_pipelines(self) -> list[Any]:
-        """Return Numba's own passes, over a library that is only linked."""
+        """Return the usual passes of Numba, for a library that is only linked."""
         state = self.state
         state.library = _LinkedLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
         return [compiler.DefaultPassBuilder.define_nopython_pipeline(state)]
@@ -74,7 +74,7 @@ def type_without_literals(dispatcher: Any) -> None:
 
 
 class _Locator(caching._CacheLocator):
-    """The location of a kernel: by the content of all kernels, not by path and date of its file."""
+    """The location of a kernel. It depends on the content of all kernels, not on path and date."""
 
     def __init__(self, function: Callable[..., Any], folder: str) -> None:
         self._path = os.path.join(folder, function.__module__)
@@ -92,10 +92,10 @@ class _Locator(caching._CacheLocator):
 
 
 class _Files:
-    """The files of one function: two for each signature, as several processes may write at once.
+    """The files of one function, two for each signature, so that processes can write at once.
 
-    Numba has one index for all signatures: if two processes changed it at the same time, a process
-    could load code of the wrong signature.
+    Numba itself has one index for all signatures. If two processes changed this index at the same
+    time, a process could load code of the wrong signature.
     """
 
     def __init__(self, path: str, base: str, stamp: str) -> None:
@@ -150,8 +150,8 @@ class _Cache(caching.FunctionCache):
 def keep_in(folder: str, dispatcher: Any) -> None:
     """Keep the compiled code of a function in a folder named after the content of all kernels.
 
-    The code is then also found by a moved or copied checkout, by a second environment and in the
-    layers of a container image. Numba adds the processor and the version of Python.
+    The code is then also found after a checkout was moved or copied, from a second environment and
+    in the layers of a container image. Numba adds the processor and the Python version to its key.
     """
     dispatcher._cache = _Cache(dispatcher.py_func, folder)
 

@@ -28,19 +28,19 @@ from ccwsim.model.study import Study
 from ccwsim.system.lru_cache import LruCache
 
 KEPT_BYTES = 500_000_000
-"""Maximum size of the prepared parts of an image that are kept for other realizations."""
+"""Maximum size, in bytes, of the prepared parts of an image that other realizations can use."""
 
 
 class OrientedImage(NamedTuple):
     """A training image in one orientation of the path, prepared for the search."""
 
     pyramid: Pyramid
-    splits: NDArray[np.int64]  # shape (n_splits, 3): from `legal_splits`
-    squares: NDArray[np.number[Any]]  # from `running_squares`, with the type of the scores
-    running: NDArray[np.unsignedinteger[Any]]  # from `running_sums`
+    splits: NDArray[np.int64]  # shape (n_splits, 3): made by `legal_splits`
+    squares: NDArray[np.number[Any]]  # made by `running_squares`, with the type of the scores
+    running: NDArray[np.unsignedinteger[Any]]  # made by `running_sums`
     places: Triple  # number of layers, rows and columns of locations
     proportions: NDArray[np.float64]  # shape (n_facies,): proportions of the training image
-    margin: NDArray[np.float64]  # shape (n_facies,): from `margin_weights`; 0 if not steered
+    margin: NDArray[np.float64]  # shape (n_facies,): made by `margin_weights`; 0 if not steered
 
     @property
     def n_places(self) -> int:
@@ -84,7 +84,8 @@ def orient_image(
 def steers(study: Study) -> bool:
     """Return whether proportions are steered to a target that is drawn for each realization.
 
-    They are not if patches stay near their own location in a layer, which decides proportions.
+    They are not steered if patches stay near their own location in a layer, because the location
+    then decides proportions.
     """
     p, several = study.parameters, study.training_image.n_facies > 1
     return several and not p.draws_as_published and not p.match_proportions
@@ -94,7 +95,7 @@ class PreparedImage:
     """The prepared training image that all realizations of a study share.
 
     Parts are made when they are needed; two threads may make the same part. The most recently used
-    parts are kept, up to KEPT_BYTES.
+    parts are kept; their total size is at most KEPT_BYTES.
     """
 
     def __init__(self, study: Study) -> None:
@@ -131,11 +132,11 @@ class PreparedImage:
         return self.part(("scaled", orientation, scale), make)
 
     def bits(self) -> NDArray[np.uint64]:
-        """Return the bits of the image by rows, from `to_bits`."""
+        """Return the bits of the image, row by row, as computed by `to_bits`."""
         return self.part(("bits",), lambda: to_bits(self.scaled()))
 
     def square_bits(self, orientation: int = 0, scale: int = 0) -> NDArray[np.uint64]:
-        """Return the bits of `scaled` by squares, from `to_square_bits`."""
+        """Return the bits of the `scaled` image in squares, as computed by `to_square_bits`."""
         key = "square_bits", orientation, scale
         return self.part(key, lambda: to_square_bits(self.scaled(orientation, scale)))
 

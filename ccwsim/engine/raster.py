@@ -1,7 +1,7 @@
 """The raster pass of a realization: its plan, and the simulation of the searched scale.
 
 Section 4.1 and Algorithm 1, lines 3 and 4; `tiles` has lines 5 to 14. Only "ms-ccsim" searches a
-coarser scale than that of the grid: see `multiscale`.
+scale that is coarser than the grid: see `multiscale`.
 """
 
 from __future__ import annotations
@@ -56,32 +56,34 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
 
 TERMS_PER_CALL = 500_000_000
-"""Number of terms of scores between two reports of progress: some hundredths of a second."""
+"""Number of terms of scores between two reports of progress, which take some hundredths of a
+second."""
 MAX_PATCHES_PER_CALL = 512
 SLACK = 8
-"""Without data, a candidate may have this number of wrong cells more than the best location, in an
-overlap of 448 cells; in larger overlaps proportionally more."""
+"""Without data, a candidate may have this number of wrong cells more than the best location. The
+number is for an overlap of 448 cells and grows in proportion to the overlap."""
 N_DRAWN = 2
 """Number of locations drawn per patch without data; the best after refinement is used."""
 REACH = 4
-"""Locations within this number of cells (at least one block) of the verbatim continuation of a
-patch are excluded."""
+"""Locations are excluded if they are within this number of cells, or within one block if that is
+larger, of the verbatim continuation of a patch."""
 FEW_LOCATIONS = 100
 """Continuations are not excluded if the number of locations is below this number plus 4 K."""
 TARGET_SPREAD = 0.7
-"""Spread of the target proportions of maps, relative to the spread between pieces of the image. It
-is below 1 because maps also vary around their targets."""
+"""Spread of the target proportions of maps, divided by the spread between pieces of the image. The
+ratio is below 1 because maps also vary around their targets."""
 WEIGHT_OF_MORE_FACIES = 2
-"""Factor of the weights of data with three facies or more: fewer locations honour such data, and
-each datum is more informative."""
+"""Factor of the weights of data if there are three facies or more, because fewer locations then
+honour data, and each datum is more informative."""
 DATUM_FACTOR = 25
 """Factor of the weights of data that are not honoured exactly, as in the authors' code."""
 MAX_KEPT = 2**20
-"""Maximum number of cells of a grid without data that is kept for other realizations. Small grids
-take long to make compared with their patches; large grids take too much memory."""
+"""Maximum number of cells of a grid without data that is kept for other realizations. For small
+grids, making this array takes long compared with the patches; for large grids, keeping it takes too
+much memory."""
 RASTER_SHARE, REPAIR_SHARE = 0.7, 0.85
-"""Shares of the time of a realization, for the progress bar, before local re-simulation begins (if
-there are data), and before seam repair begins."""
+"""Shares of the time of a realization that the progress bar assumes: the share before local
+re-simulation begins (if there are data), and the share before seam repair begins."""
 
 
 class Plan(NamedTuple):
@@ -200,7 +202,7 @@ def _patches(
 def _offset(p: Parameters, lengths: tuple[ScaledLengths, ...], rng: np.random.Generator) -> Triple:
     """Draw the distance between the first tile and the grid, in whole cells of the coarsest scale.
 
-    It is 0 along z if patches are to come from their own height.
+    The distance along z is 0 if the location of patches in the image must match their height.
     """
     if p.draws_as_published or not p.random_path:
         return 0, 0, 0
@@ -249,8 +251,8 @@ def _data_at(
 ) -> PlacedData:
     """Return the data in path coordinates at a scale, or no data if the scale needs none.
 
-    Data that only condition the search are used only at the searched scale; each is placed in the
-    first cell of its block.
+    If data only condition the search, they are used only at the searched scale; each datum is then
+    placed in the first cell of its block.
     """
     p, shape = study.parameters, _scaled(path.full, lengths[scale])
     if not study.hard_data.n or (not p.exact_data and scale < p.scale):
@@ -269,7 +271,7 @@ def _data_at(
 def to_grid(
     simulated: Simulated, path: RasterPath, study: Study
 ) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:
-    """Return a realization in grid coordinates, with sources as flat indices in the unturned TI."""
+    """Return a realization in grid coordinates; its sources are flat indices in the original TI."""
     grid, sources, shape = simulated.grid, simulated.sources, in_layers(study.training_image.shape)
     if sources.size:
         numbers = np.arange(prod(shape), dtype=np.int32).reshape(shape)
@@ -293,14 +295,15 @@ def _search(
     """Return the parameters of the search, in cells of the searched (coarsest) grid."""
     p, coarse = image.study.parameters, lengths[-1]
     planes = 1 if len(oriented.pyramid.sums) == 1 else 2  # number of planes with a wrong cell
-    # A coarse cell stands for 4^scale cells, of which 2^scale are along a boundary. If it cost as
-    # much as 1 cell, shapes would break; if 4^scale, most data would need local re-simulation.
+    # A coarse cell stands for 4^scale cells; 2^scale of them are along a boundary. If it cost as
+    # much as 1 cell, shapes would break. If it cost as much as 4^scale cells, most data would need
+    # local re-simulation.
     cell_cost = prod(coarse.block) * planes / 2**p.scale
     weight_of_data = coarse.weight_of_data
     if planes > 1 and not p.published_draw:
         weight_of_data *= WEIGHT_OF_MORE_FACIES
-    # In a volume few locations continue neighbouring patches: instead of excluding them, the slack
-    # is reduced.
+    # In a volume few locations continue neighbouring patches. These locations are not excluded;
+    # instead, the slack is reduced.
     slack = SLACK * coarse.weight_of_data * (0.75 if coarse.volume else 1.0)
     far = _overlap_of_location(image.lengths[0]) / 4**p.scale
     z, y, x = along_path(p.location_weights, orientation)

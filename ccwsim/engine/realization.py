@@ -35,7 +35,7 @@ from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
 
 Report = Callable[[float], None]
-"""Called as report(share) with the share of the work that is done, 0 … 1; may raise to stop."""
+"""Called as report(share) with the finished share of the work, 0 … 1; may raise to stop."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +45,7 @@ class Realization:
     indices: NDArray[np.uint8]  # facies indices, shape of the grid
     sources: NDArray[np.int32]  # the same shape, or empty: see `Ensemble.sources`
     data_status: NDArray[np.int16]  # shape (n_data,): see `Ensemble.data_status`
-    cpu_seconds: float = 0.0  # CPU time of the thread that simulated the realization
+    cpu_seconds: float = 0.0  # CPU time of the simulating thread
 
 
 def simulate_realization(
@@ -93,7 +93,7 @@ def honour_data(
 ) -> NDArray[np.int16]:
     """Re-simulate locally around data that a realization misses, in place; return the data status.
 
-    With `exact_data` off, missed data are only marked as wrong. `on_window`: see `resimulate`.
+    If `exact_data` is off, missed data are only marked as wrong. `resimulate` explains `on_window`.
     """
     cells = study.hard_data.cells
     if not (study.parameters.exact_data and study.hard_data.n):
@@ -126,9 +126,9 @@ def repair(
 ) -> None:
     """Repair the seams of a realization in place, after its data are honoured, if `repairs(study)`.
 
-    Windows are simulated anew first; then walks change single cells. Volumes and studies with data
-    have many unseen patterns: there, single cells are also changed before the windows, so that
-    fewer windows are needed.
+    Windows are simulated anew first; then walks change single cells. Because volumes and studies
+    with data have many unseen patterns, their single cells are also changed before the windows are
+    simulated, so that fewer windows are needed.
     """
     if not repairs(study):
         return
@@ -157,7 +157,7 @@ def repair(
 def target_of(
     study: Study, image: PreparedImage, indices: NDArray[np.uint8], sources: NDArray[np.int32]
 ) -> Target:
-    """Return the target of corrections: views of a realization and its sources, with layers."""
+    """Return the target of corrections, which views a realization and its sources as volumes."""
     shape = in_layers(study.grid.shape)
     data = data_grid(in_three(study.hard_data.cells), study.facies_of_data, shape)
     sources = sources.reshape(shape if sources.size else (0, 0, 0))
@@ -181,12 +181,12 @@ def is_compiled(study: Study, image: PreparedImage) -> bool:
 
 
 def is_ready() -> bool:
-    """Return whether this process has compiled, or read from disk, the kernels of some study."""
+    """Return whether this process has the kernels of at least one study, compiled or from disk."""
     return bool(_compiled)
 
 
 def compile_kernels(study: Study, image: PreparedImage, watch: Watch) -> None:
-    """Run each kernel of a study once, on a tiny grid, before realizations are timed."""
+    """Run each kernel of a study once on a tiny grid, so that later times exclude compilation."""
     if is_compiled(study, image):
         return
     await_all(ask_for(lambda: walk_through(study, watch), SOON), watch.check)
@@ -213,7 +213,7 @@ def _tiny(study: Study) -> Study:
 
 
 def _specialization(study: Study, image: PreparedImage) -> tuple[object, ...]:
-    """Return the properties of a study that decide which kernels are run, and for which types."""
+    """Return the properties of a study that decide which kernels are run and with which types."""
     p = study.parameters
     template = p.along(study.grid.shape).template
     oriented = image.oriented(0, template)

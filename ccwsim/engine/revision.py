@@ -22,12 +22,12 @@ from ccwsim.system.machine import n_cores
 
 
 def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> Ensemble:
-    """Return an ensemble that honours edited data, re-simulated only around missed data.
+    """Return an ensemble that honours edited data; only cells around missed data are re-simulated.
 
     Realizations change in windows of at most the template size around each datum that they do not
     honour yet; removing a datum changes no cell. Use `simulate` to condition realizations on all
-    data from the beginning. With `Parameters.exact_data` off nothing is re-simulated: wrong data
-    are only marked.
+    data from the beginning. If `Parameters.exact_data` is off, nothing is re-simulated, and wrong
+    data are only marked.
 
     Parameters
     ----------

@@ -55,19 +55,19 @@ class Search(NamedTuple):
     overlap: Triple  # OR
     block: Triple  # number of cells of a coefficient along each axis, 2^J
     n_candidates: int  # K
-    co_template: int  # CT, in templates
-    share: float  # share of the locations, best overlaps first, that is searched near data
+    co_template: int  # CT, as a number of templates
+    share: float  # share of locations searched near data: the locations with the best overlaps
     refine: bool
-    match: bool  # whether proportions are matched to those of the training image
+    match: bool  # whether proportions are matched to the proportions of the training image
     cell_cost: float  # score of one wrong cell of overlap
     datum_cost: float  # factor of the weights of missed data
     slack_cost: float  # factor of the slack near data
     missed: int  # cost of a missed datum in refinement, in wrong cells
     location_cost: float  # cost of a location at the other end of the image
     location_axes: tuple[float, float, float]  # weight of each axis in `location_cost`
-    # False: data are compared by blocks, so that locations chosen for data must not be shifted
+    # if False, data are compared by blocks, so locations chosen for data must not be shifted
     exact: bool
-    slack: int  # largest difference in score from the best candidate without data; −1: no limit
+    slack: int  # without data: largest difference in score from the best location; −1: no limit
     n_drawn: int  # number of locations drawn without data; the best after refinement is used
     reach: Triple  # number of blocks around the continuation of a patch that are excluded
 
@@ -75,8 +75,8 @@ class Search(NamedTuple):
 class PatchInputs(NamedTuple):
     """Inputs of the simulation loop, common to all patches of a realization."""
 
-    patches: NDArray[np.int64]  # shape (n, 10): from `make_patches`
-    # shape (n, 4): from `patches_before`; (n, 0) if continuations of other patches may be drawn
+    patches: NDArray[np.int64]  # shape (n, 10): made by `make_patches`
+    # shape (n, 4): made by `patches_before`; shape (n, 0) if continuations of patches may be drawn
     before: NDArray[np.int64]
     oriented: OrientedImage
     data: PlacedData
@@ -88,14 +88,14 @@ class PlacingWorkspace(NamedTuple):
     """Workspace to refine the location of a patch, cut it and paste it."""
 
     strips: Strips
-    at_stake: NDArray[np.int64]  # shape (n, 4): from `data_at_stake`
+    at_stake: NDArray[np.int64]  # shape (n, 4): made by `data_at_stake`
     cut: CutWorkspace
 
 
 class PatchWorkspace(NamedTuple):
     """Workspace of the simulation loop; it also shows how the last patch was chosen.
 
-    It is made in Python, as kernels make no arrays.
+    It is made in Python, because kernels make no arrays.
     """
 
     scores: NDArray[np.number[Any]]  # shape (nz, ny, nx) of locations
@@ -121,7 +121,7 @@ class Simulated(NamedTuple):
     grid: NDArray[np.uint8]
     sources: NDArray[np.int32]  # same shape: flat index in the oriented TI; empty if not recorded
     counts: NDArray[np.int64]  # shape (n_facies,): cells of each facies; empty if not counted
-    locations: NDArray[np.int32]  # shape (n_patches, 3): first cell of each in the oriented TI
+    locations: NDArray[np.int32]  # shape (n_patches, 3): location of each in the oriented TI
 
 
 def make_workspace(
@@ -220,7 +220,7 @@ def simulate_patches(first, last, inputs, work, simulated, rng):
         cut_and_paste(number, box, place, image, data, placing.cut, simulated)
 
 
-@inlined_part_of_kernel  # called apart, it takes a tenth longer at level 1
+@inlined_part_of_kernel  # without inlining it takes a tenth longer at level 1
 def unconditional_candidates(scores, slack, ranking, rng):
     """Fill `ranking.places` with the K best locations; return the number of candidates.
 
@@ -236,8 +236,8 @@ def unconditional_candidates(scores, slack, ranking, rng):
 def conditional_candidates(box, has_data, is_split, slack, grid, inputs, work, rng):
     """Do as `unconditional_candidates`, with the costs of missed data and of location (Fig. 5).
 
-    `has_data` says whether the co-template contains data; if not, only location has a cost.
-    `is_split` says whether the patch is part of a split tile. `grid` has the shape (nz, ny, nx).
+    `has_data` tells whether the co-template contains data; if not, only the location has a cost.
+    `is_split` tells whether the patch is part of a split tile. `grid` has the shape (nz, ny, nx).
     """
     _, _, oriented, data, search, _ = inputs
     weights = DENSE if is_split else SPARSE
@@ -276,7 +276,7 @@ def draw(n, box, inputs, counts, work, rng):
 
 @part_of_kernel
 def cut_and_paste(number, box, place, image, data, cut, simulated):
-    """Paste the patch at a location of the image, shape (mz, my, mx), and record the location."""
+    """Paste a patch of `image`, which has the shape (mz, my, mx), and record its location."""
     grid, sources, counts, locations = simulated
     keep_old(grid, data.required, image, place, box, cut)
     paste(image, place, box, cut.keep_mask, counts, grid, sources)

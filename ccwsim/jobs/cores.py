@@ -1,8 +1,8 @@
 """Time slices, by which the runs of a process share its cores fairly.
 
-Without slices a quick run waits for realizations of other runs that take minutes. On
-two cores, twelve realizations of 512 × 512 with 400 hard data take 0.46 s alone and, beside six
-runs of 3000 × 3000, 0.57 to 0.81 s with slices but 2.8 to 3.8 s with plain threads.
+Without slices, a quick run waits for realizations of other runs, which may take minutes. On two
+cores, twelve realizations of 512 × 512 with 400 hard data take 0.46 s if nothing else runs. Beside
+six runs of 3000 × 3000 they take 0.57 to 0.81 s with slices, but 2.8 to 3.8 s with plain threads.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from threading import Event, Lock
 SLICE_SECONDS = 0.05
 """Seconds that a task may compute while other tasks wait."""
 CREDIT_SECONDS = 1.0
-"""Core seconds by which a new user is ahead of present users, so that quick work starts at once."""
+"""A new user is ahead of present users by these core seconds, so that quick work starts at once."""
 
 
 class Usage:
@@ -23,14 +23,14 @@ class Usage:
 
     def __init__(self) -> None:
         self.seconds = float("-inf")
-        self.n_tasks = self.n_running = 0  # tasks that compute or wait; tasks that compute
+        self.n_tasks = self.n_running = 0  # tasks that compute or wait, and tasks that compute
 
 
 class Cores:
-    """Lets `n` tasks compute at a time: the next task is that of the user with the least usage.
+    """Lets `n` tasks compute at a time. The user with the least usage gets the next free core.
 
-    A task whose slice is over yields its core to a waiting task of a user with less usage and
-    waits itself. `clock` returns the time in seconds.
+    At the end of its slice, a task yields its core to a waiting task of a user with less usage,
+    and waits itself. `clock` returns the time in seconds.
 
     Examples
     --------
@@ -49,7 +49,7 @@ class Cores:
 
     @contextmanager
     def lease(self, usage: Usage, stop: Event) -> Iterator[CoreLease]:
-        """Wait for a core, or until the run is stopped; release the core at the end."""
+        """Wait until a core is free or the run is stopped; release the core at the end."""
         lease = CoreLease(self, usage, stop)
         self.request(lease)
         lease.answered.wait()
@@ -68,7 +68,7 @@ class Cores:
                 lease.answered.set()
 
     def request(self, lease: CoreLease) -> None:
-        """Add a task to those that wait; it gets a core at once if one is free."""
+        """Add a task to the waiting tasks; it gets a core at once if one is free."""
         with self._lock:
             if lease.stop.is_set():
                 lease.answered.set()
@@ -156,7 +156,7 @@ class CoreLease:
         self.has_core = False
         self.since = self.charged_until = 0.0
         self.answered = Event()
-        """Set when the task need not wait: it has a core, or its run is stopped."""
+        """An event that is set when the task has a core or its run is stopped."""
 
     def yield_if_due(self) -> None:
         """Yield the core if the slice is over and a task with less usage waits."""

@@ -18,11 +18,11 @@ Result = TypeVar("Result")
 LEAST_SHARE = 0.02
 """Minimum finished share of the work for an estimate of the time left."""
 PATIENCE = 0.3
-"""Seconds to wait for the first results before progress is shown instead."""
+"""A page waits for first results for this number of seconds, then shows the progress."""
 POLL_SECONDS = 0.25
 """Seconds between two checks of a job that a page waits for."""
 MAX_CELLS_AT_ONCE = 4_000_000
-"""Maximum cells simulated while a page is drawn, which takes some tenths of a second."""
+"""Maximum number of cells simulated while a page is drawn; they take some tenths of a second."""
 MAX_COUNTED_SECONDS = 10.0
 """Seconds after which an active job no longer occupies a slot of the queue."""
 NOTHING = Demand(0)
@@ -34,9 +34,9 @@ class Job(Generic[Result]):
     """Work that runs on a thread of its own as soon as the queue of the server starts it.
 
     The thread calls work(job), which reports progress to `job.report`, checks `job.is_cancelled`,
-    and may call `job.publish_partial`. `result` is its return value, `error` its exception. `about`
-    is free for the caller; progress counts `n` pieces, called `unit`. Raises `CCWSIMError`
-    without starting the job if the server lacks the resources that it demands.
+    and may call `job.publish_partial`. `result` is its return value, `error` its exception. The
+    caller may store anything in `about`. Progress counts `n` pieces, called `unit`. If the server
+    lacks the resources that the job demands, it is not started, and `CCWSIMError` is raised.
 
     Examples
     --------
@@ -123,7 +123,7 @@ class Job(Generic[Result]):
         self._first.set()
 
     def sleep(self, seconds: float) -> None:
-        """Wait; raise `Cancelled` if the job is asked to stop meanwhile. Called by the work."""
+        """Wait, called by the work; raise `Cancelled` if the job is asked to stop meanwhile."""
         if self._cancelled.wait(seconds):
             raise Cancelled("stopped before it began")
 
@@ -175,7 +175,7 @@ class Job(Generic[Result]):
 
 
 class Queue:
-    """Starts jobs: next is the session with the fewest active jobs, then the longest wait.
+    """Starts jobs, next from the session with the fewest active jobs, then the longest wait.
 
     At most `n_slots` short jobs are active at a time. A job that has been active for
     `MAX_COUNTED_SECONDS` continues but frees its slot; all active jobs share the cores.
@@ -286,7 +286,7 @@ class Queue:
         return sum(now - job.active_since < MAX_COUNTED_SECONDS for job in self._active)
 
     def _look_again(self, now: float) -> None:
-        """If jobs wait, look again as soon as the next active job frees its slot."""
+        """If jobs wait, check the queue again as soon as the next active job frees its slot."""
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
@@ -300,13 +300,13 @@ class Queue:
 
 @cache
 def server_queue() -> Queue:
-    """Return the only queue of this process; from now on its runs share the cores."""
+    """Return the only queue of this process; after this call its runs share the cores."""
     share_cores()
     return Queue(limits_of_environment().n_slots)
 
 
 def result_in_turn(work: Callable[..., Result], demand: Demand) -> Result:
-    """Return work(progress=…, cancel=…), computed directly, or as a job if it is large."""
+    """Return work(progress=…, cancel=…). Large work runs as a job, other work directly."""
     admit(demand, server_queue().still_to_take)
     if demand.n_cells <= MAX_CELLS_AT_ONCE:
         return work(progress=None, cancel=None)

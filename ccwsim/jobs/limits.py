@@ -25,7 +25,7 @@ RESERVE = 128 * 10**6
 
 @dataclass(frozen=True)
 class Demand:
-    """The resources a run demands: cells of all realizations, hard data, and memory in bytes."""
+    """The resources that a run demands: cells of all realizations, hard data, bytes of memory."""
 
     n_cells: int
     n_data: int = 0
@@ -39,7 +39,7 @@ class ServerLimits:
     cells: int | None  # maximum cells × realizations of a run; None means no limit
     data: int | None  # maximum number of hard data of a run; None means no limit
     n_slots: int  # maximum number of short jobs that are active at a time, over all sessions
-    memory: int | None  # bytes for the program; None means all of the machine
+    memory: int | None  # bytes for the program; None means all memory of the machine
     history: int  # maximum bytes of earlier runs kept by a session
     uploads: int  # maximum bytes of all uploaded files, also those kept for a reload
 
@@ -109,7 +109,7 @@ def format_number(number: int) -> str:
 
 
 def admit(demand: Demand, promised: float = 0.0) -> None:
-    """Raise `CCWSIMError` if a run exceeds the limits, or memory not `promised` to other jobs."""
+    """Raise `CCWSIMError` if a run exceeds the limits or the memory left after `promised` bytes."""
     limits = limits_of_environment()
     limits.check(demand)
     free = free_bytes(limits)
@@ -125,7 +125,7 @@ def admit(demand: Demand, promised: float = 0.0) -> None:
 
 
 def free_bytes(limits: ServerLimits) -> int | None:
-    """Return the bytes of memory available to runs, None if unknown."""
+    """Return the bytes of memory available to runs, or None if unknown."""
     free = free_memory()
     if limits.memory is not None:
         own = limits.memory - (used_memory() or 0)

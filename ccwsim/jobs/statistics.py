@@ -46,7 +46,7 @@ class StatisticsWorker:
         self._changed = Condition()
 
     def ask(self, task: Task) -> None:
-        """Append a task, unless it waits already, its value is known, or the worker is stopped."""
+        """Append a task unless it waits already, its value is known, or the worker is stopped."""
         with self._changed:
             if self.stopped or self.cache.get(task.key) is not None:
                 return
@@ -80,7 +80,7 @@ class StatisticsWorker:
         return self.cache.get(task.key)
 
     def share_of(self, task: Task) -> float | None:
-        """Return the finished share of a task, None if it has not begun."""
+        """Return the finished share of a task, or None if it has not begun."""
         return self._share if task == self._current else None
 
     @property

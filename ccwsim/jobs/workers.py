@@ -25,7 +25,7 @@ _shared_cores: Cores | None = None
 
 
 def share_cores() -> None:
-    """From now on let all runs of this process share its cores, with one active task per core."""
+    """From now on, let all runs of this process share its cores, with one active task per core."""
     global _shared_cores
     if _shared_cores is None:
         _shared_cores = Cores(n_cores())
@@ -50,7 +50,7 @@ def stoppable(asked_to_stop: Cancel) -> Iterator[None]:
 
 
 def check_stop() -> None:
-    """Raise `Cancelled` if the work of this thread was asked to stop; called in long loops."""
+    """Raise `Cancelled` if the work of this thread was asked to stop; long loops call this."""
     asked = _asked_to_stop.get()
     if asked is not None and asked():
         raise Cancelled("stopped")

@@ -1,4 +1,4 @@
-"""An estimate of the memory that a run takes: rather a little too high than too low."""
+"""An estimate of the memory that a run takes; it is a little too high rather than too low."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from ccwsim.model.study import Study
 from ccwsim.system.machine import n_cores
 
 GRIDS_AT_WORK = 2
-"""Grids of one byte per cell needed by a thread: in path and in grid coordinates."""
+"""Number of grids of one byte per cell in a thread: one in path and one in grid coordinates."""
 GRIDS_OF_DATA = 2
-"""Grids that hold the hard data: in path and in grid coordinates."""
+"""Number of grids that hold the hard data: one in path and one in grid coordinates."""
 BYTES_A_DATUM = 200
 MAKING = 40
 """Bytes per block of the image for 64-bit sums while its energies are computed."""
@@ -57,7 +57,7 @@ def demand_of(
 ) -> Demand:
     """Return the resources demanded by a run of `n` realizations and the page that shows them.
 
-    At most `n_kept` realizations are in memory at a time, for a moment in several `copies`.
+    At most `n_kept` realizations are in memory at a time; for a moment there are several `copies`.
     """
     cells, image = study.grid.n_cells, study.training_image
     kept = n if n_kept is None else min(n, n_kept)
@@ -68,7 +68,7 @@ def demand_of(
 
 
 def _of_image(study: Study, n: int, n_threads: int) -> int:
-    """Return the bytes of the training image in all orientations and template sizes that occur."""
+    """Return the bytes of the prepared training image, for all orientations and template sizes."""
     p, image = study.parameters, study.training_image
     usual = lengths_of(p, study.grid.shape)[-1]
     sizes = templates(p, image.shape) if p.template_variation else [None]

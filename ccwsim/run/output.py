@@ -69,7 +69,7 @@ class Memory:
 class MapFile:
     """Writes facies codes to a temporary file, which is renamed to the NumPy file at the end.
 
-    The file is not memory-mapped, as mapped pages would count as memory of this process.
+    The file is not memory-mapped, because mapped pages would count as memory of this process.
     """
 
     def __init__(
@@ -130,7 +130,7 @@ class MapFile:
                 self._file.write(content)
 
     def _header_of(self, n: int) -> bytes:
-        """Return a header; its length does not depend on n, as NumPy pads the digits."""
+        """Return a header; NumPy pads the digits, so the length does not depend on n."""
         header = BytesIO()
         kind = np.lib.format.dtype_to_descr(self._codes.dtype)
         shape = n, *self._shape[1:]

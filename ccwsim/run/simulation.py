@@ -51,32 +51,32 @@ def simulate(
     training_image : TrainingImage or array_like of shape (ny, nx) or (nz, ny, nx)
         An array contains facies codes, with row 0 in the south and layer 0 at the bottom.
     grid_shape : pair or triple of int, or Grid
-        Numbers of rows and columns of the simulation grid; of a volume, layers, rows and columns.
+        Numbers of rows and columns of a map, or numbers of layers, rows and columns of a volume.
     parameters : Parameters, optional
     hard_data : HardData, pair, table or array_like, optional
-        As for `HardData.of`: (cells, facies), a table with x, y and facies, or an array of
-        the grid's shape with NaN in cells without a datum.
+        Any form that `HardData.of` accepts: (cells, facies), a table with x, y and facies, or an
+        array with the shape of the grid and NaN in cells without a datum.
     n_realizations : int
     seed : int, optional
-        None draws a seed and stores it as `Ensemble.seed`. A seed gives the same realizations for
-        any number of workers; realization r does not depend on `n_realizations`.
+        If None, a seed is drawn and stored as `Ensemble.seed`. A seed gives the same realizations
+        for any number of workers; realization r does not depend on `n_realizations`.
     n_workers : int, optional
         Number of threads; by default one per core.
     progress : callable, optional
         Called as progress(fraction, n_done) about 20 times a second.
     cancel : callable, optional
-        Called equally often; returns True to stop the run.
+        Called as cancel() about 20 times a second; returns True to stop the run.
     first_realization : int
         Number of the first realization: calls for 0 … 9 and 10 … 19 equal one call for 0 … 19.
     keep_sources : bool
-        Record from which cell of the TI each cell was copied, at four bytes per cell.
+        Whether to record the cell of the TI from which each cell was copied (4 bytes per cell).
     executor : concurrent.futures.Executor or distributed.Client, optional
-        Simulate on threads or processes of this pool, or on the workers of a Dask
-        cluster, which need ccwsim too. It stays open. `n_workers` applies only to an executor
-        that does not state its number of workers.
+        Simulate on the threads or processes of this executor, or on the workers of a Dask cluster,
+        which need ccwsim too. The executor stays open. `n_workers` applies only if the executor
+        does not tell its number of workers.
     out : path, optional
-        An npy file to which realizations are written as facies codes, and from which the ensemble
-        reads them. An existing file is replaced at the end.
+        An npy file. Realizations are written to it as facies codes, and the ensemble reads them
+        from it. An existing file is replaced at the end.
 
     Returns
     -------

@@ -11,7 +11,7 @@ LOG = logging.getLogger("ccwsim")
 
 
 def reason(error: Exception) -> str:
-    """Return the reason of an error in a few words; unexpected errors are logged."""
+    """Return the reason for an error in a few words; unexpected errors are logged."""
     if isinstance(error, CCWSIMError):
         return str(error)
     if isinstance(error, MemoryError):

@@ -16,8 +16,8 @@ Value = TypeVar("Value")
 class LruCache(Generic[Value]):
     """The most recently used values, by key; safe to use from several threads.
 
-    At most `max_values` values and `max_bytes` of arrays and texts are kept, but always the
-    newest `min_values` values.
+    At most `max_values` values and `max_bytes` of arrays and texts are kept. The newest
+    `min_values` values are always kept.
 
     Examples
     --------
@@ -36,14 +36,14 @@ class LruCache(Generic[Value]):
         self._lock = Lock()
 
     def get(self, key: Hashable) -> Value | None:
-        """Return a value, None if it is not in the cache."""
+        """Return a value, or None if it is not in the cache."""
         with self._lock:
             if key in self._values:
                 self._values.move_to_end(key)
             return self._values.get(key)
 
     def put(self, key: Hashable, value: Value) -> None:
-        """Keep a value; drop the oldest values if all exceed the bounds."""
+        """Keep a value; drop the oldest values if the values exceed the bounds."""
         with self._lock:
             self._values[key] = value
             self._values.move_to_end(key)
@@ -53,7 +53,7 @@ class LruCache(Generic[Value]):
                 self._values.popitem(last=False)
 
     def get_or_make(self, key: Hashable, make: Callable[[], Value]) -> Value:
-        """Return a value, made now if needed; two threads may both make it."""
+        """Return a value; make it if it is not in the cache. Two threads may both make it."""
         value = self.get(key)
         if value is None:
             value = make()

@@ -11,16 +11,16 @@ ROOT = Path("/")
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD, M_ARENA_MAX = -1, -3, -8
 """Numbers of options of `mallopt`, from <malloc.h> of glibc."""
 OWN_PIECE = 1 << 20
-"""Minimum bytes of an allocation that returns to the system as soon as it is freed."""
+"""An allocation of at least this number of bytes returns to the system as soon as it is freed."""
 UNLIMITED = 1 << 60
-"""Limits of at least this many bytes mean no limit (control groups, version 1)."""
+"""A limit of at least this number of bytes means no limit (control groups, version 1)."""
 VERSION_1 = "memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"
 VERSION_2 = "memory.max", "memory.current", "inactive_file"
-"""Files of control groups with limit and usage, and the name of the reclaimable memory."""
+"""Files of control groups: limit and usage of memory; also the name of reclaimable memory."""
 
 
 def free_memory(root: Path = ROOT) -> int | None:
-    """Return the bytes available without swapping, None if unknown.
+    """Return the bytes available without swapping, or None if unknown.
 
     This is the minimum over the machine and the control groups of this process.
     """
@@ -36,17 +36,17 @@ def used_memory(root: Path = ROOT, process: int | None = None) -> int | None:
 
 def give_back_memory() -> None:
     """Return freed memory of this process to the system, if its C library can."""
-    # glibc keeps memory that threads freed in their arenas, and returns it only on request:
-    # without this call a server holds the memory of its largest run for as long as it lives.
+    # glibc keeps freed memory in the arenas of threads and returns it only on request. Without this
+    # call, a server would hold the memory of its largest run until the server ends.
     with suppress(OSError, AttributeError):
         ctypes.CDLL(None).malloc_trim(0)
 
 
 def settle_memory(n_arenas: int) -> None:
-    """Let memory that threads free return to the system, if the C library can.
+    """Let memory return to the system when threads free it, if the C library can.
 
     By default glibc uses eight arenas per core and keeps ever larger blocks in them. This call
-    limits it to `n_arenas` and to blocks below `OWN_PIECE`. Call it before threads start.
+    limits glibc to `n_arenas` arenas and to blocks below `OWN_PIECE`. Call it before threads start.
     """
     with suppress(OSError, AttributeError):
         library = ctypes.CDLL(None)
@@ -68,16 +68,16 @@ def _of_groups(root: Path) -> list[int | None]:
 
 
 def _along(top: Path, path: str, names: tuple[str, str, str]) -> list[int | None]:
-    """Return the bytes available in each group from that of the process up to the top.
+    """Return the bytes available in each group, from the group of the process up to the top group.
 
-    Inside a container the path may be that of the host, while the top is that of the container.
+    Inside a container, the path may be the path on the host, but the top is the container itself.
     """
     parts = [part for part in path.split("/") if part not in ("", "..")]
     return [_left(top.joinpath(*parts[:n]), *names) for n in range(len(parts), -1, -1)]
 
 
 def _left(group: Path, limit: str, usage: str, reclaimable: str) -> int | None:
-    """Return the bytes left below a limit; cached files do not count, as they can be dropped."""
+    """Return the bytes left below a limit; cached files can be dropped, so they do not count."""
     maximum, used = _number(group / limit), _number(group / usage)
     if maximum is None or used is None or maximum >= UNLIMITED:
         return None
@@ -92,7 +92,7 @@ def _of_pages() -> int | None:
 
 
 def _field(path: Path, name: str, unit: int = 1024) -> int | None:
-    """Return the number after a name, in a file with lines such as "MemAvailable: 123 kB"."""
+    """Return the number after a name in a file with lines such as "MemAvailable: 123 kB"."""
     for line in lines_of(path):
         words = line.replace(":", " ").split()
         if len(words) > 1 and words[0] == name and words[1].isdigit():
@@ -106,7 +106,7 @@ def _number(path: Path) -> int | None:
 
 
 def lines_of(path: Path) -> list[str]:
-    """Return the lines of a system file, none if it cannot be read."""
+    """Return the lines of a system file, or no lines if it cannot be read."""
     try:
         return path.read_text("utf-8", errors="replace").splitlines()
     except OSError:

@@ -19,12 +19,12 @@ except ImportError:  # missing on Windows, which does not let open files be dele
     fcntl: Any = None
 
 MIN_AGE = 60.0
-"""Minimum age in seconds of a temporary file that counts as left over from a killed run."""
+"""A temporary file of at least this age, in seconds, may have been left by a killed run."""
 
 
 @contextmanager
 def unwritable(path: str | os.PathLike[str]) -> Iterator[None]:
-    """Turn errors of the system into a `CCWSIMError` that names the file."""
+    """Convert errors of the system to a `CCWSIMError` that names the file."""
     try:
         yield
     except CCWSIMError:
@@ -35,7 +35,7 @@ def unwritable(path: str | os.PathLike[str]) -> Iterator[None]:
 
 
 def check_replaceable(path: str | os.PathLike[str]) -> Path:
-    """Return the file behind a path, with links followed; raise if it cannot be replaced."""
+    """Follow links and return the file behind a path; raise if it cannot be replaced."""
     with unwritable(path):
         target = Path(os.path.realpath(path))
         if target.exists() and not target.is_file():
@@ -46,10 +46,10 @@ def check_replaceable(path: str | os.PathLike[str]) -> Path:
 
 
 class WholeFile:
-    """A temporary file beside its target, which it replaces when complete.
+    """A temporary file beside its target. It replaces the target when it is complete.
 
-    It gets the mode of the target. Temporary files of the same target left by killed runs
-    are deleted.
+    It gets the mode of the target. Temporary files of the same target that killed runs left are
+    deleted.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:

@@ -1,10 +1,10 @@
 """Seam repair by changing the facies of single cells (not in the paper).
 
-At the seams of patches single cells cause many unseen patterns: a step in a boundary, a notch, an
-isolated cell. For each unseen pattern, the change of one of its cells is made that leaves the
-fewest unseen patterns. If no single change helps, a walk changes several cells one after another,
-even if unseen patterns increase at first; its changes up to the best state are kept. This is tabu
-search (Glover 1989). Cells with data do not change.
+At the seams of patches, single cells cause many unseen patterns: a step in a boundary, a notch, an
+isolated cell. For each unseen pattern, one of its cells is changed; the change that leaves the
+fewest unseen patterns is chosen. If no single change helps, a walk changes several cells one after
+another, even if unseen patterns increase at first; its changes up to the best state are kept. This
+is tabu search (Glover 1989). Cells with data do not change.
 """
 
 from __future__ import annotations
@@ -24,25 +24,25 @@ from ccwsim.engine.stages.candidates import draw_index, place_of
 from ccwsim.engine.stages.path import UNKNOWN, Box, Triple
 
 PART, PART_VOLUME = (1, 64, 512), (16, 32, 128)
-"""Layers, rows and columns of the parts into which a grid is divided, to fit into the cache."""
+"""Layers, rows and columns of a part of a grid. Parts are small enough to fit into the cache."""
 PARTS_PER_CALL = 64
 FURTHER, FURTHER_VOLUME = 3, 14
-"""A walk ends if it has more unseen patterns than its best state plus this number."""
+"""A walk ends if its unseen patterns exceed the number in its best state by more than this."""
 PATIENCE, PATIENCE_VOLUME = 20, 40
 """A walk ends after this number of changes without a new best state."""
 FURTHER_DATA, PATIENCE_DATA, SHARE_OF_DATA = 200, 2000, 0.001
 """Values of FURTHER and PATIENCE for walks in volumes that start at data, if at most SHARE_OF_DATA
-of the cells have data. They are high because few changes suit both image and data, and take little
-time because such patterns are rare. With more data they decrease to the limits of other walks."""
+of the cells have data. They are high because few changes suit both image and data. Such patterns
+are rare, so these walks take little time. With more data the values decrease to those above."""
 STAYS = 4
-"""Number of changes during which a changed cell must stay, unless another change of it would make
-the walk better than ever."""
+"""Number of later changes during which a changed cell must stay. It may change earlier only if this
+leads to a new best state of the walk."""
 LONGEST = 4000
-"""Maximum number of changes of a walk, and of unseen patterns from which it chooses."""
+"""Maximum number of changes of a walk; also maximum number of patterns from which it chooses."""
 
 
 class RepairedPart(NamedTuple):
-    """A part of a grid, raveled, with a margin as wide as the reach of patterns on each side.
+    """A part of a grid, raveled. On each side it has a margin as wide as the reach of patterns.
 
     Arrays have one element per cell unless a shape is given. Patterns are identified by the index
     of their first cell.
@@ -56,10 +56,10 @@ class RepairedPart(NamedTuple):
     line: NDArray[np.uint32]  # workspace of `number_run`
     numbers: NDArray[np.uint32]  # numbers of patterns
     is_unseen: NDArray[np.uint8]  # 1 for an unseen pattern
-    unseen: NDArray[np.uint32]  # list of the unseen patterns
+    unseen: NDArray[np.uint32]  # indices of the unseen patterns
     n_unseen: NDArray[np.uint8]  # number of unseen patterns that contain a cell
-    was_tried: NDArray[np.bool_]  # whether no other facies of a cell reduces unseen patterns
-    stays: NDArray[np.uint16]  # a cell must stay until a walk has this number of changes
+    was_tried: NDArray[np.bool_]  # whether a cell was tried and no other facies helps
+    stays: NDArray[np.uint16]  # number of changes of the walk until which a cell must stay
     near: NDArray[np.uint64]  # shape (LONGEST,): patterns from which a walk chooses
     changed: NDArray[np.uint64]  # shape (LONGEST,): cells that a walk changed, in order
     before: NDArray[np.uint8]  # shape (LONGEST,): facies of these cells before the change
@@ -77,10 +77,10 @@ def repair_cells(
 ) -> int:
     """Change single cells of a realization, in place; return the number of changes.
 
-    With `walks`, walks start from unseen patterns that no single change reduces; only walks use
-    `rng`. `patterns` must be patterns of adjacent cells. The source of a changed cell continues the
-    source of a neighbour if the training image has the new facies there; otherwise it is −1.
-    `report` is called with the share of the work that is done, and may raise to stop.
+    If `walks` is true, walks start from unseen patterns for which no single change helps; only
+    walks use `rng`. `patterns` must be patterns of adjacent cells. A changed cell gets a source
+    that continues a neighbour's source if the training image has the new facies there; otherwise
+    the source is −1. `report` is called with the finished share of the work; it may raise to stop.
     """
     shape = target.grid.shape
     if any(r >= n for r, n in zip(patterns.reach, shape, strict=True)):
@@ -132,7 +132,7 @@ def make_part(patterns: Patterns, lengths: Triple) -> RepairedPart:
 
 
 def cell_weights(patterns: Patterns) -> NDArray[np.uint32]:
-    """Return the factor of the label of each cell of a pattern in its number, raveled."""
+    """Return the factors, raveled, of the labels of cells in the number of a pattern."""
     (nz, ny, nx), size = patterns.cells, 2**32
     of_rows = [pow(int(patterns.row_base), nz * ny - 1 - k, size) for k in range(nz * ny)]
     in_row = [pow(int(patterns.base), nx - 1 - k, size) for k in range(nx)]
@@ -143,9 +143,9 @@ def cell_weights(patterns: Patterns) -> NDArray[np.uint32]:
 def change_cells(target, patterns, firsts, lengths, part, rng, walks, ends, ends_at_data):
     """Change cells in parts of the grid; return the number of changes.
 
-    `firsts`, shape (n, 3), are the first cells of the parts, `lengths` their lengths unless cut off
-    by the end of the grid. `ends` are the limits of walks, `ends_at_data` the limits of walks that
-    start at data.
+    `firsts`, shape (n, 3), are the first cells of the parts. Parts have the lengths `lengths`; the
+    last parts may be shorter, because the grid ends. Walks that start at data have the limits
+    `ends_at_data`, other walks the limits `ends`.
     """
     n_changed = 0
     for i in range(len(firsts)):
@@ -185,7 +185,7 @@ def box_of(first, origin, patterns, part):
 def write_back(n, target, origin, part):
     """Copy the first `n` changed cells of a part to the grid; return the number of differences.
 
-    Cells may be equal to the grid, as a walk may change a cell twice, and back.
+    Some of these cells may equal the grid, because a walk may change a cell and change it back.
     """
     _, ny, nx = part.shape
     n_different = 0
@@ -267,9 +267,10 @@ def find_unseen_patterns(patterns, part):
 
 @part_of_kernel
 def best_change(first, patterns, part):
-    """Return the cell of a pattern, and its new facies, whose change leaves fewest unseen patterns.
+    """Return the change of one cell of a pattern that leaves the fewest unseen patterns.
 
-    The new facies is that of a neighbour; it is UNKNOWN if no change reduces unseen patterns.
+    The cell gets the facies of a neighbour. If no change reduces unseen patterns, the new facies is
+    UNKNOWN.
     """
     cells, aside = part.facies, part.aside
     n_aside = np.uint64(len(aside))
@@ -295,7 +296,7 @@ def best_change(first, patterns, part):
 
 @part_of_kernel
 def walk(first, ends, patterns, part, rng):
-    """Change cells one after another, from an unseen pattern on; return the number of kept changes.
+    """Walk from an unseen pattern, changing cell after cell; return the number of kept changes.
 
     The kept changes, at the beginning of `part.changed`, reduce the number of unseen patterns.
     """
@@ -330,9 +331,9 @@ def walk(first, ends, patterns, part, rng):
 def next_change(first, n_changed, better, patterns, part, rng):
     """Return a cell of a pattern, its new facies, and the number of unseen patterns this adds.
 
-    The change is drawn among those that add the fewest unseen patterns, even if more than 0. A cell
-    that must stay changes only if this adds fewer than `better`, which is at most 0. The facies is
-    UNKNOWN if no cell can change.
+    The change is drawn among the changes that add the fewest unseen patterns; this number may be
+    positive. A cell that must stay changes only if this adds fewer than `better` unseen patterns;
+    `better` is at most 0. The facies is UNKNOWN if no cell can change.
     """
     cells, aside = part.facies, part.aside
     n_aside, n_equal = np.uint64(len(aside)), 0

@@ -1,13 +1,13 @@
-"""The exact minimum cut of the patch of a volume, as a maximum flow from old cells to new cells.
+"""The exact minimum cut of a patch of a volume, found as the maximum flow from old to new cells.
 
-A cut separates neighbouring cells of which one stays old and the other is taken new. Each such pair
-costs the number of its cells, 0 to 2, that differ between old and new; a cell beyond the overlap
-counts like its neighbour. By Ford and Fulkerson (1956) the cost of the cheapest cut is a maximum
-flow, found by the method of Boykov and Kolmogorov (2004): two trees of cells, one from the old and
-one from the new cells, grow until they meet; flow is sent along the path between their roots; cells
-that this cuts off from their tree look for another parent. Only cells that differ and cells between
-them take part, as other cells cost nothing on either side. Data are capacities so large that the
-cheapest cut honours all data that do not contradict each other.
+A cut passes between two neighbouring cells if one stays old and the other becomes new. Each such
+pair costs the number of its cells, 0 to 2, that differ between old and new; a cell beyond the
+overlap counts like its neighbour. The cost of the cheapest cut is a maximum flow (Ford and
+Fulkerson 1956). It is found by the method of Boykov and Kolmogorov (2004). Two trees of cells grow
+until they meet: one starts at the old cells, the other at the new cells. Flow is sent along the
+path between their roots. Cells that this cuts off from their tree look for another parent. Only
+cells that differ and cells between them take part, because other cells cost nothing on either side.
+Data are capacities so large that the cheapest cut honours all data that do not conflict.
 """
 
 from __future__ import annotations
@@ -32,16 +32,16 @@ from ccwsim.engine.stages.path import (
 )
 
 SAME, DIFFERS, ALL_NEW, ALL_OLD, NOTHING = 0, 1, 2, 3, 4
-"""States of cells. In the overlap: old and new facies are equal, or differ. Beyond the overlap: all
-new, all old, or no cell."""
+"""States of cells. The first two are in the overlap: old and new facies are equal, or they differ.
+The others are beyond the overlap: all new, all old, or no cell."""
 BROKEN_CELL = 1 << 20
 """Cost of a datum that a cut would break: more than all seams of a patch."""
 FREE, OF_OLD, OF_NEW, INACTIVE = 0, 1, 2, 3
-"""Tree of a cell: none yet, that of the old cells, that of the new cells; inactive cells take no
-part."""
+"""Tree of a cell: no tree yet, the tree of the old cells, or the tree of the new cells. Inactive
+cells take no part."""
 ROOT, ORPHAN, NONE = 6, 7, 8
-"""Values of a parent besides the six directions: the cell is a root; the cell was cut off from its
-tree; the cell is in no tree."""
+"""Values of `parent` for cells without a parent: the cell is a root; it was cut off from its tree;
+it is in no tree. Other values are one of the six directions."""
 FAR = 1 << 30
 
 
@@ -49,14 +49,14 @@ class FlowWorkspace(NamedTuple):
     """Workspace for the cut of a box of n cells, including a margin of one cell on each side."""
 
     state: NDArray[np.uint8]  # shape (n,)
-    beside: NDArray[np.uint8]  # shape (n,): number of the six neighbours that differ
+    beside: NDArray[np.uint8]  # shape (n,): how many of the six neighbours differ
     capacity: NDArray[np.uint8]  # shape (8 * n,): capacity of each link, see `_link`
-    # shape (n,): capacity left from the old cells or, if negative, to the new cells
+    # shape (n,): remaining capacity, from the old cells if positive, to the new cells if negative
     rest: NDArray[np.int32]
     tree: NDArray[np.uint8]  # shape (n,)
     parent: NDArray[np.uint8]  # shape (n,): direction of the parent
     distance: NDArray[np.int32]  # shape (n,): number of steps to the root of the tree
-    time: NDArray[np.int32]  # shape (n,): time at which the steps were counted
+    time: NDArray[np.int32]  # shape (n,): time when `distance` was counted
     cells: NDArray[np.uint32]  # shape (n,): cells that take part
     queue: NDArray[np.uint32]  # shape (n,), circular: cells whose neighbours are to be visited
     is_queued: NDArray[np.bool_]  # shape (n,)
@@ -64,7 +64,7 @@ class FlowWorkspace(NamedTuple):
 
 
 def make_flow(template: Triple) -> FlowWorkspace:
-    """Return the workspace for boxes of at most `template` cells; empty if `template` is empty."""
+    """Return the workspace for boxes of at most `template` cells; `template` may be empty."""
     nz, ny, nx = template
     n = (nz + 2) * (ny + 2) * (nx + 2) if nz else 0
     state, beside, tree, parent = (np.zeros(n, np.uint8) for _ in range(4))
@@ -91,7 +91,7 @@ def minimum_cut(grid, data, image, place, box, flow, keep_mask):
     for k in range(n):
         u = np.uint64(flow.cells[k])
         if flow.tree[u] == OF_OLD and flow.state[u] == DIFFERS:
-            for a in range(6):  # omitted cells join their only neighbour that differs
+            for a in range(6):  # an omitted cell joins the one neighbour that differs
                 v = u + steps[a]
                 if flow.state[v] == SAME and flow.beside[v] < 2:
                     flow.tree[v] = OF_OLD
@@ -212,7 +212,7 @@ def _link(u, a):
 def _largest_flow(n, steps, flow):
     """Send all flow from old to new cells; return the flow through several cells.
 
-    In the end the tree of the old cells has all cells that more flow from them could reach.
+    In the end, the tree of the old cells contains all cells that additional flow could reach.
     """
     tree, parent, distance, time = flow.tree, flow.parent, flow.distance, flow.time
     capacity, queue, is_queued = flow.capacity, flow.queue, flow.is_queued
@@ -279,9 +279,9 @@ def _largest_flow(n, steps, flow):
 
 @part_of_kernel
 def _augment(old, new, meets, steps, flow):
-    """Send flow between the roots, over the link in direction `meets` from `old` to `new`.
+    """Send flow from root to root, over the link in direction `meets` from `old` to `new`.
 
-    Return the number of cells that are cut off by this, and the amount of flow.
+    Return the number of cells that this cuts off from their tree, and the amount of flow.
     """
     capacity, parent, rest, orphans = flow.capacity, flow.parent, flow.rest, flow.orphans
     amount, u = np.int32(capacity[_link(old, meets)]), old

@@ -1,8 +1,8 @@
 """Facies proportions: the draw among candidates is steered to a target (not in the paper).
 
-Patches that bring a realization closer to its own target are drawn more often. Targets vary between
-realizations as much as proportions vary between pieces of the training image as large as the grid.
-Hard data make this variation smaller.
+Each realization has a target; patches that bring it closer to this target are drawn more often.
+Targets vary as much as the proportions of pieces of the training image that are as large as the
+grid. Hard data make this variation smaller.
 """
 
 from __future__ import annotations
@@ -19,20 +19,20 @@ from ccwsim.engine.stages.path import Triple
 from ccwsim.engine.stages.similarity import box_sums, summed_up
 
 N_COMPARED = 3
-"""Number of candidates compared by proportions. With more, proportions match sooner and patches
-vary less."""
+"""Number of candidates compared by proportions. If more are compared, proportions match sooner and
+patches vary less."""
 GAIN = 800.0
-"""Strength of the steering: a patch of one facies is less likely by a factor of e^−GAIN for each
-whole grid of excess cells of this facies."""
+"""Strength of the steering. If a facies exceeds its target by the share s of the grid, a patch of
+only this facies is less likely by a factor of e^(−GAIN s)."""
 PART = 4
-"""Ratio of the length of the image to the length of its pieces that give the spread of
-proportions."""
+"""Length of the image divided by the length of the pieces from which the spread of proportions is
+estimated."""
 MAX_PLACES = 4000
-"""Approximate number of cells of the grid whose nearest data are found."""
+"""Approximate number of grid cells for which the nearest column of data is searched."""
 N_TARGETS = 50
 """Number of targets drawn to estimate their variance."""
 FEW = 5
-"""Weight of the image, as a number of columns of data, in the estimated variance of columns."""
+"""In the estimated variance of columns, the image counts as this number of columns of data."""
 CONTRADICTED = 4
 """Squared distance between data and image, in squared standard errors, above which data contradict
 the image."""
@@ -47,7 +47,7 @@ class Steering(NamedTuple):
     """Target proportions of a realization; with a gain of 0 nothing is steered."""
 
     target: NDArray[np.float64]  # shape (n_facies,)
-    margin: NDArray[np.float64]  # shape (n_facies,): from `margin_weights`
+    margin: NDArray[np.float64]  # shape (n_facies,): made by `margin_weights`
     gain: float  # change of λ per excess cell, see `draw_towards`
 
 
@@ -56,10 +56,10 @@ def margin_weights(
 ) -> NDArray[np.float64]:
     """Return λ, shape (n_facies,), for which drawn patches have the proportions of the image.
 
-    Patches of `size` blocks and `cells` cells are drawn from all locations with a probability
-    proportional to exp(−λ·f), with f their proportions; λ is found by Newton's method. With λ = 0
-    the margins of the image would count less, as few patches cover them. `sums` are block sums,
-    with one plane for two facies.
+    Patches of `size` blocks and `cells` cells are drawn from all locations. The probability is
+    proportional to exp(−λ·f), where f are the proportions of the patch; λ is found by Newton's
+    method. With λ = 0 the margins of the image would count less, because few patches cover them.
+    `sums` are block sums; two facies have one plane.
     """
     shares = _shares(sums, size) / cells
     target = proportions[-shares.shape[1] :]
@@ -93,12 +93,12 @@ def draw_target(
     grid_shape: tuple[int, ...],
     rng: np.random.Generator,
 ) -> NDArray[np.float64]:
-    """Draw target proportions, shape (n_facies,), that vary like those of pieces of the image.
+    """Draw target proportions, shape (n_facies,), that vary like pieces of the image.
 
-    The target is the proportions of a random piece of the training image, a quarter as long and as
-    wide. Their difference from the whole image is scaled to that of a piece as large as the grid.
-    The piece has as many layers as the grid, at most those of the image, as proportions differ most
-    between layers.
+    The target comes from a random piece of the training image, a quarter as long and wide. The
+    difference between its proportions and the proportions of the image is scaled to the difference
+    expected for a piece as large as the grid. The piece has as many layers as the grid, or all
+    layers of the image if it has fewer, because proportions differ most between layers.
     """
     parts = [-(-m // PART) for m in image.shape]
     parts[:-2] = image.shape[:-2]
@@ -126,7 +126,8 @@ def proportions_of_data(
 ) -> DataProportions:
     """Return the proportions of data; `cells` has the shape (n, 3), `facies` (indices) (n,).
 
-    A column is a vertical well or one datum of a map. Columns close to other columns count less.
+    A column is a vertical well in a volume or a datum in a map. If columns are close to others,
+    they count less.
     """
     _, ny, nx = grid_shape
     columns, of_datum = np.unique(cells[:, 1] * nx + cells[:, 2], return_inverse=True)
@@ -151,12 +152,12 @@ def draw_between(
     data: DataProportions,
     rng: np.random.Generator,
 ) -> NDArray[np.float64] | None:
-    """Return a target between that drawn for the image and the proportions of hard data.
+    """Return a target between the target drawn for the image and the proportions of hard data.
 
-    Image and data are weighted by their certainty: the image by the variance between its pieces,
-    data by the variance between their columns. Columns are resampled with replacement, so that
+    Image and data are weighted by their certainty, which is estimated from the variance between
+    pieces of the image and between columns of data. Columns are resampled with replacement, so that
     the target varies as much as data are uncertain. Return None if data contradict the image: they
-    may come from other geology, or from wells drilled in places in which a facies was expected.
+    may come from other geology, or from wells drilled at locations where a facies was expected.
     """
     n = len(data.weights)
     mean = data.weights @ data.shares
@@ -176,10 +177,10 @@ def draw_towards(running, candidates, box, block, n_places, steering, counts, ti
     """Draw a candidate, with a probability proportional to exp(−λ·f), and return its index.
 
     λ grows with the excess of a facies over its target; f are the proportions of the candidate.
-    `candidates`, shape (n,), are numbers of locations; `n_places` is the number of rows and columns
-    of locations; `running` comes from `running_sums`; `counts`, shape (n_facies,), has the number
-    of simulated cells by facies; `tilt`, shape (n_facies,), and `chances`, shape (n,), are
-    workspace.
+    `candidates`, shape (n,), are numbers of locations. `n_places` has the numbers of rows and
+    columns of locations. `running` comes from `running_sums`. `counts`, shape (n_facies,), has the
+    number of simulated cells of each facies. `tilt`, shape (n_facies,), and `chances`, shape (n,),
+    are workspace.
     """
     n_planes, n = running.shape[1], 0
     for k in range(len(counts)):
@@ -187,7 +188,7 @@ def draw_towards(running, candidates, box, block, n_places, steering, counts, ti
     for k in range(len(counts)):
         excess = counts[k] - steering.target[k] * n
         tilt[k] = steering.margin[k] + steering.gain * excess
-    if n_planes == 1:  # only facies 1 is counted
+    if n_planes == 1:  # then only facies 1 is counted
         tilt[0] = tilt[1] - tilt[0] if len(counts) > 1 else 0.0
     cells, least, flat = box.nz * box.ny * box.nx, np.inf, running.reshape(-1)
     mz, my, mx = running.shape[2:]
@@ -221,10 +222,10 @@ def draw_towards(running, candidates, box, block, n_places, steering, counts, ti
 
 @part_of_kernel
 def closest_to_target(image, candidates, box, block, n_places, proportions, counts, after, rng):
-    """Draw a few candidates and return the index of the candidate that corrects proportions best.
+    """Draw a few candidates; return the index of the one that brings proportions nearest to target.
 
-    Arguments are those of `draw_towards`; `image` has the shape (mz, my, mx), and `after`, shape
-    (n_facies,), is workspace.
+    `draw_towards` explains the other arguments; `image` has the shape (mz, my, mx); `after`, with
+    the shape (n_facies,), is workspace.
     """
     chosen = np.int64(0)
     smallest = np.inf
@@ -238,7 +239,7 @@ def closest_to_target(image, candidates, box, block, n_places, proportions, coun
                 for x in range(tx, tx + box.nx):
                     after[image[z, y, x]] += 1
         n, off = 0, 0.0
-        for k in range(len(after)):  # loops, as array expressions take long to compile
+        for k in range(len(after)):  # a loop, because array expressions take long to compile
             n += after[k]
         for k in range(len(after)):
             off += abs(after[k] - proportions[k] * n)

@@ -18,10 +18,10 @@ def refine_place(image, square_bits, box, block, place, strips, at_stake, missed
     """Return the misfit, layer, row and column of the location near `place` that fits best.
 
     The misfit is the number of wrong cells in the overlap (`strips` from `take_strips`), plus
-    `missed` for each missed datum of `at_stake`, shape (n, 4), from `data_at_stake`. `image` has
-    the shape (mz, my, mx), `square_bits` (n_planes, mz, my, n_words); `place` and `block` are
-    (z, y, x), and `place` is a multiple of `block`. Shifts of half a block are tried first; their
-    length is then halved down to 1 cell.
+    `missed` for each missed datum of `at_stake`. `data_at_stake` makes `at_stake`, shape (n, 4).
+    `image` has the shape (mz, my, mx), `square_bits` (n_planes, mz, my, n_words). `place` and
+    `block` are (z, y, x); `place` is a multiple of `block`. Shifts of half a block are tried first,
+    then shifts half as long, down to 1 cell.
     """
     best_z, best_y, best_x = place
     words, shape = square_bits.reshape(-1), square_bits.shape
@@ -51,8 +51,8 @@ def refine_place(image, square_bits, box, block, place, strips, at_stake, missed
 def data_at_stake(grid, data, box, at_stake):
     """Fill `at_stake` with the data of a box that the cut cannot keep; return their number.
 
-    Columns of `at_stake`, shape (n, 4), are layer, row and column in the box, and facies. Data in
-    the overlap that the grid honours are omitted.
+    Columns of `at_stake`, shape (n, 4), are layer, row and column in the box, and facies. Data that
+    the grid honours in the overlap are omitted.
     """
     low_z, _, low_y, _, low_x, _ = inside_overlap(box)
     shape, n = data.facies.shape, 0

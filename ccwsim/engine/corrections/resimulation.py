@@ -1,9 +1,9 @@
 """Local re-simulation of windows around data that the raster pass missed (not in the paper).
 
 A window is replaced by a patch of the training image that honours *every* datum in it and is cut
-into the grid on all sides. Honoured data stay honoured, as at each of them the cut can keep the old
-cell or take the new one. If no patch fits well the window is halved; in a volume its layers are
-reduced first, as wells have their data along z.
+into the grid on all sides. Honoured data stay honoured, because both the old cell and the new cell
+of such a datum honour it. If no patch fits well, the window is halved; in a volume its layers are
+reduced first, because wells have their data along z.
 """
 
 from __future__ import annotations
@@ -51,21 +51,22 @@ TOLERANCE_SMALLEST = 0.5
 TOLERANCE_ISOLATED = 0.18
 """Tolerance of windows around an isolated datum."""
 RARE = 0.002
-"""Share of the cells of a facies in the training image that would be isolated data: those with the
-fewest cells of the facies around them."""
+"""Share of the cells of a facies in the training image that would be isolated if they were data:
+the cells with the fewest cells of their facies around them."""
 MAX_COMPARED = 3000
-"""Maximum number of locations that are compared, chosen at random from those that honour data."""
+"""Maximum number of compared locations. They are chosen at random from all that honour the data."""
 MAX_COMPARED_VOLUME = 1000
-"""Maximum number of locations compared in a volume, whose windows have many more cells; once enough
-are found, the rest of the image is not searched."""
+"""Maximum number of compared locations in a volume, whose windows have many more cells. When enough
+locations are found, the rest of the image is not searched."""
 LOCATIONS_AT_ONCE = 100_000
-"""Number of locations of a volume that are searched before those that honour data are counted."""
+"""Number of locations of a volume that are searched at a time. After each part of the search, the
+locations that honour the data are counted."""
 THIN = 2
 """Minimum number of layers of a window, unless the volume has fewer."""
 N_BEST = 4
 """Number of the best locations among which the patch is drawn."""
 DENSE = 0.75
-"""Share of cells with data above which patterns of data are looked up before a search."""
+"""If more than this share of cells has data, patterns of data are looked up before a search."""
 LOCATIONS_PER_CALL = 10_000_000
 """Number of locations compared between two checks for a stop: some hundredths of a second."""
 NO_PATTERNS = Patterns(
@@ -83,21 +84,21 @@ class Target(NamedTuple):
     """
 
     image: NDArray[np.uint8]  # shape (mz, my, mx): training image, facies indices
-    bits: NDArray[np.uint64]  # shape (n_planes, mz, my, n_words): from `to_bits`
-    square_bits: NDArray[np.uint64]  # the same shape: from `to_square_bits`
+    bits: NDArray[np.uint64]  # shape (n_planes, mz, my, n_words): made by `to_bits`
+    square_bits: NDArray[np.uint64]  # the same shape: made by `to_square_bits`
     data: NDArray[np.uint8]  # shape (nz, ny, nx): all data, from `data_grid`
     grid: NDArray[np.uint8]  # shape (nz, ny, nx): the realization
-    # shape (nz, ny, nx) or empty: flat index in the TI of each cell, −1 for a cell set singly
+    # shape (nz, ny, nx) or empty: flat index in the TI for each cell; −1 if it was set singly
     sources: NDArray[np.int32]
-    # True: each location is compared with a fixed probability, as in the published draw; False: one
-    # location of every few
+    # if True, each location is compared with a fixed probability, as in the published draw; if
+    # False, one location of every few is compared
     by_chance: bool = False
 
 
 class Honouring(NamedTuple):
     """The locations that honour all data of a window."""
 
-    mask: NDArray[np.uint64]  # shape (mz, my, n_words): a bit for each location
+    mask: NDArray[np.uint64]  # shape (mz, my, n_words), with one bit for each location
     # shape (64 * mask.size,): numbers of the locations to compare, from `draw_numbers`
     numbers: NDArray[np.int32]
 
@@ -124,11 +125,12 @@ def resimulate(
 ) -> NDArray[np.int16]:
     """Honour the data of a realization, in place; return their status, shape (n,).
 
-    There are three steps: first, windows around missed data, from the size of the template down;
-    second, forced cells if no patch fits even the smallest window; third, larger windows around
-    isolated data. A datum is isolated if the number of cells of its facies around it is less than
-    `isolated_below`, by facies index. `report` is called with the share of windows that are done,
-    and may raise to stop. `cells` has the shape (n, 3); the status is as in `Ensemble.data_status`.
+    First, windows around missed data are simulated anew, from the size of the template down.
+    Second, the cell of a datum is forced if no patch fits even the smallest window. Third, larger
+    windows around isolated data are simulated anew. A datum is isolated if the number of cells of
+    its facies around it is less than `isolated_below` at its facies index. `report` is called with
+    the finished share of the windows, and may raise to stop. `cells` has the shape (n, 3);
+    `Ensemble.data_status` explains the status.
     """
     image, grid, sources = target.image, target.grid, target.sources
     places = tuple(cells.T)
@@ -185,7 +187,7 @@ def resimulate(
 
 
 def make_honouring(bits: NDArray[np.uint64]) -> Honouring:
-    """Return the arrays for all locations of an image; pages take memory only once written to."""
+    """Return the arrays for all locations of an image; they take memory only when written to."""
     mask = np.empty(bits.shape[1:], np.uint64)
     return Honouring(mask, np.empty(64 * mask.size, np.int32))
 
@@ -193,7 +195,7 @@ def make_honouring(bits: NDArray[np.uint64]) -> Honouring:
 def largest_window(
     template: Triple, image_shape: tuple[int, ...], grid_shape: tuple[int, ...]
 ) -> Triple:
-    """Return the lengths of the first window: the template, cut to a square in image and grid."""
+    """Return the lengths of the first window: a square template, cut to image and grid."""
     side = min(*template[1:], *image_shape[1:], *grid_shape[1:])
     return min(template[0], image_shape[0], grid_shape[0]), side, side
 
@@ -201,8 +203,8 @@ def largest_window(
 def _halved(size: Triple, smallest: int) -> list[Triple]:
     """Return a window and its halves, down to `smallest` rows and columns.
 
-    Windows with many layers are tried with a quarter of the layers before rows and columns are
-    halved.
+    If windows have many layers, windows with a quarter of the layers are tried before rows and
+    columns are halved.
     """
     nz, side = size[0], size[1]
     sizes: list[Triple] = []
@@ -216,7 +218,7 @@ def _halved(size: Triple, smallest: int) -> list[Triple]:
 
 
 def isolated_datum_thresholds(image: NDArray[np.uint8]) -> NDArray[np.float64]:
-    """Return, by facies index up to 255, the `own_counts` below which a datum is isolated."""
+    """Return the thresholds of `own_counts`, below which data are isolated, by facies index."""
     thresholds = np.zeros(256)
     for index in range(int(image.max()) + 1):
         marked = image == index
@@ -242,8 +244,8 @@ def _counts_around(marked: NDArray[np.bool_], layers: int) -> NDArray[np.uint8]:
 def own_counts(grid, cells, layers=0):
     """Count, around each of the `cells`, shape (n, 3), the cells of the same facies.
 
-    Cells are counted in squares of 5 × 5 cells in the layer of the cell and in `layers` below and
-    above; beyond the grid its edge is repeated.
+    Cells are counted in squares of 5 × 5 cells: in the layer of the cell, in `layers` layers below
+    it and in `layers` layers above it. Beyond the grid, the edge of the grid is repeated.
     """
     last_z, last_y, last_x = grid.shape[0] - 1, grid.shape[1] - 1, grid.shape[2] - 1
     counts = np.zeros(len(cells), np.int64)
@@ -261,17 +263,17 @@ def own_counts(grid, cells, layers=0):
 
 
 def _layers_around(image: NDArray[np.uint8]) -> int:
-    """Return the number of layers below and above that `own_counts` includes: none in a map."""
+    """Return the number of layers that `own_counts` includes below and above a cell; 0 in a map."""
     return 1 if len(image) > 1 else 0
 
 
 @kernel
 def resimulate_windows(target, cells, size, tolerance, anyway, most, rng, work, fits):
-    """Simulate windows of one size around data at `cells`, shape (n, 3), anew.
+    """Simulate anew the windows of one size around the data at `cells`, shape (n, 3).
 
-    A share of the ring up to `tolerance` may be wrong; about `most` locations are compared at most.
-    Data that the grid already honours are skipped, unless `anyway`. `fits`, shape (n,), is set to
-    True if a patch fits the window or the datum is honoured already.
+    At most the share `tolerance` of the ring may be wrong; at most about `most` locations are
+    compared. If `anyway` is false, data that the grid honours are skipped. `fits`, shape (n,), is
+    set to True if a patch fits the window or the datum is honoured already.
     """
     image, _, _, data, grid, sources, _ = target
     for i in range(len(cells)):
@@ -366,9 +368,9 @@ def honouring_places(bits, data, box, shape, part, mask):
     """Mark in `mask` the locations of the TI whose window honours all data; return their number.
 
     `bits`, shape (n_planes, mz, my, n_words), are the bits of the TI, whose shape is `shape`.
-    Location (z, y, x) is bit x % 64 of word x // 64 of row y of layer z. `part` is the first row of
-    locations to search and the number of rows, counted over all layers; after the last row comes
-    the first. The search ends as soon as no location is left, so that few of many data are read.
+    Location (z, y, x) is bit x % 64 of word x // 64 of row y of layer z. `part` has the first row
+    of locations to search and the number of rows. Rows are counted over all layers; after the last
+    row comes the first. The search ends as soon as no location is left, so few data are read.
     """
     n_planes, full = len(bits), ~np.uint64(0)
     nz, ny, nx = shape[0] - box.nz + 1, shape[1] - box.ny + 1, shape[2] - box.nx + 1
@@ -413,7 +415,7 @@ def honouring_places(bits, data, box, shape, part, mask):
 
 @part_of_kernel
 def row_of(number, layers, rows):
-    """Return layer and row of a row of locations by number; after the last row comes the first."""
+    """Return layer and row of a row of locations, given its number, which wraps at the last row."""
     number %= layers * rows
     return number // rows, number % rows
 
@@ -431,8 +433,8 @@ def best_windows(square_bits, shape, honouring, box, part, strips, sample, limit
     """Fill `best` with (misfit, layer, row, column) of the locations whose ring fits best.
 
     Return the number of these locations. Only marked locations with at most `limit` wrong cells are
-    used; `sample` is explained in `draw_numbers`, `part` in `honouring_places`. As the first of
-    equal locations is kept, the search begins at a random location.
+    used; `sample` is explained in `draw_numbers`, `part` in `honouring_places`. Among equal
+    locations the first is kept, so the search begins at a random location.
     """
     mask, numbers = honouring
     layers, rows, columns = shape[0] - box.nz + 1, shape[1] - box.ny + 1, shape[2] - box.nx + 1
@@ -469,9 +471,9 @@ def best_windows(square_bits, shape, honouring, box, part, strips, sample, limit
 def draw_numbers(rng, sample, numbers):
     """Fill `numbers` with the numbers of the marked locations to compare; return their count.
 
-    `sample` has the number of marked locations, the approximate number to compare, and `by_chance`,
-    see `Target`. With `by_chance`, which takes longer, a random number is drawn for each marked
-    location; without it, only for each location to compare.
+    `sample` has the number of marked locations, the approximate number to compare, and `by_chance`
+    (see `Target`). If `by_chance` is true, a random number is drawn for each marked location, which
+    takes longer. Otherwise a random number is drawn only for each location to compare.
     """
     n_places, most, by_chance = sample
     n, chosen, share = np.int64(0), np.int64(0), most / n_places
@@ -494,7 +496,7 @@ def draw_numbers(rng, sample, numbers):
 
 @part_of_kernel
 def _take(best, n, worst, misfit, pz, py, px):
-    """Add a location to the best; return their number, and the smallest misfit to be rejected."""
+    """Add a location to the best; return their number and the smallest misfit that is rejected."""
     at = n
     if n < len(best):
         n += 1

@@ -2,8 +2,8 @@
 
 Even the best cut between two patches can leave dead ends and shapes that are absent from the
 training image. Windows around such unseen patterns are replaced by a patch that fits their
-surroundings and is cut in on all sides, if this reduces the number of unseen patterns. Both the
-patch and the old grid honour every datum in the window.
+surroundings and is cut in on all sides, if this reduces the number of unseen patterns. The patch
+and the old grid both honour every datum in the window.
 """
 
 from __future__ import annotations
@@ -65,19 +65,19 @@ from ccwsim.engine.stages.similarity import (
 N_BEST = 2
 """Number of the best locations that are tried."""
 N_BEST_DATA = 8
-"""Number of the best locations tried for windows of volumes with data, as fewer fit well."""
+"""Number of the best locations that are tried in volumes with data, where fewer fit well."""
 LEAST, LEAST_VOLUME = 3, 4
 """Minimum number of unseen patterns in a window that is repaired."""
 MAX_COMPARED = 500
-"""Maximum number of locations, of those that honour the data of a window, that are compared."""
+"""Maximum number of compared locations for a window. All of them honour the data of the window."""
 LOCATIONS = 12_500
 """Approximate number of locations of a volume that are compared for a window."""
 CHANGE = 0.1
-"""Cost of each cell by which the number of cells of a facies changes, in unseen patterns."""
+"""Cost, in unseen patterns, of each cell by which a window changes the cell count of a facies."""
 WINDOWS_A_TILE, WINDOWS_A_TILE_DATA = 0.125, 1.0
-"""Maximum number of repaired windows of a map per tile, without data and with data: the windows
-with most unseen patterns, as the others matter little. In volumes, whose seams are surfaces, all
-windows are repaired."""
+"""Maximum number of repaired windows of a map per tile, without data and with data. The windows
+with the most unseen patterns are repaired, because the others matter little. In volumes, whose
+seams are surfaces, all windows are repaired."""
 WINDOWS_PER_CALL = 256
 
 
@@ -90,7 +90,7 @@ class Repair(NamedTuple):
     ring: Triple  # width of the overlap of a window, along each axis
     block: Triple
     shift_block: Triple  # block within which locations are refined: equal along y and x
-    running: NDArray[np.unsignedinteger[Any]]  # from `running_sums`
+    running: NDArray[np.unsignedinteger[Any]]  # made by `running_sums`
     energy: NDArray[np.number[Any]]  # shape (nz, ny, nx) of locations: ΣA² of the ring
     least: int  # minimum number of unseen patterns in a window
 
@@ -98,7 +98,7 @@ class Repair(NamedTuple):
 class RepairWorkspace(NamedTuple):
     """Workspace for seam repair, used for each window in turn."""
 
-    scores: NDArray[np.number[Any]]  # shape (nz, ny, nx) of the locations compared for a window
+    scores: NDArray[np.number[Any]]  # shape (nz, ny, nx) of locations compared for each window
     terms: Terms
     ranking: Ranking
     best: NDArray[np.int64]  # shape (n, 4): misfit, layer, row and column of locations to try
@@ -118,9 +118,9 @@ def window_lengths(template: Triple, room: Triple) -> tuple[Triple, Triple, Trip
     """Return window, ring and block for a template, if image and grid have at least `room` cells.
 
     In a map, windows are half as long as the template, and rings are a quarter as wide as a window.
-    In a volume, windows have two layers and 3/8 of the rows and columns of the template, as more
-    locations fit thin windows. Window and ring are whole blocks. Along a short axis the window has
-    all cells and no ring.
+    In a volume, windows have two layers and 3/8 of the rows and columns of the template, because
+    more locations fit thin windows. Windows and rings consist of whole blocks. Along a short axis
+    the window has all cells and no ring.
     """
     volume = template[0] > 1
     n_layers = min(THIN if volume else 1, room[0])
@@ -197,8 +197,8 @@ def repair_seams(
 ) -> int:
     """Repair at most `most` windows of a realization in place; return the number of changes.
 
-    Windows with `forced` cells, shape (n, 3), are not changed. `report` is called with the share of
-    windows that are done, and may raise to stop.
+    Windows with `forced` cells, shape (n, 3), are not changed. `report` is called with the finished
+    share of the windows, and may raise to stop.
     """
     patterns, window = repair.patterns, repair.window
     places = unseen_places(target.grid, patterns, window, repair.least, report)[:most]
@@ -245,7 +245,7 @@ def repair_windows(target, repair, places, forced, rng, work):
         least, chosen = float(before), (np.int64(-1), np.int64(0), np.int64(0))
         for number in range(n):
             if volume and work.best[number, 0] > before:
-                continue  # with such a misfit, unseen patterns hardly ever become fewer
+                continue  # such a misfit hardly ever reduces unseen patterns
             place = work.best[number, 1], work.best[number, 2], work.best[number, 3]
             keep_old(grid, data, image, place, box, work.cut)
             mask, change = work.cut.keep_mask, 0
@@ -298,8 +298,9 @@ def has_data(data, box):
 def well_fitting_windows(target, box, repair, rng, work):
     """Fill `work.best` with the locations whose ring fits best; return their number.
 
-    This is the search for a patch with an overlap on all sides: by block sums, then refined. It
-    covers as many layers of locations as `work.scores` has, starting at a random layer.
+    This is the search for a patch with an overlap on all sides: locations are compared by block
+    sums, then refined. The search starts at a random layer of locations and covers all layers of
+    `work.scores`.
     """
     image, _, square_bits, _, grid, _, _ = target
     running, scores, places = repair.running, work.scores, work.ranking.places

@@ -1,7 +1,7 @@
 """Patterns of a realization that are absent from the training image (not in the paper).
 
-Each pattern has a number, and a table of bits says whether the image has that pattern. Thus a
-realization is searched in one pass, and a window in a microsecond.
+Each pattern has a number, and a table of bits tells whether the image has that pattern. Therefore
+a realization is searched in one pass, and a window is searched in a microsecond.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ from ccwsim.engine.kernels import kernel, part_of_kernel
 from ccwsim.engine.stages.path import Box, Triple
 
 SIDE, SPACING = 4, 2
-"""Patterns of a map have 4 × 4 cells, with a distance of 2: wide enough to show dead ends."""
+"""Patterns of a map have 4 × 4 cells, two cells apart, which is wide enough to show dead ends."""
 SIDE_VOLUME, SPACING_VOLUME = 3, 1
 """Patterns of a volume have 3 × 3 × 3 cells side by side."""
 NUMBER_BITS, NUMBER_BITS_VOLUME = 22, 24
-"""Number of bits of pattern numbers. If more patterns are possible, some share a number, and an
-unseen pattern may be taken for a known one."""
+"""Number of bits of a pattern number. If more patterns than numbers are possible, some patterns
+share a number, and an unseen pattern may be taken for a known pattern."""
 HASH, HASH_OF_ROWS, HASH_OF_LABELS = 0x9E3779B1, 0x85EBCA6B, 0xC2B2AE35
 """Hash factors: odd numbers with irregular bits."""
 EVERY = 2
-"""Only every second row of patterns of a map is searched, as dead ends span several rows."""
+"""Only every second row of patterns of a map is searched, because dead ends span several rows."""
 ROWS_AT_ONCE = 64
 """Number of rows of the training image whose patterns are marked together."""
 STRIPS_PER_CALL = 64
@@ -60,7 +60,7 @@ def known_patterns(image: NDArray[np.uint8], spacing: int | None = None) -> Patt
     known = np.zeros(2 ** (bits - 3), np.uint8)
     base = np.uint32(n_facies if exact else HASH)
     row_base = np.uint32(n_facies ** cells[2] if exact else HASH_OF_ROWS)
-    # With labels, results do not depend on how facies are numbered, even if patterns share a number
+    # Labels make results independent of the numbering of facies, even if patterns share a number
     first = [int(np.argmax(image.ravel() == facies)) for facies in range(n_facies)]
     labels, numbers = np.zeros(256, np.uint32), np.arange(n_facies, dtype=np.uint32)
     labels[np.argsort(first)] = numbers * np.uint32(1 if exact else HASH_OF_LABELS)
@@ -209,9 +209,9 @@ def find_unseen(grid, patterns, part, n_parts, every, first, last, rows, numbers
 def n_unseen(cells, box, patterns, rows, numbers, limit):
     """Count the unseen patterns in a box; `cells` has a copy of the box at its first cell.
 
-    Counting may end at `limit`. The rows of a layer are numbered as one run, as single rows of a
-    window are short. `cells` and the workspace `rows` have the same shape; the workspace `numbers`
-    has room for a layer.
+    Counting may end at `limit`. The rows of a layer are numbered as one run, because single rows of
+    a window are short. `cells` and the workspace `rows` have the same shape; the workspace
+    `numbers` has room for one layer.
     """
     n, width, nz, ny, nx = 0, cells.shape[2], box.nz, box.ny, box.nx
     run = (ny - 1 - patterns.reach[1]) * width + nx - patterns.reach[2]

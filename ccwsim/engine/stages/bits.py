@@ -1,8 +1,8 @@
 """Facies as bits, so that 64 cells are compared at once.
 
 A word of plane b holds bit b of the facies indices of 64 cells. Two cells differ if they differ in
-any plane. Words of 64 cells in a row compare one cell with 64 locations side by side; words of
-squares of 8 × 8 cells compare a square with one location.
+any plane. A word may hold 64 cells in a row; it serves to compare one cell with 64 adjacent
+locations. Or it may hold a square of 8 × 8 cells; it serves to compare the square with a location.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from ccwsim.engine.kernels import inlined_part_of_kernel, part_of_kernel
 from ccwsim.engine.stages.path import Triple, inside_overlap
 
 SIDE = 8
-"""Side, in cells, of the square whose bits make a word."""
+"""Side, in cells, of a square. The bits of a square make a word."""
 FIRST_ROW = 0x0101010101010101
 """The bits of the first row of a square."""
 
@@ -24,16 +24,16 @@ FIRST_ROW = 0x0101010101010101
 class Strips(NamedTuple):
     """The overlap of a box in squares of cells, to compare it with locations."""
 
-    # shape (n,): first word of each square, counted from the word in which a location begins
+    # shape (n,): first word of each square, counted from the first word of a location
     offsets: NDArray[np.uint64]
-    # shape (n * n_planes,): facies of the cells; the planes of a square follow each other
+    # shape (n * n_planes,): facies of the cells, all planes of one square after another
     words: NDArray[np.uint64]
     mask: NDArray[np.uint64]  # shape (n,): bits of the cells of each square in the overlap
     n: NDArray[np.int64]  # shape (1,): number of squares in use
 
 
 def to_bits(image: NDArray[np.uint8]) -> NDArray[np.uint64]:
-    """Return the bits of facies indices by rows, shape (n_planes, nz, ny, n_words).
+    """Return the bits of facies indices, row by row; shape (n_planes, nz, ny, n_words).
 
     A row has one extra word, so that 64 bits can be read starting at any cell.
     """
@@ -46,10 +46,10 @@ def to_bits(image: NDArray[np.uint8]) -> NDArray[np.uint64]:
 
 
 def to_square_bits(image: NDArray[np.uint8]) -> NDArray[np.uint64]:
-    """Return the bits of facies indices by squares, shape (n_planes, nz, ny, n_words).
+    """Return the bits of facies indices in squares, shape (n_planes, nz, ny, n_words).
 
-    Byte x of row y holds the cells (y, x) to (y + 7, x). The eight bytes that start at x are a
-    square: cell (y + i, x + j) is bit 8 j + i. A row has one extra word, so that a square can be
+    Byte x of row y holds the cells (y, x) to (y + 7, x). The eight bytes that start at byte x hold
+    a square: cell (y + i, x + j) is bit 8 j + i. A row has one extra word, so that a square can be
     read starting at any cell.
     """
     nz, ny, nx = image.shape
@@ -143,8 +143,8 @@ def n_bits(word):
 def nth_bit(word, n):
     """Return the position of the set bit number n (from 0, lowest first) of a word.
 
-    There are no branches, as they would be unpredictable: running sums of bits by byte give the
-    byte; its bits are spread to bytes, and their running sums give the bit.
+    Branches are avoided because the processor could not predict them. Running sums of the bits of
+    each byte give the byte; its bits are spread to bytes, and their running sums give the bit.
     """
     ones, high = np.uint64(FIRST_ROW), np.uint64(0x8080808080808080)
     before, one = np.uint64(n), np.uint64(1)
@@ -170,8 +170,8 @@ def _n_bytes(high):
 def n_different(cells, shape, place, strips, limit):
     """Return the number of cells of `strips` that differ from a location of the image.
 
-    Counting may end at `limit`. `cells` are the raveled `square_bits` of the image and `shape` is
-    the shape before raveling: raveling them for each location would take longer than counting.
+    Counting may end at `limit`. `cells` are the raveled `square_bits` of the image; `shape` is the
+    shape of `square_bits`, because raveling them for each location would take longer than counting.
     """
     tz, ty, tx = place
     n_planes, mz, my, mx = shape

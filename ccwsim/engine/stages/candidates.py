@@ -1,9 +1,9 @@
 """The K best locations and the draw among them (section 4.4, Fig. 3 e; Algorithm 1, lines 11, 12).
 
-Not in the paper: locations with a much worse score than the best are excluded, and without data
-also locations that only continue a neighbouring patch as the training image does. With a
-`location_weight`, patches stay near their own location. Locations are numbered by layer, row and
-column.
+Not in the paper: locations are excluded if their score is much worse than the best score. Without
+data, locations are also excluded if they merely continue a neighbouring patch as the training image
+does. With a `location_weight`, patches stay near their own location. Locations are numbered by
+layer, row and column.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from ccwsim.engine.kernels import part_of_kernel
 
 SEGMENT = 32
-"""Number of scores in a segment. The minimum of each segment is kept, so that most scores are read
-only once. With n segments, a segment has every n-th score, so that vector instructions compare the
-scores of many segments at once."""
+"""Number of scores in a segment. The minimum of each segment is kept, so most scores are read only
+once. If there are n segments, each has every n-th score, so vector instructions compare the scores
+of many segments at once."""
 COUNTED = 2**14
-"""Number of scores that can be counted in the smallest type of scores."""
+"""Maximum count that fits the smallest type of scores."""
 
 
 class Ranking(NamedTuple):
@@ -55,7 +55,7 @@ def draw_index(rng, n):
 def kth_smallest(values, n, k):
     """Return the k-th smallest of the first n values, which must be integers.
 
-    The range of values is bisected by counting, which needs no branch on a value.
+    The range of values is bisected: the values in half of it are counted, without branches.
     """
     low = high = values[0]
     for i in range(n):
@@ -74,8 +74,8 @@ def kth_smallest(values, n, k):
 def n_up_to(row, limit):
     """Count the scores of a row that are at most `limit`, which must fit the type of the scores.
 
-    Up to COUNTED scores at once are counted in the type of the scores: with a wider type, vector
-    instructions would handle half as many.
+    Up to COUNTED scores at once are counted in the type of the scores, because vector instructions
+    would handle half as many scores if the type were wider.
     """
     limit, total = row.dtype.type(limit), np.int64(0)
     for first in range(0, len(row), COUNTED):
@@ -108,7 +108,7 @@ def best_places(scores, rng, ranking):
     minima, segments, good, values, places = ranking
     k, n_parts = len(places), len(minima)
     segment_minima(scores, minima)
-    # the k-th best score is at most the k-th smallest minimum, as k segments have a score up to it
+    # the k-th best score is at most the k-th smallest minimum, because k segments go that low
     least = kth_smallest(minima, n_parts, min(k, n_parts))
     if n_parts < k:
         for x in range(len(scores)):
@@ -118,7 +118,7 @@ def best_places(scores, rng, ranking):
     for s in range(n_parts):
         segments[n_chosen] = s
         n_chosen += np.int64(minima[s] <= limit)
-    for first in range(0, len(scores), n_parts):  # in the order of locations
+    for first in range(0, len(scores), n_parts):  # visits locations in their order
         for i in range(n_chosen):
             x = first + segments[i]
             if x < len(scores) and scores[x] <= limit:
@@ -146,8 +146,8 @@ def best_places(scores, rng, ranking):
 def keep_within(scores, places, slack):
     """Move the locations within `slack` of the best to the front of `places`; return their number.
 
-    Few locations fit hard data. The K-th best may then be much worse than the best: drawing it
-    would break shapes without adding useful variation.
+    Few locations fit hard data. The K-th best location may then be much worse than the best, and
+    drawing it would break shapes without adding useful variation.
     """
     limit = scores[places[0]]
     for k in range(1, len(places)):
@@ -166,10 +166,10 @@ def keep_within(scores, places, slack):
 def add_location(box, shape, cost, axes, totals):
     """Add the cost of the distance from a box's own location to the score of each location.
 
-    This is for nonstationary images, which section 5.9 names as a limit of the method. Positions in
-    the grid, of `shape`, and in the image are shares of the way from one end to the other. A
-    location costs `cost` times its squared distance, hence `cost` at the other end of one axis;
-    `axes` has the weight of each axis. `totals` has the shape (nz, ny, nx) of locations.
+    This is for nonstationary images, which section 5.9 names as a limit of the method. `shape` is
+    the shape of the grid. Positions in grid and image are shares of the way from one end to the
+    other. A location costs `cost` times its squared distance, and thus `cost` at the other end of
+    an axis; `axes` has the weight of each axis. `totals` has the shape (nz, ny, nx) of locations.
     """
     nz, ny, nx = totals.shape
     layer = box.z0 / max(shape[0] - box.nz, 1) * (nz - 1)
@@ -205,8 +205,8 @@ def rule_out_continuations(box, before, patches, locations, block, reach, scores
     """Give the worst score to locations near the verbatim continuation of patches beside a box.
 
     `before`, shape (4,), has the numbers of these patches, −1 for none; `patches`, shape (n, 10),
-    and `locations`, shape (n, 3), belong to the realization. Continuations fit best, so that the
-    training image would be copied patch after patch if they could be drawn.
+    and `locations`, shape (n, 3), belong to the realization. Continuations fit best. If they could
+    be drawn, the training image would be copied patch after patch.
     """
     worst = scores.dtype.type(2 ** (8 * scores.itemsize - 1) - 1)
     for number in before:

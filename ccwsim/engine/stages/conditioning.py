@@ -1,10 +1,10 @@
 """Hard data in the template and the co-template condition the choice (section 4.4, Fig. 5).
 
 The paper searches the locations one after another, sorted by score. Not in the paper: weights of
-data against the overlap, a limit on the scores of candidates, and smaller patches for dense data.
+data relative to the overlap, a limit on the scores of candidates, smaller patches for dense data.
 
-Data are compared cell by cell, at full resolution, with every location of the training image:
-coefficients of a coarse level say little about single cells.
+Data are compared cell by cell, at full resolution, with every location of the training image,
+because coefficients of a coarse level contain little information on single cells.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ class Weights(NamedTuple):
     """Costs of data in the choice of a location, in wrong cells of overlap."""
 
     missed: int  # cost of a datum in the template that the patch would miss
-    held: int  # cost if the overlap honours the missed datum already: the cut can keep its cell
-    ahead: int  # cost of a missed datum in the co-template: later patches can still honour it
+    held: int  # cost if the overlap honours the missed datum, so that the cut can keep its cell
+    ahead: int  # cost of a missed datum in the co-template, which later patches can still honour
     slack: int  # largest difference in score between a candidate and the best location
     everywhere: bool  # search all locations, not only the share with the best overlaps
 
 
 SPARSE = Weights(missed=40, held=8, ahead=4, slack=6, everywhere=False)
-"""Weights for whole tiles: the overlap matters more, to keep shapes whole; local re-simulation
-honours the remaining data."""
+"""Weights for whole tiles. The overlap matters more than in split tiles, so that shapes stay whole;
+local re-simulation honours the remaining data."""
 DENSE = Weights(missed=100, held=20, ahead=4, slack=2, everywhere=True)
-"""Weights for split tiles: dense data already show the shapes, and few locations fit them."""
+"""Weights for split tiles, where dense data show the shapes already and few locations fit them."""
 KEEP_OLD, TAKE_NEW = 1, 2
 """The sides of a cut."""
 MAX_DATA = 10
@@ -50,11 +50,11 @@ N_CLASSES = 256
 class PlacedData(NamedTuple):
     """Hard data in path coordinates."""
 
-    facies: NDArray[np.uint8]  # shape (nz, ny, nx): from `data_grid`
-    columns: NDArray[np.int64]  # shape (n,): column of each datum, by layer and row
+    facies: NDArray[np.uint8]  # shape (nz, ny, nx): made by `data_grid`
+    columns: NDArray[np.int64]  # shape (n,): column of each datum, sorted by layer and row
     first: NDArray[np.int64]  # shape (nz * ny + 1,): index in `columns` of the first datum of a row
-    # shape (nz, ny, nx): data that refinement and cut must keep; the same as `facies`, or UNKNOWN
-    # everywhere if data only condition the search
+    # shape (nz, ny, nx): data that refinement and cut must keep. They are equal to `facies`, or
+    # UNKNOWN everywhere if data only condition the search
     required: NDArray[np.uint8]
 
 
@@ -72,7 +72,7 @@ def place_data(
 ) -> PlacedData:
     """Return data on a grid of `shape`; `cells` has the shape (n, 3), `facies` (indices) (n,).
 
-    Without `keep` the data only condition the search.
+    If `keep` is false, the data only condition the search.
     """
     grid = data_grid(cells, facies, shape)
     layers, rows, columns = cells.T
@@ -87,9 +87,9 @@ def legal_splits(template: Triple, overlap: Triple, volume: bool = False) -> lis
     """Return the numbers of parts, along each axis, into which a tile can be split.
 
     Parts have the overlap of whole tiles: n parts of (T − OR) / n + OR cells cover the T cells of
-    a tile. The overlap is at most half of a part, as it is at most half of T. Rows and columns are
-    split equally, layers as far as possible. Tiles of a volume are first halved along only one
-    axis, for data along a well.
+    a tile. The overlap is at most half of a part. Rows and columns have equal numbers of parts;
+    layers have the largest possible number up to this. Tiles of a volume are first halved along
+    only one axis, for data along a well.
     """
     steps = [(t - o, o) for t, o in zip(template, overlap, strict=True)]
 
@@ -113,10 +113,10 @@ def split_tiles(
     max_data: float = MAX_DATA,
     volume: bool = False,
 ) -> NDArray[np.int64]:
-    """Return the index in `splits` for each tile: the first split with at most `max_data` per part.
+    """Return, for each tile, the index of the first split with at most `max_data` data per part.
 
-    In a map the limit holds for the average of the parts; in a volume it holds for the fullest
-    part, as all data of a well may be in one part.
+    In a map the limit holds for the average number of data per part. In a volume it holds for the
+    fullest part, because all data of a well may be in one part.
     """
     split_of = np.full(prod(path.tiles), len(splits) - 1)
     if len(splits) == 1:
@@ -156,18 +156,18 @@ def _data_of_parts(
 class Misses(NamedTuple):
     """Workspace to count the data that locations miss."""
 
-    # shape (6, n); for each datum: the cell of the image to compare it with for location 0; the
-    # numbers of layers, rows and columns of locations for which that cell is in the image; the
-    # facies of the datum; its cost
+    # shape (6, n), with a column for each datum: the cell of the image with which it is compared at
+    # location 0; the numbers of layers, rows and columns of locations for which that cell is in the
+    # image; the facies of the datum; the cost of the datum
     terms: NDArray[np.int64]
     counts: NDArray[np.uint8]  # number of data that each location misses, in rows of the image
-    # column of each entry of `counts`, to mask columns beyond the end of the image without a loop
-    # per row; empty if column numbers do not fit into a byte
+    # column of each entry of `counts`, so that columns beyond the end of the image are masked
+    # without a loop over rows; empty if column numbers do not fit into a byte
     column_of: NDArray[np.uint8]
-    # shape (nz, ny, nx) of locations, 0 between patches: cost of data beyond the end of the image,
-    # as changes from one layer, row and column of locations to the next
+    # shape (nz, ny, nx) of locations, 0 between patches: cost of data beyond the end of the image.
+    # Values are changes from one layer, row and column of locations to the next
     beyond: NDArray[np.int64]
-    changes: NDArray[np.bool_]  # shape (nz, ny), False between patches: rows with `beyond` not 0
+    changes: NDArray[np.bool_]  # shape (nz, ny), False between patches: rows with nonzero `beyond`
     steps: NDArray[np.int64]  # shape (nx,): changes of the cost along a row
     row: NDArray[np.int64]  # shape (nx,): costs along a row
 
@@ -189,7 +189,7 @@ def make_misses(n_data: int, blocks: Triple, places: Triple) -> Misses:
 
 @part_of_kernel
 def data_ahead(data, box, times):
-    """Return whether any datum is in a box stretched ahead to `times` its lengths."""
+    """Return whether any datum is in a box, after its lengths are multiplied by `times`."""
     shape = data.facies.shape
     if len(data.columns) == 0:
         return False
@@ -218,10 +218,10 @@ def add_missed(phases, grid, data, box, times, proportions, weights, datum_cost,
     """Add the cost of the missed data to the score of every location.
 
     The co-template begins at the first cell of the box and has `times` its lengths. Beyond the end
-    of the training image a datum is missed with a probability of 1 minus the proportion of its
+    of the training image, a datum is missed with a probability of 1 minus the proportion of its
     facies; `proportions` has the shape (n_facies,). `weights` are multiplied by `datum_cost`, the
-    score of one wrong cell of overlap. `phases` comes from `Pyramid`, `work` from `make_misses`;
-    `grid` has the shape (nz, ny, nx), `totals` that of locations.
+    score of one wrong cell of overlap. `phases` comes from `Pyramid`, `work` from `make_misses`.
+    `grid` has the shape (nz, ny, nx), `totals` the shape of locations.
     """
     uz, uy, ux, mz, my, mx = phases.shape
     nz, ny, nx = totals.shape
@@ -282,9 +282,9 @@ def _count_misses(cells, my, mx, terms, n, work, totals):
     """Add the costs of `n` terms to the locations that miss them, and set the costs to 0.
 
     Misses are counted in bytes, for 32 locations at once. If all costs are multiples of the
-    smallest and a byte holds the sum, all terms are counted together; otherwise first the terms
-    with the smallest cost, then the others. All rows of a layer are scanned as one run of `cells`,
-    as single rows are short.
+    smallest cost and a byte holds the sum, all terms are counted together. Otherwise the terms with
+    the smallest cost are counted first, then the others. All rows of a layer are scanned as one run
+    of `cells`, because single rows are short.
     """
     (nz, ny, nx), flat = totals.shape, totals.reshape(-1)
     counts, column_of = work.counts, work.column_of
@@ -340,7 +340,7 @@ def _count_misses(cells, my, mx, terms, n, work, totals):
 def _add_beyond(work, totals):
     """Add the running sums of `beyond` to the scores of all locations, and clear `beyond`.
 
-    The cost changes in few rows of locations; every other row has the cost of the row before.
+    The cost changes in few rows of locations; all other rows have the cost of the row before them.
     """
     beyond, changes, steps, row = work.beyond, work.changes, work.steps, work.row
     (nz, ny, nx), flat = totals.shape, totals.reshape(-1)
@@ -369,10 +369,10 @@ def _add_beyond(work, totals):
 
 @part_of_kernel
 def start_totals(scores, share, totals):
-    """Fill `totals` with the scores, and rule out locations not among the best `share` of overlaps.
+    """Fill `totals` with the scores; rule out all but the share `share` with the best overlaps.
 
-    Both arrays have the shape (n,). The limit is found by counting, in steps of 1/256 of the range
-    of scores: sorting all scores would take longer than the search.
+    Both arrays have the shape (n,). The limit is found by counting scores in 256 classes, because
+    sorting all scores would take longer than the search.
     """
     least = most = scores[0]
     for x in range(len(scores)):
@@ -401,7 +401,7 @@ def start_totals(scores, share, totals):
 
 @part_of_kernel
 def ruled_out(totals):
-    """Return the cost of a location that is ruled out: more than any other cost."""
+    """Return the cost of a location that is ruled out; it is higher than any other cost."""
     return 1 << (15 * totals.itemsize // 2)
 
 

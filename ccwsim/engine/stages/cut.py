@@ -1,7 +1,7 @@
 """The minimum error boundary cut (section 2) and the paste (section 4.4; Algorithm 1, line 14).
 
-Maps are cut strip by strip by dynamic programming. In volumes that would leave steps from slice to
-slice, so volumes use the exact minimum cut (see `minimum_cut`).
+Maps are cut strip by strip by dynamic programming. In volumes this method would leave steps from
+slice to slice, so volumes use the exact minimum cut (see `minimum_cut`).
 """
 
 from __future__ import annotations
@@ -20,20 +20,20 @@ from ccwsim.engine.stages.path import BOTTOM, LEFT, RIGHT, TOP, UNKNOWN, Triple
 BROKEN = 1 << 16
 """Cost of a datum that a cut would break: more than any boundary that breaks no datum."""
 MAX_BIT_COST = 32
-"""Boundaries with a lower cost are found with bits, all boundaries of a line at once."""
+"""If the cost is lower, boundaries are found with bits: all boundaries of a line at once."""
 
 
 class CutWorkspace(NamedTuple):
     """Arrays for the cuts of one patch, large enough for each of its sides."""
 
     keep_mask: NDArray[np.bool_]  # shape (nz, ny, nx): cells of the grid that stay as they are
-    # shape (n_words, size): cells that differ between old and new, on each line across the
-    # boundary: the cell at distance c from the side is bit c % 64 of word c // 64
+    # shape (n_words, size): cells that differ between old and new, for each line across the
+    # boundary; bit c % 64 of word c // 64 is the cell at a distance of c cells from the side
     error: NDArray[np.uint64]
     demand: NDArray[np.uint8]  # shape (size, overlap): `forced_side` of each cell
     cost: NDArray[np.int64]  # shape (size, overlap + 1): cost of the best path to each boundary
-    # shape (MAX_BIT_COST + 2, size + 1): bit c of entry k is set if boundary c of a line is reached
-    # at a cost of k − 2
+    # shape (MAX_BIT_COST + 2, size + 1): bit c of entry k is set if a cost of k − 2 is enough to
+    # reach boundary c of a line
     reached: NDArray[np.uint64]
     path: NDArray[np.int64]  # shape (size,): the chosen boundary of each line
     flow: FlowWorkspace | None  # only for volumes; if None, the code for volumes is not compiled
@@ -57,9 +57,9 @@ def make_cut(template: Triple, overlap: Triple) -> CutWorkspace:
 def boundary(cut, n, m):
     """Fill `cut.path` with the cheapest boundary through n lines of m cells.
 
-    Boundary c of a line, 0 … m, keeps the old cells before c and takes the new cells from c on. By
-    dynamic programming: its cost is the error in the cells on both its sides, and it moves by at
-    most one cell per line.
+    Boundary c of a line, 0 … m, keeps the old cells before c and takes the new cells from c on. The
+    cost of a boundary is the error in the cells on both of its sides. From line to line it moves by
+    at most one cell. The method is dynamic programming.
     """
     demand, cost, path = cut.demand, cut.cost, cut.path
     for i in range(n):
@@ -104,8 +104,8 @@ def _bit(words, c):
 def bit_boundary(cut, n, m):
     """Fill `cut.path` as `boundary` does without data, if the cost is less than MAX_BIT_COST.
 
-    Return whether it is. For each cost 0, 1, 2 … the boundaries reached at that cost are found; the
-    bits of a word are all boundaries of a line. m must be at most 63.
+    Return whether the cost is less. For each cost 0, 1, 2 … the boundaries reached at that cost are
+    found; the bits of a word are all boundaries of a line. m must be at most 63.
     """
     error, reached, path = cut.error, cut.reached, cut.path
     one, last, full = np.uint64(1), np.uint64(m - 1), ~np.uint64(0) >> np.uint64(63 - m)
@@ -151,14 +151,15 @@ def _next(boundaries):
 def keep_old(grid, data, image, place, box, cut):
     """Mark in `cut.keep_mask` the cells of a box in which the grid stays as it is.
 
-    `grid` and `data`, from `data_grid`, have the shape (nz, ny, nx), `image` (mz, my, mx).
+    `data` is made by `data_grid`. `grid` and `data` have the shape (nz, ny, nx), `image` the shape
+    (mz, my, mx).
     """
     _keep_old(grid, data, image, place, box, cut, cut.flow)
 
 
 @part_of_kernel
 def _keep_old(grid, data, image, place, box, cut, flow):
-    """Do what `keep_old` does; Numba omits a branch only if an argument itself is None."""
+    """Do what `keep_old` does. Numba omits a branch for None only if None is an argument itself."""
     keep_mask = cut.keep_mask
     if flow is not None:
         minimum_cut(grid, data, image, place, box, flow, keep_mask)
@@ -173,8 +174,8 @@ def _keep_old(grid, data, image, place, box, cut, flow):
 def _cut_strips(grid, data, image, place, box, cut, keep_mask):
     """Cut a layer strip by strip; cells kept by one strip are old for the next.
 
-    Thus the cuts meet in corners. `grid`, `data`, `image` and `keep_mask` are one layer each, shape
-    (ny, nx).
+    Thus the cuts meet in corners. `grid`, `data`, `image` and `keep_mask` are one layer each, with
+    the shape (ny, nx).
     """
     for side in (LEFT, TOP, RIGHT, BOTTOM):
         if not box.sides & side:
@@ -197,7 +198,7 @@ def _cut_strips(grid, data, image, place, box, cut, keep_mask):
 def _compare(grid, data, image, place, box, upright, far, cut, keep_mask):
     """Fill `cut.error` for a strip; return whether any cell differs, and whether any has a datum.
 
-    A cell that an earlier strip keeps is old on both sides of the boundary: it does not differ.
+    A cell that an earlier strip keeps stays old on both sides of the boundary, so it never differs.
     """
     _, ty, tx = place
     n, m = (box.ny, box.ox) if upright else (box.nx, box.oy)
@@ -265,7 +266,7 @@ def _cell_of(i, c, box, upright, far):
 
 @part_of_kernel
 def n_of(cells, first, n_cells, facies):
-    """Count the cells of a facies in a row, in 16 bits, as vectors hold more of smaller numbers."""
+    """Count the cells of a facies in a row, in 16 bits: vectors hold more of smaller numbers."""
     n, facies = np.int16(0), np.uint8(facies)
     for x in range(np.uint64(n_cells)):
         n = np.int16(n + (cells[first + x] == facies))
@@ -277,8 +278,8 @@ def paste(image, place, box, keep_mask, counts, grid, sources):
     """Paste the patch at a location of the image into a box, except in cells of `keep_mask`.
 
     `image` has the shape (mz, my, mx), `grid` (nz, ny, nx). `counts`, shape (n_facies,), has the
-    number of cells by facies; `sources`, with the shape of the grid, has flat indices in the image.
-    Both are updated unless they are empty.
+    number of cells of each facies. `sources`, with the shape of the grid, has flat indices in the
+    image. Both are updated unless they are empty.
     """
     tz, ty, tx = place
     cells, cells_new, keep = grid.reshape(-1), image.reshape(-1), keep_mask.reshape(-1)

@@ -1,10 +1,10 @@
 """Simulation grid, raster path and the overlaps of patches (section 4.1; Algorithm 1, lines 3, 4).
 
 A path has a random origin and a random direction. A map has 8 possible paths, the symmetries of a
-square. A volume has 48, as layers go up or down and are the slowest, the middle or the fastest axis
-of the path. All stages work in *path coordinates*, in which every path starts at layer 0, row 0,
-column 0, so that the overlap is always below, at the top and on the left. For this, images are
-turned instead of the algorithm.
+square. A volume has 48 = 8 × 2 × 3 paths, because layers go up or down and are the slowest, the
+middle or the fastest axis of the path. All stages work in *path coordinates*: every path starts at
+layer 0, row 0, column 0, so that the overlap is always below, at the top and on the left. For this,
+images are turned instead of the algorithm.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ LEFT, TOP, BELOW, RIGHT, BOTTOM, ABOVE = 1, 2, 4, 8, 16, 32
 L_SHAPE = LEFT | TOP
 """The L-shaped overlap of a patch, beside the strips LEFT and TOP (Fig. 3 a–c)."""
 N_ORIENTATIONS = 8
-"""Number of orientations of a map. Bits of an orientation: 1 if the path starts at the last row, 2
-if it starts at the last column, 4 if it runs along columns instead of rows."""
+"""Number of orientations of a map. An orientation is a sum of bits: 1 if the path starts at the
+last row, 2 if it starts at the last column, 4 if it runs along columns instead of rows."""
 FROM_ABOVE = 8
 """Bit of the orientation of a path that starts at the top layer."""
 ORDERS = ((0, 1, 2), (1, 0, 2), (1, 2, 0))
@@ -84,7 +84,7 @@ def overlap_cells(template: Triple, overlap: Triple) -> int:
 
 
 def to_path(image: NDArray, orientation: int) -> NDArray:
-    """Return a view of `image`, shape (ny, nx) or (nz, ny, nx), in path coordinates."""
+    """Return a view, in path coordinates, of `image`, shape (ny, nx) or (nz, ny, nx)."""
     oriented = image.swapaxes(-2, -1) if orientation & 4 else image
     oriented = oriented[..., ::-1, :] if orientation & 1 else oriented
     oriented = oriented[..., ::-1] if orientation & 2 else oriented
@@ -158,8 +158,8 @@ def make_path(
 ) -> RasterPath:
     """Return the path over a grid; all arguments except `grid_shape` are along the path's axes.
 
-    The first tile begins `offset` cells before the grid. Without an offset, seams would be at the
-    same cells in all realizations, and would show in their mean.
+    The first tile begins `offset` cells before the grid. Without an offset, all realizations would
+    have their seams at the same cells, and the seams would show in the mean of the realizations.
     """
     shape = along_path(grid_shape, orientation)
     covered = [n + before for n, before in zip(shape, offset, strict=True)]
@@ -184,9 +184,9 @@ def make_patches(
 ) -> NDArray[np.int64]:
     """Return the patches in the order of the path, shape (n, 10).
 
-    Columns: first layer, row and column; number of layers, rows and columns; sides of the overlap
-    (0 for the first patch); index of the split of its tile; number of the tile; number of the part
-    of the tile. `step` (T − OR) and `overlap` are along the path, `splits` comes from
+    The columns are: first layer, row and column; number of layers, rows and columns; sides of the
+    overlap (0 for the first patch); index of the split of its tile; number of the tile; number of
+    the part of the tile. `step` (T − OR) and `overlap` are along the path. `splits` comes from
     `legal_splits`, `split_of` from `split_tiles`.
     """
     tiles = in_order(path)
@@ -215,9 +215,9 @@ def clip_patches(
 ) -> NDArray[np.int64]:
     """Return the patches of a path that begins before the grid, cut to whole blocks in the grid.
 
-    Simulating cells outside the grid would be wasted: in a volume of few tiles they are a third of
-    all cells or more. A patch that later patches would replace completely is omitted. `cell_size`
-    is the number of grid cells, along each axis, in a cell of the searched scale.
+    Simulating cells outside the grid would take time for nothing: in a volume of few tiles they are
+    a third of all cells or more. A patch that later patches would replace completely is omitted.
+    `cell_size` is the number of grid cells, along each axis, in a cell of the searched scale.
     """
     size = np.multiply(block, cell_size)
     low = np.array(path.offset) // size * block
@@ -233,10 +233,11 @@ def clip_patches(
 def patches_before(patches: NDArray[np.int64], path: RasterPath) -> NDArray[np.int64]:
     """Return, for each patch of a map, the numbers of its earlier neighbours, shape (n, 4).
 
-    These are on the left, at the top and at two corners; −1 for none. Split tiles are omitted.
+    The neighbours are on the left, at the top and at two corners; −1 means that there is none.
+    Split tiles are omitted.
     """
     whole = patches[:, 7] == 0
-    number_of = np.full(np.add(path.tiles[1:], 2), -1)  # with a margin
+    number_of = np.full(np.add(path.tiles[1:], 2), -1)  # with a margin of one tile
     at = np.stack(np.unravel_index(patches[:, 8], path.tiles[1:]), axis=1) + 1
     number_of[tuple(at[whole].T)] = np.flatnonzero(whole)
     moves = (-1, -1), (-1, 0), (-1, 1), (0, -1)

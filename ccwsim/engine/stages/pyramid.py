@@ -1,8 +1,8 @@
 """The wavelet pyramid of the training image (sections 3.1 and 4.2; Algorithm 1, lines 2 and 13).
 
-The Haar approximation at level J is 2^J times the mean of each block of 2^J × 2^J cells, hence
-proportional to the *sum* of the block. The search uses block sums, which are small integers, so
-that scores are exact. A volume has one level for each axis.
+The Haar approximation at level J is 2^J times the mean of each block of 2^J × 2^J cells. It is thus
+proportional to the *sum* of the block. The search uses block sums; scores are exact, because block
+sums are small integers. A volume has one level for each axis.
 
 MS-CCSIM (Tahmasebi, Sahimi and Caers 2014) searches up-gridded images instead: each block becomes
 one cell of its majority facies, which works for any facies codes.
@@ -27,12 +27,12 @@ class Pyramid(NamedTuple):
     """The training image in path coordinates, at full resolution and at level J."""
 
     image: NDArray[np.uint8]  # shape (nz, ny, nx): facies indices
-    square_bits: NDArray[np.uint64]  # shape (n, nz, ny, n_words): from `to_square_bits`
+    square_bits: NDArray[np.uint64]  # shape (n, nz, ny, n_words): made by `to_square_bits`
     # shape (n_planes, nz / 2^J, ny / 2^J, nx / 2^J): number of cells of each facies in each block,
     # proportional to cA_J. Two facies need one plane.
     sums: NDArray[np.unsignedinteger[Any]]
     # shape (2^J, 2^J, 2^J, nz / 2^J, ny / 2^J, nx / 2^J): `phases[a, b, c, i, j, k]` is the cell
-    # [a, b, c] of block [i, j, k], so that the cells with one offset in each block are contiguous
+    # [a, b, c] of block [i, j, k], so that the cells [a, b, c] of all blocks are contiguous
     phases: NDArray[np.uint8]
 
 
@@ -55,8 +55,8 @@ def reconstruct(coefficients: list[Any], place: tuple[int, int], size: int) -> N
     """Return the patch at a location by the inverse DWT of its coefficients.
 
     Section 4.4; Algorithm 1, line 13. For the Haar wavelet the result equals the slice of the
-    image, so that the simulation loop copies the slice; this function serves to prove that.
-    `place` is in coefficients; the size of the patch, in cells, is a multiple of 2^J.
+    image. The simulation loop therefore copies the slice; this function serves to prove that both
+    are equal. `place` is in coefficients; the size of the patch, in cells, is a multiple of 2^J.
     """
     level = len(coefficients) - 1
 
@@ -75,7 +75,7 @@ def reconstruct(coefficients: list[Any], place: tuple[int, int], size: int) -> N
 def build_pyramid(indices: NDArray[np.uint8], level: Triple, n_planes: int) -> Pyramid:
     """Return the pyramid of a training image in path coordinates.
 
-    One plane counts facies 1, which is enough for two facies; otherwise each facies has a plane.
+    For two facies, one plane that counts facies 1 is enough; otherwise each facies has a plane.
 
     Raises
     ------
@@ -112,9 +112,9 @@ def block_sums(phases: NDArray[np.uint8], n_planes: int) -> NDArray[np.unsignedi
 def upgrid(image, block_size):
     """Return the majority facies of each block of `block_size` cells along z, y and x.
 
-    In a tie, the facies is used that comes first in the block, by layer, row and column: no facies
-    is favoured, and a boundary along the middle of blocks stays straight. Cells that do not fill a
-    block are omitted.
+    In a tie, the result is the tied facies that comes first in the block, by layer, row and column.
+    Thus no facies is favoured, and a boundary along the middle of blocks stays straight. Cells that
+    do not fill a block are omitted.
     """
     uz, uy, ux = block_size
     nz, ny, nx = image.shape[0] // uz, image.shape[1] // uy, image.shape[2] // ux
@@ -141,7 +141,7 @@ def upgrid_data(
 ) -> tuple[NDArray[np.int64], NDArray[np.uint8]]:
     """Return the blocks of `block_size` cells with data, and the majority facies of their data.
 
-    In a tie, the facies is used whose datum comes first by layer, row and column.
+    In a tie, the result is the tied facies with the first datum, by layer, row and column.
     """
     if max(block_size) == 1 or not len(cells):
         return cells, facies.astype(np.uint8)

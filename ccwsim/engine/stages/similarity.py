@@ -1,17 +1,18 @@
 """The CCW score map: scores of the fit between the overlap and each location of the TI.
 
 Sections 3.2 and 4.3; Algorithm 1, lines 8 to 10. The paper compares the approximation coefficients
-cA_J of the overlap (OR) with those of the training image (TI). A Haar coefficient is a block sum
-times a constant, 2^−J in a map. In this file, A are the block sums of the TI and B the block sums
-of the overlap: they are small integers, so that all scores are exact. The paper's CCW is the plain
-cross-correlation ΣA·B, whose largest value is best (similarity "correlation"). The authors' code
-uses the sum of squared differences, whose smallest value is best, and so does the default here.
+cA_J of the overlap (OR) with the coefficients of the training image (TI). A Haar coefficient is a
+block sum times a constant, 2^−J in a map. In this file, A are the block sums of the TI and B the
+block sums of the overlap. All scores are exact, because block sums are small integers. The paper's
+CCW is the plain cross-correlation ΣA·B, whose largest value is best (similarity "correlation"). The
+authors' code and our default use the sum of squared differences, whose smallest value is best.
 
 The sum of squared differences over the coefficients of the overlap is ΣA² − 2·ΣA·B + ΣB². ΣA² (the
 *energy*) follows from running sums; ΣB² is the same for every location. ΣA·B is summed by parts:
 along a line of the overlap it is a sum of running sums of A, each multiplied by the change of B at
-that cell. As facies form bodies, B changes in few cells. Unsigned overflow is harmless if the
-result fits its type. Small types are used, as vector instructions process more of them at once.
+that block. B changes at few blocks, because facies form bodies. Unsigned overflow is harmless if
+the result fits its type. Small types are used, because vector instructions process more small
+numbers at once.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from ccwsim.engine.kernels import part_of_kernel
 from ccwsim.engine.stages.path import Triple, inside_overlap, overlap_cells
 
 ROWS_AT_ONCE = 16
-"""Number of rows of locations scored together: long loops that still fit into the cache."""
+"""Number of rows of locations scored together. Loops are then long, but still fit in the cache."""
 AT_ONCE = 4
 """Number of terms that are added up in one pass over a run of locations."""
 SCORE_TYPES = np.int16, np.int32, np.int64
@@ -38,7 +39,7 @@ def score_type(
 ) -> type[np.signedinteger[Any]]:
     """Return the smallest type that holds every score.
 
-    The bound is the sum of squares over the largest overlap; for a correlation it is doubled.
+    The largest score is the sum of squares over the largest overlap, doubled for a correlation.
     """
     bound = overlap_cells(template, overlap) * 2 ** sum(level) * (2 if correlation else 1)
     return next(kind for kind in SCORE_TYPES if bound <= np.iinfo(kind).max)
@@ -62,7 +63,8 @@ def running_sums(
     """Return block sums, their running sums along x, and their running sums along y.
 
     The shape is (3, n_planes, nz, ny + 1, nx + 1) for block sums of shape (n_planes, nz, ny, nx).
-    Running sums may overflow; the difference of two is exact if it fits their type, `sum_type`.
+    Running sums may overflow, but differences between them are exact if they fit the type,
+    `sum_type`.
     """
     kind, (n_planes, nz, ny, nx) = sum_type(level, template), sums.shape
     running = np.zeros((3, n_planes, nz, ny + 1, nx + 1), kind)
@@ -75,9 +77,9 @@ def running_sums(
 def running_squares(
     sums: NDArray[np.number[Any]], kind: type[np.number[Any]]
 ) -> NDArray[np.number[Any]]:
-    """Return the running sums, from `summed_up`, of A² along three axes in the type of the scores.
+    """Return the running sums of A² along three axes, in the type of the scores, by `summed_up`.
 
-    They may overflow; the sum over a box of blocks is exact if it fits the type.
+    Running sums may overflow, but the sum over a box of blocks is exact if it fits the type.
     """
     return summed_up(np.square(sums.astype(np.int64)).sum(axis=0)).astype(kind)
 
@@ -167,7 +169,7 @@ def make_terms(
 ) -> Terms:
     """Return the arrays for the terms of patches with at most this overlap."""
     n_blocks = running.shape[1] * (overlap_cells(template, overlap) // prod(block))
-    # A line has at most one term per block, but needs room for two; groups are padded.
+    # A line has at most one term per block, but needs room for two, because groups are padded.
     n = (3 + AT_ONCE) * n_blocks + 2
     sums = np.zeros(ROWS_AT_ONCE * running.shape[4], running.dtype)
     largest = int(min(np.iinfo(running.dtype).max, np.iinfo(np.int64).max))
@@ -180,7 +182,8 @@ def overlap_terms(grid, box, block, running, terms):
     """Fill `terms` with the terms of ΣA·B for the overlap of a box; return the number of groups.
 
     The block sums B are counted in `grid`, shape (nz, ny, nx); `running` comes from `running_sums`.
-    Lines are as long as possible: along x in rows that are all overlap, along y in the other rows.
+    Lines are as long as possible: they run along x in rows that consist only of overlap, and along
+    y in the other rows.
     """
     n = n_groups = held = np.int64(0)
     _, n_planes, mz, my, mx = running.shape
@@ -234,9 +237,9 @@ def fill_up(n, terms):
 def line_terms(grid, cells, block, facies, sums, n, terms):
     """Add the terms of a line of blocks after the first `n` terms; return the new number of terms.
 
-    The terms are the block sums that are not 0, or the running sums at changes of B, whichever are
-    fewer. `cells` has the first cell of the line, the number of cells from block to block and the
-    number of blocks; `sums` has the index of the first block sum, the distance to its running sum
+    There is a term for each block sum that is not 0, or for each change of B, whichever gives fewer
+    terms. `cells` has the first cell of the line, the number of cells from block to block and the
+    number of blocks. `sums` has the index of the first block sum, the distance to its running sum
     and the distance from block to block. Also return the number of cells of the facies in the line.
     """
     offsets, weights = terms.offsets, terms.weights
@@ -268,11 +271,11 @@ def line_terms(grid, cells, block, facies, sums, n, terms):
 
 @part_of_kernel
 def score_places(running, terms, n_groups, energy, scores):
-    """Fill `scores` with SSD − ΣB² of every location (correlation: energy 0 gives −2·ΣA·B).
+    """Fill `scores` with SSD − ΣB² of every location, or −2·ΣA·B if `energy` is 0 (correlation).
 
     `energy` and `scores` have the shape (nz, ny, nx) of locations. Several rows are summed as one
-    run, as single rows are short; sums at the ends of rows, which belong to no location, are
-    dropped. Unsigned indices need no check for negative values, which would prevent vectorization.
+    run, because single rows are short. Sums at the ends of rows belong to no location and are
+    dropped. Indices are unsigned, because a check for negative indices would prevent vectorization.
     """
     nz, ny, nx = scores.shape
     my, mx = running.shape[3], running.shape[4]

@@ -33,7 +33,7 @@ class Frame(NamedTuple):
     shape : pair or triple of int
         (Layers,) rows and columns in path coordinates.
     offset : pair or triple of int
-        Number of (layers,) rows and columns by which the path begins before the grid; () for none.
+        Number of (layers,) rows and columns from the beginning of the path to the grid, or ().
     """
 
     orientation: int
@@ -72,7 +72,7 @@ class Frame(NamedTuple):
         return cells_from_path(in_three(inside), in_layers(self.shape), self.orientation)[:, -n:]
 
     def box_to_grid(self, first: Sequence[int], lengths: Sequence[int]) -> tuple[slice, ...]:
-        """Return a box in grid coordinates; cells outside the map or volume are cut off.
+        """Return a box in grid coordinates, without cells outside the map or volume.
 
         Examples
         --------

@@ -23,13 +23,14 @@ ONE_KIND = {
     "held": Weights(0, 1, 0, 0, False),
     "ahead": Weights(0, 0, 1, 0, False),
 }
-"""Weights with which `add_missed` counts the missed data of one kind."""
+"""Weights for `add_missed` that count only missed data of one kind."""
 
 
 class SeenDatum(NamedTuple):
     """A datum in the template or the co-template, in path coordinates.
 
-    `inside` says whether it is in the template, `held` whether the overlap honours it already.
+    `inside` tells whether the datum is in the template; `held` tells whether the overlap honours
+    it already.
     """
 
     row: int
@@ -48,10 +49,10 @@ class DataTerms:
     ----------
     seen : tuple of SeenDatum
     missed, held, ahead : ndarray of int64, shape ([nz_places,] ny_places, nx_places)
-        Number of data that the patch at each location would miss: data in the template, data in
-        the template that the cut can still keep, and data in the co-template.
+        Number of data that the patch at each location would miss: in the template, in the template
+        if the cut can keep them, and in the co-template.
     ruled_out : ndarray of bool, of the same shape
-        Locations that are not searched, as their overlaps fit worse than the best share.
+        Locations that are not searched, because their overlaps are not among the best share.
     slack : int
         Largest difference in score between a candidate and the best location.
     weights : Weights
@@ -85,9 +86,9 @@ def data_terms(
     slack: int,
     totals: NDArray[np.signedinteger],
 ) -> DataTerms:
-    """Return the cost of data around a patch for each location; `grid` is the grid before it."""
+    """Return the cost of data at each location; `grid` is the grid before the patch."""
     misses = make_misses(data.columns.size, phases.shape[3:], totals.shape)  # type: ignore[arg-type]
-    certain = np.ones(256)  # data beyond the end of the image cost nothing: only sure misses count
+    certain = np.ones(256)  # data beyond the end of the image cost nothing
     counts = {kind: np.zeros(totals.shape, np.int64) for kind in ONE_KIND}
     for kind, weight in ONE_KIND.items():
         add_missed(phases, grid, data, box, times, certain, weight, 1.0, misses, counts[kind])
@@ -157,7 +158,7 @@ class Patch(NamedTuple):
 class TracedPatch:
     """How one patch was chosen, cut and pasted, in path coordinates.
 
-    Shapes are given for a map; arrays of a volume have a first axis more, for layers.
+    Shapes are given for a map; arrays of a volume have an additional first axis, for layers.
 
     Attributes
     ----------
@@ -177,7 +178,7 @@ class TracedPatch:
     places : ndarray of int64, shape (K, 2)
         The K best locations in blocks, the candidates first.
     n_candidates : int
-        Number of candidates: locations with a score near enough to the best to be drawn.
+        Number of candidates: locations whose score is close enough to the best score to be drawn.
     n_drawn : int
         Number of locations drawn; the best of them after refinement is used.
     drawn : int
@@ -195,7 +196,7 @@ class TracedPatch:
     slack : int or None
         Largest difference in score between a candidate and the best location; None for no limit.
     copies : ndarray of bool, shape of `scores`
-        Locations that are excluded because they only continue a patch beside this one.
+        Locations that are excluded because they only continue a neighbouring patch.
     steered : bool
         Whether candidates are drawn towards target proportions.
     data : DataTerms or None
@@ -244,7 +245,7 @@ class TracedPatch:
 
     @cached_property
     def in_overlap(self) -> NDArray[np.bool_]:
-        """Mask of the cells of the patch in the overlap, shape (size, size)."""
+        """Mask, shape (size, size), of the cells of the patch that are in the overlap."""
         inside = np.ones((self.box.nz, self.box.ny, self.box.nx), bool)
         low_z, high_z, low_y, high_y, low_x, high_x = inside_overlap(self.box)
         inside[low_z:high_z, low_y:high_y, low_x:high_x] = False
@@ -268,7 +269,7 @@ class TracedPatch:
 
     @property
     def error(self) -> NDArray[np.bool_]:
-        """Cells that differ between patch and grid in the overlap: the error surface of the cut."""
+        """Error surface of the cut: cells in the overlap that differ between patch and grid."""
         return self.in_overlap & (self.old != self.cells)
 
     @property
@@ -280,15 +281,15 @@ class TracedPatch:
     def ccw(self) -> NDArray[np.float64]:
         """The CCW score of each location in wavelet coefficients, shape (ny_places, nx_places).
 
-        It is the sum of squared differences between overlap and image (the smallest is best), or
-        their cross-correlation (the largest is best).
+        The score is the sum of squared differences between overlap and image (the smallest is
+        best) or their cross-correlation (the largest is best).
         """
         sums = self.scores.astype(float)
         sums = -sums / 2 if self.correlation else sums + self.energy
         return sums / np.prod(self._block_along)
 
     def best_overlaps(self) -> NDArray[np.int64]:
-        """Return the K locations, in blocks, whose overlaps fit best if data cost nothing."""
+        """Return the K locations, in blocks, whose overlaps fit best, without the cost of data."""
         order = np.argsort(self.scores, axis=None, kind="stable")[: len(self.places)]
         return np.stack(np.unravel_index(order, self.scores.shape), axis=1)
 
@@ -306,12 +307,12 @@ class PlaceFate(NamedTuple):
     ccw : float
         CCW score of the location.
     missed, held, ahead : int
-        Number of data that the patch would miss: in the template, in the template but honoured by
-        the overlap already, and in the co-template.
+        Number of data that the patch would miss: in the template, in the template if the overlap
+        honours them already, and in the co-template.
     fate : str
         "drawn", or "candidate" for a candidate that is not drawn. Reasons for a rejection:
         "fraction": its overlap is not among the best share that is searched; "slack": its score is
-        too far from the best; "copy": it only continues a patch beside this one; "data": other
+        too far from the best score; "copy": it only continues a neighbouring patch; "data": other
         locations honour more data; "location": it is too far from the patch's own location;
         "tie": it was rejected at random among equal locations.
     """

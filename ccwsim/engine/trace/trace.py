@@ -35,11 +35,11 @@ class ResimulatedWindow(NamedTuple):
     before, after : ndarray of uint8, shape (size, size)
         Facies indices before and after the re-simulation.
     sources : ndarray of int32, shape (size, size)
-        Flat index in the training image of each cell afterwards; −1 for a cell that was set singly.
+        Flat index in the training image for each cell afterwards; −1 if the cell was set singly.
     fits : bool
-        Whether a patch was found that honours all data and fits; if not, no cell has changed.
+        Whether a patch was found that fits and honours all data; if not, no cell has changed.
     isolated : bool
-        Whether the datum was honoured before, but isolated.
+        Whether the datum was honoured, but isolated, before the re-simulation.
     layer : int
         First layer; 0 in a map.
     """
@@ -66,7 +66,7 @@ def resimulated_windows(
 ) -> tuple[list[ResimulatedWindow], NDArray[np.int16]]:
     """Honour data as `honour_data` does; return all windows that were tried, and the data status.
 
-    The windows leave out data that an earlier window has honoured.
+    There is no window for a datum that an earlier window has honoured.
     """
     cells, last = study.hard_data.cells, grid.copy()
     windows: list[ResimulatedWindow] = []
@@ -92,7 +92,7 @@ def resimulated_windows(
 MAX_CHECKPOINTS = 24
 """Maximum number of checkpoints of a trace; each is as large as the grid."""
 MAX_CHECKPOINT_BYTES = 64_000_000
-"""Maximum size of all checkpoints: large grids have fewer checkpoints, but at least 4."""
+"""Maximum size of all checkpoints in bytes. Large grids have fewer checkpoints, but at least 4."""
 MIN_INTERVAL = 8
 """Minimum number of patches between two checkpoints."""
 
@@ -100,7 +100,7 @@ MIN_INTERVAL = 8
 class Checkpoint(NamedTuple):
     """The state of a realization before a patch.
 
-    It lacks the sources of cells, as a patch that is simulated again writes the same sources.
+    The sources of cells are left out, because simulating a patch again writes the same sources.
     """
 
     grid: NDArray[np.uint8]
@@ -163,10 +163,10 @@ def _patches(plan: Plan) -> tuple[Patch, ...]:
 
 
 class Trace:
-    """One realization of a study, patch by patch, by the kernels that `simulate` runs.
+    """One realization of a study, patch by patch, made by the kernels that `simulate` runs.
 
-    Patches are simulated when requested; going back starts from the nearest earlier checkpoint, so
-    that any patch is available at once.
+    Patches are simulated when they are requested. To go back, the simulation restarts at the
+    nearest earlier checkpoint, so any patch is available at once.
 
     Parameters
     ----------
@@ -236,7 +236,7 @@ class Trace:
         stepper = self._stepper
         stepper.go_to(len(self.patches))
         indices, sources = to_grid(stepper.simulated, self.path, self.study)
-        indices, sources = indices.copy(), sources.copy()  # the stepper keeps its own
+        indices, sources = indices.copy(), sources.copy()  # the stepper needs unchanged arrays
         rng = random_numbers(0, 0)
         rng.bit_generator.state = stepper.rng.bit_generator.state
         changed = self.study, self._image, self._template, indices, sources, rng
@@ -247,7 +247,7 @@ class Trace:
 
     @property
     def realization(self) -> Realization:
-        """The realization, with the same cells as that of `simulate`."""
+        """The realization; its cells equal those that `simulate` returns."""
         return self._finished[0]
 
     @property
@@ -266,10 +266,10 @@ class Trace:
         return self._finished[2]
 
     def reconstructed(self, step: TracedPatch, facies: int) -> NDArray[np.float64]:
-        """Return the indicator of a facies in the drawn patch, by the inverse DWT.
+        """Return the indicator of a facies in the drawn patch, computed by the inverse DWT.
 
-        Algorithm 1, line 13, for maps only. The result is in path coordinates, shape (n, n); n is
-        the side of the patch, rounded down to whole blocks.
+        Algorithm 1, line 13, for maps only. The result is in path coordinates and has the shape
+        (n, n); n is the side of the patch, rounded down to whole blocks.
         """
         if facies not in self._coefficients:
             image, level = self.oriented.pyramid.image[0] == facies, self._image.lengths[0].level
@@ -346,9 +346,9 @@ class Trace:
     def _all_scores(
         self, blocks: NDArray[np.int64]
     ) -> tuple[NDArray[np.number[Any]], NDArray[np.bool_]]:
-        """Return the scores of all locations, and a mask of those excluded as continuations.
+        """Return the scores of all locations, and a mask of locations excluded as continuations.
 
-        In the workspace excluded locations have the worst score; here they get their real score.
+        In the workspace, excluded locations have the worst score; here they get their real score.
         """
         scores = self._stepper.work.scores.copy()
         copies = np.zeros(scores.shape, bool)

@@ -1,4 +1,4 @@
-"""Batches of realizations, sent to workers a few at a time and collected as they return."""
+"""Batches of realizations: a few at a time are sent to workers and collected when they return."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ from ccwsim.run.executors.worker import (
 )
 
 BATCH_SECONDS = 0.25
-"""Intended duration of a batch in seconds, long compared with its transfer."""
+"""Intended duration of a batch in seconds, which is long compared with the transfer of a batch."""
 BATCH_BYTES = 64_000_000
 BATCHES_PER_WORKER = 2
-"""Batches submitted at a time per worker, so that no worker waits for its next batch."""
+"""Number of batches that each worker has at a time, so that no worker waits for its next batch."""
 STOP_SECONDS = 0.7
-"""Seconds for running batches to return their finished realizations after a stop."""
+"""Seconds after a stop in which running batches may return their finished realizations."""
 
 
 class BatchBackend:
     """Sends batches to an executor of `concurrent.futures`, which stays open.
 
-    A request contains only the key of its study; if the worker lacks the study, the batch is resent
-    with it. `n_workers` applies if the executor does not state its number of workers.
+    A request contains only the key of its study. If the worker lacks the study, the batch is sent
+    again with the study. `n_workers` applies if the executor does not tell its number of workers.
     """
 
     def __init__(self, executor: Any, n_workers: int) -> None:
@@ -50,7 +50,7 @@ class BatchBackend:
         return self._n_workers
 
     def submit(self, numbers: tuple[int, ...], with_study: bool) -> Future[Reply]:
-        """Send a batch, if asked together with its study."""
+        """Send a batch; if requested, send its study too."""
         request = self._request(numbers)
         content = self._content if with_study else None
         try:
@@ -65,7 +65,7 @@ class BatchBackend:
         return self._flag.shares(numbers)
 
     def recovers(self, error: BaseException) -> bool:
-        """Return whether to send a failed batch again; raise `CCWSIMError` if that cannot help."""
+        """Return whether to send a failed batch again; raise `CCWSIMError` if this cannot help."""
         if isinstance(error, BrokenExecutor):
             raise CCWSIMError(
                 "a worker process ended before its work was done, perhaps for lack of memory; "
@@ -105,7 +105,7 @@ class BatchRunner:
         return True
 
     def run(self, take: Take, progress: Progress | None, cancel: Cancel | None) -> list[int]:
-        """Run the realizations as `ThreadRunner.run` does, with batches in any order."""
+        """Run the realizations as `ThreadRunner.run` does; batches may run in any order."""
         n = self._work.n
         try:
             while len(self._finished) < n:
@@ -146,7 +146,7 @@ class BatchRunner:
                 self._keep(take, batch, future.result())
 
     def _under_way(self) -> float:
-        """Return the sum of the shares done of realizations that are still running."""
+        """Return the sum of the finished shares of realizations that are still running."""
         sent = [number for batch in self._out.values() for number in batch]
         return sum(self._backend.shares(sent).values())
 

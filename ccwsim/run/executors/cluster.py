@@ -47,7 +47,7 @@ def connect(address: str, seconds: float = CONNECT_SECONDS) -> Any:
             "pip install -r requirements-dask.txt"
         ) from error
     try:
-        # A client would retry for long at an address without a scheduler, so it is checked first.
+        # Without a scheduler a client would try again for long, so the address is checked first.
         parts = urlsplit(address)
         if not parts.hostname or not parts.port:
             raise ValueError("host and port are needed")
@@ -62,7 +62,7 @@ def connect(address: str, seconds: float = CONNECT_SECONDS) -> Any:
 
 
 def executor_of_environment() -> Any:
-    """Return a client of the scheduler in `CCWSIM_SCHEDULER`, None if that is not set."""
+    """Return a client of the scheduler in `CCWSIM_SCHEDULER`, or None if that is not set."""
     address = os.environ.get(SCHEDULER, "").strip()
     if not address:
         return None
@@ -95,8 +95,8 @@ class ClusterFlag:
 class ClusterBackend(BatchBackend):
     """Sends batches to the workers of a `distributed.Client`, which stays open.
 
-    It does not use `Client.get_executor()`, whose futures would wait for a killed worker until
-    the connection times out.
+    It does not use `Client.get_executor()`, because futures of that executor would wait for a
+    killed worker until the connection times out.
     """
 
     def __init__(self, client: Any) -> None:
@@ -146,7 +146,8 @@ class ClusterBackend(BatchBackend):
     def _fetch(self, task: Any, future: Future[Reply]) -> None:
         """Move the reply of a task to its future, on a thread of the client.
 
-        The reply is requested again after growing delays, as Dask waits long for a lost worker.
+        The reply is requested again after increasing delays, because Dask waits long for a lost
+        worker.
         """
         seconds = RESULT_SECONDS
         while not self._stopped and not future.done():
@@ -169,7 +170,7 @@ class ClusterBackend(BatchBackend):
         return {number: self._shares[number] for number in numbers if number in self._shares}
 
     def recovers(self, error: BaseException) -> bool:
-        """Send the study again if it was lost with its workers; otherwise as the base class."""
+        """Send the study again if it was lost with its workers; otherwise do as the base class."""
         from distributed import KilledWorker
 
         if isinstance(error, KilledWorker):

@@ -30,7 +30,7 @@ class Work(NamedTuple):
 
 
 class ThreadRunner:
-    """Runs the realizations of `work` on threads, as kernels release the interpreter lock.
+    """Runs the realizations of `work` on threads, because kernels release the interpreter lock.
 
     A given `pool` stays open; its number of threads then replaces `n_workers`.
     """

@@ -27,7 +27,7 @@ from ccwsim.model.training_image import TrainingImage
 from ccwsim.system.lru_cache import LruCache
 
 FLAG_SECONDS = 0.2
-"""Seconds between two polls of the stop flag by a worker, which then reports its progress."""
+"""Seconds between two polls of the stop flag by a worker; at each poll it reports its progress."""
 MAX_STUDIES = 4
 """Maximum number of recent studies that a worker keeps."""
 
@@ -64,9 +64,9 @@ class Flag(Protocol):
 
 @dataclass(frozen=True)
 class FileFlag:
-    """A folder of this machine with progress reports; removing it stops the work.
+    """A folder of this machine with progress reports; workers stop when it is removed.
 
-    A worker on another machine does not see the folder and finishes its batch.
+    A worker on another machine does not see the folder, so it always finishes its batch.
     """
 
     path: str = field(default_factory=lambda: tempfile.mkdtemp(prefix="ccwsim-"))
@@ -108,7 +108,7 @@ class BatchRequest:
 
 @dataclass(frozen=True)
 class Reply:
-    """The realizations of a request; fewer than requested if the flag was set."""
+    """The realizations of a request; if the flag was set, some of them are missing."""
 
     known: bool
     """False if the worker lacks the study; the request must be resent with it."""
@@ -118,7 +118,7 @@ class Reply:
 
 
 class FlagWatch(Watch):
-    """A watch that polls a flag, and reports progress to it, every `FLAG_SECONDS`."""
+    """A watch that polls a flag every `FLAG_SECONDS` and sends progress reports through it."""
 
     def __init__(self, flag: Flag) -> None:
         self._flag, self._raised = flag, Event()
@@ -147,7 +147,7 @@ _studies: LruCache[tuple[Study, PreparedImage]] = LruCache(MAX_STUDIES)
 
 
 def simulate_batch(request: BatchRequest, content: bytes | None) -> Reply:
-    """Simulate realizations; `content` is the study, or None if the worker may have it already."""
+    """Simulate realizations. `content` is the study; it may be None if the worker has the study."""
     if request.source != SOURCE:
         raise CCWSIMError(
             "a worker has another version of ccwsim, which may give different realizations; "
