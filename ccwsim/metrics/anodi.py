@@ -41,7 +41,7 @@ def classical_scaling(distances: NDArray[np.float64], n_dimensions: int = 2) -> 
     """Return positions whose distances approximate a symmetric matrix (Torgerson 1952).
 
     The coordinates are the eigenvectors of −½ J D² J, with J = I − 1/n, times the square roots of
-    the eigenvalues. If the largest coordinate of an axis is negative, the axis is flipped.
+    the eigenvalues. An axis is flipped if its coordinate of largest magnitude is negative.
 
     Examples
     --------
@@ -100,7 +100,7 @@ class Anodi:
         return self.ratio @ self.weights
 
     def relative(self, name: str, other: str) -> tuple[float, float, float]:
-        """Return the ratios of `between` and of `within` of `name` and `other`, and their quotient.
+        """Return the ratios name / other of `between` and of `within`, and the quotient of both.
 
         The two ratios are weighted means over resolutions. A quotient above 1 means that `name` is
         better: it varies more, relative to its distance to the image (Tan et al. 2014). Raises

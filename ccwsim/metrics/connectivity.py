@@ -67,8 +67,8 @@ def connectivity(
 ) -> Connectivity:
     """Return the connectivity function τ(h) of a facies (Renard & Allard 2013).
 
-    Two cells are connected if they belong to one geobody, which may join them anywhere in the
-    image. Pairs are counted exactly.
+    Two cells are connected if they belong to the same geobody; the path that joins them may be
+    anywhere in the image. Pairs are counted exactly.
 
     Examples
     --------

@@ -158,7 +158,7 @@ def advise_overlap(template: int, thinnest: int, level: int) -> Advice:
 def warn_of_level(parameters: Parameters, grid_shape: tuple[int, ...], n_data: int) -> str:
     """Return a one-sentence warning if the level is too coarse for the hard data; otherwise "".
 
-    The level is too coarse if a template holds, on average, more data than an unsplit tile may.
+    The level is too coarse if templates hold more data, on average, than an unsplit tile may hold.
 
     Examples
     --------

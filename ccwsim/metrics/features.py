@@ -16,7 +16,7 @@ SILL_SHARE = 0.95
 PROMINENCE = 0.1
 """Minimum prominence of a peak of the correlation; lower peaks are noise."""
 THICK_SHARE = 0.95
-"""Share of a facies that squares of a size must cover if that size is to be its thickness."""
+"""A facies is as thick as the largest squares that cover at least this share of it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,7 +139,7 @@ def granulometry(
 def _combined(
     operation: np.ufunc, mask: NDArray[np.bool_], size: int, axis: int
 ) -> NDArray[np.bool_]:
-    """Combine each run of `size` cells along an axis; the result is stored at the first cell."""
+    """Apply `operation` to runs of `size` cells along an axis; the first cell gets the result."""
     length = 1
     mask = np.moveaxis(mask, axis, 0)
     while length < size:

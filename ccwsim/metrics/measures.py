@@ -92,7 +92,7 @@ def _share(of: OfFacies) -> Values:
 
 
 def _boundary(of: OfFacies) -> Values:
-    """Return the share of adjacent pairs with one cell in the facies; NaN if there is no pair."""
+    """Return the share of adjacent pairs with only one cell in the facies; NaN if no pair."""
     unequal, n_pairs = np.zeros(len(of.inside)), 0
     for axis in (1, 2, 3):
         here, next_to = (np.delete(of.inside, end, axis) for end in (-1, 0))

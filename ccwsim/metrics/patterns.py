@@ -103,7 +103,7 @@ def pyramid_histograms(
     """Return the pattern histograms of each image, one for each resolution.
 
     Along z, factors are reduced so that patterns fit into `layers` layers. `layers` is the number
-    of layers of the thinnest compared volume; by default, the layers of these images.
+    of layers of the thinnest compared volume, by default of the thinnest of these images.
 
     Examples
     --------

@@ -37,8 +37,8 @@ class Quality:
     pattern_spread: float
     """Spread of the realizations' mean divergence over the three resolutions."""
     tau_errors: tuple[float, ...]
-    """|mean τ(h) of the realizations − τ(h) of the training image|, averaged over all lags at which
-    both are known: E–W, N–S and, in volumes, vertical. NaN if there is no such lag."""
+    """|mean τ(h) of the realizations − τ(h) of the training image|, averaged over the lags at which
+    both are known. Axes are E–W, N–S and, in volumes, vertical. NaN if there is no such lag."""
     facies: int
     """Code of the facies whose τ(h) is compared."""
     differing: float

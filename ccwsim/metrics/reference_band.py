@@ -54,7 +54,7 @@ MIN_LARGE_GAP = 0.5
 """Smallest reported difference for pieces that are nearly as large as the training image."""
 MIN_LARGE_PIECES, MAX_LARGE_PIECES = 10, 16
 LARGE_STEP = 3
-"""Step between the lags that are compared in large pieces, to save time."""
+"""Step between the lags that are compared in large pieces; a step above 1 saves time."""
 TAIL = 0.05
 """A curve is outside only if at most this share of large pieces reaches the image's value."""
 MIN_PROPORTION_GAP = 0.05
@@ -135,7 +135,7 @@ class ReferenceBand:
     crop_shape: Shape
 
     def compare(self, found: ArrayLike, n_pieces: float) -> Fit:
-        """Compare `found`, shape (m,), the mean over `n_pieces` pieces, with the crops."""
+        """Compare `found` (the means over `n_pieces` pieces, shape (m,)) with the crops."""
         known = ~np.isnan(self.values)
         n = known.sum(axis=0)
         enough = n >= MIN_CROPS
@@ -172,7 +172,7 @@ def crop_shape(image_shape: Shape, grid_shape: Shape) -> Shape | None:
 
 
 def largest_crop(image_shape: Shape, grid_shape: Shape) -> Shape:
-    """Return the shape of the largest window that fits into both training image and grid."""
+    """Return the shape of the largest window that fits into the training image and the grid."""
     if len(image_shape) != len(grid_shape):
         raise CCWSIMError(
             f"a training image of shape {tuple(image_shape)} and realizations of "
@@ -327,7 +327,7 @@ def fit_proportions(ensemble: Ensemble) -> Fit | None:
 
 
 def fit_patterns(ensemble: Ensemble, sizes: Sequence[int] = PATTERN_SIZES) -> Fit | None:
-    """Compare the pattern distances of realizations and of crops from the training image.
+    """Compare realizations with crops by their pattern distance from the training image.
 
     Values are Jensen–Shannon divergences in bits at full resolution; `at` holds the pattern sizes.
     Crops differ from the image only because they are smaller. The result is None if the training

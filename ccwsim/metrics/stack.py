@@ -20,7 +20,7 @@ from ccwsim.system.machine import n_cores
 N_AXES = 3
 """Axes of a volume: layers from the bottom, rows from the south, columns from the west."""
 CELLS_A_PIECE = 200_000_000
-"""Number of cells compared before the next check for cancelling, after some tenths of a second."""
+"""Number of cells compared between checks for cancelling; it takes some tenths of a second."""
 Result = TypeVar("Result")
 Fraction = Callable[[float], None]
 """Progress function, called as progress(fraction) in the caller's thread."""

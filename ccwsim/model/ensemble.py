@@ -48,10 +48,10 @@ class Ensemble:
     numbers: NDArray[np.int64]
     """Number of each realization in the study, shape (n,)."""
     sources: NDArray[np.int32] | None = None
-    """Flat index, in the training image, of the source of each cell; same shape as `indices`; −1
-    for cells that were forced or set by seam repair. None if `simulate` did not keep sources."""
+    """Flat index of each cell's source in the training image, shape of `indices`; −1 for cells that
+    were forced or set by seam repair. None if `simulate` was called without `keep_sources`."""
     revised: bool = False
-    """Whether `revise` adapted the ensemble to edited data; if so, no seed reproduces it."""
+    """Whether `revise` adapted the ensemble to edited data; its seed then does not reproduce it."""
 
     @property
     def n(self) -> int:
