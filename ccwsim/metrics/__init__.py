@@ -5,16 +5,16 @@ Arguments shared by several functions are explained only here:
 - `images`: an `Ensemble`, a `TrainingImage`, or an array of facies codes, shape (ny, nx),
   (n, ny, nx) or, for volumes, (n, nz, ny, nx).
 - `image`, `training_image`: a single image; an array has shape (ny, nx) or (nz, ny, nx).
-- `codes`: all facies codes, if an array may lack some; by default the codes that occur in the
-  array, or the codes of the training image.
+- `codes`: all facies codes, needed if some do not occur in an array; by default the codes that
+  occur, or the codes of the training image.
 - `facies`: the code of one facies.
 - `direction`: "E-W", "N-S", "NE-SW", "NW-SE", an azimuth in degrees from north, or one lag as
   (rows, columns); in volumes also "vertical" or one lag as (layers, rows, columns).
 - `lags`: the largest lag, or a list of lags, in steps of the direction.
-- `neighbours`: the number of cells that touch a cell: in maps 4 (sides) or 8 (and corners, the
-  default), in volumes 6 (sides), 18 (and edges) or 26 (and corners, the default).
+- `neighbours`: the number of neighbours of a cell. In maps 4 (at sides) or 8 (also at corners);
+  in volumes 6 (at sides), 18 (also at edges) or 26 (also at corners). The largest is the default.
 - `size`: side of patterns in cells; by default 4 in maps and 3 in volumes.
-- `factors`: resolutions are 1 / factor, see `coarsened`.
+- `factors`: coarsening factors; a resolution is 1 / factor (see `coarsened`).
 - `progress`: a function called with the share of the work done, from 0 to 1.
 
 Results have one row for each of n images; facies are in the order of their sorted codes. Functions

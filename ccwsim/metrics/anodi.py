@@ -23,7 +23,7 @@ from ccwsim.model.training_image import TrainingImage
 HISTOGRAM_SHARE = 0.5
 """Share of the progress bar for counting patterns; comparing histograms takes the rest."""
 MIN_JACKKNIFE = 3
-"""Minimum number of realizations for a jackknife: a pair must remain when one is left out."""
+"""Minimum number of realizations for a jackknife: when one is left out, a pair must remain."""
 Part = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
@@ -34,14 +34,14 @@ class Scaling:
     positions: NDArray[np.float64]
     """Coordinates, shape (n, n_dimensions), centred on 0; the axis of largest variance is first."""
     explained: NDArray[np.float64]
-    """Share of the variance along each axis: its eigenvalue / sum of the positive eigenvalues."""
+    """Share of the variance along each axis: eigenvalue / sum of the positive eigenvalues."""
 
 
 def classical_scaling(distances: NDArray[np.float64], n_dimensions: int = 2) -> Scaling:
-    """Return positions from a symmetric matrix of distances (Torgerson 1952).
+    """Return positions whose distances approximate a symmetric matrix (Torgerson 1952).
 
-    Positions are the eigenvectors of −½ J D² J, with J = I − 1/n, times the square roots of their
-    eigenvalues. Each axis is flipped, if needed, to make its largest coordinate positive.
+    The coordinates are the eigenvectors of −½ J D² J, with J = I − 1/n, times the square roots of
+    the eigenvalues. An axis is flipped if its coordinate of largest magnitude is negative.
 
     Examples
     --------
@@ -84,33 +84,33 @@ class Anodi:
     owner: NDArray[np.int64]
     """Index of the ensemble of each image, shape (1 + n_all,); −1 for the training image."""
     between: NDArray[np.float64]
-    """Mean divergence between realizations of an ensemble, shape (n_ensembles, n_factors); NaN for
-    a single realization."""
+    """Mean divergence between realizations of an ensemble, shape (n_ensembles, n_factors); NaN
+    for an ensemble of one realization."""
     within: NDArray[np.float64]
     """Mean divergence of realizations from the training image, shape (n_ensembles, n_factors)."""
 
     @property
     def ratio(self) -> NDArray[np.float64]:
-        """Between / within, shape (n_ensembles, n_factors): larger is better."""
+        """Ratio `between` / `within`, shape (n_ensembles, n_factors); larger is better."""
         return ratio(self.between, self.within)
 
     @property
     def mean_ratio(self) -> NDArray[np.float64]:
-        """Σ w · between / within over the resolutions, shape (n_ensembles,)."""
+        """Weighted mean of `ratio` over the resolutions, shape (n_ensembles,)."""
         return self.ratio @ self.weights
 
     def relative(self, name: str, other: str) -> tuple[float, float, float]:
-        """Return between and within of `name` relative to those of `other`, and their ratio.
+        """Return the ratios name / other of `between` and of `within`, and the quotient of both.
 
-        The first two are weighted means over resolutions. The last is above 1 if `name` is better:
-        more varied for its distance to the training image (Tan et al. 2014). Raises `CCWSIMError`
-        for an unknown name.
+        The two ratios are weighted means over resolutions. A quotient above 1 means that `name` is
+        better: it varies more, relative to its distance to the image (Tan et al. 2014). Raises
+        `CCWSIMError` for an unknown name.
         """
         a, b = (self._row(n) for n in (name, other))
         return self._relative((self.between[a], self.within[a]), (self.between[b], self.within[b]))
 
     def relative_errors(self, name: str, other: str) -> tuple[float, float, float]:
-        """Return the standard errors of the logarithms of the results of `relative`, by jackknife.
+        """Return jackknife standard errors of the logarithms of the results of `relative`.
 
         Each realization of both ensembles is left out in turn. Errors are NaN if an ensemble has
         fewer than three realizations. Raises `CCWSIMError` for an unknown name.
@@ -134,14 +134,14 @@ class Anodi:
         return first, second, third
 
     def _relative(self, one: Part, other: Part) -> tuple[float, float, float]:
-        """Return the weighted ratios of between and of within of two ensembles, and their ratio."""
+        """Return the weighted ratios of `between` and of `within`, and the quotient of the two."""
         with np.errstate(divide="ignore", invalid="ignore"):
             between = float(self.weights @ (one[0] / other[0]))
             within = float(self.weights @ (one[1] / other[1]))
             return between, within, float(np.divide(between, within))
 
     def _without_each(self, k: int) -> Part:
-        """Return between and within with each realization left out in turn, shape (n, factors)."""
+        """Return `between` and `within`, shape (n, factors); row k leaves out realization k."""
         own = np.flatnonzero(self.owner == k)
         n = len(own)
         if n < MIN_JACKKNIFE:
@@ -153,9 +153,9 @@ class Anodi:
         return (pairs / ((n - 1) * (n - 2))).T, (others / (n - 1)).T
 
     def scaling(self, n_dimensions: int = 2) -> Scaling:
-        """Return positions of the training image (first) and all realizations.
+        """Return positions of the training image, which is first, and of all realizations.
 
-        The distance is √(Σ w · divergence).
+        They approximate the distances √(Σ w · divergence).
         """
         mixed = np.tensordot(self.weights, self.divergence, axes=1)
         return classical_scaling(np.sqrt(mixed), n_dimensions)
@@ -178,8 +178,8 @@ def anodi(
     """Compare ensembles with their training image and among themselves (Tan et al. 2014).
 
     Patterns are counted exactly at each resolution of a pyramid (see `coarsened`). Section 5.5 of
-    the paper uses 8 × 8 windows; nearly every exact 8 × 8 pattern occurs only once, so the default
-    is 4 × 4, as in the public code of ANODI.
+    the paper uses 8 × 8 windows. Here the default is 4 × 4, as in the public code of ANODI, because
+    nearly every exact 8 × 8 pattern occurs only once.
 
     Parameters
     ----------
@@ -236,7 +236,7 @@ def _weights(given: Sequence[float] | None, n: int) -> NDArray[np.float64]:
 
 
 def _part(progress: Fraction | None, begin: float, end: float) -> Fraction | None:
-    """Return a progress function for the part of the work between shares `begin` and `end`."""
+    """Return a progress function for the work between the shares `begin` and `end`."""
     if progress is None:
         return None
     return lambda share: progress(begin + (end - begin) * share)

@@ -27,7 +27,7 @@ def curves_of(
     lags: Lags,
     progress: Fraction | None = None,
 ) -> NDArray[np.float64]:
-    """Return γ(h) or τ(h) of a facies (a code) along a direction, one row for each image."""
+    """Return γ(h) or τ(h) of a facies along a direction, with one row for each image."""
     if statistic == "variogram":
         return variogram(images, facies, direction, lags, progress).gamma
     return connectivity(images, facies, direction, lags, progress=progress).tau
@@ -35,7 +35,7 @@ def curves_of(
 
 @dataclass(frozen=True, eq=False)
 class Band:
-    """Mean and quantiles of curves over realizations, each of the shape of one curve.
+    """Mean and quantiles of curves over realizations; each array has the shape of one curve.
 
     Values are NaN at points that are missing in all realizations.
     """
@@ -51,7 +51,7 @@ class Band:
 def band(curves: ArrayLike, low: float = 0.1, high: float = 0.9) -> Band:
     """Return the band of the curves of realizations, such as `Variogram.gamma`.
 
-    `curves` have shape (n, …) and NaN for missing values. `low` and `high` are the probabilities of
+    `curves` has shape (n, …); missing values are NaN. `low` and `high` are the probabilities of
     the lower and the upper quantile; `CCWSIMError` is raised unless 0 ≤ low ≤ high ≤ 1.
 
     Examples
@@ -115,7 +115,7 @@ class RunningCurves:
         return sum(array.nbytes for array in arrays)
 
     def add(self, curve: ArrayLike) -> None:
-        """Add one curve, shape (n_points,); NaN counts as missing."""
+        """Add one curve, shape (n_points,); NaN stands for a missing value."""
         values = np.asarray(curve, dtype=float)
         if values.shape != self._sums.shape:
             raise CCWSIMError(f"a curve of {len(self._sums)} points is needed, not {values.shape}")

@@ -13,23 +13,23 @@ from ccwsim.model.arrays import as_array, check_int
 from ccwsim.model.errors import CCWSIMError, shown
 
 TIE = 1e-9
-"""Smallest difference between shares; smaller differences are ties, as they may be rounding."""
+"""Smallest difference between shares; smaller ones count as ties because of rounding errors."""
 
 
 def coarsened(
     image: Images, factor: int | Sequence[int], codes: Codes | None = None
 ) -> NDArray[np.integer]:
-    """Return an image at 1 / factor of its resolution: each cell has the facies of largest share.
+    """Return an image at 1 / factor of its resolution; each cell has the facies of largest share.
 
-    Shares come from the usual anti-aliased resizing: the indicator of each facies is smoothed by a
-    Gaussian of standard deviation (factor − 1) / 2 cells, mirrored at the edges, and interpolated
+    Shares result from anti-aliased resizing. The indicator of each facies is mirrored at the edges
+    and smoothed by a Gaussian of standard deviation (factor − 1) / 2 cells. It is then interpolated
     linearly at the centres of ⌊ny / factor⌋ × ⌊nx / factor⌋ new cells. In a tie, the smaller code
     is used.
 
     Parameters
     ----------
     factor : int, or for volumes three along layers, rows and columns
-        From 1, which returns a copy, to the side of the image.
+        A number from 1 to the side of the image; 1 returns a copy.
 
     Examples
     --------

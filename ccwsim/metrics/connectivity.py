@@ -28,8 +28,8 @@ class Connectivity:
     lags: NDArray[np.int64]
     """Lags in steps of the direction, shape (n_lags,)."""
     tau: NDArray[np.float64]
-    """τ(h) = P(x and x + h in one geobody | both in the facies), shape (n, n_lags); NaN without
-    pairs."""
+    """τ(h) = P(x and x + h in one geobody | both in the facies), shape (n, n_lags); NaN if there is
+    no pair."""
     unconditional: NDArray[np.float64]
     """P(x and x + h in one geobody) over all pairs of cells, shape (n, n_lags)."""
     neighbours: int
@@ -67,7 +67,7 @@ def connectivity(
 ) -> Connectivity:
     """Return the connectivity function τ(h) of a facies (Renard & Allard 2013).
 
-    Two cells are connected if they are in one geobody, joined by touching cells of the facies
+    Two cells are connected if they belong to the same geobody; the path that joins them may be
     anywhere in the image. Pairs are counted exactly.
 
     Examples
@@ -92,7 +92,7 @@ def connectivity(
 
 @allocating_kernel
 def _count_pairs(labels, offsets):
-    """Count for each lag the pairs with both cells in the facies, and with both in one geobody."""
+    """Count, for each lag, pairs with both cells in the facies and pairs in one geobody."""
     nz, ny, nx = labels.shape
     counts = np.zeros((len(offsets), 2), np.int64)
     for lag in range(len(offsets)):
@@ -126,7 +126,7 @@ class Geobodies:
     percolates_ns: NDArray[np.bool_]
     """Whether one geobody touches both the south and the north edge."""
     euler_number: NDArray[np.int64]
-    """Geobodies minus holes; in volumes geobodies − tunnels + cavities."""
+    """Number of geobodies − holes; in volumes, number of geobodies − tunnels + cavities."""
     neighbours: int
     percolates_vertical: NDArray[np.bool_] | None = None
     """Whether one geobody touches both the lowest and the highest layer; None for maps."""
@@ -134,7 +134,7 @@ class Geobodies:
     def share_in(self, at_least: ArrayLike) -> NDArray[np.float64]:
         """Return the share of the facies in geobodies of at least `at_least` cells, shape (n, m).
 
-        `at_least` has m sizes. The share is 1 for one cell, and NaN if the facies does not occur.
+        `at_least` holds m sizes. The share is 1 for one cell, and NaN if the facies does not occur.
 
         Examples
         --------

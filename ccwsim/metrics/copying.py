@@ -20,7 +20,7 @@ class Copying:
     """Copied pieces of a realization, and the use of each cell of the training image."""
 
     copied: float
-    """Share of the pairs of adjacent cells that were copied together, as adjacent cells."""
+    """Share of the pairs of adjacent cells whose sources are adjacent in the same way."""
     largest_square: int
     """Side in cells of the largest copied square, or cube in volumes."""
     square_at: tuple[int, ...]
@@ -32,12 +32,12 @@ class Copying:
     used: float
     """Share of the cells of the training image that were used."""
     seams: NDArray[np.bool_]
-    """Mask of cells whose source is not adjacent to that of the eastern, northern or upper
-    neighbour; shape of the realization."""
+    """Mask of cells with a seam, shape of the realization: the sources of the cell and its eastern,
+    northern or upper neighbour are not adjacent in the same way."""
     n_unknown: int
     """Number of cells without a source (a position below 0)."""
     seam_sides: NDArray[np.uint8]
-    """Sides of each cell with a seam: the sum of 1 (east), 2 (north) and 4 (up)."""
+    """Sides of each cell at which there is a seam: the sum of 1 (east), 2 (north) and 4 (up)."""
 
     def seams_within(self, axis: int) -> NDArray[np.bool_]:
         """Return the seams of a volume without the seams between slices along an axis.
@@ -59,7 +59,7 @@ def copying(positions: ArrayLike, ti_shape: tuple[int, ...]) -> Copying:
     ----------
     positions : array_like of int, shape (ny, nx) or (nz, ny, nx)
         Source of each cell in the training image: row · nx + column, or in a volume
-        (layer · ny + row) · nx + column; below 0 for cells without a source.
+        (layer · ny + row) · nx + column. Cells without a source have a number below 0.
     ti_shape : tuple of int
         (Layers,) rows and columns of the training image.
 
@@ -120,7 +120,7 @@ def _shifts(source, ti_ny, ti_nx):
 
 @kernel
 def _mark_seams(shift, sides):
-    """Mark sides between cells of different shifts; return the number of pairs of equal shift."""
+    """Mark sides between cells of different shift; return the number of pairs of equal shift."""
     nz, ny, nx = shift.shape
     n_copied = 0
     for k in range(nz):
@@ -142,7 +142,7 @@ def _mark_seams(shift, sides):
 
 @allocating_kernel
 def _largest_cube(shift, n_axes):
-    """Return side and position of the largest square, or cube, of one shift, row by row."""
+    """Return side and position of the largest square (in volumes, cube) of cells of equal shift."""
     nz, ny, nx = shift.shape
     depth = n_axes - 1
     sides = np.zeros((2, ny, nx), np.int64)
@@ -172,7 +172,7 @@ def _largest_cube(shift, n_axes):
 
 @allocating_kernel
 def _largest_block(shift):
-    """Return the size of the largest piece of one shift, joined by sides, by union-find."""
+    """Return the size of the largest piece: cells of equal shift, joined by sides (union-find)."""
     nz, ny, nx = shift.shape
     own = shift.ravel()
     parents = np.arange(len(own))

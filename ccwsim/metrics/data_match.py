@@ -24,14 +24,14 @@ class DataMatch:
     times_wrong: NDArray[np.int64]
     """Number of realizations that miss each datum, shape (n_data,)."""
     map: NDArray[np.int64]
-    """`times_wrong` as a map: −1 in cells without data; shape of a realization."""
+    """`times_wrong` in the shape of a realization; −1 in cells without data."""
 
 
 def data_match(realizations: Images, hard_data: HardData) -> DataMatch:
     """Compare realizations with the hard data, cell by cell at full resolution.
 
     An array of shape (nz, ny, nx) is one volume if the data have layers. Raises `CCWSIMError` if a
-    datum is outside the realizations, if data of maps have layers, or data of volumes have none.
+    datum is outside the realizations, and if only the data or only the realizations have layers.
 
     Examples
     --------

@@ -41,7 +41,7 @@ PERIODIC = 0.5
 
 @dataclass(frozen=True)
 class Advice:
-    """An advised value of a parameter (for volumes along layers, rows, columns), and the reason."""
+    """An advised value of a parameter, and the reason; three values (z, y, x) for a volume."""
 
     parameter: str
     value: Any
@@ -51,8 +51,8 @@ class Advice:
 def templates_that_fit(shape: tuple[int, ...], template_size: int | tuple[int, int, int]) -> int:
     """Return the number of templates that fit into an image without overlap.
 
-    `shape` is (layers,) rows and columns of the image; `template_size` the side of the template in
-    cells, or its layers, rows and columns.
+    `shape` holds the (layers,) rows and columns of the image. `template_size` is the side of the
+    template in cells, or its layers, rows and columns.
 
     Examples
     --------
@@ -69,9 +69,9 @@ def templates_that_fit(shape: tuple[int, ...], template_size: int | tuple[int, i
 def feature_size(ew: Spacing, ns: Spacing, side: int) -> tuple[int, str]:
     """Return the side in cells of a template that holds a feature, and the reason in words.
 
-    If features repeat along an axis, this is their spacing. A spacing larger than the largest
-    template for the smaller `side` is used only if the period is clear and more than three fit.
-    Otherwise the side is twice the geometric mean of both ranges.
+    If features repeat along an axis, the template is as long as their spacing. A spacing larger
+    than the largest advised template is used only if the period is clear and more than three
+    periods fit into `side`. Otherwise the template is twice the geometric mean of both ranges.
     """
     largest = largest_template(side)
     spacings = [
@@ -92,12 +92,12 @@ def feature_size(ew: Spacing, ns: Spacing, side: int) -> tuple[int, str]:
 
 
 def largest_template(side: int) -> int:
-    """Return the largest template advised for an image with this smaller side."""
+    """Return the largest advised template for an image whose smaller side has `side` cells."""
     return min(max(side // MIN_ACROSS, MIN_TEMPLATE), MAX_TEMPLATE)
 
 
 def advise_level(thinnest: int, side: int) -> Advice:
-    """Advise the wavelet level whose blocks are at most as large as the thinnest facies.
+    """Advise a wavelet level with blocks that are at most as large as the thinnest facies.
 
     Examples
     --------
@@ -156,9 +156,9 @@ def advise_overlap(template: int, thinnest: int, level: int) -> Advice:
 
 
 def warn_of_level(parameters: Parameters, grid_shape: tuple[int, ...], n_data: int) -> str:
-    """Return a warning, one sentence, if a level is too coarse for the hard data; otherwise "".
+    """Return a one-sentence warning if the level is too coarse for the hard data; otherwise "".
 
-    It is too coarse if a template holds more data, on average, than an unsplit tile may have.
+    The level is too coarse if templates hold more data, on average, than an unsplit tile may hold.
 
     Examples
     --------
@@ -182,8 +182,8 @@ def advise_along_z(
 ) -> tuple[tuple[int, int, int], str]:
     """Return level, template and overlap along z of a volume, and the reason in words.
 
-    The level is lower than along rows and columns, as volumes are thin. The template has at most
-    half of the layers, or all layers of a thin volume.
+    The level is lower than along rows and columns because volumes are thin. The template has at
+    most half of the layers, or all layers of a thin volume.
     """
     largest = n_layers if n_layers < MIN_HALVED_LAYERS else min(n_layers // 2, MAX_TEMPLATE)
     by_feature = max(thinnest, 1).bit_length() - 1
@@ -210,8 +210,8 @@ class Diagnosis:
 
     stationarity: Stationarity
     thickness: tuple[int, ...]
-    """Thickness of each facies in cells: side of the largest squares that cover 95 % of the facies;
-    geobodies at the border are continued beyond it."""
+    """Thickness of each facies in cells: side of the largest squares that cover 95 % of the facies.
+    Geobodies at the border are continued beyond the border."""
     spacing_ew: Spacing
     spacing_ns: Spacing
     feature_size: int
@@ -219,16 +219,16 @@ class Diagnosis:
     n_templates: int
     """Number of templates of the advised size that fit into the image without overlap."""
     advice: tuple[Advice, ...]
-    """Consistent values of wavelet_level, template_size and overlap_size, and a location_weight if
-    a volume has a vertical trend."""
+    """Consistent values of wavelet_level, template_size and overlap_size. If a volume has a
+    vertical trend, a location_weight is added."""
     warnings: tuple[str, ...]
     """Possible problems, one sentence each."""
     vertical_thickness: tuple[int, ...] = ()
-    """Thickness of each facies of a volume in layers; empty for a map."""
+    """Vertical thickness of each facies of a volume, in layers; empty for a map."""
     vertical_spacing: Spacing | None = None
 
     def advised(self, parameter: str) -> Any:
-        """Return the advised value of a parameter; for volumes along (layers, rows, columns)."""
+        """Return the advised value of a parameter; for volumes (layers, rows, columns)."""
         return next(a.value for a in self.advice if a.parameter == parameter)
 
 

@@ -1,4 +1,4 @@
-"""Facies proportions of images, and the E-type: the probability of each facies by cell."""
+"""Facies proportions of images, and the E-type: the probability of each facies in each cell."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ def proportions(images: Images, codes: Codes | None = None) -> NDArray[np.float6
 def vertical_proportions(images: Images, codes: Codes | None = None) -> NDArray[np.float64]:
     """Return vertical proportion curves: the share of each facies in each layer of volumes.
 
-    The result has shape (n, n_facies, nz), layer 0 at the bottom; the shares in each layer sum to
-    1. An array of shape (nz, ny, nx) is one volume. Raises `CCWSIMError` for maps.
+    The result has shape (n, n_facies, nz); layer 0 is at the bottom. The shares in each layer sum
+    to 1. An array of shape (nz, ny, nx) is one volume. Raises `CCWSIMError` for maps.
 
     Examples
     --------
@@ -65,9 +65,9 @@ def proportion_quantiles(
     codes: Codes | None = None,
     probabilities: Sequence[float] = (0.1, 0.5, 0.9),
 ) -> NDArray[np.float64]:
-    """Return quantiles over realizations of each facies' proportion, shape (n_quantiles, n_facies).
+    """Return quantiles of each facies' proportion, shape (n_quantiles, n_facies).
 
-    `probabilities` are from 0 to 1.
+    Quantiles are taken over the realizations; `probabilities` are from 0 to 1.
 
     Examples
     --------
@@ -86,13 +86,13 @@ class EType:
     """Probability of each facies in each cell."""
 
     probability: NDArray[np.float64]
-    """Share of the realizations, shape (n_facies, ny, nx) or (n_facies, nz, ny, nx)."""
+    """Probability of each facies, shape (n_facies, ny, nx) or (n_facies, nz, ny, nx)."""
     n: int
     codes: NDArray[np.integer]
 
     @cached_property
     def most_likely(self) -> NDArray[np.integer]:
-        """Code of the most probable facies in each cell; in a tie the smallest code."""
+        """Code of the most probable facies in each cell; the smallest code in a tie."""
         return self.codes[self.most_likely_indices]
 
     @cached_property
@@ -107,7 +107,7 @@ class EType:
 
     @property
     def maps(self) -> dict[str, NDArray]:
-        """All maps, or volumes, by name, for `ccwsim.io.write_maps`."""
+        """All maps (or volumes) by name, as `ccwsim.io.write_maps` needs them."""
         each = zip(self.codes.tolist(), self.probability, strict=True)
         return {
             **{f"probability_{code}": values for code, values in each},
@@ -154,7 +154,7 @@ def facies_counts(images: Images, codes: Codes | None = None) -> NDArray[np.int3
 
 
 def etype_of_counts(counts: NDArray[np.integer], codes: Codes | None = None) -> EType:
-    """Return the E-type from the counts of `facies_counts`.
+    """Return the E-type of counts that `facies_counts` returned.
 
     The codes are 0 … n_facies − 1 by default. Raises `CCWSIMError` if all counts are 0.
 
@@ -177,9 +177,9 @@ def etype_of_counts(counts: NDArray[np.integer], codes: Codes | None = None) -> 
 
 
 def entropy(probability: ArrayLike) -> NDArray[np.float64]:
-    """Return −Σ p log p / log(n_facies) over the first axis of probabilities, shape (n_facies, …).
+    """Return −Σ p log p / log(n_facies) of probabilities of shape (n_facies, …).
 
-    The entropy is from 0 (certain) to 1 (all facies equally likely), and 0 for a single facies.
+    This entropy is from 0 (certain) to 1 (all facies equally likely), and 0 for a single facies.
 
     Examples
     --------

@@ -16,7 +16,7 @@ SILL_SHARE = 0.95
 PROMINENCE = 0.1
 """Minimum prominence of a peak of the correlation; lower peaks are noise."""
 THICK_SHARE = 0.95
-"""Share of a facies that must be covered by squares as large as its thickness."""
+"""A facies is as thick as the largest squares that cover at least this share of it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,18 +29,18 @@ class Spacing:
     range: int | None
     """First lag at which γ reaches 95 % of the sill; None if γ stays below."""
     spacing: int | None
-    """Lag of the first peak of the correlation, the distance between features; None if there is no
+    """Distance between features: the lag of the first peak of the correlation. None if there is no
     peak."""
     strength: float
-    """Prominence of that peak, from 0 (no repetition) to about 2 (strict period)."""
+    """Prominence of the first peak, from 0 (no repetition) to about 2 (strict period)."""
 
 
 def feature_spacing(
     image: Images, codes: Codes | None = None, direction: Direction = "E-W"
 ) -> Spacing:
-    """Return range and spacing of the features, from lags up to half of the smaller side.
+    """Return range and spacing of the features; lags go up to half of the smaller side.
 
-    In a volume, this is the smaller side of a layer, or the number of layers for "vertical".
+    In a volume, the smaller side of a layer is used, or the number of layers for "vertical".
 
     Examples
     --------
@@ -73,7 +73,7 @@ class Granulometry:
     sizes: NDArray[np.int64]
     """Sides of squares: 1, 2, … cells."""
     kept: NDArray[np.float64]
-    """Share of the facies' cells that are covered by squares of each size inside the facies."""
+    """Share of the facies' cells covered by squares of each size that are inside the facies."""
 
     def thickness(self, share: float = THICK_SHARE) -> int:
         """Return the largest size that keeps at least `share` of the facies; 0 if it is absent."""
@@ -96,7 +96,7 @@ def granulometry(
     Parameters
     ----------
     max_size : int
-        Largest square.
+        Side of the largest square in cells.
     down_to : float
         Stop after the first size at which a smaller share remains.
     extend : bool
@@ -139,7 +139,7 @@ def granulometry(
 def _combined(
     operation: np.ufunc, mask: NDArray[np.bool_], size: int, axis: int
 ) -> NDArray[np.bool_]:
-    """Apply `operation` to each run of `size` cells along an axis; store it at the first cell."""
+    """Apply `operation` to runs of `size` cells along an axis; the first cell gets the result."""
     length = 1
     mask = np.moveaxis(mask, axis, 0)
     while length < size:

@@ -18,7 +18,7 @@ _SHARED_AXES = {4: 1, 6: 1, 18: 2, 8: 3, 26: 3}
 
 
 def neighbours_of(shape: tuple[int, ...], neighbours: int | None) -> int:
-    """Check the number of neighbours of a cell in images of a shape; 8 or 26 by default.
+    """Return the number of neighbours of a cell after checking it; 8 or 26 by default.
 
     Examples
     --------
@@ -48,11 +48,11 @@ def label(inside: NDArray[np.bool_], neighbours: int) -> tuple[NDArray[np.int32]
 
 
 def euler_number(inside: NDArray[np.bool_], neighbours: int) -> int:
-    """Return geobodies minus holes; in a volume geobodies − tunnels + cavities.
+    """Return the number of geobodies − holes; in a volume, geobodies − tunnels + cavities.
 
-    With 8 or 26 neighbours, it is corners − edges + faces − cells of the union of closed cells.
+    With 8 or 26 neighbours, the result is corners − edges + faces − cells of the union of cells.
     With 4 or 6, cell centres are the corners, and adjacent cells span edges, faces and cubes. With
-    18, corners at which only two cells touch are counted twice, as such cells are not joined.
+    18, corners at which only two cells touch count twice because such cells are not joined.
     """
     cells = np.pad(inside[0] if len(inside) == 1 else inside, 1)
     only_sides = _SHARED_AXES[neighbours] == 1
@@ -65,7 +65,7 @@ def euler_number(inside: NDArray[np.bool_], neighbours: int) -> int:
 
 
 def _alternating_sum(cells: NDArray[np.bool_], combine: np.ufunc, axis: int = 0) -> int:
-    """Return the number of cells − the number of pairs combined along an axis, for all axes."""
+    """Return (number of cells) − (number of pairs combined along an axis), for all axes."""
     if axis == cells.ndim:
         return int(np.count_nonzero(cells))
     lines = np.moveaxis(cells, axis, 0)

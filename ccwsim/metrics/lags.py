@@ -23,8 +23,8 @@ MAX_STEPS = 1_000_000
 """Maximum lag in steps."""
 
 Direction = str | float | tuple[int, ...]
-"""A name of `STEPS`, an azimuth in degrees clockwise from north, or (rows, columns) of one lag; in
-volumes also "vertical" and (layers, rows, columns)."""
+"""A name in `STEPS`, an azimuth in degrees clockwise from north, or the (rows, columns) of one
+step; in volumes also "vertical" and (layers, rows, columns)."""
 
 Lags = int | Sequence[int] | NDArray[np.integer]
 """The largest lag, or a list of lags."""
@@ -55,7 +55,7 @@ def lag_offsets(
 
 
 def _offsets(direction: Direction, lags: NDArray[np.integer], n_axes: int) -> NDArray[np.int64]:
-    """Return the offsets of lags along a direction; they have two or three columns like it."""
+    """Return the offsets of lags along a direction; they have two columns, or three with layers."""
     if isinstance(direction, str):
         if direction == VERTICAL:
             if n_axes < N_AXES:
@@ -171,7 +171,7 @@ def lags_of_map(max_lag: int, shape: tuple[int, ...]) -> NDArray[np.int64]:
 
 
 def product_sums(tail: NDArray, head: NDArray, max_lag: int) -> NDArray[np.float64]:
-    """Return the exact sum Σ tail(x) · head(x + h) of two masks (ny, nx) for each lag h.
+    """Return the exact sum Σ tail(x) · head(x + h) for each lag h; both masks have shape (ny, nx).
 
     Examples
     --------
@@ -186,7 +186,7 @@ def product_sums(tail: NDArray, head: NDArray, max_lag: int) -> NDArray[np.float
 
 
 def overlap_sums(inside: NDArray, max_lag: int) -> NDArray[np.float64]:
-    """Return Σ inside(x) for each lag h, over the cells x with x + h inside the map (ny, nx).
+    """Return Σ inside(x) for each lag h, summed over the cells x for which x + h is in the map.
 
     Examples
     --------

@@ -1,7 +1,7 @@
 """Measures of one facies: one number for each realization and for each crop of the training image.
 
-`MEASURES` lists them with title, function and smallest reported difference; the page *Validate*,
-reports and CSV files show all of them.
+`MEASURES` holds the title, function and smallest reported difference of each measure. The page
+*Validate*, reports and CSV files show all measures.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.training_image import TrainingImage
 
 MAX_IMAGES = 200
-"""Maximum number of measured realizations; only the first ones are measured."""
+"""Maximum number of measured realizations; later realizations are not measured."""
 PER_CELLS, PER_CELLS_VOLUME = 10_000, 1_000_000
-"""Geobodies are counted per this number of cells, as images differ in size."""
+"""Geobodies are counted per this number of cells because images differ in size."""
 PATTERN_SIDE = 3
 Values = NDArray[np.float64]
 
@@ -62,7 +62,7 @@ class Measure:
     """Name, with the unit."""
     definition: str
     values: Callable[[OfFacies], Values]
-    """Function of an `OfFacies` that returns one value for each image, shape (n,), or NaN."""
+    """Function of an `OfFacies` that returns a value (or NaN) for each image, shape (n,)."""
     least: float
     """Smallest reported difference, in units of the value."""
     words: tuple[str, str] = ("too low", "too high")
@@ -92,7 +92,7 @@ def _share(of: OfFacies) -> Values:
 
 
 def _boundary(of: OfFacies) -> Values:
-    """Return the share of adjacent pairs with only one cell in the facies; NaN for one cell."""
+    """Return the share of adjacent pairs with only one cell in the facies; NaN if no pair."""
     unequal, n_pairs = np.zeros(len(of.inside)), 0
     for axis in (1, 2, 3):
         here, next_to = (np.delete(of.inside, end, axis) for end in (-1, 0))
@@ -102,7 +102,7 @@ def _boundary(of: OfFacies) -> Values:
 
 
 def _chord(axis: int) -> Callable[[OfFacies], Values]:
-    """Return a function for the mean chord length along an axis of (n, nz, ny, nx)."""
+    """Return a function that computes mean chord lengths along an axis of (n, nz, ny, nx)."""
 
     def values(of: OfFacies) -> Values:
         lines = np.moveaxis(of.inside, axis, -1)
@@ -130,7 +130,7 @@ def _counted(
     count: Callable[[OfFacies], NDArray[np.int64]],
     words: tuple[str, str],
 ) -> tuple[Measure, Measure]:
-    """Return a measure that counts geobodies per 10,000 cells of maps, and one for volumes."""
+    """Return two measures that count geobodies per 10,000 cells (maps) or 1,000,000 (volumes)."""
 
     def entry(per: int, volumes: bool) -> Measure:
         def values(of: OfFacies) -> Values:
@@ -201,7 +201,7 @@ MEASURES = (
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """Measures of a facies, in maps or in volumes."""
+    """Values of the measures of a facies, in maps or in volumes."""
 
     measures: tuple[Measure, ...]
     each: Values
@@ -213,7 +213,7 @@ class Measured:
 
 
 def measure(ensemble: Ensemble, facies: int, progress: Fraction | None = None) -> Measured:
-    """Measure a facies in at most 200 realizations, and compare with crops of the training image.
+    """Measure a facies in at most 200 realizations, and compare these with crops of the image.
 
     Examples
     --------

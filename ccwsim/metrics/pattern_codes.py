@@ -13,7 +13,7 @@ from ccwsim.jobs.workers import check_stop
 CELLS_OF_STRIP = 4_000_000
 """Number of cells whose patterns are counted at a time."""
 MAX_TABLE = 2**20
-"""Maximum number of possible patterns for counting in a table; with more, codes are sorted."""
+"""Maximum number of possible patterns that are counted in a table; above it, codes are sorted."""
 
 
 def count_patterns(
@@ -48,7 +48,7 @@ def count_patterns(
 def codes_in(
     volume: NDArray[np.uint8], n_facies: int, height: int, size: int
 ) -> Iterator[NDArray[np.uint64]]:
-    """Yield the codes of all patterns, for some layers and rows at a time to save memory."""
+    """Yield the codes of all patterns; to save memory, only some layers and rows at a time."""
     fits = height * size * size * np.log2(max(n_facies, 2)) < 64
     nz, ny, nx = volume.shape
     n_layers = max(CELLS_OF_STRIP // (ny * nx), 1)
@@ -72,7 +72,7 @@ def _mixed(value):
 
 @allocating_kernel
 def _pattern_codes(image, height, size, base):
-    """Return the code of each location's pattern: its cells as digits in `base`, or a hash if 0."""
+    """Return the code of each location's pattern: its cells as digits, or a hash if `base` is 0."""
     nz, ny, nx = image.shape
     digit = np.uint64(base) if base else np.uint64(0x9E3779B97F4A7C15)
     row_weight = np.uint64(1)

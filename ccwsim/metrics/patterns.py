@@ -32,20 +32,20 @@ FACTORS = (1, 2, 3)
 
 @dataclass(frozen=True, eq=False)
 class PatternHistogram:
-    """Frequency of each pattern of size × size cells, in volumes size × size × size."""
+    """Frequency of each pattern of size × size cells, or size × size × size cells in a volume."""
 
     codes: NDArray[np.uint64]
     """Sorted codes of the patterns that occur. The digits of a code in base n_facies are the cells
-    of the pattern; patterns that are too large for 64 bits have a 64-bit hash as code."""
+    of the pattern; the code of a pattern too large for 64 bits is a 64-bit hash."""
     frequencies: NDArray[np.float64]
     """Share of each pattern; the sum is 1."""
     size: int
     """Side of the patterns in cells."""
     facies: tuple[int, ...] = ()
-    """Sorted facies codes; digit k stands for facies[k]."""
+    """Sorted facies codes; a digit k in a pattern's code stands for facies[k]."""
     layers: int = 1
-    """Height of the patterns in cells: 1 in maps; `size` in volumes, or all layers of a thinner
-    volume."""
+    """Height of the patterns in cells: 1 in maps, and `size` in volumes, or the number of layers if
+    that is smaller."""
 
 
 def pattern_histogram(
@@ -67,7 +67,7 @@ def pattern_histogram(
 
 
 def size_of(stack: Stack, size: int | None) -> int:
-    """Return the checked side of patterns, by default 4 in maps and 3 in volumes."""
+    """Return the side of patterns after checking it; the default is 4 in maps and 3 in volumes."""
     if size is None:
         return VOLUME_PATTERN_SIZE if stack.is_volumes else PATTERN_SIZE
     return check_int("pattern size", size, 1, 2**31)
@@ -102,8 +102,8 @@ def pyramid_histograms(
 ) -> list[list[PatternHistogram]]:
     """Return the pattern histograms of each image, one for each resolution.
 
-    Along z, factors are reduced so that patterns fit into `layers`: the number of layers of the
-    thinnest compared volume, by default that of these images.
+    Along z, factors are reduced so that patterns fit into `layers` layers. `layers` is the number
+    of layers of the thinnest compared volume, by default of the thinnest of these images.
 
     Examples
     --------
@@ -130,9 +130,9 @@ def pyramid_histograms(
 def js_divergence(a: PatternHistogram, b: PatternHistogram) -> float:
     """Return the Jensen–Shannon divergence of two histograms in bits, from 0 to 1.
 
-    JS = ½ Σ a log₂(a / m) + ½ Σ b log₂(b / m) with m = (a + b) / 2 (Lin 1991): 0 for equal
-    histograms, 1 if no pattern is in both. Its square root is a distance. Raises `CCWSIMError` for
-    histograms of different pattern sizes or facies codes.
+    JS = ½ Σ a log₂(a / m) + ½ Σ b log₂(b / m) with m = (a + b) / 2 (Lin 1991). It is 0 for equal
+    histograms, and 1 if no pattern is in both. Its square root is a distance. Raises `CCWSIMError`
+    for histograms of different pattern sizes or facies codes.
 
     Examples
     --------
@@ -203,7 +203,8 @@ def unseen_patterns(
     Parameters
     ----------
     mask : ndarray of bool, shape of one image, optional
-        Only patterns that contain a cell of the mask count, such as a cell with hard data.
+        Only patterns that contain a cell of the mask are counted; the mask may hold the cells with
+        hard data.
 
     Examples
     --------
@@ -232,7 +233,7 @@ def unseen_patterns(
 def _containing(
     mask: NDArray[np.bool_], shape: tuple[int, ...], height: int, size: int
 ) -> NDArray[np.bool_]:
-    """Return the flat mask of the patterns that contain a cell of `mask`, in the codes' order."""
+    """Return the flat mask of patterns that contain a cell of `mask`, in the order of the codes."""
     mask = as_array(mask, "mask")
     if mask.shape != shape or mask.dtype != np.bool_:
         raise CCWSIMError(
@@ -249,9 +250,10 @@ def _containing(
 def divergences(
     histograms: list[list[PatternHistogram]], progress: Fraction | None = None
 ) -> NDArray[np.float64]:
-    """Return the Jensen–Shannon divergence of all pairs of images in bits, shape (n_factors, n, n).
+    """Return the Jensen–Shannon divergences of all pairs in bits, shape (n_factors, n, n).
 
-    `histograms` are the result of `pyramid_histograms`: by image, then by factor.
+    `histograms` is the result of `pyramid_histograms`: histograms[k][g] belongs to image k and
+    factor g.
 
     Examples
     --------
@@ -290,7 +292,7 @@ def _fill_row(codes, shares, starts, row, result):
 
 @part_of_kernel
 def _js_of(codes_a, shares_a, codes_b, shares_b):
-    """Return the divergence of two sorted histograms; an unshared pattern adds half its share."""
+    """Return the divergence of two sorted histograms; a pattern in only one adds half its share."""
     total, i, j = 0.0, 0, 0
     while i < len(codes_a) and j < len(codes_b):
         if codes_a[i] == codes_b[j]:

@@ -26,23 +26,23 @@ CELLS_COMPARED = 1_000_000
 class Quality:
     """Similarity of an ensemble to its training image, its match with the data, and its CPU time.
 
-    Counts of hard data are those of `Ensemble`, averaged over realizations. Spreads are standard
-    deviations between realizations, NaN for a single realization.
+    Counts of hard data are defined in `Ensemble`; here they are averaged over realizations. Spreads
+    are standard deviations between realizations; they are NaN for one realization.
     """
 
     n: int
     pattern_distances: tuple[float, float, float]
-    """Jensen–Shannon divergence in bits of patterns from the training image at full, half and third
-    resolution, mean over realizations. Patterns are 4 × 4, in volumes 3 × 3 × 3 cells."""
+    """Mean Jensen–Shannon divergence in bits between patterns of realizations and of the training
+    image, at full, half and third resolution. Patterns are 4 × 4 cells, in volumes 3 × 3 × 3."""
     pattern_spread: float
-    """Spread of the mean over the three resolutions."""
+    """Spread of the realizations' mean divergence over the three resolutions."""
     tau_errors: tuple[float, ...]
-    """|mean τ(h) of the realizations − τ(h) of the training image|, mean over the lags with both
-    values, E–W, N–S and, in volumes, vertical; NaN if there is no such lag."""
+    """|mean τ(h) of the realizations − τ(h) of the training image|, averaged over the lags at which
+    both are known. Axes are E–W, N–S and, in volumes, vertical. NaN if there is no such lag."""
     facies: int
     """Code of the facies whose τ(h) is compared."""
     differing: float
-    """Share of the cells in which two realizations differ, mean over all pairs; NaN for a single
+    """Share of the cells in which two realizations differ, averaged over all pairs; NaN for one
     realization."""
     n_resimulated: float
     n_forced: float
@@ -50,15 +50,15 @@ class Quality:
     cpu_seconds: float
     """Median CPU time of a realization."""
     proportion_error: float = nan
-    """Relative error of the mean proportion of the facies with the largest error: −0.4 if
-    realizations have 40 % less of it than the training image."""
+    """Relative error of the mean proportion of the facies with the largest error. −0.4 means that
+    realizations have 40 % less of this facies than the training image."""
     proportion_facies: int = 0
     """Code of the facies with the largest error of its proportion."""
     proportion_spread: float = nan
     tau_spreads: tuple[float, ...] = (nan, nan)
-    """Spread of τ(h), mean over the lags, along the axes of `tau_errors`."""
+    """Spread of τ(h), averaged over the lags, along each axis of `tau_errors`."""
     largest_copied: float = nan
-    """Size in cells of the largest piece copied from the training image, mean over realizations;
+    """Mean size in cells of the largest piece that a realization copied from the training image;
     NaN if the ensemble does not keep its sources."""
     copied_spread: float = nan
 
@@ -125,7 +125,7 @@ def judge(ensemble: Ensemble, facies: int | None = None) -> Quality:
 
 
 def _spread(each: NDArray[np.floating]) -> float:
-    """Return the standard deviation between realizations, NaN for fewer than two."""
+    """Return the standard deviation between realizations; NaN for fewer than two."""
     return float(each.std(ddof=1)) if len(each) > 1 else nan
 
 
@@ -137,10 +137,10 @@ def _copied(ensemble: Ensemble) -> NDArray[np.float64]:
 
 
 def differing_share(images: Images, codes: Codes | None = None) -> float:
-    """Return the share of cells in which two realizations differ, mean over all pairs.
+    """Return the share of cells in which two realizations differ, averaged over all pairs.
 
-    In each cell, Σ c (c − 1) / 2 pairs agree, where c is the number of realizations with each
-    facies. The share is NaN for a single realization.
+    If c realizations have a facies in a cell, c (c − 1) / 2 pairs agree there; these numbers are
+    summed over facies. The share is NaN for a single realization.
 
     Examples
     --------
@@ -169,7 +169,7 @@ def lags_of(ensemble: Ensemble, way: Direction = "E-W") -> NDArray[np.int64]:
 
 
 def _tau_error(ensemble: Ensemble, facies: int, way: Direction) -> tuple[float, float]:
-    """Return the error of the mean τ(h) and the spread of τ(h), each mean over the lags."""
+    """Return the error of the mean τ(h) and the spread of τ(h), both averaged over the lags."""
     lags = lags_of(ensemble, way)
     if not len(lags):
         return nan, nan

@@ -19,10 +19,10 @@ class ReferenceScores:
     """Scores of probabilities against the reference field."""
 
     accuracy: float
-    """Share of the cells whose most likely facies is the true one, that of the reference field."""
+    """Share of the cells whose most likely facies equals the true one in the reference field."""
     brier: float
-    """Brier score: mean of Σ (p − o)² over facies, with o = 1 for the true facies and 0 otherwise;
-    0 is perfect, 2 the worst."""
+    """Brier score: Σ (p − o)² over facies, averaged over cells, with o = 1 for the true facies and
+    0 for others. 0 is perfect, and 2 is the worst value."""
     log_score: float
     """Mean of −ln p of the true facies; 0 is perfect. The probability p from n realizations is
     replaced by (n p + ½) / (n + n_facies / 2), so that it is never 0."""
@@ -34,14 +34,14 @@ class ReferenceScores:
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """Predicted probabilities, and the observed shares of cells that have the facies."""
+    """Predicted probabilities of a facies, and observed shares of cells with this facies."""
 
     edges: NDArray[np.float64]
     """Edges of the bins of probability, shape (n_bins + 1,)."""
     forecast: NDArray[np.float64]
     """Mean probability in each bin, shape (n_bins,); NaN for an empty bin."""
     observed: NDArray[np.float64]
-    """Share of each bin's cells that have the facies, shape (n_bins,); NaN for an empty bin."""
+    """Observed share of the facies in each bin's cells, shape (n_bins,); NaN for an empty bin."""
     count: NDArray[np.int64]
     """Number of probabilities in each bin, shape (n_bins,): one for each cell and facies."""
     error: float
@@ -66,11 +66,11 @@ def score_reference(
     truth : image
         The reference field.
     n_realizations : int, optional
-        Number of realizations; an `EType` has it.
+        Number of realizations; an `EType` holds this number itself.
     scored : ndarray of bool, shape of `truth`, optional
         Mask of the scored cells; exclude cells with hard data, which every realization honours.
     codes : array_like of int, shape (n_facies,), optional
-        Facies codes of an array of probabilities, 0 … n_facies − 1 by default.
+        Facies codes of an array of probabilities; the default is 0 … n_facies − 1.
 
     Examples
     --------

@@ -1,13 +1,14 @@
 """Comparison of realizations with crops of their training image.
 
-Statistics vary between crops of one training image, and depend on the size of the window (a smaller
-window cuts geobodies). So pieces of the realizations are compared with crops of the same size. The
-allowed difference follows from the standard deviation s between crops; the spread of realizations
-is not used, as it grows when they get worse. The means over m pieces and over the crops, of which k
-are independent, may differ by c · s · √(1/k + 1/m).
+Statistics vary between crops of one training image. They also depend on the size of the window,
+because a smaller window cuts geobodies. So pieces of the realizations are compared with crops of
+the same size. The allowed difference follows from the standard deviation s between crops. The
+spread of realizations is not used, because it grows when realizations get worse. The mean over m
+pieces and the mean over crops may differ by c · s · √(1/k + 1/m) if k crops are independent.
 
-Windows nearly as large as the training image give too few crops for this rule. For them, a curve is
-outside if nearly no piece of the realizations reaches the image's value and their mean is far away.
+Windows nearly as large as the training image give too few crops for this rule. In such windows, a
+curve is outside if its mean over pieces is far from the image's value, and nearly no piece reaches
+that value.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.training_image import TrainingImage
 
 MIN_SIDE, MAX_SIDE = 8, 512
-"""Rows and columns of a crop: smaller crops hold no pattern, larger crops take long."""
+"""Limits of the rows and columns of a crop: smaller crops hold no pattern, larger ones are slow."""
 MAX_CROP_CELLS = 2_000_000
 """Maximum number of cells of a crop of a volume."""
 MAX_CROPS_ALONG = 4
@@ -43,17 +44,17 @@ MAX_CROPS_ABOVE = 2
 MIN_CROPS = 3
 """Minimum number of crops with a known value; with fewer, the value is not judged."""
 MAX_PIECES = 32
-"""Maximum number of pieces; more would not help, as the number of crops limits the precision."""
+"""Maximum number of pieces; the number of crops limits the precision, so more would not help."""
 CURVE_ERRORS, VALUE_ERRORS = 4.0, 2.0
-"""Allowed differences in standard errors; larger for curves, as they are judged at many lags."""
+"""Allowed differences in standard errors; larger for curves because many lags are judged."""
 STATISTICS = ("connectivity", "variogram")
 MIN_GAP = 0.1
-"""Smallest reported difference of a curve: of τ, and of γ in sills p (1 − p)."""
+"""Smallest reported difference of a curve: in units of τ, or for γ in sills p (1 − p)."""
 MIN_LARGE_GAP = 0.5
-"""Smallest reported difference for large pieces, nearly the size of the training image."""
+"""Smallest reported difference for pieces that are nearly as large as the training image."""
 MIN_LARGE_PIECES, MAX_LARGE_PIECES = 10, 16
 LARGE_STEP = 3
-"""Step between the lags that are compared in large pieces, to save time."""
+"""Step between the lags that are compared in large pieces; a step above 1 saves time."""
 TAIL = 0.05
 """A curve is outside only if at most this share of large pieces reaches the image's value."""
 MIN_PROPORTION_GAP = 0.05
@@ -72,13 +73,13 @@ class Fit:
     """Values of realizations and of crops of their training image; arrays have shape (m,)."""
 
     at: Floats
-    """Position of each value: lag in cells for a curve, facies code for proportions, or index."""
+    """Position of each value: the lag in cells on a curve, the facies code, or an index."""
     found: Floats
-    """Mean over pieces of the realizations; NaN if it is unknown."""
+    """Mean of each value over pieces of the realizations; NaN if it is unknown."""
     reference: Floats
-    """Mean over crops of the training image."""
+    """Mean of each value over crops of the training image."""
     tolerance: Floats
-    """Allowed difference of `found` from `reference`; NaN if the value cannot be judged."""
+    """Allowed difference between `found` and `reference`; NaN if the value cannot be judged."""
     crop_shape: Shape
     """(Layers,) rows and columns of crops and pieces."""
 
@@ -104,7 +105,7 @@ class Fit:
 
     @property
     def _excess(self) -> Floats:
-        """Differences divided by tolerances; NaN if unknown."""
+        """Difference divided by tolerance of each value; NaN if it is unknown."""
         with np.errstate(divide="ignore", invalid="ignore"):  # a constant image has no tolerance
             return np.abs(self.found - self.reference) / self.tolerance
 
@@ -122,11 +123,11 @@ class ReferenceBand:
     """
 
     at: Floats
-    """Position of each value, see `Fit`."""
+    """Position of each value, as in `Fit`."""
     values: Floats
-    """Values of each crop, shape (n_crops, m); NaN counts as missing."""
+    """Values of each crop, shape (n_crops, m); NaN if a value is missing."""
     n_independent: float
-    """Number of crops that fit into the training image without overlap."""
+    """Number of crops that would fit into the training image without overlap."""
     n_errors: float
     """Allowed difference in standard errors."""
     min_gap: Floats
@@ -134,7 +135,7 @@ class ReferenceBand:
     crop_shape: Shape
 
     def compare(self, found: ArrayLike, n_pieces: float) -> Fit:
-        """Compare the mean of `n_pieces` pieces of realizations, shape (m,)."""
+        """Compare `found` (the means over `n_pieces` pieces, shape (m,)) with the crops."""
         known = ~np.isnan(self.values)
         n = known.sum(axis=0)
         enough = n >= MIN_CROPS
@@ -151,10 +152,10 @@ class ReferenceBand:
 def crop_shape(image_shape: Shape, grid_shape: Shape) -> Shape | None:
     """Return the shape of crops and pieces for comparing a training image with realizations.
 
-    A crop is as long as the grid, but at most half as long as the training image, so that crops
-    differ, and at most 512 cells. In volumes, which are thin, it has all common layers and at most
-    two million cells. The result is None if crops would have fewer than 8 rows or columns. Raises
-    `CCWSIMError` if one shape is of a map and the other of a volume.
+    A crop is as long as the grid, but has at most 512 cells along a side. It is at most half as
+    long as the training image, so that crops differ. In volumes, a crop has all common layers and
+    at most two million cells. The result is None if crops would have fewer than 8 rows or columns.
+    Raises `CCWSIMError` if one shape belongs to a map and the other to a volume.
 
     Examples
     --------
@@ -171,7 +172,7 @@ def crop_shape(image_shape: Shape, grid_shape: Shape) -> Shape | None:
 
 
 def largest_crop(image_shape: Shape, grid_shape: Shape) -> Shape:
-    """Return the shape of the largest window that fits into both training image and grid."""
+    """Return the shape of the largest window that fits into the training image and the grid."""
     if len(image_shape) != len(grid_shape):
         raise CCWSIMError(
             f"a training image of shape {tuple(image_shape)} and realizations of "
@@ -183,7 +184,7 @@ def largest_crop(image_shape: Shape, grid_shape: Shape) -> Shape:
 
 
 def crops_of(image: NDArray[np.uint8], shape: Shape) -> NDArray[np.uint8]:
-    """Return evenly spaced crops of an image, shape (n, *shape), at most (2 ×) 4 × 4 crops."""
+    """Return evenly spaced crops, shape (n, *shape): at most 4 × 4, or 2 × 4 × 4 of a volume."""
     starts = []
     most = (MAX_CROPS_ABOVE, MAX_CROPS_ALONG, MAX_CROPS_ALONG)[-len(shape) :]
     for side, own, largest in zip(image.shape, shape, most, strict=True):
@@ -199,7 +200,7 @@ def _window(start: Sequence[int], shape: Shape) -> tuple[slice, ...]:
 def pieces_of(
     realizations: NDArray[np.uint8], shape: Shape, max_pieces: int = MAX_PIECES
 ) -> NDArray[np.uint8]:
-    """Return at most `max_pieces` pieces of realizations, without overlap, shape (m, *shape)."""
+    """Return m ≤ `max_pieces` pieces of realizations, shape (m, *shape); they do not overlap."""
     along = (
         np.linspace(0, side - own, side // own).astype(int)
         for side, own in zip(realizations.shape[1:], shape, strict=True)
@@ -218,9 +219,9 @@ def fit_curve(
 ) -> Fit | None:
     """Compare a curve of realizations with the curves of crops of their training image.
 
-    `statistic` is "variogram" or "connectivity". Lags go up to half of a crop, or half of the
-    largest common window if the curve deviates more there. The result is None if the training image
-    or the grid is too small.
+    `statistic` is "variogram" or "connectivity". Lags extend to half of a crop. If the curve
+    deviates more in the largest common window, lags extend to half of this window. The result is
+    None if the training image or the grid is too small.
 
     Examples
     --------
@@ -269,7 +270,7 @@ def fit_curve(
 def fit_geobodies(ensemble: Ensemble, facies: int, neighbours: int | None = None) -> Fit | None:
     """Compare Γ and the percolation of a facies with crops of the training image.
 
-    The values are Γ and the shares of pieces that percolate E–W, N–S and, in volumes, vertically.
+    The values are Γ and the share of pieces that percolate E–W, N–S and, in volumes, vertically.
     """
     image = ensemble.training_image
     index = image.index_of(facies)
@@ -290,9 +291,9 @@ def fit_values(
 ) -> Fit | None:
     """Compare m values of pieces of realizations with the values of crops of the training image.
 
-    `name` is a unique key of these values; `values` takes a stack of n images and returns an array
-    of shape (n, m); `at` and `least` are `at` and `min_gap` of the `ReferenceBand`. The result is
-    None if the training image or the grid is too small for crops.
+    `name` is a unique key of these values. `values` takes a stack of n images and returns an array
+    of shape (n, m). `at` and `least` become `at` and `min_gap` of the `ReferenceBand`. The result
+    is None if the training image or the grid is too small for crops.
     """
     image = ensemble.training_image
     shape = crop_shape(image.array.shape, ensemble.indices.shape[1:])
@@ -304,9 +305,9 @@ def fit_values(
 
 
 def fit_proportions(ensemble: Ensemble) -> Fit | None:
-    """Compare the mean facies proportions with those of the whole training image, as `reference`.
+    """Compare the mean facies proportions of realizations with the whole training image.
 
-    The tolerance follows from the scatter of the crops.
+    `reference` holds the proportions of the image; the tolerance follows from the scatter of crops.
 
     Examples
     --------
@@ -326,9 +327,9 @@ def fit_proportions(ensemble: Ensemble) -> Fit | None:
 
 
 def fit_patterns(ensemble: Ensemble, sizes: Sequence[int] = PATTERN_SIZES) -> Fit | None:
-    """Compare the pattern distance of realizations from the training image with that of crops.
+    """Compare realizations with crops by their pattern distance from the training image.
 
-    Values are Jensen–Shannon divergences in bits at full resolution; `at` has the pattern sizes.
+    Values are Jensen–Shannon divergences in bits at full resolution; `at` holds the pattern sizes.
     Crops differ from the image only because they are smaller. The result is None if the training
     image or the grid is too small for crops.
 
@@ -353,7 +354,7 @@ def fit_patterns(ensemble: Ensemble, sizes: Sequence[int] = PATTERN_SIZES) -> Fi
 def fit_vertical_proportions(ensemble: Ensemble, facies: int) -> Fit | None:
     """Compare the share of a facies in each layer of volumes with the training image.
 
-    `at` is the layer, 0 at the bottom; `reference` is the share in the layer of the whole training
+    `at` is the layer, 0 at the bottom; `reference` is the share in this layer of the training
     image. The result is None if the image has a different number of layers or is too small for
     crops. Raises `CCWSIMError` for maps.
 
@@ -384,7 +385,7 @@ def fit_vertical_proportions(ensemble: Ensemble, facies: int) -> Fit | None:
 
 
 def fit_shares(ensemble: Ensemble, crops: ReferenceBand, each: Floats, reference: Floats) -> Fit:
-    """Compare shares of whole realizations (n, m) with the image; crops give the tolerance."""
+    """Compare shares `each`, shape (n, m), with the image; crops determine the tolerance."""
     n_pieces = ensemble.n * prod(ensemble.indices.shape[1:]) / prod(crops.crop_shape)
     found = each.mean(axis=0)
     tolerance = crops.compare(found, n_pieces).tolerance
@@ -405,7 +406,7 @@ def band_of_crops(
     n_errors: float,
     min_gap: Floats,
 ) -> ReferenceBand:
-    """Return the band of crops of an image; it is computed once for each name and crop shape."""
+    """Return the band of an image's crops, which is computed once for each name and crop shape."""
     bands, key = _bands.setdefault(image, {}), (*name, shape)
     if key not in bands:
         if len(bands) >= MAX_BANDS:
@@ -417,7 +418,7 @@ def band_of_crops(
 
 
 def _without_the_image(reference: ReferenceBand, each: Floats) -> Fit | None:
-    """Judge large pieces: outside if nearly none reaches the image's value; None if too few."""
+    """Judge pieces nearly as large as the image; return None if there are too few pieces."""
     if len(each) < MIN_LARGE_PIECES:
         return None
     crops, pieces = band(reference.values, 0.0, 1.0), band(each, TAIL, 1 - TAIL)
@@ -433,6 +434,6 @@ def _gap(fit: Fit) -> float:
 
 
 def _mean(values: Floats) -> Floats:
-    """Return the mean of the known values of each column; NaN if there are none."""
+    """Return the mean of the known values in each column; NaN if no value is known."""
     known = ~np.isnan(values)
     return ratio(np.where(known, values, 0.0).sum(axis=0), known.sum(axis=0))

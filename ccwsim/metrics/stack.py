@@ -20,7 +20,7 @@ from ccwsim.system.machine import n_cores
 N_AXES = 3
 """Axes of a volume: layers from the bottom, rows from the south, columns from the west."""
 CELLS_A_PIECE = 200_000_000
-"""Number of cells compared between two checks for cancelling: some tenths of a second."""
+"""Number of cells compared between checks for cancelling; it takes some tenths of a second."""
 Result = TypeVar("Result")
 Fraction = Callable[[float], None]
 """Progress function, called as progress(fraction) in the caller's thread."""
@@ -69,16 +69,16 @@ def index_of(codes: NDArray[np.integer], code: int, name: str = "facies") -> int
 
 
 Images = Stack | Ensemble | TrainingImage | ArrayLike
-"""Types of images; the codes of an array are those that occur in it, unless they are given."""
+"""Types of images; by default, the codes of an array are the values that occur in it."""
 Codes = ArrayLike
 """Codes of all facies, including those that do not occur."""
 
 
 def as_stack(images: Images, codes: Codes | None = None, n_axes: int = 2) -> Stack:
-    """Return images as a stack with the given codes, by default those that occur.
+    """Return images as a stack with the given codes, by default all codes that occur.
 
-    An array with two axes is a map; with three axes a stack of maps, or a volume if `n_axes` = 3;
-    with four axes a stack of volumes.
+    An array with two axes is a map. An array with three axes is a stack of maps, or a volume if
+    `n_axes` is 3. An array with four axes is a stack of volumes.
     Raises `CCWSIMError` for another shape or type, and for a cell with none of the given codes.
     """
     wanted = None if codes is None else checked_codes(codes)
@@ -154,7 +154,7 @@ def listed(codes: NDArray[np.integer]) -> str:
 
 
 def codes_or_places(codes: Codes | None, n_facies: int) -> NDArray[np.integer]:
-    """Return the codes of `n_facies` facies, 0 … n_facies − 1 by default."""
+    """Return the codes of `n_facies` facies; the default is 0 … n_facies − 1."""
     known = np.arange(n_facies) if codes is None else checked_codes(codes)
     if len(known) != n_facies or not (codes is None or np.array_equal(known, codes)):
         raise CCWSIMError(f"codes = {shown(codes)} must be {n_facies} facies codes that ascend")
@@ -206,7 +206,7 @@ def in_pieces(
 ) -> NDArray[np.integer]:
     """Return function(rows), computed for some rows at a time so that it can be cancelled.
 
-    `function` returns one row for each row, and reads `cells` cells for each.
+    For each row, `function` reads `cells` cells and returns one row.
     """
     at_once = max(CELLS_A_PIECE // max(cells, 1), 1)
     if len(rows) <= at_once:

@@ -25,20 +25,20 @@ WEIGHTS = (
     np.array([*np.eye(4), *np.array([[1, 1, 0, 0], [0, 0, 1, 1], [1, 0, 1, 0], [0, 1, 0, 1]]) / 2])
     - 0.25
 )
-"""Weights of the quarters' means in the difference of each part from the whole, shape (8, 4)."""
+"""Weights of the quarters' means in (mean of each part − mean of the whole), shape (8, 4)."""
 PROPORTION_LIMIT = 0.15
 """Allowed difference of a part's proportion, in units of √(p (1 − p))."""
 VARIOGRAM_LIMIT = 0.2
-"""Allowed root mean square difference of a quarter's variogram over lags, in sills."""
+"""Allowed root mean square, over lags, of the difference of a quarter's variogram, in sills."""
 PROPORTION_DOUBT, VARIOGRAM_DOUBT = 3.0, 4.0
 """Number of standard errors that a difference must also exceed. At least 90 % of stationary images
-then pass, even if their features are an eighth of the image."""
+then pass, even if features are as long as an eighth of the image."""
 LEAST = 0.1
-"""Smallest correlation that is not noise."""
+"""Minimum correlation; smaller values are noise."""
 BLOCKS = 32
 """Maximum number of blocks along a side of a quarter when its covariance is computed."""
 SLOPES = 0.5
-"""Degrees of freedom of the common plane for each quarter: two slopes / four quarters."""
+"""Degrees of freedom of the common plane per quarter: two slopes divided by four quarters."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,15 +58,15 @@ class Stationarity:
     differences: NDArray[np.float64]
     """Proportion of each of the `PARTS` − mean of the quarters, shape (8, n_facies)."""
     errors: NDArray[np.float64]
-    """Standard errors of the differences in a stationary image of the same covariance."""
+    """Standard errors of `differences` in a stationary image with the same covariance."""
     variogram_scores: NDArray[np.float64]
-    """|Difference of each part's mean variogram from the whole image|, in standard errors, shape
+    """|Mean variogram of each part − mean variogram of the image|, in standard errors, shape
     (8, n_facies, 2)."""
     vertical_differences: NDArray[np.float64] | None = None
-    """Proportion of the upper half of the layers − mean of both halves, shape (n_facies,); None for
+    """Proportion in the upper half of the layers − mean of both halves, shape (n_facies,); None for
     maps."""
     vertical_errors: NDArray[np.float64] | None = None
-    """Standard errors of `vertical_differences`, from their variation between columns."""
+    """Standard errors of `vertical_differences`, estimated from the variation between columns."""
 
     @property
     def vertical_trend(self) -> NDArray[np.bool_]:
@@ -77,18 +77,18 @@ class Stationarity:
 
     @property
     def drifting(self) -> NDArray[np.bool_]:
-        """Mask of proportions that differ by more than limit and chance, shape (8, n_facies)."""
+        """Mask of proportions whose difference exceeds limit and chance, shape (8, n_facies)."""
         return self._differ(self.differences, self.errors)
 
     def _differ(self, differences: NDArray, errors: NDArray) -> NDArray[np.bool_]:
-        """Return the mask of the differences of proportions that exceed limit and chance."""
+        """Return the mask of the differences that exceed the limit and what chance explains."""
         p = self.proportions.mean(axis=0)
         limit = np.maximum(PROPORTION_LIMIT * np.sqrt(p * (1 - p)), PROPORTION_DOUBT * errors)
         return np.abs(differences) > limit
 
     @property
     def changing(self) -> NDArray[np.bool_]:
-        """Mask of variograms that differ by more than limit and chance, shape (4, n_facies, 2)."""
+        """Mask of variograms whose difference exceeds limit and chance, shape (4, n_facies, 2)."""
         certain = self.variogram_scores.max(axis=0) > VARIOGRAM_DOUBT
         return (self.variogram_shift > VARIOGRAM_LIMIT) & certain
 
@@ -103,13 +103,13 @@ def stationarity(image: Images, codes: Codes | None = None) -> Stationarity:
     """Compare quarters and halves of an image with the whole.
 
     The standard error of a quarter's mean is estimated from the covariance within the quarters,
-    after removing their means and a common plane. The covariance is summed over the lags around 0
-    with a correlation of at least 0.1. For variograms, the field ½ (I(x) − I(x + h))², averaged
-    over lags, is used in place of the indicator.
+    after their means and a common plane are removed. The covariance is summed over the lags around
+    0 at which the correlation is at least 0.1. For variograms, the indicator is replaced by the
+    field ½ (I(x) − I(x + h))², averaged over lags.
 
-    Quarters of a volume have all layers; means over columns of cells are compared. The upper and
-    the lower half of the layers are compared in the same way. Raises `CCWSIMError` for an image of
-    fewer than 8 rows or columns.
+    Quarters of a volume have all layers, and means over columns of cells are compared. The upper
+    and the lower half of the layers are compared in the same way. Raises `CCWSIMError` for an image
+    of fewer than 8 rows or columns.
 
     Examples
     --------
@@ -155,7 +155,7 @@ def stationarity(image: Images, codes: Codes | None = None) -> Stationarity:
 def _compare_halves(
     facies: Sequence[NDArray[np.bool_]],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the differences of the upper halves from the whole, and their standard errors."""
+    """Return the proportions of the upper half minus the whole, and the standard errors."""
     middle = len(facies[0]) // 2
     if not middle:
         return np.zeros(len(facies)), np.zeros(len(facies))
@@ -174,7 +174,7 @@ def _quarters(image: NDArray) -> list[NDArray]:
 
 
 def _half_squares(facies: NDArray[np.bool_], axis: int) -> NDArray[np.float32]:
-    """Return ½ (I(x) − I(x + h))² of each cell, averaged over ±h and the lags 1, 2, 4, …"""
+    """Return ½ (I(x) − I(x + h))² of each cell, averaged over ±h and over the lags 1, 2, 4, …"""
     image = facies.T if axis == 0 else facies
     n, total = image.shape[1], np.zeros(image.shape, np.float32)
     lags = [2**k for k in range(20) if 2**k <= max(min(image.shape) // 4, 1)]
@@ -192,7 +192,7 @@ def _half_squares(facies: NDArray[np.bool_], axis: int) -> NDArray[np.float32]:
 
 
 def _compare_parts(field: NDArray) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the differences of the parts' means from the whole, and their standard errors."""
+    """Return each part's mean minus the mean of the whole, and the standard errors."""
     means = np.array([quarter.mean(dtype=float) for quarter in _quarters(field)])
     errors = np.sqrt(_mean_variance(field) * (WEIGHTS**2).sum(axis=1))
     differences = WEIGHTS @ means
@@ -200,10 +200,10 @@ def _compare_parts(field: NDArray) -> tuple[NDArray[np.float64], NDArray[np.floa
 
 
 def _mean_variance(field: NDArray) -> float:
-    """Return the variance of the mean of a field over a quarter, from the field's covariance.
+    """Return the variance of a field's mean over a quarter, computed from the field's covariance.
 
-    Removing the quarters' means reduces the covariance by this variance, and removing the common
-    plane by half of it; the sum is corrected for both.
+    Removing the quarters' means reduces the covariance by this variance. Removing the common plane
+    reduces it by half of this variance. The sum is corrected for both.
     """
     from scipy.ndimage import label  # imported late: it loads slowly
 
@@ -226,7 +226,7 @@ def _mean_variance(field: NDArray) -> float:
 
 
 def _blocks(quarter: NDArray) -> NDArray[np.float64]:
-    """Return the means of blocks of a quarter, at most `BLOCKS` along a side."""
+    """Return the means of blocks of a quarter; a side has at most `BLOCKS` blocks."""
     ny, nx = quarter.shape
     down, along = -(-ny // BLOCKS), -(-nx // BLOCKS)
     whole = quarter[: ny // down * down, : nx // along * along]

@@ -30,11 +30,11 @@ class RunningSummary:
     variograms: dict[tuple[int, str], Band]
     """Bands of γ(h) by (facies code, direction), over the lags that fit the images."""
     connectivity: dict[tuple[int, str], Band]
-    """Bands of τ(h), like `variograms`."""
+    """Bands of τ(h), with the same keys as `variograms`."""
 
 
 class RunningStatistics:
-    """Statistics of realizations that are added one by one; the memory does not grow.
+    """Statistics of realizations that are added one by one; memory use does not grow.
 
     E-type, entropy, means and extremes are exact; quantiles of curves are accurate to 1/2048 (γ) or
     1/1024 (proportions, τ). An object must not be used by several threads at a time.
@@ -46,7 +46,7 @@ class RunningStatistics:
     codes : array_like of int
         The codes of all facies.
     facies : sequence of int, optional
-        Codes of the facies with curves; by default all, or only the second of two facies.
+        Codes of the facies with curves; by default all facies, or only the second of two.
     directions : sequence of str, optional
         Directions of the curves; by default "E-W", "N-S" and, in volumes, "vertical".
     max_lag : int

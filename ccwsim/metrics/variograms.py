@@ -76,8 +76,8 @@ def variogram_map(
 ) -> VariogramMap:
     """Return the exact γ(h) of a facies in maps for all lags up to max_lag rows and columns.
 
-    Over the pairs inside the map, Σ (I(x) − I(x + h))² = Σ I(x) + Σ I(x + h) − 2 Σ I(x) I(x + h);
-    the last sum is an autocorrelation, computed by FFT (Marcotte 1996).
+    Over the pairs inside the map, Σ (I(x) − I(x + h))² = Σ I(x) + Σ I(x + h) − 2 Σ I(x) I(x + h).
+    The last sum is an autocorrelation; it is computed by FFT (Marcotte 1996).
 
     Examples
     --------
@@ -125,7 +125,7 @@ class Transiograms:
     """Lags in steps of the direction, shape (n_lags,)."""
     probability: NDArray[np.float64]
     """P(x + h in head | x in tail), shape (n, n_facies, n_facies, n_lags) for image, tail, head and
-    lag; NaN if no x is in the tail."""
+    lag; NaN if no cell x is in the tail facies."""
 
 
 def transiograms(
@@ -163,8 +163,8 @@ def transition_map(
 ) -> NDArray[np.float64]:
     """Return the exact P(x + h in head | x in tail) in maps for all lags up to max_lag, by FFT.
 
-    `tail` and `head` are facies codes. The result has shape (n, 2 max_lag + 1, 2 max_lag + 1): rows
-    to the north, columns to the east, lag 0 in the middle.
+    `tail` and `head` are facies codes. The result has shape (n, 2 max_lag + 1, 2 max_lag + 1); rows
+    go to the north and columns to the east, with lag 0 in the middle.
 
     Examples
     --------

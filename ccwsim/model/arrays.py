@@ -13,7 +13,7 @@ from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.lazy_stack import LazyStack
 
 Shape: TypeAlias = Any
-"""(ny, nx) of a map or (nz, ny, nx) of a volume; `Any`, as some functions accept only maps."""
+"""(ny, nx) of a map or (nz, ny, nx) of a volume; `Any` because some functions accept only maps."""
 MAX_INT = 2**63 - 1
 """Largest 64-bit integer."""
 AXES = "x", "y", "z"
@@ -99,7 +99,7 @@ def check_callable(name: str, value: object) -> None:
 def as_integers(values: ArrayLike, what: str) -> NDArray[np.int64]:
     """Return `values` as int64, or raise `CCWSIMError` for a value that is not an integer.
 
-    Values within 1e-3 of an integer are rounded: MATLAB files have codes such as 0.9999.
+    Values within 1e-3 of an integer are rounded because MATLAB files have codes such as 0.9999.
     """
     array = as_array(values, what)
     if array.dtype.kind in "bui":

@@ -18,7 +18,7 @@ MAX_GRID_SIDE_OFFERED = 10_000
 
 # Parameters
 MIN_TEMPLATE, MAX_TEMPLATE = 4, 1024
-"""Sides of templates in cells: smaller patches hold no pattern; few training images are larger."""
+"""Limits of template sides in cells: smaller patches hold no pattern; few images are larger."""
 MAX_OVERLAP = MAX_TEMPLATE // 2
 """Maximum overlap in cells: overlaps on both sides of a patch must not meet."""
 MAX_LEVEL = 6
@@ -30,9 +30,9 @@ MAX_CANDIDATES_OFFERED = 10_000
 MAX_CO_TEMPLATE = 4
 """Maximum look-ahead in template sizes: more distant data have little influence on a patch."""
 MAX_TEMPLATE_VARIATION = 0.5
-"""Maximum variation as a share of the template: the smallest one still holds the overlap."""
+"""Maximum variation as a share of the template: the smallest template still holds the overlap."""
 MAX_LOCATION_WEIGHT = 10.0
-"""Maximum location weight; with it, distant locations are hardly ever chosen."""
+"""Maximum location weight; at this weight, distant locations are hardly ever chosen."""
 
 PARAMETERS: dict[str, tuple[float, float]] = {
     "template_size": (MIN_TEMPLATE, MAX_TEMPLATE),
@@ -52,13 +52,13 @@ MAX_REALIZATIONS = 1000
 MAX_REALIZATIONS_OF_PROJECT = 1_000_000
 """Maximum number of realizations in a project file, for scripts."""
 MAX_LARGE_ENSEMBLE = 100_000
-"""Maximum number of realizations of a large ensemble, of which only statistics are kept."""
+"""Maximum number of realizations of a large ensemble; only their statistics are kept."""
 MAX_REALIZATIONS_COMPARED = 100
 """Maximum number of realizations of each setting on the page Compare."""
 MAX_REALIZATIONS_TIMED = 100
 """Maximum number of realizations of each timed case on the page Benchmark."""
 MAX_REALIZATIONS_OF_SWEEP = 50
-"""Maximum number of realizations of each setting of a sweep, which has up to 64 settings."""
+"""Maximum number of realizations for each setting of a sweep; a sweep has up to 64 settings."""
 
 # World coordinates
 MIN_FLOAT, MAX_FLOAT = 5e-324, 1.8e308
@@ -66,16 +66,16 @@ MIN_FLOAT, MAX_FLOAT = 5e-324, 1.8e308
 
 # Hard data
 MAX_SAMPLED = 100_000
-"""Maximum number of data sampled from a reference field, as for uploaded data."""
+"""Maximum number of data sampled from a reference field; uploaded data have the same limit."""
 MAX_SAMPLING_STEP = 10_000
 """Maximum distance in cells between sampled data: the largest side of a grid on a page."""
 MAX_LINK_DATA = 200
-"""Maximum number of hand-placed data in a link; mail programs cut longer addresses."""
+"""Maximum number of hand-placed data in a link, because mail programs cut longer addresses."""
 MAX_WRITTEN_DATA = 40
 """Maximum number of data listed in a script; a script with more reads the project file."""
 
 # Statistics
 MAX_LAG = 100
-"""Maximum lag in cells of variograms and connectivity, if half of the smaller side is not less."""
+"""Maximum lag in cells of variograms and connectivity, unless half of the side is smaller."""
 MAX_CURVES = 100
 """Maximum number of realizations drawn as curves; more would overlap."""

@@ -20,9 +20,9 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 
 FORCED = -1
-"""Value of `Ensemble.data_status` for a datum whose cell was forced, as no window fitted."""
+"""Value of `Ensemble.data_status` for a datum whose cell was forced because no window fitted."""
 WRONG = -2
-"""Value of `Ensemble.data_status` for a datum not honoured, with `exact_data` off."""
+"""Value of `Ensemble.data_status` for a datum not honoured because `exact_data` is off."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,22 +36,22 @@ class Ensemble:
     seed: int
     indices: NDArray[np.uint8]
     """Indices of the facies in `training_image.codes`, shape (n, ny, nx) or (n, nz, ny, nx);
-    read-only. Realizations that `simulate` wrote to disk are read from there."""
+    read-only. If `simulate` wrote realizations to disk, they are read from disk."""
     cpu_seconds: NDArray[np.float64]
     """CPU time of each realization in seconds, shape (n,)."""
     wall_seconds: float
     """Elapsed time of the simulation in seconds."""
     data_status: NDArray[np.int16]
     """Status of each datum in each realization, shape (n, n_data): 0 if honoured in the raster
-    pass, the window's side in cells if by local re-simulation, FORCED (−1) if its cell was set, and
-    WRONG (−2) if not honoured."""
+    pass; side of the window in cells if honoured by local re-simulation; FORCED (−1) if its cell
+    was forced; WRONG (−2) if not honoured."""
     numbers: NDArray[np.int64]
     """Number of each realization in the study, shape (n,)."""
     sources: NDArray[np.int32] | None = None
-    """Flat index in the TI of the source of each cell, shape of `indices`; −1 for single cells that
+    """Flat index of each cell's source in the training image, shape of `indices`; −1 for cells that
     were forced or set by seam repair. None if `simulate` was called without `keep_sources`."""
     revised: bool = False
-    """Whether `revise` adapted the ensemble to edited data; the seed does not reproduce it then."""
+    """Whether `revise` adapted the ensemble to edited data; its seed then does not reproduce it."""
 
     @property
     def n(self) -> int:
@@ -87,7 +87,7 @@ class Ensemble:
 
     @cached_property
     def realizations(self) -> NDArray[np.integer]:
-        """The realizations in the TI's codes, shape of `indices`, read-only."""
+        """The realizations as facies codes, read-only, in the shape of `indices`."""
         codes = self.training_image.codes
         if isinstance(self.indices, LazyStack):
             return self.indices.stack
@@ -124,7 +124,7 @@ class Ensemble:
 
     @cached_property
     def proportions(self) -> NDArray[np.float64]:
-        """Share of the cells of each facies in each realization, shape (n, n_facies)."""
+        """Proportion of each facies in each realization, shape (n, n_facies)."""
         facies = range(self.training_image.n_facies)
         counts = [np.count_nonzero(r == k) for r in self.indices for k in facies]
         shares = np.array(counts).reshape(-1, len(facies)) / self.grid.n_cells
@@ -137,7 +137,7 @@ class Ensemble:
         """
         index = self.training_image.index_of(code)
         counts = np.zeros(self.grid.shape, np.int64)
-        for realization in self.indices:  # one at a time, as realizations may be on disk
+        for realization in self.indices:  # one at a time because realizations may be on disk
             counts += realization == index
         return counts / self.n
 
@@ -149,7 +149,7 @@ class Ensemble:
     def plot(self, realizations: Sequence[int] | None = None) -> Any:
         """Return realizations, by default the first three, as a plotly Figure.
 
-        Of a volume, the middle layer is shown.
+        The figure of a volume shows the middle layer.
         """
         return notebook().ensemble_chart(self, realizations)
 
@@ -157,7 +157,7 @@ class Ensemble:
         """Return the realizations as an xarray DataArray of facies codes.
 
         Dimensions are realization, (z,) y and x; coordinates are the centres of cells in world
-        units. Attributes have the codes and names of facies, following the CF conventions. Raises
+        units. Attributes hold the codes and names of facies, as in the CF conventions. Raises
         `CCWSIMError` if xarray is not installed.
 
         Examples

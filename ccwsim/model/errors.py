@@ -11,7 +11,7 @@ class CCWSIMError(ValueError):
 
 
 class Cancelled(CCWSIMError):
-    """The user stopped a simulation; `ensemble` has the realizations finished by then, if any."""
+    """The user stopped a simulation; `ensemble` holds the finished realizations, if any."""
 
     def __init__(self, message: str, ensemble: Any = None) -> None:
         super().__init__(message)

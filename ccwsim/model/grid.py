@@ -25,16 +25,16 @@ from ccwsim.model.errors import CCWSIMError, shown
 class Grid:
     """A regular grid of cells in world coordinates.
 
-    Raises `CCWSIMError` for sizes that are not positive, with the axis in the message.
+    Raises `CCWSIMError` for a size that is not positive; the message names the axis.
 
     Parameters
     ----------
     ny, nx : int
         Rows (y, from the south) and columns (x, from the west).
     cell_size : pair or triple of float
-        Width of a cell along x, y and, for a volume, z, in world units; 1 along z by default.
+        Width of a cell in world units along x, y and, for a volume, z; by default 1 along z.
     origin : pair or triple of float
-        x, y and, for a volume, z (0 by default) of the outer corner of the first cell.
+        Outer corner of the first cell: x, y and, for a volume, z, which is 0 by default.
     nz : int, optional
         Layers (z, from the bottom) of a volume; None for a map.
 
@@ -108,11 +108,11 @@ class Grid:
         places : array_like, shape (n, 2) or (n, 3)
             x, y and, for a volume, z in world coordinates, at least one point.
         shape : pair or triple of int, optional
-            (Layers,) rows and columns. By default, the numbers follow from `cell_size`, or else are
-            100 to 300 cells for the longer horizontal side and 20 to 60 layers.
+            (Layers,) rows and columns. By default, they follow from `cell_size`. Without it, the
+            longer horizontal side has 100 to 300 cells, and a volume 20 to 60 layers.
         cell_size : float, pair or triple of float, optional
-            Widths along x, y and z in world units. By default, cells are squares, and both width
-            and height are 1, 2 or 5 times a power of ten.
+            Widths along x, y and z in world units. By default, cells are square, and their width
+            and height are each 1, 2 or 5 times a power of ten.
 
         Examples
         --------
@@ -157,7 +157,7 @@ class Grid:
 
     @property
     def n_dimensions(self) -> int:
-        """2 for a map, 3 for a volume."""
+        """Number of dimensions: 2 for a map, 3 for a volume."""
         return 2 if self.nz is None else 3
 
     @property
@@ -167,16 +167,16 @@ class Grid:
 
     @property
     def axes(self) -> tuple[NDArray[np.floating], ...]:
-        """x of the centres of columns, y of rows and, for a volume, z of layers."""
+        """Centres of cells along each axis: x of columns, y of rows, and z of layers in volumes."""
         sides = zip(self.origin, self.cell_size, reversed(self.shape), strict=True)
         return tuple(corner + (np.arange(n) + 0.5) * width for corner, width, n in sides)
 
     def cells_of(self, x: ArrayLike, y: ArrayLike, z: ArrayLike | None = None) -> NDArray[np.int64]:
         """Return (row, column) or (layer, row, column) of world points, inside or outside the grid.
 
-        The result has shape (n, 2) or (n, 3); a point on the far edge of the grid belongs to the
-        last cell. Raises `CCWSIMError` for coordinates that are not numbers, for z in a map, and
-        for no z in a volume.
+        The result has shape (n, 2) or (n, 3). A point on the far edge of the grid belongs to the
+        last cell. Raises `CCWSIMError` for coordinates that are not numbers, if z is given for a
+        map, and if z is missing for a volume.
         """
         given = (x, y) if z is None else (x, y, z)
         names = AXES[: len(given)]
@@ -209,7 +209,7 @@ class Grid:
         return middles * np.array(self.cell_size) + np.array(self.origin)
 
     def holds(self, cells: NDArray[np.integer]) -> NDArray[np.bool_]:
-        """Return the mask of the cells, as (layer,) row and column, that are in the grid."""
+        """Return the mask of the cells in the grid; cells are given as (layer,) row and column."""
         places = self._checked(cells)
         sides = zip(places.T, self.shape, strict=True)
         return np.logical_and.reduce([(place >= 0) & (place < n) for place, n in sides])
@@ -228,7 +228,7 @@ class Grid:
 
 _MAX_PLACE = 1e12
 _MARGIN = 0.05
-"""Free space on each side of fitted points, as a share of their extent."""
+"""Free space on each side of the fitted points, as a share of the extent of the points."""
 _FITTED_CELLS = 250
 """Approximate number of cells along the longer horizontal side of a fitted grid."""
 _FITTED_LAYERS = 50
@@ -241,7 +241,7 @@ def _fitting(
     shape: Shape | None,
     cell_size: tuple[float, ...] | None,
 ) -> Grid:
-    """Return a grid that holds the box from `low` to `high`; all arguments are along x, y and z."""
+    """Return a grid that holds the box from `low` to `high`; arguments are in the order x, y, z."""
     extent = (high - low) * (1 + 2 * _MARGIN)
     least = 1e-12 * max(np.abs([low, high]).max(), 1.0)  # rounding error of numbers of this size
     if cell_size is None:

@@ -19,14 +19,14 @@ class HardData:
     """Cells with a known facies, one datum for each cell.
 
     Arrays are read-only int64, sorted by layer, row, then column, without duplicates. Empty data,
-    of shape (0, 2) or (0, 3), suit maps and volumes. Raises `CCWSIMError` for a wrong shape, values
-    that are not whole numbers, or two different facies in one cell (with the data in the message).
+    of shape (0, 2) or (0, 3), suit maps and volumes. Raises `CCWSIMError` for a wrong shape, for
+    values that are not integers, and for two facies in one cell; the message lists such data.
 
     Parameters
     ----------
     cells : array_like, shape (n, 2) or (n, 3)
-        Row (from the south) and column of each datum; in a volume layer (from the bottom), row and
-        column.
+        Row (from the south) and column of each datum; in a volume, the layer (from the bottom)
+        comes first.
     facies : array_like, shape (n,)
         Facies code of each datum.
 
@@ -57,21 +57,21 @@ class HardData:
 
     @classmethod
     def of(cls, data: Any, grid: Grid, training_image: TrainingImage | None = None) -> HardData:
-        """Return hard data unchanged, or made from another object.
+        """Return hard data unchanged, or make hard data from another object.
 
-        Raises `CCWSIMError` for other objects or an unknown name, and as for `HardData`.
+        Raises `CCWSIMError` for unsuitable objects, unknown names, and invalid data (`HardData`).
 
         Parameters
         ----------
         data : HardData, None, pair, DataFrame or array_like
             A pair is (cells, facies), the arguments of `HardData`. A table with named `columns`,
-            such as a DataFrame, has x, y and facies in world coordinates, or row, column and
-            facies; for a volume also z or layer. An array has the shape of the grid, with a facies
-            code in each cell with a datum and NaN elsewhere.
+            such as a DataFrame, has facies and either x and y (world coordinates) or row and
+            column; for a volume, also z or layer. An array has the shape of the grid; it holds a
+            facies code in each cell with a datum, and NaN in all other cells.
         grid : Grid
             Grid of the data.
         training_image : TrainingImage, optional
-            Its facies names, in upper or lower case, may replace codes in a pair or a table.
+            Its facies names, in upper or lower case, may replace the codes in a pair or table.
 
         Examples
         --------
@@ -109,7 +109,7 @@ class HardData:
 
     @property
     def n_dimensions(self) -> int:
-        """2 for data of a map, 3 for data of a volume; empty data suit both."""
+        """Number of dimensions: 2 for a map, 3 for a volume; empty data suit both."""
         return self.cells.shape[1]
 
     @cached_property
@@ -151,7 +151,7 @@ class HardData:
             )
 
     def n_mismatched(self, realization: NDArray[np.integer]) -> int:
-        """Return the number of data that a realization, in codes, does not honour."""
+        """Return the number of data that a realization (facies codes) does not honour."""
         if not self.n:
             return 0
         return int(np.count_nonzero(realization[tuple(self.cells.T)] != self.facies))

@@ -1,4 +1,4 @@
-"""Realizations on disk as facies indices, read on access."""
+"""Realizations on disk, read as facies indices on access."""
 
 from __future__ import annotations
 

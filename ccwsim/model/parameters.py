@@ -77,7 +77,7 @@ def _parameter(default: Any, symbol: str, matlab: str, allowed: str) -> Any:
 
 
 class Lengths(NamedTuple):
-    """Template, overlap and wavelet level along z, y and x; along z, in a map, 1, 0 and 0."""
+    """Template, overlap and wavelet level along z, y and x; in maps 1, 0 and 0 along z."""
 
     template: tuple[int, int, int]
     overlap: tuple[int, int, int]
@@ -100,7 +100,7 @@ def describe_weight(weight: Any) -> str:
 
 @dataclass(frozen=True)
 class Parameters:
-    # The first three and location_weight are numbers for maps; for volumes they may be triples.
+    # For maps, the first three and location_weight are numbers; for volumes they may be triples.
     template_size: int = _parameter(32, "T", "T", "4 … 1024, a multiple of 2^level")
     overlap_size: int = _parameter(8, "OR", "OL", "1 … template / 2, a multiple of 2^level")
     wavelet_level: int = _parameter(2, "J", "level", "0 … 6")
@@ -131,16 +131,16 @@ class Parameters:
 
     @property
     def scale(self) -> int:
-        """Number of times that images are up-gridded: the largest level for "ms-ccsim", else 0."""
+        """Number of times that images are coarsened: the largest level for "ms-ccsim", else 0."""
         return max(_triple(self.level)) if self.method == "ms-ccsim" else 0
 
     @property
     def draws_as_published(self) -> bool:
-        """Whether patches are drawn as published: on request, or with a location weight.
+        """Whether patches are drawn as published: on request, or if a weight along y or x is set.
 
-        With a location weight along y or x patches stay near their own location, so that few others
-        could be drawn, and the first patch must begin at the corner of the grid. With a weight only
-        along z, patches may come from anywhere at their own height.
+        Such a location weight keeps patches near their own location. Few other patches could then
+        be drawn, and the first patch must begin at the corner of the grid. With a weight only along
+        z, patches may come from any location at their own height.
         """
         return self.published_draw or max(self.location_weights[1:]) > 0
 
@@ -161,7 +161,7 @@ class Parameters:
     def along(self, shape: Sequence[int]) -> Lengths:
         """Return template, overlap and level along z, y and x for the shape of an image or grid.
 
-        Raises `CCWSIMError` if `shape` is that of a map and any parameter is a triple.
+        Raises `CCWSIMError` if `shape` belongs to a map and any parameter is a triple.
 
         Examples
         --------
@@ -191,7 +191,7 @@ class Parameters:
 
 
 def parameter_table() -> list[dict[str, str]]:
-    """Return a row per parameter: name, symbol, matlab, allowed, default, meaning."""
+    """Return one row for each parameter: name, symbol, matlab, allowed, default and meaning."""
     return [
         {"name": f.name, **f.metadata, "default": str(f.default), "meaning": MEANINGS[f.name]}
         for f in fields(Parameters)
@@ -256,7 +256,7 @@ def _check_sizes(p: Parameters) -> None:
 
 
 def _check_axis(where: str, template: int, overlap: int, level: int) -> None:
-    """Check the sizes along one axis, or along all axes if equal; z may have fewer cells."""
+    """Check the sizes along one axis, or all axes if sizes are equal; z may have fewer cells."""
     thin = where == " along z"
     _check_size("Template", where, template, level, 1 if thin else MIN_TEMPLATE, MAX_TEMPLATE)
     least = 0 if thin and template < MIN_TEMPLATE else 1
@@ -264,7 +264,7 @@ def _check_axis(where: str, template: int, overlap: int, level: int) -> None:
 
 
 def _check_size(what: str, where: str, size: int, level: int, low: int, high: int) -> None:
-    """Raise an error that names the nearest legal sizes if a level does not allow a size."""
+    """If the level does not allow a size, raise an error that names the nearest allowed sizes."""
     block = 2**level
     if size % block == 0 and low <= size <= high:
         return

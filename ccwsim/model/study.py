@@ -21,7 +21,7 @@ class Study:
     """Training image, grid, parameters, hard data and seed of a simulation.
 
     Raises `CCWSIMError` for data outside the grid or of an unknown facies, for a template larger
-    than the training image, and for a map combined with a volume; the message suggests a remedy.
+    than the training image, and for a map combined with a volume. The message suggests a remedy.
 
     Examples
     --------
@@ -49,7 +49,7 @@ class Study:
         _check_dimensions(self.training_image, self.grid)
         self.hard_data.check(self.grid, self.training_image)
         _check_template(self.training_image, self.parameters)
-        # Empty hard data get as many coordinates as the grid has axes, as cells index the grid.
+        # Cells index the grid, so empty hard data get as many coordinates as the grid has axes.
         if self.hard_data.n_dimensions != self.grid.n_dimensions:
             none = HardData(np.empty((0, self.grid.n_dimensions)), ())
             object.__setattr__(self, "hard_data", none)

@@ -35,7 +35,7 @@ class TrainingImage:
     Parameters
     ----------
     array : array_like, shape (ny, nx) or (nz, ny, nx)
-        Facies codes, row 0 at the south, layer 0 at the bottom. A volume of one layer stays a
+        Facies codes; row 0 is at the south, layer 0 at the bottom. A volume of one layer stays a
         volume. The array is stored read-only, in the smallest integer type for its codes.
     name : str
         Name on screen and in files.
@@ -112,7 +112,7 @@ class TrainingImage:
 
     @property
     def n_dimensions(self) -> int:
-        """2 for a map, 3 for a volume."""
+        """Number of dimensions: 2 for a map, 3 for a volume."""
         return self.array.ndim
 
     @property
