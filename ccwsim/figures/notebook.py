@@ -1,6 +1,6 @@
 """Images, data and ensembles in a notebook: pictures with captions, and zoomable charts.
 
-Of a volume, the middle layer is drawn; layers are counted from 0 at the bottom.
+A volume is drawn as its middle layer; layers are counted from 0 at the bottom.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 
 THUMB = 240
-"""Longer side of a picture in pixels; if there are many pictures, each has half of it."""
+"""Longer side of a picture in pixels; it is halved if there are many pictures."""
 FEW = 4
 MAX_TILES = 12
 """Maximum number of realizations in a picture of an ensemble."""
