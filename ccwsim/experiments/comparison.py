@@ -26,7 +26,7 @@ from ccwsim.run.simulation import simulate
 
 MIN_SETTINGS, MAX_SETTINGS = 2, 4
 SIMULATED, CURVES_DONE = 0.7, 0.85
-"""Progress when simulation is finished, and when curves are finished too."""
+"""Progress after the simulation, and after the curves."""
 LOW, HIGH = 0.05, 0.95
 """Quantiles that bound the bands of curves."""
 MIN_ERRORS = 2.0
@@ -40,7 +40,7 @@ class ComparedCurves:
     lags: NDArray[np.int64]  # shape (m,): in cells
     reference: NDArray[np.float64]  # shape (m,): the training image's curve
     bands: tuple[Band, ...]  # for each setting: quantiles 5, 50, 95 % of its realizations
-    fits: tuple[Fit | None, ...]  # for each setting: whether it fits crops of the training image
+    fits: tuple[Fit | None, ...]  # for each setting: fit to crops of the training image
 
 
 def compared_curves(
@@ -290,6 +290,6 @@ def _with_patterns(found: Comparison, course: _Course) -> Comparison:
         patterns = anodi(stacks, found.ensembles[0].training_image, progress=report)
     except Cancelled:
         raise
-    except CCWSIMError as error:  # too small an image; the other results stay valid
+    except CCWSIMError as error:  # image too small for patterns; other results stay valid
         return replace(found, problem=str(error))
     return replace(found, anodi=patterns, scaling=patterns.scaling())

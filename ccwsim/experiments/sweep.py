@@ -45,7 +45,7 @@ PATTERN_TOLERANCE = 0.1
 TAU_TOLERANCE = 0.03
 """Errors of τ(h) count as equal if they exceed the smallest by at most this."""
 PROPORTION_TOLERANCE = 0.1
-"""Relative errors of the worst proportion count as equal up to this above the smallest."""
+"""Worst relative errors of proportions count as equal if within this of the smallest one."""
 MAX_COPIED = 4
 """Maximum size of a copied piece, in templates; pieces have 5 to 13 at K = 1, up to 3 at K = 5."""
 EQUALLY_GOOD = (
@@ -96,7 +96,7 @@ class Sweep:
         return np.array([SPREADS[kind](row.quality) for row in self.rows], dtype=float)
 
     def alike(self, kind: str, among: NDArray[np.int64], tolerance: float) -> NDArray[np.int64]:
-        """Return the settings, out of `among`, whose error is about as small as the smallest.
+        """Return the settings in `among` whose error is close to the smallest error.
 
         An error may exceed the smallest by `tolerance`, or by `DOUBT` standard errors.
         """
@@ -213,9 +213,10 @@ class Recommendation:
 
 
 def pareto_front(times: ArrayLike, errors: ArrayLike) -> NDArray[np.int64]:
-    """Return the indices of the points for which no other is as good in both and better in one.
+    """Return the indices of the points on the Pareto front.
 
-    Raises `CCWSIMError` if the numbers of times and of errors differ.
+    Compared with a point on the front, no other point is better in one value without being worse
+    in the other. Raises `CCWSIMError` if the numbers of times and of errors differ.
 
     Examples
     --------
@@ -240,12 +241,11 @@ def pareto_front(times: ArrayLike, errors: ArrayLike) -> NDArray[np.int64]:
 def recommended(sweep: Sweep) -> Recommendation:
     """Return the fastest setting among the settings that are about as good as the best.
 
-    Settings are excluded step by step: if they miss more data than others; if the template is too
-    large for the training image; if the largest copied piece exceeds four templates; and if
-    proportions, then patterns, then connectivity are worse than the best.
-    Two settings are alike if they differ by less than a tolerance (0.1 of the proportion, a tenth
-    of the pattern distance, 0.03 of τ) or by less than two standard errors, computed from the
-    spread between realizations.
+    These settings are excluded, in this order: settings that miss more data than others; settings
+    whose template is too large for the training image; settings that copy pieces larger than four
+    templates; settings that are worse than the best in proportions, patterns or connectivity.
+    Differences count only if they exceed a tolerance (0.1 of the proportion, a tenth of the pattern
+    distance, 0.03 of τ) and two standard errors, computed from the spread between realizations.
 
     Raises `CCWSIMError` if no setting is finished.
     """

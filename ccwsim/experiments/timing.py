@@ -64,7 +64,7 @@ class Timing(TimingCase):
 
     @property
     def seconds(self) -> float:
-        """Median CPU time, because one interruption by other work hardly changes the median."""
+        """Median CPU time, which hardly changes if other work interrupts one realization."""
         return float(np.median(self.cpu_seconds))
 
 
@@ -80,7 +80,7 @@ def time_study(
 ) -> Timing:
     """Measure the CPU time of realizations of a study on one thread.
 
-    Arguments and errors are those of `simulate`. Kernels are compiled before the clock starts. Few
+    Arguments and errors are as in `simulate`. Kernels are compiled before the clock starts. Few
     realizations are in memory at a time, and none is kept. The times include preparing the training
     image for a new orientation of the path.
     """
@@ -126,7 +126,7 @@ def time_cases(
     Raises
     ------
     CCWSIMError
-        If there are more data than cells, or `simulate` raises it.
+        If there are more data than cells, or if `simulate` raises it.
     Cancelled
         If `cancel` returned True; times yielded before stay valid.
     """

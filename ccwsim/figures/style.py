@@ -76,7 +76,7 @@ def setting_colours(theme: Theme) -> tuple[str, ...]:
 
 
 def difference_colours(theme: Theme) -> tuple[str, str, str]:
-    """Return the colours of negative, zero and positive differences; zero is like the ground.
+    """Return the colours of negative, zero and positive differences; zero looks like the ground.
 
     Examples
     --------

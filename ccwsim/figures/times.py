@@ -21,7 +21,7 @@ LEVEL_SYMBOLS = ("x", "circle", "square", "diamond", "triangle-up", "star", "pen
 LABEL_GAP = 15
 """Minimum distance between two labels in pixels."""
 EMPTY_DECADES = 4.0
-"""Decades on the axis below the published times while no time has been measured."""
+"""Decades that the axis shows below the published times while no time has been measured."""
 
 
 def times_chart(milliseconds: Floats, mean: float, theme: Theme, *, height: int = 196) -> go.Figure:
@@ -168,7 +168,7 @@ def _label_lines(
 
 
 def _label_published(chart: go.Figure, published: Sequence[TimeSeries], theme: Theme) -> None:
-    """Label the slowest marker above it, and the others, which nearly coincide, below."""
+    """Label the slowest marker above it; label the others, which nearly coincide, once below."""
     top, *others = sorted(published, key=lambda series: -series.values[-1])
     place = {"xanchor": "right", "xshift": 24}
     _label(chart, top, top.name, theme.reference, yshift=16, **place)

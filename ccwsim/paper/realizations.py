@@ -26,7 +26,7 @@ SHOWN = 3
 LEVEL = 2
 CLOSE_SHARE = 0.03  # a proportion is reproduced within this difference
 CLOSE_TAU = 0.85  # connectivity is reproduced if its ratio to the image's is at least this
-ENOUGH = 0.8  # minimum share of lags where the image's curve is within the realizations'
+ENOUGH = 0.8  # minimum share of lags where realizations' curves surround the image's curve
 SLACK = 0.02
 RECOVERED = 0.9  # minimum share of reference cells that dense data recover
 TEMPLATE = 48  # template of the authors' runs with three facies
@@ -102,13 +102,13 @@ def _reproduced(ensemble: Ensemble, image: TrainingImage) -> Judgement:
 
 
 def _judged_time(run: ExperimentRun, ensemble: Ensemble, what: str, where: str) -> Judgement:
-    """Judge the CPU time of a realization against the time in the paper for a figure."""
+    """Judge the CPU time of a realization against the time that the paper states for a figure."""
     ours, full = methods.median_seconds(ensemble), run.extent.is_full
     return verdicts.of_time(what, ours, stated_seconds(where), where, full)
 
 
 def conditional(run: ExperimentRun) -> Outcome:
-    """Simulate the channel image with 100, 300 and 400 data; 400 data get 100 realizations."""
+    """Simulate the channel image with 100, 300 and 400 data (100 realizations with 400 data)."""
     run.expect(5)
     image, side = run.inputs.image("channel"), run.extent.side(512)
     shape, p, n = (side, side), methods.paper_parameters("ccwsim", LEVEL), run.extent.n_few
@@ -362,7 +362,7 @@ def _facies_judgements(run: ExperimentRun, e: Ensemble) -> tuple[Judgement, ...]
 
 
 def limits(run: ExperimentRun) -> Outcome:
-    """Simulate nonstationary bundled images; measure how much quarters of realizations differ."""
+    """Simulate nonstationary bundled images and measure how much of their trends is kept."""
     run.expect(2 * len(NONSTATIONARY))
     blocks: list[Block] = []
     judgements: list[Judgement] = []

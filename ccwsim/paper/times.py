@@ -32,7 +32,7 @@ LINEAR = 0.15
 PAPER_CELLS = 512 * 512
 
 Times = dict[tuple[str, int, bool, int], Timing]
-"""Times by method, level, whether data are exact, and index of `TABLE_2_DATA`."""
+"""Times; keys are (method, level, whether data are exact, index in `TABLE_2_DATA`)."""
 
 
 def grid_size(run: ExperimentRun) -> Outcome:

@@ -99,7 +99,7 @@ def of_levels(times: Mapping[int, float]) -> Judgement:
 
 
 def of_both(connectivity: int, patterns: int) -> str:
-    """Return the word for the claim that a method is better in two measures, given as orders."""
+    """Return the word for a claim that a method is better, given the orders of two measures."""
     if connectivity > 0 and patterns > 0:
         return AGREES
     return PART if max(connectivity, patterns) > 0 else DIFFERS

@@ -163,7 +163,7 @@ def surroundings() -> tuple[tuple[str, str], ...]:
 
 
 def write_report(path_or_file: Any, document: Document) -> None:
-    """Write a report to a path, whole or not at all, or to an open binary file.
+    """Write a report to a path (completely or not at all) or to an open binary file.
 
     Raises `CCWSIMError` for a path that cannot be written.
     """
@@ -188,7 +188,7 @@ def packed_plotly() -> str:
 
 @cache
 def _environment() -> Environment:
-    """Return the template environment, with a test for each block type (`one is table`)."""
+    """Return the template environment, with filters and block tests such as `one is table`."""
     loader = FileSystemLoader(FOLDER)
     environment = Environment(autoescape=True, loader=loader, undefined=StrictUndefined)
     environment.keep_trailing_newline = True

@@ -102,7 +102,7 @@ def describe_curves(fits: Mapping[str, Fit | None], statistic: Statistic) -> str
 
 
 def _around_worst(fit: Fit) -> tuple[int, int]:
-    """Return the range of indices around the worst value that miss the band on its side."""
+    """Return the index range around the worst value where values miss the band on the same side."""
     above = fit.found > fit.reference
     same = fit.outside & (above == above[fit.worst])
     inside = np.flatnonzero(~same)
@@ -187,7 +187,7 @@ def describe_layers(fit: Fit | None, name: str) -> str:
 def describe_patterns(fit: Fit | None) -> list[tuple[str, bool]]:
     """For each pattern size, compare the distance with crops; return pairs (text, is good).
 
-    A smaller distance than the crops' is good, because crops differ only by being small.
+    A smaller distance than for crops is good, because crops differ only by their small size.
     """
     if fit is None or not fit.judged:
         return [(f"patterns {NOT_JUDGED}", True)]

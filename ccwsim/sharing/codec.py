@@ -62,7 +62,7 @@ class FieldSpec:
         return tuple(value for value in values if value is not None)  # a map has no layers
 
     def as_fields(self, value: Any) -> dict[str, Any]:
-        """Return a dictionary of the fields that hold a value."""
+        """Return a value as a dictionary by field name."""
         values = value if len(self.fields) > 1 else (value,)
         return dict(zip_longest(self.fields, values))
 
@@ -154,7 +154,7 @@ def short_name(name: str) -> str:
 
 
 def parts_of(choices: Choices, shown: Shown) -> dict[str, Any]:
-    """Return the parts of a study by name, as used in `FIELDS`."""
+    """Return the parts of a study by the names used in `FIELDS`."""
     own = {"data": choices.data, "grid": choices.grid, "parameters": choices.parameters}
     return {"study": choices, "shown": shown, **own}
 

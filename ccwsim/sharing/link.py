@@ -32,7 +32,7 @@ MAX_PACKED_LETTERS = 8000
 VOLUME = -3
 """First number of packed data of a volume."""
 OWN = "own"
-"""Prefix that names the sender's own images and data; their content is not in the address."""
+"""Prefix for names of the sender's own images and data, whose content no address holds."""
 Own = ImageChoice | DataChoice
 TURNS = {"ew": "flip_ew", "ns": "flip_ns", "transpose": "transpose"}
 ANSWERS = {"outside": "on_outside", "unknown": "on_unknown"}
@@ -85,7 +85,7 @@ def left_out(choices: Choices) -> tuple[str, ...]:
 
 
 def own_choices(choices: Choices) -> dict[str, Own]:
-    """Return the parts of a study that an address can only name, by these names."""
+    """Return, by name, the parts of a study whose content an address cannot hold."""
     image, data, found = choices.image, choices.data, dict[str, Own]()
     if image.upload is not None:
         found[f"{OWN}-{image.digest}"] = image

@@ -72,7 +72,7 @@ class Project:
 
 
 def save_project(path_or_file: Any, project: Project) -> None:
-    """Write a project to a path, whole or not at all, or to an open binary file.
+    """Write a project to a path (completely or not at all) or to an open binary file.
 
     Raises `CCWSIMError` for a path that cannot be written.
     """
