@@ -54,7 +54,7 @@ class Line:
     y: NDArray
     colour: str
     dash: str = "solid"  # "solid", "dash" or "dot"; "none" draws points only
-    points: bool = False  # whether values are marked by points
+    points: bool = False  # whether each value is marked by a point
 
 
 @dataclass(frozen=True, eq=False)

@@ -69,7 +69,7 @@ def slices_png(
 ) -> bytes:
     """Return a PNG of labelled slices of a volume, side by side on a transparent ground.
 
-    The picture is about `longest` pixels wide; cells are squares of a whole number of pixels.
+    The picture is about `longest` pixels wide; cells are squares with sides of whole pixels.
 
     Examples
     --------

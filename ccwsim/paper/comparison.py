@@ -360,7 +360,7 @@ def _anodi_table(found: Anodi, title: str) -> Table:
 
 
 def table_1(found: Anodi, image: str) -> Table:
-    """Return Table 1, CCWSIM divided by MS-CCSIM, from the paper and from this run."""
+    """Return Table 1 (CCWSIM divided by MS-CCSIM) as in the paper and as in this run."""
     paper = TABLE_1[image]
     rows = [("the paper", *map(_each, paper[:2]), f"{paper.ratio:.2f}")]
     for who, name, other in _pairs(found):
@@ -380,7 +380,7 @@ def _each(values: Sequence[float]) -> str:
 
 
 def _pairs(found: Anodi) -> list[tuple[str, str, str]]:
-    """Return the owner of the engine and both methods' names, for each complete pair."""
+    """Return (owner of the engine, name, other name) for each pair of methods that is complete."""
     pairs = [
         (whose, name.format("CCWSIM"), name.format("MS-CCSIM"))
         for whose, name in (

@@ -166,5 +166,5 @@ def connectivity_chart(stacks: Mapping[str, NDArray], image: TrainingImage, lags
 
 
 def colour_of(name: str) -> str:
-    """Return the colour of a method by its full name or by the part before a comma."""
+    """Return the colour of a method, found by its full name or by the part before a comma."""
     return COLOURS.get(name, COLOURS.get(name.split(",")[0], "#7A7F86"))

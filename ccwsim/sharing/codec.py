@@ -23,7 +23,7 @@ YES_NO = {"yes": True, "no": False}
 MAX_LETTERS = 40
 """Maximum length of a word in a link, such as the name of a method or of a facies."""
 _PER_AXIS = "whole", "number"
-"""Kinds of parameters that may have three values in a volume."""
+"""Kinds of fields that may have three values in a volume."""
 _FIGURE = r"-?\d{1,400}(?:\.\d{1,400})?"
 _PATTERNS = {"count": r"-?\d{1,18}", "whole": r"-?\d{1,9}", "number": r"\d{1,9}(?:\.\d{1,400})?"}
 

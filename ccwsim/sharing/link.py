@@ -1,6 +1,6 @@
 """A study as the query of a web address, with only the values that differ from defaults.
 
-`ccwsim.sharing.codec` writes and reads numbers, words and pairs; this module does the same for
+`ccwsim.sharing.codec` writes and reads numbers, words and pairs. This module writes and reads
 training images and hard data, which have several forms.
 """
 
@@ -41,7 +41,7 @@ OF_DATA = ("data", "data-n", "data-seed", "points", *ANSWERS)
 KEYS = (*OF_IMAGE, *OF_DATA, *(row.key for row in FIELDS if row.part != "data"))
 """All names of values in an address."""
 TOGETHER = ("method", "wavelet_level", "template_size", "overlap_size")
-"""Parameters whose values are only valid in combination."""
+"""Parameters whose values must fit each other."""
 
 
 def link_of(choices: Choices, shown: Shown | None = None) -> dict[str, list[str]]:
@@ -166,7 +166,7 @@ def _data_query(choices: Choices) -> dict[str, list[str]]:
 
 
 class _Reader:
-    """Reads the parts of a study; wrong values are noted and replaced by defaults."""
+    """Reader of the parts of a study; it notes wrong values and replaces them by defaults."""
 
     def __init__(self, query: Mapping[str, Sequence[str]], own: Mapping[str, Own]) -> None:
         self._query, self._own = query, own

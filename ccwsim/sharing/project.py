@@ -36,7 +36,7 @@ MAX_PROJECT_MEMBERS = 16
 MAX_LINK_LETTERS = 10_000
 """Maximum length of a link's value in a project; the longest values are packed hard data."""
 MADE = (2020, 1, 1, 0, 0, 0)
-"""Date of every member of the zip, so that the same study gives the same file."""
+"""Date of every member of the zip; it is fixed so that the same study gives the same file."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -247,7 +247,7 @@ def _colours(given: list[Any], name: str) -> tuple[tuple[int, str], ...]:
 
 
 def _known(noun: Any, given: dict[str, Any], needed: Sequence[str], name: str) -> dict[str, Any]:
-    """Return the fields of a class that checks its own values; unknown fields are errors."""
+    """Return the fields of a class that checks its own values; refuse unknown fields."""
     missing = [own for own in needed if own not in given]
     if missing:
         raise CCWSIMError(f"{name}: {missing[0]} is missing in its settings; save it again")
