@@ -26,7 +26,7 @@ from ccwsim.run.simulation import simulate
 
 MIN_SETTINGS, MAX_SETTINGS = 2, 4
 SIMULATED, CURVES_DONE = 0.7, 0.85
-"""Progress at which simulation and curves are finished; patterns take the rest."""
+"""Progress after the simulation, and after the curves."""
 LOW, HIGH = 0.05, 0.95
 """Quantiles that bound the bands of curves."""
 MIN_ERRORS = 2.0
@@ -40,7 +40,7 @@ class ComparedCurves:
     lags: NDArray[np.int64]  # shape (m,): in cells
     reference: NDArray[np.float64]  # shape (m,): the training image's curve
     bands: tuple[Band, ...]  # for each setting: quantiles 5, 50, 95 % of its realizations
-    fits: tuple[Fit | None, ...]  # for each setting: whether it fits crops of the training image
+    fits: tuple[Fit | None, ...]  # for each setting: fit to crops of the training image
 
 
 def compared_curves(
@@ -72,7 +72,7 @@ def compared_curves(
 
 @dataclass(frozen=True)
 class PairRatio:
-    """ANODI ratios of one setting to another (Tan et al. 2014): a row of the table."""
+    """One row of the table: ANODI ratios of one setting to another (Tan et al. 2014)."""
 
     name: str
     other: str
@@ -83,7 +83,7 @@ class PairRatio:
 
     @property
     def grades(self) -> tuple[int, int, int]:
-        """Return −1, 1 or 0 for between, within and ratio: below 1, above 1, or close to 1.
+        """Return −1 (below 1), 1 (above 1) or 0 (close to 1) for between, within and ratio.
 
         A ratio is close to 1 if its logarithm is within two standard errors of 0.
         """
@@ -96,7 +96,7 @@ class PairRatio:
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Settings simulated on one training image, data, grid and seed."""
+    """Settings simulated with the same training image, data, grid and seed."""
 
     names: tuple[str, ...]
     ensembles: tuple[Ensemble, ...]  # one per setting; realization r has the same seed in all
@@ -142,7 +142,7 @@ class Comparison:
 
     @property
     def ratios(self) -> list[PairRatio]:
-        """Ratios of each setting to those before it; empty while `anodi` is None."""
+        """Ratios of each setting to the settings before it; empty while `anodi` is None."""
         if self.anodi is None:
             return []
         pairs = [(a, b) for k, a in enumerate(self.names) for b in self.names[:k]]
@@ -173,8 +173,8 @@ def compare(
     """Simulate two to four settings with the same seeds and compare them.
 
     Realization r has the same random numbers in all settings. Bands of indicator variograms and of
-    connectivity functions are compared with the training image's curve, and pattern histograms by
-    ANODI (Tan et al. 2014); if the images are too small for patterns, `problem` says so.
+    connectivity functions are compared with the training image's curve. Pattern histograms are
+    compared by ANODI (Tan et al. 2014); if images are too small for patterns, `problem` says so.
 
     Parameters
     ----------
@@ -183,7 +183,7 @@ def compare(
     settings : mapping of str to Parameters
         Two to four settings by name.
     progress : callable, optional
-        Called as progress(fraction, n_done): share of all work, finished realizations.
+        Called as progress(share of all work, number of finished realizations).
     facies : int, optional
         Code of the facies whose curves are compared; by default the last.
     on_partial : callable, optional
@@ -290,6 +290,6 @@ def _with_patterns(found: Comparison, course: _Course) -> Comparison:
         patterns = anodi(stacks, found.ensembles[0].training_image, progress=report)
     except Cancelled:
         raise
-    except CCWSIMError as error:  # image too small for patterns: the other results stay valid
+    except CCWSIMError as error:  # image too small for patterns; other results stay valid
         return replace(found, problem=str(error))
     return replace(found, anodi=patterns, scaling=patterns.scaling())

@@ -30,10 +30,10 @@ def typical_seconds(
     n_data: int = 0,
     judged: bool = False,
 ) -> float:
-    """Return the CPU seconds of one realization on a typical core, optionally with its judgement.
+    """Return the CPU seconds to simulate, and optionally judge, a realization on a typical core.
 
-    The estimate is right within a factor of about three, because the time of local re-simulation
-    depends on how well image and data agree; it serves to compare settings.
+    The estimate may be wrong by a factor of about three, because the time of local re-simulation
+    depends on how well image and data agree. Use it only to compare settings.
     """
     if len(grid_shape) == 3:
         return _seconds_of_volume(parameters, image_shape, grid_shape, n_data, judged)
@@ -60,7 +60,7 @@ def typical_seconds(
 def _seconds_of_volume(
     parameters: Parameters, image_shape: Shape, grid_shape: Shape, n_data: int, judged: bool
 ) -> float:
-    """Return the seconds of a volume: the search dominates at level 0, cells dominate above."""
+    """Return the seconds of a volume; most time goes to the search at level 0, to cells above."""
     lengths, cells = parameters.along(grid_shape), prod(grid_shape)
     sides = zip(image_shape, lengths.template, lengths.level, strict=True)
     locations = prod(max(side - size, 0) // 2**level + 1 for side, size, level in sides)

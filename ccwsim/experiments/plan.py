@@ -22,7 +22,7 @@ RANGED = {
     "n_candidates": "K",
     "search_fraction": "search",
 }
-"""Symbols in labels of the parameters that may have a range; in volumes the range along z is
+"""Symbols, in labels, of the parameters that may have a range. In volumes, the range along z is
 separate from the range along the other axes."""
 ALONG_Z = "_z"
 
@@ -32,7 +32,7 @@ class SweepPlan:
     """The settings that a sweep tries."""
 
     fitting: tuple[Parameters, ...]  # the valid combinations, each once
-    # the invalid combinations: values and reason
+    # each invalid combination, as (values, reason)
     left_out: tuple[tuple[dict[str, Any], str], ...] = ()
     # number left out because they simulate the same as another ("ccsim" has no level)
     n_equal: int = 0
@@ -113,7 +113,7 @@ def label(parameters: Parameters, names: Iterable[str]) -> str:
 
 
 def _canonical(p: Parameters) -> Parameters:
-    """Return one canonical setting for all settings that simulate the same."""
+    """Return the same setting for all settings that give the same realizations."""
     return replace(p, wavelet_level=0) if p.method == "ccsim" else p
 
 

@@ -32,22 +32,22 @@ ERRORS = {
     "copying": lambda quality: quality.largest_copied,
     "mended": lambda quality: quality.n_resimulated + quality.n_forced,
 }
-"""Functions that read an error of a setting from its `Quality`; smaller is better."""
+"""Functions that return an error of a setting from its `Quality`; smaller is better."""
 SPREADS = {
     "patterns": lambda quality: quality.pattern_spread,
     "connection": lambda quality: quality.tau_spread,
     "proportions": lambda quality: quality.proportion_spread,
     "copying": lambda quality: quality.copied_spread,
 }
-"""Functions that read the standard deviation of an error between realizations."""
+"""Functions that return the standard deviation of an error between realizations."""
 PATTERN_TOLERANCE = 0.1
-"""Pattern distances within this share of the smallest count as equally good."""
+"""Pattern distances count as equal if they exceed the smallest by at most this share."""
 TAU_TOLERANCE = 0.03
-"""Errors of τ(h) within this of the smallest count as equally good."""
+"""Errors of τ(h) count as equal if they exceed the smallest by at most this."""
 PROPORTION_TOLERANCE = 0.1
-"""Relative errors of the worst proportion within this of the smallest count as equally good."""
+"""Worst relative errors of proportions count as equal if within this of the smallest one."""
 MAX_COPIED = 4
-"""Maximum size of a copied piece, in templates: K = 1 copies 5 to 13, K = 5 at most 3."""
+"""Maximum size of a copied piece, in templates; pieces have 5 to 13 at K = 1, up to 3 at K = 5."""
 EQUALLY_GOOD = (
     f"differ by less than {100 * PATTERN_TOLERANCE:.0f} % in patterns, {TAU_TOLERANCE} in τ(h) and "
     f"{100 * PROPORTION_TOLERANCE:.0f} % in proportions, or less than their spread"
@@ -64,7 +64,7 @@ class SweepRow:
 
     parameters: Parameters
     quality: Quality
-    # the first realizations as facies codes: shape (n_kept, ny, nx) or (n_kept, nz, ny, nx)
+    # first realizations (facies codes), shape (n_kept, ny, nx) or (n_kept, nz, ny, nx)
     realizations: NDArray[np.integer]
 
 
@@ -96,7 +96,7 @@ class Sweep:
         return np.array([SPREADS[kind](row.quality) for row in self.rows], dtype=float)
 
     def alike(self, kind: str, among: NDArray[np.int64], tolerance: float) -> NDArray[np.int64]:
-        """Return those of the settings `among` whose error is about as small as the best.
+        """Return the settings in `among` whose error is close to the smallest error.
 
         An error may exceed the smallest by `tolerance`, or by `DOUBT` standard errors.
         """
@@ -123,7 +123,7 @@ def sweep(
     n_kept: int = 2,
     facies: int | None = None,
 ) -> Sweep:
-    """Simulate each setting from the same seed, on one thread for fair times, and judge it.
+    """Simulate and judge each setting, with the same seed, on one thread so that times are fair.
 
     Parameters
     ----------
@@ -196,7 +196,7 @@ def sweep(
 
 
 def _first(ensemble: Ensemble, n: int) -> NDArray[np.integer]:
-    """Return a read-only copy of the first n realizations, so that memory of the rest is freed."""
+    """Return a read-only copy of the first n realizations, so that the others can be freed."""
     kept = ensemble.training_image.codes[ensemble.indices[: max(n, 1)]]
     kept.setflags(write=False)
     return kept
@@ -213,9 +213,10 @@ class Recommendation:
 
 
 def pareto_front(times: ArrayLike, errors: ArrayLike) -> NDArray[np.int64]:
-    """Return the Pareto front: no other point is as good in both values and better in one.
+    """Return the indices of the points on the Pareto front.
 
-    Raises `CCWSIMError` if there are not as many times as errors.
+    Compared with a point on the front, no other point is better in one value without being worse
+    in the other. Raises `CCWSIMError` if the numbers of times and of errors differ.
 
     Examples
     --------
@@ -238,14 +239,13 @@ def pareto_front(times: ArrayLike, errors: ArrayLike) -> NDArray[np.int64]:
 
 
 def recommended(sweep: Sweep) -> Recommendation:
-    """Return the fastest of the settings that are about as good as the best.
+    """Return the fastest setting among the settings that are about as good as the best.
 
-    Each step keeps some of the settings: those that miss the fewest data; those whose template is
-    small enough for the training image; those whose largest copied piece is at most four templates
-    large; then those whose proportions, whose patterns and whose connectivity are like the best.
-    Two settings are alike if they differ by less than a tolerance (0.1 of the proportion, a tenth
-    of the pattern distance, 0.03 of τ) or by less than two standard errors, computed from the
-    spread between realizations.
+    These settings are excluded, in this order: settings that miss more data than others; settings
+    whose template is too large for the training image; settings that copy pieces larger than four
+    templates; settings that are worse than the best in proportions, patterns or connectivity.
+    Differences count only if they exceed a tolerance (0.1 of the proportion, a tenth of the pattern
+    distance, 0.03 of τ) and two standard errors, computed from the spread between realizations.
 
     Raises `CCWSIMError` if no setting is finished.
     """
@@ -276,7 +276,7 @@ def recommended(sweep: Sweep) -> Recommendation:
 
 
 Narrowed = tuple[NDArray[np.int64], str]
-"""Settings that remain, and a sentence on those left out."""
+"""Settings that remain, and a sentence on the excluded settings."""
 
 
 def _without_large_templates(sweep: Sweep, among: NDArray[np.int64]) -> Narrowed:
@@ -315,7 +315,7 @@ def _without_copies(sweep: Sweep, among: NDArray[np.int64]) -> Narrowed:
 
 
 def _left_behind(sweep: Sweep, kind: str, good: NDArray[np.int64], out: NDArray[np.int64]) -> str:
-    """Return a sentence that says how much larger one error of the excluded settings is."""
+    """Return a sentence that says by how much one error of the excluded settings is larger."""
     errors = sweep.errors(kind)
     best, other = np.nanmin(errors[good]), errors[out]
     known = other[~np.isnan(other)]

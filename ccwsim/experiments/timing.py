@@ -1,4 +1,4 @@
-"""CPU time of a realization by size of the grid and by number of data."""
+"""CPU time of a realization as a function of grid size and of the number of data."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
 
 CELLS_AT_ONCE = 32_000_000
-"""Maximum number of cells of realizations in memory, one byte each."""
+"""Maximum number of cells of realizations in memory; a cell takes one byte."""
 LINEAR = (0.9, 1.1)
-"""Lowest and highest exponent of the number of cells that counts as linear growth."""
+"""Growth is called linear if the exponent of the number of cells is in this range."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class Timing(TimingCase):
 
     @property
     def seconds(self) -> float:
-        """Median CPU time, which a single interruption by other work does not change."""
+        """Median CPU time, which hardly changes if other work interrupts one realization."""
         return float(np.median(self.cpu_seconds))
 
 
@@ -80,8 +80,8 @@ def time_study(
 ) -> Timing:
     """Measure the CPU time of realizations of a study on one thread.
 
-    Arguments and errors are those of `simulate`. Kernels are compiled before the clock starts. The
-    realizations are not kept; few are in memory at a time. The times include preparing the training
+    Arguments and errors are as in `simulate`. Kernels are compiled before the clock starts. Few
+    realizations are in memory at a time, and none is kept. The times include preparing the training
     image for a new orientation of the path.
     """
     grid, n = Grid.of(grid_shape), check_int("n_realizations", n_realizations, 1)
@@ -126,7 +126,7 @@ def time_cases(
     Raises
     ------
     CCWSIMError
-        If there are more data than cells, and as `simulate`.
+        If there are more data than cells, or if `simulate` raises it.
     Cancelled
         If `cancel` returned True; times yielded before stay valid.
     """
@@ -168,7 +168,7 @@ def image_of_case(training_image: TrainingImage, case: TimingCase) -> TrainingIm
 
 
 def _sampled_field(image: TrainingImage, case: TimingCase, seed: int) -> NDArray[np.integer]:
-    """Return the field from which data are sampled; its seed differs from the timed ones."""
+    """Return the field from which data are sampled; no timed realization has its seed."""
     p = case.parameters
     p = Parameters(p.template_size, p.overlap_size, p.level)
     other = seed + 1 if seed < 2**31 else seed - 1
@@ -192,7 +192,7 @@ def level_of(p: Parameters) -> int:
 class Growth:
     """How time grows with the number of grid cells."""
 
-    # CPU seconds per million cells, by least squares of the relative errors
+    # CPU seconds per million cells, fitted by least squares of relative errors
     seconds_per_million: float
     exponent: float  # exponent of the number of cells in a power law; 1 is linear growth
 
@@ -236,7 +236,7 @@ def _typical(training_image: TrainingImage, case: TimingCase) -> float:
 
 
 def _slowdown(training_image: TrainingImage, case: TimingCase, measured: Sequence[Timing]) -> float:
-    """Return measured time / expected time of the most similar measured case."""
+    """Return the ratio of measured to expected time of the most similar measured case."""
     if not measured:
         return 1.0
 

@@ -41,7 +41,7 @@ def usual_work() -> dict[str, Callable[[], None]]:
 
 
 def compile_in_background() -> None:
-    """Compile these kernels in a thread, those of the first screen first."""
+    """Compile these kernels in a thread; the first screen's kernels come first."""
 
     def ask() -> None:
         for k, work in enumerate(usual_work().values()):

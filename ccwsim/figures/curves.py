@@ -24,18 +24,18 @@ from ccwsim.figures.style import (
 
 Floats = NDArray[np.float64]
 BAND_OPACITY = 0.13
-"""Opacity of the bands of settings; four overlapping bands remain visible."""
+"""Opacity of the bands of settings; at this value, four overlapping bands remain visible."""
 ROW_HEIGHT = 172
 """Height of a row of transiograms in pixels."""
 MAX_DISC = 6
-"""Diameter in pixels of the largest disc, for the layer with the most hard data."""
+"""Diameter in pixels of the disc of the layer with the most hard data."""
 SIDE, MARGIN = 100, 4
 """Side and margin of a sparkline in SVG units."""
 
 
 @dataclass(frozen=True, eq=False)
 class Bundle:
-    """One statistic along a direction, of the training image and of each realization."""
+    """One statistic along one direction, for the training image and each realization."""
 
     lags: Floats  # shape (m,): distances in cells
     reference: Floats  # shape (m,): the training image's curve
@@ -54,7 +54,7 @@ class Line:
     y: NDArray
     colour: str
     dash: str = "solid"  # "solid", "dash" or "dot"; "none" draws points only
-    points: bool = False  # whether values are marked by points
+    points: bool = False  # whether each value is marked by a point
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,9 +77,9 @@ def curves_chart(
 ) -> go.Figure:
     """Return a chart of the curves of an ensemble or several settings; the training image is red.
 
-    For one ensemble, realizations and their band are grey, and the median is dark. For up to four
-    settings by name, band and median have the setting's colour and dash. Use the same `y_range` for
-    charts that are compared.
+    One ensemble has grey realizations with a grey band and a dark median. Each of up to four named
+    settings has a band and a median in its colour and dash. Use the same `y_range` for charts that
+    are compared.
 
     Examples
     --------
@@ -222,9 +222,9 @@ def vertical_proportions_chart(
 ) -> go.Figure:
     """Return a chart of the share of a facies in each layer; the training image is red.
 
-    In the bundle, lags are the elevations of the realizations' layers, and values are shares from 0
-    to 1. `reference_at` are the elevations of the training image's layers, if they differ. Hard
-    data are discs, larger for more data.
+    The bundle's lags are the elevations of the realizations' layers; its values are shares from
+    0 to 1. `reference_at` are the elevations of the training image's layers, if they differ. The
+    discs are hard data; a larger disc stands for more data.
 
     Examples
     --------
@@ -370,9 +370,9 @@ def _band(bundle: Bundle, name: str, colour: str) -> Any:
 
 
 def _threads(bundle: Bundle, theme: Theme) -> Any:
-    """Return all realizations as one trace with gaps; many traces would be slow."""
+    """Return all realizations as one trace with gaps, because many traces would be slow."""
     n = len(bundle.each)
-    # float32 is exact for integer lags and takes half the bytes
+    # float32 is exact for integer lags and takes half the memory
     x = np.tile(np.append(bundle.lags, np.nan).astype(np.float32), n)
     y = np.hstack([bundle.each, np.full((n, 1), np.nan)]).ravel()
     return line("realizations", x, y, theme.each, 0.8)

@@ -1,6 +1,6 @@
 """Maps as small palette PNGs, with or without hard data.
 
-Arrays have row 0 at the south, pictures have north at the top. `shape` is the shape of the grid;
+Row 0 of an array is in the south; pictures have north at the top. `shape` is the shape of the grid;
 `longest` is the longer side of a picture in pixels.
 """
 
@@ -32,14 +32,14 @@ class Dots:
 
     cells: NDArray[np.integer]  # shape (n, 2): row and column, row 0 at the south
     colours: list[str]  # facies colour of each datum
-    wrong: NDArray[np.bool_]  # shape (n,): whether the map does not honour the datum (a red ring)
+    wrong: NDArray[np.bool_]  # shape (n,): True if the datum is not honoured (a red ring)
 
 
 def index_png(indices: NDArray[np.uint8]) -> bytes:
     """Return a PNG in which index k is the grey (k, k, k).
 
-    Its palette has only the indices that occur, with few bits per cell: this takes a quarter of the
-    time of a greyscale PNG.
+    Its palette has only the indices that occur, so a cell takes few bits. Writing takes a quarter
+    of the time of a greyscale PNG.
 
     Examples
     --------
@@ -107,7 +107,7 @@ def data_png(
 ) -> bytes:
     """Return a PNG of hard data as dots on a transparent ground.
 
-    `cells` are the row and column of each datum, `indices` the index of its facies in `colours`.
+    `cells` has the row and column of each datum, `indices` the index of its colour in `colours`.
 
     Examples
     --------
@@ -195,7 +195,7 @@ def data_map_png(
 def data_map(
     indices: NDArray[np.uint8], colours: Sequence[str], dots: Dots, scale: int
 ) -> Image.Image:
-    """Return a map with cells of `scale` pixels and its hard data; wrong data are on top."""
+    """Return a map with cells of `scale` pixels and hard data; wrong data are drawn last."""
     size = indices.shape[1] * scale, indices.shape[0] * scale
     picture = _coloured(indices, colours).resize(size, Image.Resampling.NEAREST).convert("RGB")
     if not len(dots.cells):

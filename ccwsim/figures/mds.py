@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ccwsim.figures.style import CLEAR, Theme, blank_chart, dots
 
 EDGE = 0.4
-"""Maximum |x| of a point with a centred name; beyond it, the name would leave the plot."""
+"""Maximum |x| of a point with a centred name; farther out, the name would leave the plot."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,12 +24,12 @@ class Group:
     positions: NDArray[np.float64]  # shape (n, 2)
     colour: str
     symbol: str = "circle"  # a symbol of plotly
-    labels: Sequence[str] = ()  # hover text of each point, without the hint; by default the name
+    labels: Sequence[str] = ()  # hover text of each point; by default the name
     ringed: int | None = None  # index of the realization that is shown elsewhere on the page
 
 
 def label_side(place: NDArray[np.float64]) -> str:
-    """Return the side of a point on which its name fits into the plot, from −1 to 1.
+    """Return the side of a point on which its name fits into the plot (axes from −1 to 1).
 
     Examples
     --------

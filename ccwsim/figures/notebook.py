@@ -1,6 +1,6 @@
 """Images, data and ensembles in a notebook: pictures with captions, and zoomable charts.
 
-Of a volume, the middle layer is drawn; layers are counted from 0 at the bottom.
+A volume is drawn as its middle layer; layers are counted from 0 at the bottom.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 
 THUMB = 240
-"""Longer side of a picture in pixels; if there are many pictures, each has half of it."""
+"""Longer side of a picture in pixels; it is halved if there are many pictures."""
 FEW = 4
 MAX_TILES = 12
 """Maximum number of realizations in a picture of an ensemble."""
@@ -59,7 +59,7 @@ def ensemble_html(ensemble: Ensemble) -> str:
 
 
 def data_html(data: HardData) -> str:
-    """Return a picture of hard data in their bounding box; the caption has their number."""
+    """Return a picture of hard data in their bounding box; the caption gives the number of data."""
     if not data.n:
         return _html(b"", "no hard data")
     low, high = data.cells.min(axis=0), data.cells.max(axis=0)
@@ -130,7 +130,7 @@ def _middle(shape: Sequence[int]) -> tuple[tuple[int, ...], str]:
 
 
 def _middle_of_data(data: HardData) -> tuple[NDArray[np.bool_], str]:
-    """Return the mask of the data in the middle layer with data, and a description of the layer."""
+    """Return a mask of the data in the middle one of the layers with data, and a note on it."""
     if data.n_dimensions == 2:
         return np.ones(data.n, bool), ""
     layers = np.unique(data.cells[:, 0])

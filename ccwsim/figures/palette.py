@@ -12,8 +12,8 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
 
 FACIES = ("#173F6B", "#F0AD2E", "#3A9E7E", "#A63A26", "#A78BD0", "#D5D8DC")
-"""Deep blue, amber, green, brick, violet and grey: distinct for the three common colour-blindnesses
-and, except green and violet, in grey-scale print."""
+"""Deep blue, amber, green, brick, violet and grey. They are distinct for the three common types of
+colour blindness and, except green and violet, in grey-scale print."""
 
 GOLDEN_ANGLE = 0.381966
 HEX = re.compile(r"#[0-9a-fA-F]{6}")
@@ -66,7 +66,7 @@ CIVIDIS = tuple(plotly.colors.sequential.Cividis)
 """Colours of the cividis ramp, for probabilities."""
 
 ENTROPY = ("#F3EEF8", "#C9B4DE", "#8E6BB5", "#5B3788", "#33145C")
-"""Colours of a ramp of one hue for entropy; certain cells are pale."""
+"""Colours of a ramp of one hue for entropy; cells without uncertainty are pale."""
 
 
 def with_opacity(colour: str, opacity: float) -> str:

@@ -38,8 +38,8 @@ def proportions_chart(
 ) -> go.Figure:
     """Return a chart with a row for each facies: dots for realizations, a red stroke for the image.
 
-    Shares of cells are from 0 to 1: `reference` of the training image has shape (n_facies,), `each`
-    of the realizations (n, n_facies).
+    Shares of cells are from 0 to 1. `reference`, shape (n_facies,), is for the training image;
+    `each`, shape (n, n_facies), is for the realizations.
 
     Examples
     --------
@@ -71,8 +71,8 @@ def compared_proportions_chart(
 ) -> go.Figure:
     """Return a chart with a block for each facies, and in it a line of dots for each setting.
 
-    Dots are differences from the training image, which is the red stroke at 0. `settings` have the
-    shares of each setting's realizations; shapes are those of `proportions_chart`.
+    Dots are differences from the training image, which is the red stroke at 0. `settings` has the
+    shares of each setting's realizations; shapes are the same as in `proportions_chart`.
 
     Examples
     --------

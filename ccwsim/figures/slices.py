@@ -13,7 +13,7 @@ from ccwsim.figures.maps import WRONG, Dots, data_map, png_of
 from ccwsim.model.errors import CCWSIMError
 
 GAP, LABEL, TEXT = 12, 22, 13
-"""Pixels: gap between two slices, height of the line of labels above, and size of its letters."""
+"""Gap between two slices, height of the labels above them, and size of letters, in pixels."""
 GREY = "#6B737C"
 """Colour of the labels, legible in both themes."""
 INK = "#1B1F24"
@@ -69,7 +69,7 @@ def slices_png(
 ) -> bytes:
     """Return a PNG of labelled slices of a volume, side by side on a transparent ground.
 
-    The picture is about `longest` pixels wide; cells are squares of a whole number of pixels.
+    The picture is about `longest` pixels wide; cells are squares with sides of whole pixels.
 
     Examples
     --------
@@ -99,7 +99,7 @@ def slices_png(
 
 
 def _with_wells(section: VolumeSlice, colours: Sequence[str], scale: int) -> Image.Image:
-    """Return a section with its data as framed cells, as the discs of a well would overlap."""
+    """Return a section with its data as framed cells, because discs of a well would overlap."""
     nobody = Dots(np.empty((0, 2), np.int64), [], np.empty(0, bool))
     picture = data_map(section.indices, colours, nobody, scale)
     pen, dots = ImageDraw.Draw(picture), section.dots

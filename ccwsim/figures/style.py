@@ -23,7 +23,7 @@ ON_PAPER = ("#1B1F24", "#0072B2", "#00805C", "#9A5CB4")
 ON_INK = ("#ECE9E2", "#56B4E9", "#2FC39B", "#D39BE6")
 DASHES = ("solid", "dash", "dot", "dashdot")
 SYMBOLS = ("circle", "square", "triangle-up", "cross")
-"""Colours (in two themes), dashes and symbols of four settings; only the training image is red."""
+"""Colours (in two themes), dashes and symbols of four settings; red is for the training image."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ def setting_colours(theme: Theme) -> tuple[str, ...]:
 
 
 def difference_colours(theme: Theme) -> tuple[str, str, str]:
-    """Return the colours of negative, zero (as the ground) and positive differences.
+    """Return the colours of negative, zero and positive differences; zero looks like the ground.
 
     Examples
     --------
@@ -126,7 +126,7 @@ def blank_chart(theme: Theme, *, height: int, x_title: str, y_title: str) -> go.
         "xaxis": {**axis, "title": {**axis["title"], "text": x_title}},
         "yaxis": {**axis, "nticks": 5, "title": {**axis["title"], "text": y_title}},
     }
-    # plotly's validation would take ten times as long as making the chart
+    # plotly's validation would take ten times as long as the chart itself
     return go.Figure(layout=layout, _validate=False)
 
 

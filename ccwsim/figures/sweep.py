@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from ccwsim.figures.style import CLEAR, Theme, blank_chart, dots, line
 
 WIDTH, HEIGHT, GAP = 6.6, 15.0, 9.0
-"""Pixels: width of a letter at size 12, height of a line, and distance of a point to its label."""
+"""Width of a letter of size 12, line height, and gap between a point and its label, in pixels."""
 Box = tuple[float, float, float, float]
 SIDES = {
     "middle right": (1, 0),
@@ -26,7 +26,7 @@ SIDES = {
     "bottom left": (-1, 1),
 }
 NARROW = 400.0
-"""Width in pixels of the chart for which labels are placed: the smallest on a usual screen."""
+"""Chart width in pixels assumed when labels are placed; the smallest on a usual screen."""
 SPREAD = 4.0
 """Minimum ratio of the largest to the smallest value on a logarithmic axis."""
 
@@ -46,9 +46,10 @@ def sweep_chart(
 ) -> go.Figure:
     """Return a chart with a dot for each setting, and the Pareto front as steps.
 
-    CPU times, errors and the errors' spreads between realizations, drawn as bars, have shape (n,);
-    NaN is not drawn. Labels are written beside the dots if there is room. `front` has the indices
-    of the settings on the front, by time; `selected` is ringed, and `recommended` is a diamond.
+    CPU times, errors and spreads have shape (n,). A spread, drawn as a bar, is the variation of an
+    error between realizations. NaN is not drawn. Labels are beside the dots if there is room.
+    `front` has the indices of the settings on the front, fastest first; `selected` is ringed, and
+    `recommended` is a diamond.
 
     Examples
     --------
@@ -80,7 +81,7 @@ def sweep_chart(
         symbols[recommended], sizes[recommended] = "diamond", 13
         hover[recommended] += " · recommended"
     settings = dots("settings", milliseconds, errors, colours, sizes)
-    same = {"marker": {"opacity": 1}}  # the same look for selected and other dots
+    same = {"marker": {"opacity": 1}}  # selected dots look like other dots
     settings.update(
         mode="markers+text",
         text=[label if side else "" for label, side in zip(labels, sides, strict=True)],

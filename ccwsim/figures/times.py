@@ -21,7 +21,7 @@ LEVEL_SYMBOLS = ("x", "circle", "square", "diamond", "triangle-up", "star", "pen
 LABEL_GAP = 15
 """Minimum distance between two labels in pixels."""
 EMPTY_DECADES = 4.0
-"""Decades that the axis extends below the published times while nothing is measured."""
+"""Decades that the axis shows below the published times while no time has been measured."""
 
 
 def times_chart(milliseconds: Floats, mean: float, theme: Theme, *, height: int = 196) -> go.Figure:
@@ -51,7 +51,7 @@ def compared_times_chart(
 ) -> go.Figure:
     """Return a chart with a bar for the mean of each setting and a dot for each realization.
 
-    `settings` have the CPU times of their realizations in ms; `labels` are written at the bars.
+    `settings` has the CPU times of each setting's realizations in ms; `labels` stand at the bars.
 
     Examples
     --------
@@ -111,7 +111,7 @@ def timings_chart(
     unit: str,
     height: int = 340,
 ) -> go.Figure:
-    """Return a chart of times on log axes: measured as lines, published as open red markers.
+    """Return a log-log chart of measured times (lines) and published times (open red markers).
 
     A slope of one means that the time is proportional to the number of cells. `ticks` are numbers
     of cells on the axis with their labels; `unit` is the unit of the times in hover texts.
@@ -158,7 +158,7 @@ def _hovered(trace: Any, unit: str) -> Any:
 def _label_lines(
     chart: go.Figure, measured: Sequence[TimeSeries], theme: Theme, pixels: float
 ) -> None:
-    """Write the name of each line at its end; overlapping names are moved apart, downwards."""
+    """Write the name of each line at its end; a name that overlaps another is moved down."""
     lowest = np.inf
     for series in sorted(measured, key=lambda series: -series.values[-1]):
         own = float(np.log10(series.values[-1])) * pixels
@@ -168,7 +168,7 @@ def _label_lines(
 
 
 def _label_published(chart: go.Figure, published: Sequence[TimeSeries], theme: Theme) -> None:
-    """Write one label above the slowest marker, and one below the others, which nearly coincide."""
+    """Label the slowest marker above it; label the others, which nearly coincide, once below."""
     top, *others = sorted(published, key=lambda series: -series.values[-1])
     place = {"xanchor": "right", "xshift": 24}
     _label(chart, top, top.name, theme.reference, yshift=16, **place)

@@ -22,12 +22,12 @@ from ccwsim.figures.style import (
 
 Floats = NDArray[np.float64]
 MAX_DOT, MIN_DOT = 22, 5
-"""Diameters in pixels of the dots of a calibration chart."""
+"""Maximum and minimum diameter in pixels of the dots of a calibration chart."""
 
 
 @dataclass(frozen=True, eq=False)
 class Strip:
-    """A statistic of each realization and of the training image; NaN for an undefined value."""
+    """A statistic of each realization and of the training image; undefined values are NaN."""
 
     title: str  # name of the statistic, with the unit
     each: Floats  # shape (n,)
@@ -68,9 +68,9 @@ def calibration_chart(
     *,
     height: int = 320,
 ) -> go.Figure:
-    """Return a chart of observed shares over predicted probabilities; larger dots have more cells.
+    """Return a chart of observed shares against predicted probabilities, with a dot for each bin.
 
-    Arrays have one value for each bin, NaN for an empty bin.
+    Arrays have one value for each bin; it is NaN for an empty bin. Larger dots have more cells.
 
     Examples
     --------
@@ -101,8 +101,8 @@ def data_status_chart(
 ) -> go.Figure:
     """Return a bar chart of the mean share of the hard data with each data status.
 
-    Names are for example "raster" and "re-simulated, 8 cells"; the last bar has the colour of a
-    warning. `shares`, shape (n_realizations, n_names), are from 0 to 1.
+    Names are, for example, "raster" and "re-simulated, 8 cells"; the last bar has a warning colour.
+    `shares`, shape (n_realizations, n_names), has values from 0 to 1.
 
     Examples
     --------
@@ -179,7 +179,7 @@ def lag_map_chart(
 ) -> go.Figure:
     """Return a map of a statistic over all lags, with lag 0 in the middle and north at the top.
 
-    `lags` are −m … m, for both rows and columns. Hover texts show `name`, such as "γ of sand".
+    `lags` go from −m to m, for rows and for columns. Hover texts show `name`, such as "γ of sand".
     Colours go from 0 to `largest`, or from −`largest` to `largest` for a difference. A line marks
     `azimuth`, in degrees from north.
 
@@ -242,7 +242,7 @@ def convergence_chart(
 
 
 def _around(values: Sequence[float]) -> list[float]:
-    """Return an axis range around all values; it is not extended below 0 by the margin."""
+    """Return an axis range around all values; the margin does not extend it below 0."""
     there = [v for v in values if not np.isnan(v)] or [0.0]
     room = 0.12 * (max(there) - min(there)) or max(abs(there[0]) * 0.1, 0.5)
     low = min(there) - room

@@ -42,8 +42,8 @@ class Case(NamedTuple):
     """Realizations of one method at one level.
 
     `whose` is "ours" (as published), "exact" (all data honoured), "default" (see
-    `methods.DEFAULT_WORDS`) or "published" (the authors' code). `distances` and `tau` are those of
-    `methods.mean_distances` and `methods.relative_tau`.
+    `methods.DEFAULT_WORDS`) or "published" (the authors' code). `distances` and `tau` are computed
+    by `methods.mean_distances` and `methods.relative_tau`.
     """
 
     method: str
@@ -66,7 +66,7 @@ class Case(NamedTuple):
         return list(self.tau.values())[-1], float(self.distances.mean())
 
     def compare(self, other: Case) -> tuple[int, int]:
-        """Return −1 if worse than the other, 0 if alike, 1 if better: connectivity, patterns."""
+        """Return −1 (worse than `other`), 0 (alike) or 1 (better) for connectivity and patterns."""
         (tau, near), (other_tau, other_near) = self.score, other.score
         more = int(tau - other_tau > LIKE_TAU) - int(other_tau - tau > LIKE_TAU)
         return more, verdicts.order_of(other_near / near, LIKE_DISTANCE)
@@ -94,7 +94,7 @@ class Sampled:
     def pairs(
         self, first: tuple[str, str], second: tuple[str, str]
     ) -> Iterator[tuple[int, Case, Case]]:
-        """Yield each level that has both cases, and the cases, given as (method, origin)."""
+        """Yield each level that has both cases, given as (method, origin), and the two cases."""
         by_key = {case[:3]: case for case in self.cases}
         for level in LEVELS:
             keys = [(method, level, whose) for method, whose in (first, second)]
@@ -107,7 +107,7 @@ class Sampled:
 
 
 def sampled_data(run: ExperimentRun) -> Outcome:
-    """Simulate both methods at levels 1 and 3: as published, with exact data and by default."""
+    """Simulate both methods at levels 1 and 3 as published, with exact data and by default."""
     run.expect(14)
     image, side = run.inputs.image("channel"), run.extent.side(512)
     shape = side, side
@@ -254,7 +254,7 @@ def stone_wall(run: ExperimentRun) -> Outcome:
 
 
 def _patterns(study: Sampled) -> list[Judgement]:
-    """Judge pattern distances of both methods, and of our CCWSIM and the authors' code."""
+    """Compare pattern distances: CCWSIM with MS-CCSIM, and our CCWSIM with the authors' code."""
     judgements = []
     claim = "CCWSIM is comparable to MS-CCSIM and enhances pattern reproduction (abstract)."
     for whose, who in (
@@ -278,7 +278,7 @@ def _patterns(study: Sampled) -> list[Judgement]:
 
 
 class DistanceStudy(NamedTuple):
-    """One study: image, side of the grid, and published realizations."""
+    """A study: training image, side of the grid, and published realizations."""
 
     image: str
     side: int
@@ -360,7 +360,7 @@ def _anodi_table(found: Anodi, title: str) -> Table:
 
 
 def table_1(found: Anodi, image: str) -> Table:
-    """Return Table 1, CCWSIM divided by MS-CCSIM, from the paper and from this run."""
+    """Return Table 1 (CCWSIM divided by MS-CCSIM) as in the paper and as in this run."""
     paper = TABLE_1[image]
     rows = [("the paper", *map(_each, paper[:2]), f"{paper.ratio:.2f}")]
     for who, name, other in _pairs(found):
@@ -380,7 +380,7 @@ def _each(values: Sequence[float]) -> str:
 
 
 def _pairs(found: Anodi) -> list[tuple[str, str, str]]:
-    """Return the owner of the engine and both methods' names, for each complete pair."""
+    """Return (owner of the engine, name, other name) for each pair of methods that is complete."""
     pairs = [
         (whose, name.format("CCWSIM"), name.format("MS-CCSIM"))
         for whose, name in (
@@ -393,7 +393,7 @@ def _pairs(found: Anodi) -> list[tuple[str, str, str]]:
 
 
 def paper_ratio(found: Anodi, name: str, other: str) -> float:
-    """Return r of section 5.5: Σ w · between ratio / within ratio, `name` relative to `other`."""
+    """Return r of section 5.5, Σ w · between ratio / within ratio, for `name` against `other`."""
     a, b = found.names.index(name), found.names.index(other)
     return float(found.weights @ (found.ratio[a] / found.ratio[b]))
 
@@ -411,7 +411,7 @@ def _mds(found: Anodi, image: str) -> Chart:
 
 
 def _anodi_judgements(found: Anodi, image: str) -> list[Judgement]:
-    """Judge Table 1 for each pair, and our CCWSIM against the authors' code."""
+    """Judge Table 1 for each pair of methods, and our CCWSIM against the authors' code."""
     judgements, paper = [], TABLE_1[image]
     stated = float(np.mean(paper.within))
     for whose, name, other in _pairs(found):

@@ -24,7 +24,7 @@ class Extent:
     n_few: int  # realizations for comparing methods in pictures and curves
     n_anodi: int  # realizations of each method for the analysis of distances
     n_timed: int  # realizations whose times are averaged
-    largest_side: int  # largest side of grids that are not timed, in cells
+    largest_side: int  # maximum side, in cells, of grids that are not timed
     timed_sides: tuple[int, ...]  # sides of the timed square grids
     largest_lag: int  # largest lag of variograms and connectivity, in cells
 
@@ -34,7 +34,7 @@ class Extent:
         return self.name != "quick"
 
     def side(self, wanted: int) -> int:
-        """Return a side of the paper's grids, limited to the largest side.
+        """Return a side of one of the paper's grids, reduced to `largest_side` if it is larger.
 
         Examples
         --------
@@ -52,7 +52,7 @@ QUICK = Extent("quick", 6, 3, 4, 2, 144, (64, 128, 192), 40)
 class ExperimentRun:
     """Inputs, extent and seed of an experiment, with its callbacks.
 
-    `progress` is called with the finished share; `cancel` returns whether to stop.
+    `progress` is called with the finished share; `cancel` returns True to stop.
     """
 
     inputs: PaperInputs
@@ -113,6 +113,6 @@ class Experiment:
 
     title: str
     place: str  # section, figure or table of the paper
-    shows: str  # what the paper shows there, as far as known
+    shows: str  # what the paper shows there, if known
     run: Callable[[ExperimentRun], Outcome]
     weight: float = 1.0  # duration relative to a typical experiment, for progress

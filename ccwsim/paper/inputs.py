@@ -22,7 +22,7 @@ IMAGES = {
     "stone wall": ("ti_stonewall_200x200", "stone_wall"),
     "three facies": ("ti_three_facies_400x400", "barchans"),
 }
-"""For each image, the authors' file and the bundled image used without it."""
+"""The authors' file of each image, and the bundled image used if that file is missing."""
 FACIES = {"channel": ("mud", "sand"), "stone wall": ("stone", "mortar")}
 DATA = {
     ("channel", 100): "paper/hd_channel_100_grid512x512",
@@ -67,8 +67,8 @@ class PaperInputs:
     def data(self, name: str, n: int, shape: tuple[int, int]) -> HardData:
         """Return about `n` hard data for an image on a grid.
 
-        These are the authors' data inside the grid if available; otherwise data sampled at the same
-        density from an image of the same kind.
+        If available, these are the authors' data inside the grid. Otherwise, data are sampled at
+        the same density from an image of the same kind.
         """
         stem = DATA[name, n]
         ny, nx = map(int, stem.rsplit("grid", 1)[1].split("x"))
@@ -119,7 +119,7 @@ class PaperInputs:
 
 
 def inputs_in(folder: str | Path | None) -> PaperInputs:
-    """Return the inputs of a folder, or of its parent if the folder is `paper` itself.
+    """Return the inputs in a folder, or in its parent if the folder is `paper` itself.
 
     Raises `CCWSIMError` for a missing folder, or one without the authors' training images.
 

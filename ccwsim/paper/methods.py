@@ -28,7 +28,7 @@ DEFAULT_WORDS = (
     "proportions, and seams are repaired, for both methods alike. Elsewhere both are run as they "
     "were published."
 )
-"""Additions of this program, not used in runs as published."""
+"""Features of this program that are off in runs as published."""
 COLOURS = {
     "training image": LIGHT.reference,
     "CCWSIM": "#173F6B",
@@ -49,9 +49,9 @@ LAGS = (21, 41, 61, 81)
 def paper_parameters(
     method: str, level: int, *, exact: bool = True, template: int = 32, default: bool = False
 ) -> Parameters:
-    """Return the settings of the authors' script; with `exact`, every datum is honoured.
+    """Return the settings of the authors' script; if `exact`, every datum is honoured.
 
-    Patches are drawn as published and seams are not repaired, except with `default`.
+    Unless `default` is set, patches are drawn as published and seams are not repaired.
     """
     own = {"method": method, "exact_data": exact}
     own |= {} if default else {"published_draw": True, "repair_seams": False}
@@ -69,7 +69,7 @@ def published(
 
 
 def image_named(name: str) -> str:
-    """Return the training image of a file of published realizations.
+    """Return the name of the training image of a file of published realizations.
 
     Examples
     --------
@@ -85,7 +85,7 @@ def median_seconds(ensemble: Ensemble) -> float:
 
 
 def wrong_share(images: NDArray, image: TrainingImage, data: HardData) -> float:
-    """Return the mean share of the data that realizations (facies indices) do not honour."""
+    """Return the share of data not honoured, averaged over realizations (facies indices)."""
     wrong = [data.n_mismatched(image.codes[one]) for one in images]
     return float(np.mean(wrong) / max(data.n, 1))
 
@@ -101,7 +101,7 @@ def format_distances(distances: NDArray[np.float64]) -> str:
 
 
 def relative_tau(images: NDArray, image: TrainingImage) -> dict[int, float]:
-    """Return mean connectivity E–W relative to the training image's at the `LAGS` that fit.
+    """Return mean connectivity E–W divided by the training image's, at the `LAGS` that fit.
 
     Examples
     --------
@@ -166,5 +166,5 @@ def connectivity_chart(stacks: Mapping[str, NDArray], image: TrainingImage, lags
 
 
 def colour_of(name: str) -> str:
-    """Return the colour of a method by its full name or by the part before a comma."""
+    """Return the colour of a method, found by its full name or by the part before a comma."""
     return COLOURS.get(name, COLOURS.get(name.split(",")[0], "#7A7F86"))

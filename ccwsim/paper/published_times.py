@@ -1,7 +1,7 @@
 """Numbers reported by the paper and measured on the published codes, with their sources.
 
-Seconds from another machine and language cannot be compared with seconds measured here, but ratios
-of two levels, methods or numbers of data within one source can.
+Seconds from another machine and language cannot be compared with seconds measured here.
+A ratio between two levels, methods or numbers of data within one source can be compared.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ class Source:
     """Source of times."""
 
     reference: str  # publication or measurement
-    machine: str  # language and machine, as far as they are known
+    machine: str  # language and machine, if known
 
 
 PAPER = Source(
@@ -35,7 +35,7 @@ OCTAVE = Source(
 
 @dataclass(frozen=True)
 class PublishedTime:
-    """CPU time of one realization as a source reports it."""
+    """CPU time of one realization, reported by a source."""
 
     source: Source
     where: str  # table or figure of the source
@@ -79,7 +79,7 @@ TABLE_2 = tuple(t for t in ALL_TIMES if t.where == "Table 2")
 TABLE_2_DATA = (1000, 2000)
 """Numbers of hard data of Table 2."""
 FIGURE_13 = tuple(t for t in ALL_TIMES if t.where == "Fig. 13")
-"""CPU time of the largest of five grids by level; values of the other four are unavailable."""
+"""CPU time of the largest grid, by level; times of the other four grids are unavailable."""
 LEVEL_CHANGES = {(1, 2): -0.548, (2, 3): -0.174}
 """Fig. 13: relative change of CPU time from one level to the next, averaged over the five sizes."""
 OCTAVE_TIMES = tuple(t for t in ALL_TIMES if t.source is OCTAVE)
@@ -87,7 +87,7 @@ OCTAVE_TIMES = tuple(t for t in ALL_TIMES if t.source is OCTAVE)
 
 
 class RelativeDistances(NamedTuple):
-    """ANODI of CCWSIM divided by that of MS-CCSIM, at three resolutions, the full one first."""
+    """ANODI distances of CCWSIM / distances of MS-CCSIM at three resolutions, full one first."""
 
     between: tuple[float, float, float]
     within: tuple[float, float, float]

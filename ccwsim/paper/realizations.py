@@ -25,13 +25,13 @@ from ccwsim.report.pictures import bundle_chart, bundle_of, share_picture
 SHOWN = 3
 LEVEL = 2
 CLOSE_SHARE = 0.03  # a proportion is reproduced within this difference
-CLOSE_TAU = 0.85  # smallest ratio to the image's connectivity that counts as reproduced
-ENOUGH = 0.8  # minimum share of lags at which the image's curve is among the realizations'
+CLOSE_TAU = 0.85  # connectivity is reproduced if its ratio to the image's is at least this
+ENOUGH = 0.8  # minimum share of lags where realizations' curves surround the image's curve
 SLACK = 0.02
 RECOVERED = 0.9  # minimum share of reference cells that dense data recover
 TEMPLATE = 48  # template of the authors' runs with three facies
 NONSTATIONARY = ("delta", "bend")
-KEPT = 0.5  # a trend is lost if realizations keep a smaller share of it on average
+KEPT = 0.5  # a trend is lost if realizations keep on average a smaller share of it
 
 
 def unconditional(run: ExperimentRun) -> Outcome:
@@ -102,13 +102,13 @@ def _reproduced(ensemble: Ensemble, image: TrainingImage) -> Judgement:
 
 
 def _judged_time(run: ExperimentRun, ensemble: Ensemble, what: str, where: str) -> Judgement:
-    """Judge the CPU time of a realization against the paper's for a figure."""
+    """Judge the CPU time of a realization against the time that the paper states for a figure."""
     ours, full = methods.median_seconds(ensemble), run.extent.is_full
     return verdicts.of_time(what, ours, stated_seconds(where), where, full)
 
 
 def conditional(run: ExperimentRun) -> Outcome:
-    """Simulate the channel image with 100, 300 and 400 data; 100 realizations with 400."""
+    """Simulate the channel image with 100, 300 and 400 data (100 realizations with 400 data)."""
     run.expect(5)
     image, side = run.inputs.image("channel"), run.extent.side(512)
     shape, p, n = (side, side), methods.paper_parameters("ccwsim", LEVEL), run.extent.n_few
@@ -252,7 +252,7 @@ def _among(bundle: Bundle) -> float:
 
 
 def _against_codes(tau: dict[str, dict[int, float]]) -> list[Judgement]:
-    """Judge our connectivity against that of the published codes at the largest lag."""
+    """Judge our connectivity against the published codes' connectivity at the largest lag."""
     judgements = []
     lag, ours = list(tau["CCWSIM"].items())[-1]
     for name, found in tau.items():
@@ -362,7 +362,7 @@ def _facies_judgements(run: ExperimentRun, e: Ensemble) -> tuple[Judgement, ...]
 
 
 def limits(run: ExperimentRun) -> Outcome:
-    """Simulate nonstationary bundled images and measure the remaining differences of quarters."""
+    """Simulate nonstationary bundled images and measure how much of their trends is kept."""
     run.expect(2 * len(NONSTATIONARY))
     blocks: list[Block] = []
     judgements: list[Judgement] = []
@@ -410,8 +410,8 @@ def _quarters(
 def kept_share(own: Stationarity, each: list[Stationarity]) -> float:
     """Return the share of the differences between the image's quarters that realizations keep.
 
-    Variograms of the quarters, minus their mean over the quarters, are compared along both axes;
-    the result is the slope of the realizations' mean values over the image's.
+    The variogram of each quarter, minus the mean over the quarters, is computed along both axes.
+    The result is the slope of the realizations' mean values against the image's values.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""All experiments of the paper in order, with their run and report."""
+"""Run all experiments of the paper in order, and report them."""
 
 from __future__ import annotations
 
@@ -163,7 +163,7 @@ class Reproduction:
 
     @property
     def words(self) -> Counter[str]:
-        """Number of verdicts of each kind, by word."""
+        """Number of verdicts by word."""
         outcomes = [f.outcome for f in self.finished if f.outcome is not None]
         return Counter(j.word for outcome in outcomes for j in outcome.judgements)
 
@@ -179,8 +179,8 @@ def reproduce(
 ) -> Reproduction:
     """Run the experiments of the paper, by default on the bundled images.
 
-    `progress` is called as progress(fraction, n_done), with the number of finished experiments, and
-    `on_finished` with each of them. `cancel` is called often and returns True to stop; finished
+    `progress` is called as progress(fraction, number of finished experiments), and `on_finished`
+    with each finished experiment. `cancel` is called often and returns True to stop; finished
     experiments are kept.
 
     Examples
@@ -214,7 +214,7 @@ def reproduce(
 
 
 def with_largest_grid(extent: Extent, side: int | None) -> Extent:
-    """Return an extent with times up to a grid of `side` × `side` cells.
+    """Return an extent whose largest timed grid has `side` × `side` cells.
 
     Raises `CCWSIMError` for a side that is too small or too large.
 

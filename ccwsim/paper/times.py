@@ -28,11 +28,11 @@ LEVELS = (1, 2, 3)
 PAPER_SIDE = 5000
 N_TIMED = 3
 LINEAR = 0.15
-"""Growth is linear if its exponent differs from 1 by at most this."""
+"""Growth is linear if its exponent differs from 1 by at most this value."""
 PAPER_CELLS = 512 * 512
 
 Times = dict[tuple[str, int, bool, int], Timing]
-"""Times by method, level, whether data are exact, and index of `TABLE_2_DATA`."""
+"""Times; keys are (method, level, whether data are exact, index in `TABLE_2_DATA`)."""
 
 
 def grid_size(run: ExperimentRun) -> Outcome:
@@ -73,7 +73,7 @@ def _grid_chart(by_level: dict[int, list[Timing]], sides: tuple[int, ...]) -> Ro
 
 
 def paper_series(per_cell: bool = False) -> list[TimeSeries]:
-    """Return the paper's times for its largest grid by level: seconds, or µs per cell."""
+    """Return the paper's times for its largest grid, by level, in seconds or in µs per cell."""
     series = []
     for t in FIGURE_13:
         cells, taken = np.array([t.n_cells], float), np.array([t.cpu_seconds], float)
@@ -124,7 +124,7 @@ def _change(share: float) -> str:
 
 
 def _growth(by_level: dict[int, list[Timing]]) -> Judgement:
-    """Describe the growth of time by the slope of log time over log number of cells."""
+    """Describe the growth of time by the slope of log time against log number of cells."""
     powers = {level: growth(times).exponent for level, times in by_level.items()}
     each = ", ".join(f"{power:.2f} (level {level})" for level, power in powers.items())
     worst = max(abs(power - 1) for power in powers.values())
@@ -234,7 +234,7 @@ def _methods(times: Times) -> list[Judgement]:
 
 
 def _ratios(times: Times) -> list[Judgement]:
-    """Judge the cost of doubling the data and the gain of level 3 over level 1, as published."""
+    """Judge, for runs as published, the cost of doubling the data and the gain of level 3."""
     pairs = [
         (
             f"twice the data cost {TITLES[method]} at level {level} {{:.2f}} times the time.",

@@ -1,8 +1,8 @@
-"""Verdicts on our numbers compared with the paper's, computed from the numbers.
+"""Verdicts computed from our numbers and the numbers in the paper.
 
-Two numbers are *alike* if they differ by less than a factor of `ALIKE`. The *order* of a ratio of
-two numbers of one run is below 1, above 1, or equal to 1 within `NOISE`, the precision of a median
-of a few times. Ratios agree if they are alike with equal order, or differ by less than `NOISE`.
+Two numbers are *alike* if they differ by less than a factor of `ALIKE`. The *order* of a ratio
+says whether it is below 1, above 1, or equal to 1 within `NOISE`, the precision of a median of a
+few times. Ratios agree if they are alike and have the same order, or differ by less than `NOISE`.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ NOISE = 1.1
 
 
 def judged(claim: str, found: str, word: str) -> Judgement:
-    """Return a judgement with one of the words above, or with another, neutral word.
+    """Return a judgement with one of the words above, or with another word, which is neutral.
 
     Examples
     --------
@@ -33,7 +33,7 @@ def judged(claim: str, found: str, word: str) -> Judgement:
 
 
 def of_claim(claim: str, found: str, holds: bool) -> Judgement:
-    """Judge a statement by whether it holds here."""
+    """Return a judgement that says whether a statement holds here."""
     return judged(claim, found, AGREES if holds else DIFFERS)
 
 
@@ -87,7 +87,7 @@ def of_ratio(claim: str, found: str, ours: float, theirs: float) -> Judgement:
 
 
 def of_levels(times: Mapping[int, float]) -> Judgement:
-    """Judge whether each level takes less CPU time than the level below; `times` in seconds."""
+    """Judge whether each level takes less CPU time (in seconds) than the level below."""
     levels = sorted(times)
     words = {-1: "less than", 0: "as long as", 1: "more than"}
     orders = {(a, b): order_of(times[b] / times[a]) for a, b in pairwise(levels)}
@@ -99,14 +99,14 @@ def of_levels(times: Mapping[int, float]) -> Judgement:
 
 
 def of_both(connectivity: int, patterns: int) -> str:
-    """Return the word for a claim that a method is better, from the orders of two measures."""
+    """Return the word for a claim that a method is better, given the orders of two measures."""
     if connectivity > 0 and patterns > 0:
         return AGREES
     return PART if max(connectivity, patterns) > 0 else DIFFERS
 
 
 def of_data(wrong: float, n_data: int, theirs: float | None) -> Judgement:
-    """Judge the share of data not honoured against that of the published code, if known."""
+    """Judge the share of data not honoured against the published code's share, if known."""
     found = (
         f"Every one of {n_data} data is honoured at full resolution in every realization."
         if wrong == 0

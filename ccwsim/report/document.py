@@ -44,7 +44,7 @@ class Code:
 
 @dataclass(frozen=True)
 class Facts:
-    """A list of (name, value)."""
+    """A list of (name, value) pairs."""
 
     rows: tuple[tuple[str, str], ...]
 
@@ -59,7 +59,7 @@ class Table:
 
     @property
     def numeric(self) -> list[bool]:
-        """Whether each column has only numbers, which are aligned to the right."""
+        """Whether each column has only numbers, and is therefore aligned to the right."""
         columns = zip(*self.rows, strict=True) if self.rows else [()] * len(self.header)
         return [bool(column) and all(map(NUMBER.match, column)) for column in columns]
 
@@ -95,7 +95,7 @@ class Chart:
 class Row:
     """Pictures or charts side by side, with a caption.
 
-    With `columns`, all have the same size; otherwise they share the width of the row.
+    If `columns` is given, all have the same size; otherwise they share the width of the row.
     """
 
     items: tuple[Picture | Chart, ...]
@@ -105,7 +105,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Judgement:
-    """A statement, the finding on it, and a verdict (`word`) with its tone."""
+    """A statement, what was found, and a verdict (`word`) with its tone."""
 
     claim: str
     found: str
@@ -127,7 +127,7 @@ Block = Text | Code | Facts | Table | Row | Picture | Chart | Judgements
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """A section of the report, with a note under its title and a gist for the contents."""
+    """A section of the report, with a note under its title and a summary for the contents."""
 
     title: str
     blocks: tuple[Block, ...]
@@ -137,7 +137,7 @@ class Section:
 
 @dataclass(frozen=True, eq=False)
 class Document:
-    """A report; `opening` comes before the contents, `colophon` has the facts to reproduce it."""
+    """A report; `opening` precedes the contents, `colophon` says how to reproduce the report."""
 
     title: str
     sections: tuple[Section, ...]
@@ -147,7 +147,7 @@ class Document:
 
 
 def surroundings() -> tuple[tuple[str, str], ...]:
-    """Return versions, machine and date as (name, value), for a colophon.
+    """Return versions, machine and date for a colophon, as (name, value) pairs.
 
     Examples
     --------
@@ -163,7 +163,7 @@ def surroundings() -> tuple[tuple[str, str], ...]:
 
 
 def write_report(path_or_file: Any, document: Document) -> None:
-    """Write a report to a path, whole or not at all, or to an open binary file.
+    """Write a report to a path (completely or not at all) or to an open binary file.
 
     Raises `CCWSIMError` for a path that cannot be written.
     """
@@ -182,13 +182,13 @@ def report_html(document: Document) -> str:
 
 @cache
 def packed_plotly() -> str:
-    """Return plotly's script, compressed and in base64: 2 instead of 5 MB in each report."""
+    """Return plotly's script, compressed and in base64; it takes 2 MB in a report, not 5 MB."""
     return b64encode(zlib.compress(plotly_script().encode(), 9)).decode()
 
 
 @cache
 def _environment() -> Environment:
-    """Return templates with filters and a test for each block type, such as `one is table`."""
+    """Return the template environment, with filters and block tests such as `one is table`."""
     loader = FileSystemLoader(FOLDER)
     environment = Environment(autoescape=True, loader=loader, undefined=StrictUndefined)
     environment.keep_trailing_newline = True

@@ -68,7 +68,7 @@ def map_picture(
 
 
 def share_picture(shares: Floats, caption: str) -> Picture:
-    """Return a map, or slices of a volume, of shares from 0 (dark blue) to 1 (yellow)."""
+    """Return a picture of a map or volume of shares, from 0 (dark blue) to 1 (yellow)."""
     if shares.ndim == N_AXES:
         return _slices(slices_png(*steps_of(shares)), caption)
     return Picture(share_png(shares), caption, f"Map: {caption}", pixelated=True)
@@ -108,9 +108,9 @@ def bundle_of_curves(lags: Floats, reference: Floats, each: Floats) -> Bundle:
 
 
 def layers_bundle(ensemble: Ensemble, facies: int) -> Bundle:
-    """Return the share of a facies (an index) in each layer, by elevation of the layers.
+    """Return the share of a facies (an index) in each layer, as a function of elevation.
 
-    The training image's shares use the elevations of `layers_of_image`.
+    The training image's layers are at the elevations that `layers_of_image` returns.
     """
     image = ensemble.training_image
     each = vertical_proportions(Stack(ensemble.indices[:MAX_CURVES], image.codes))[:, facies]
@@ -132,7 +132,7 @@ def layers_of_image(grid: Grid, n_layers: int) -> Floats:
 
 
 def layer_data(data: HardData, grid: Grid, code: int) -> LayerData:
-    """Return the share of a facies among the hard data of each layer with data.
+    """Return the share of a facies among the hard data of each layer that has data.
 
     Examples
     --------
@@ -164,7 +164,7 @@ def layers_chart(
 def bundle_chart(
     bundle: Bundle, statistic: Statistic, way: Direction, facies: str, top: float, height: int
 ) -> Chart:
-    """Return the chart of a bundle up to γ = `top`; connectivity always goes up to 1."""
+    """Return the chart of a bundle; variograms are drawn up to `top`, connectivity up to 1."""
     top = 1.04 if statistic == "connectivity" else top
     title = f"{curve_title(statistic, way)} of {facies}"
     figure = curves_chart(bundle, LIGHT, y_title=SIGNS[statistic], y_range=(0, top), height=height)

@@ -58,12 +58,12 @@ def curve_title(statistic: Statistic, way: Direction) -> str:
 
 
 def size_text(fit: Fit) -> str:
-    """Return the size of crops as text: columns × rows × layers."""
+    """Return the size of crops as text (columns × rows × layers)."""
     return describe_shape(fit.crop_shape)
 
 
 def describe_curve(fit: Fit | None, statistic: Statistic) -> str:
-    """Describe whether a curve is inside the band of crops; if not, at which lags it differs.
+    """Say whether a curve is inside the band of crops; if not, say at which lags it differs.
 
     Examples
     --------
@@ -102,7 +102,7 @@ def describe_curves(fits: Mapping[str, Fit | None], statistic: Statistic) -> str
 
 
 def _around_worst(fit: Fit) -> tuple[int, int]:
-    """Return the index range around the worst value that misses the band on the same side."""
+    """Return the index range around the worst value where values miss the band on the same side."""
     above = fit.found > fit.reference
     same = fit.outside & (above == above[fit.worst])
     inside = np.flatnonzero(~same)
@@ -132,7 +132,7 @@ def describe_proportion(ensemble: Ensemble, facies: int) -> str:
 
 
 def relative_text(value: float, reference: float) -> str:
-    """Return a value's difference from a nonzero reference as text, in percent of it."""
+    """Return a value's difference from a nonzero reference as text, in percent of the reference."""
     off = 100 * (value / reference - 1)
     return f"{off:+.0f} %".replace("-", "−") if round(off) else "±0 %"
 
@@ -143,7 +143,7 @@ def advise_proportions(ensemble: Ensemble, fit: Fit | None) -> str:
         return ""
     names = ensemble.training_image.facies_names
     off = [name for name, missed in zip(names, fit.outside, strict=True) if missed]
-    off = off[1:] if len(off) == len(names) == 2 else off  # of two facies, name one
+    off = off[1:] if len(off) == len(names) == 2 else off  # if there are two facies, name one
     return f"“Match proportions” is off and would bring {' and '.join(off)} nearer to the TI"
 
 
@@ -168,7 +168,7 @@ def describe_geobodies(fit: Fit | None, name: str) -> list[str]:
 
 
 def describe_layers(fit: Fit | None, name: str) -> str:
-    """Describe whether a facies' share fits in all layers; if not, name the wrong layers."""
+    """Say whether a facies' share fits in all layers; if not, name the layers where it differs."""
     if fit is None:
         return LAYERS_NOT_JUDGED
     if not fit.judged:
@@ -185,9 +185,9 @@ def describe_layers(fit: Fit | None, name: str) -> str:
 
 
 def describe_patterns(fit: Fit | None) -> list[tuple[str, bool]]:
-    """For each pattern size, compare the distance with that of crops: (text, is good).
+    """For each pattern size, compare the distance with crops; return pairs (text, is good).
 
-    A smaller distance than that of crops is good: crops differ only because they are small.
+    A smaller distance than for crops is good, because crops differ only by their small size.
     """
     if fit is None or not fit.judged:
         return [(f"patterns {NOT_JUDGED}", True)]
@@ -206,13 +206,13 @@ def describe_patterns(fit: Fit | None) -> list[tuple[str, bool]]:
 
 
 def describe_unseen(share: float, at_data: float | None, size: str = "3 × 3 × 3") -> str:
-    """Describe the share of patterns absent from the image, overall and at hard data."""
+    """Describe the share of patterns that the image lacks, overall and at hard data."""
     data = "" if at_data is None else f", {100 * at_data:.2f} % of those at data,"
     return f"{100 * share:.2f} % of the {size} patterns{data} do not occur in the TI"
 
 
 class MeasureRow(NamedTuple):
-    """One measure as text: values, verdict, and whether the verdict is good."""
+    """One measure as text, with values, a verdict, and whether the verdict is good."""
 
     title: str
     definition: str

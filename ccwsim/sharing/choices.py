@@ -1,4 +1,4 @@
-"""The user's choices as plain values, from which the arguments of `simulate` are made."""
+"""The user's choices as plain values; the arguments of `simulate` are made from them."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class ImageChoice:
 
     @property
     def digest(self) -> str:
-        """Short digest of everything that determines the image, except its colours."""
+        """Short digest of all choices that determine the image; colours are left out."""
         source = self.upload.digest if self.upload else self.bundled
         turned = self.flip_ew, self.flip_ns, self.transpose
         return digest(source, self.answers, turned, self.names)
@@ -79,8 +79,8 @@ class DataChoice:
     n_sampled: int = 400
     seed_sampled: int = 1
     placed: HardData | None = None
-    tables: WellTables | None = None  # the other tables, if `upload` has well intervals
-    wells: CellsOfWells = ()  # named wells of data placed by hand that came from a file
+    tables: WellTables | None = None  # the other tables if `upload` has well intervals
+    wells: CellsOfWells = ()  # wells by name, if data placed by hand came from a file
 
     @property
     def files(self) -> tuple[Upload, ...]:
@@ -90,7 +90,7 @@ class DataChoice:
 
     @property
     def waits(self) -> bool:
-        """Whether a file has still to be uploaded."""
+        """Whether a file still has to be uploaded."""
         tables = self.tables
         missing = self.upload is None or (tables is not None and tables.collars is None)
         return self.source == "file" and missing

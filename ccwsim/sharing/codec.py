@@ -1,6 +1,6 @@
-"""The fields of a study: a table of their names, limits and text formats.
+"""Table of the fields of a study, with their names, limits and text formats.
 
-Links, project files, command line options and limits of the pages use these rows.
+Links, project files, command line options and input fields of the pages use its rows.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ YES_NO = {"yes": True, "no": False}
 MAX_LETTERS = 40
 """Maximum length of a word in a link, such as the name of a method or of a facies."""
 _PER_AXIS = "whole", "number"
-"""Kinds of parameters that may have three values in a volume."""
+"""Kinds of fields that may have three values in a volume."""
 _FIGURE = r"-?\d{1,400}(?:\.\d{1,400})?"
 _PATTERNS = {"count": r"-?\d{1,18}", "whole": r"-?\d{1,9}", "number": r"\d{1,9}(?:\.\d{1,400})?"}
 
@@ -32,17 +32,17 @@ _PATTERNS = {"count": r"-?\d{1,18}", "whole": r"-?\d{1,9}", "number": r"\d{1,9}(
 class FieldSpec:
     """One row of the table of fields.
 
-    In volumes, sizes and lengths have a third number, along z; a whole or a number may be three
-    numbers there, written in the order x, y, z and stored in the order z, y, x.
+    In volumes, sizes and lengths have a third number, along z. Fields of kind whole or number may
+    have three numbers in volumes, written in the order x, y, z and stored in the order z, y, x.
     """
 
     key: str  # name in a link
     part: str  # part of the study: "study", "data", "grid", "parameters" or "shown"
     fields: tuple[str, ...]  # names in that part and in a project file; one for each of x, y, z
     kind: str  # count, whole, number (both checked by `Parameters`), sizes, lengths, choice, word
-    low: float = 0  # smallest value in a page, link or option
-    high: float = 0  # largest value there
-    file_high: float = 2**63 - 1  # largest value in a project file
+    low: float = 0  # minimum in a page, link or option
+    high: float = 0  # maximum in a page, link or option
+    file_high: float = 2**63 - 1  # maximum in a project file
     first: int = 0  # offset of numbers in a link
     words: Mapping[str, Any] | None = None  # values of a choice, by word in a link
     option: str = ""  # command line option, if there is one; `no_option` is its opposite
@@ -62,7 +62,7 @@ class FieldSpec:
         return tuple(value for value in values if value is not None)  # a map has no layers
 
     def as_fields(self, value: Any) -> dict[str, Any]:
-        """Return a value as a dictionary of the fields that hold it."""
+        """Return a value as a dictionary by field name."""
         values = value if len(self.fields) > 1 else (value,)
         return dict(zip_longest(self.fields, values))
 
@@ -77,7 +77,7 @@ class FieldSpec:
         return format_number(value) if isinstance(value, float) else str(value)
 
     def read(self, text: str) -> Any:
-        """Return the value of a text; error messages are the end of a sentence."""
+        """Return the value that a text stands for; error messages complete a sentence."""
         if self.words:
             if text not in self.words:
                 raise CCWSIMError(f"is none of {', '.join(self.words)}")
@@ -122,7 +122,7 @@ class FieldSpec:
         raise CCWSIMError("is not two or three numbers in range, such as 640x480 or 100x100x48")
 
     def _per_axis(self, text: str) -> tuple[Any, ...]:
-        """Return numbers written in the order x, y, z in the order of parameters: z, y, x."""
+        """Return the numbers of a text (order x, y, z) in the order of parameters (z, y, x)."""
         figure = _PATTERNS[self.kind]
         if not re.fullmatch(f"{figure}(x{figure}){{2}}", text, re.ASCII):
             raise CCWSIMError("is neither one number nor three, along x, y and z")
@@ -154,7 +154,7 @@ def short_name(name: str) -> str:
 
 
 def parts_of(choices: Choices, shown: Shown) -> dict[str, Any]:
-    """Return the parts of a study, by the names that `FIELDS` use."""
+    """Return the parts of a study by the names used in `FIELDS`."""
     own = {"data": choices.data, "grid": choices.grid, "parameters": choices.parameters}
     return {"study": choices, "shown": shown, **own}
 

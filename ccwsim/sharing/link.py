@@ -1,6 +1,6 @@
-"""A study as the query of a web address: only values that differ from the defaults.
+"""A study as the query of a web address, with only the values that differ from defaults.
 
-`ccwsim.sharing.codec` writes and reads numbers, words and pairs; this module does the same for
+`ccwsim.sharing.codec` writes and reads numbers, words and pairs. This module writes and reads
 training images and hard data, which have several forms.
 """
 
@@ -32,7 +32,7 @@ MAX_PACKED_LETTERS = 8000
 VOLUME = -3
 """First number of packed data of a volume."""
 OWN = "own"
-"""Prefix of names of the sender's own images and data, which no address can carry."""
+"""Prefix for names of the sender's own images and data, whose content no address holds."""
 Own = ImageChoice | DataChoice
 TURNS = {"ew": "flip_ew", "ns": "flip_ns", "transpose": "transpose"}
 ANSWERS = {"outside": "on_outside", "unknown": "on_unknown"}
@@ -41,7 +41,7 @@ OF_DATA = ("data", "data-n", "data-seed", "points", *ANSWERS)
 KEYS = (*OF_IMAGE, *OF_DATA, *(row.key for row in FIELDS if row.part != "data"))
 """All names of values in an address."""
 TOGETHER = ("method", "wavelet_level", "template_size", "overlap_size")
-"""Parameters whose values are only valid in combination."""
+"""Parameters whose values must fit each other."""
 
 
 def link_of(choices: Choices, shown: Shown | None = None) -> dict[str, list[str]]:
@@ -58,7 +58,7 @@ def link_of(choices: Choices, shown: Shown | None = None) -> dict[str, list[str]
 
 
 def usual_data(image: ImageChoice) -> DataChoice:
-    """Return the default hard data for an image: bundled data belong to one image only.
+    """Return the default hard data for an image; bundled data belong to only one image.
 
     Examples
     --------
@@ -85,7 +85,7 @@ def left_out(choices: Choices) -> tuple[str, ...]:
 
 
 def own_choices(choices: Choices) -> dict[str, Own]:
-    """Return the parts of a study that an address cannot carry, by their names in it."""
+    """Return, by name, the parts of a study whose content an address cannot hold."""
     image, data, found = choices.image, choices.data, dict[str, Own]()
     if image.upload is not None:
         found[f"{OWN}-{image.digest}"] = image
@@ -105,8 +105,8 @@ def read_link(
 ) -> tuple[Choices, Shown, tuple[str, ...]]:
     """Return the study in an address, and a sentence for each part that could not be read.
 
-    Unknown names are ignored; if one resembles a known name, a sentence suggests it. `own` holds
-    available images and data that no address can carry, by the names that `own_choices` gives.
+    Unknown names are ignored; if one resembles a known name, a sentence suggests the known name.
+    `own` has the user's available images and data, by the names that `own_choices` returns.
     """
     reader, usual, shown = _Reader(query, own or {}), Choices(), Shown()
     parts = parts_of(usual, shown)
@@ -166,7 +166,7 @@ def _data_query(choices: Choices) -> dict[str, list[str]]:
 
 
 class _Reader:
-    """Reads the parts of a study; wrong values are noted and replaced by defaults."""
+    """Reader of the parts of a study; it notes wrong values and replaces them by defaults."""
 
     def __init__(self, query: Mapping[str, Sequence[str]], own: Mapping[str, Own]) -> None:
         self._query, self._own = query, own
@@ -183,7 +183,7 @@ class _Reader:
         self.notes.append(f"{name} = {value} {reason}: {taken}.")
 
     def value(self, row: FieldSpec, usual: Any) -> Any:
-        """Return the value of a setting, or the default if it is absent or unreadable."""
+        """Return the value of a setting, or the default if the value is absent or unreadable."""
         text = self.text(row.key)
         try:
             return usual if text is None else row.read(text)
@@ -324,9 +324,9 @@ def _is_own(name: str | None) -> bool:
 def packed(data: HardData) -> str:
     """Return hard data as a word of letters, digits, - and _.
 
-    The word has the number of data, then for each facies its code, its number of data, and the
-    steps from one cell to the next along (layers,) rows and columns, all in as few bytes as
-    possible. Data of a volume begin with -3, which cannot be a number of data.
+    The word has the number of data; then, for each facies, the code, the number of data, and the
+    steps from cell to cell along (layers,) rows and columns. Numbers take as few bytes as possible.
+    Data of a volume begin with -3, which cannot be a number of data.
 
     Raises `CCWSIMError` for more than `MAX_LINK_DATA` data.
 
@@ -386,7 +386,7 @@ def unpacked(text: str) -> HardData:
 
 
 def _number(value: int) -> bytes:
-    """Return an integer as bytes of seven bits, lowest first, with the sign in the lowest bit."""
+    """Return an integer as bytes of seven bits, lowest byte first; the lowest bit is the sign."""
     folded = value << 1 if value >= 0 else (-value << 1) - 1
     found = bytearray()
     while folded >= 128:

@@ -1,4 +1,4 @@
-"""A study as one file, `.ccwsim`: a zip of its JSON, its training image and its hard data."""
+"""A study as one `.ccwsim` file, a zip of its JSON, training image and hard data."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ STUDY, IMAGE, DATA = "study.json", "training_image.npy", "hard_data.npy"
 MAX_STUDY_BYTES = 2**20
 MAX_PROJECT_MEMBERS = 16
 MAX_LINK_LETTERS = 10_000
-"""Maximum length of a link's value in a project; packed hard data are the longest values."""
+"""Maximum length of a link's value in a project; the longest values are packed hard data."""
 MADE = (2020, 1, 1, 0, 0, 0)
-"""Date of every member of the zip, so that the same study gives the same file."""
+"""Date of every member of the zip; it is fixed so that the same study gives the same file."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +47,7 @@ class Project:
     n_realizations: int = 1
     colours: tuple[tuple[int, str], ...] = ()  # codes and colours `#rrggbb` chosen by the user
     shown: Shown = field(default_factory=Shown)
-    link: Mapping[str, list[str]] = field(default_factory=dict)  # the part that fits an address
+    link: Mapping[str, list[str]] = field(default_factory=dict)  # the part an address can hold
     versions: Mapping[str, str] = field(default_factory=dict)  # versions of software
     digest: str = ""  # digest of the realizations, if known
 
@@ -60,7 +60,7 @@ class Project:
     ) -> Ensemble:
         """Return realizations of the study, with the options and errors of `ccwsim.simulate`.
 
-        `n_realizations` and `seed` are those of the project by default.
+        By default, `n_realizations` and `seed` are taken from the project.
         """
         s = self.study
         return simulate(
@@ -72,7 +72,7 @@ class Project:
 
 
 def save_project(path_or_file: Any, project: Project) -> None:
-    """Write a project to a path, whole or not at all, or to an open binary file.
+    """Write a project to a path (completely or not at all) or to an open binary file.
 
     Raises `CCWSIMError` for a path that cannot be written.
     """
@@ -99,8 +99,8 @@ def project_as_bytes(project: Project) -> bytes:
 def read_project(path_or_file: PathOrFile) -> Project:
     """Return the project in a file.
 
-    Raises `CCWSIMError` for a file that is no project, broken, too large, or made by a newer
-    version; the message says which.
+    Raises `CCWSIMError` if the file is no project, broken, too large, or made by a newer version;
+    the message gives the reason.
     """
     content, name = read_bytes(path_or_file)
     members = _members(content, name)
@@ -247,7 +247,7 @@ def _colours(given: list[Any], name: str) -> tuple[tuple[int, str], ...]:
 
 
 def _known(noun: Any, given: dict[str, Any], needed: Sequence[str], name: str) -> dict[str, Any]:
-    """Return the fields of a class that checks its own values; unknown fields are errors."""
+    """Return the fields of a class that checks its own values; refuse unknown fields."""
     missing = [own for own in needed if own not in given]
     if missing:
         raise CCWSIMError(f"{name}: {missing[0]} is missing in its settings; save it again")

@@ -1,4 +1,4 @@
-"""A study as Python code and as a command: text to copy that reproduces the same cells."""
+"""A study as Python code and as a command, which can be copied to reproduce the same cells."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ccwsim.sharing.codec import fields_of, format_number
 
 OUTPUT = "realizations.npz"
 ALONG_Z = {"cell": "--cell-height", "origin": "--bottom"}
-"""Command line options for the third number of lengths."""
+"""Command line options for the third number (along z) of lengths."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Recipe:
 
     python: str  # a script
     command: str  # one line for a shell
-    python_needs_project: bool  # whether it reads the project file from the same folder
+    python_needs_project: bool  # whether the script reads the project file beside it
     command_needs_project: bool
 
 
@@ -81,7 +81,7 @@ def _image_lines(choices: Choices) -> list[str] | None:
 
 
 def _data_lines(choices: Choices, study: Study) -> list[str] | None:
-    """Return code that makes the data; no lines without data, None if only the project has them."""
+    """Return code that makes the data (empty without data); None if the project must be read."""
     choice, data = choices.data, study.hard_data
     if not data.n:
         return []
@@ -98,7 +98,7 @@ def _data_lines(choices: Choices, study: Study) -> list[str] | None:
 
 
 def is_bundled(choices: Choices, study: Study) -> bool:
-    """Return whether a study uses bundled data, all of them."""
+    """Return whether a study uses all data of a bundled set."""
     data = choices.data
     return data.source == "bundled" and (
         datasets.load_hard_data(data.bundled).digest == study.hard_data.digest
@@ -111,7 +111,7 @@ def _usual(grid: Grid) -> Grid:
 
 
 def _call(own: Grid | Parameters, usual: Grid | Parameters, *always: str) -> str:
-    """Return a grid or parameters as Python code: the fields in `always` and those not default."""
+    """Return a grid or parameters as Python code, with changed fields and fields in `always`."""
     names = [f.name for f in fields(own) if getattr(own, f.name) != getattr(usual, f.name)]
     names = [*always, *(name for name in names if name not in always)]
     parts = [f"{name}={getattr(own, name)!r}" for name in names]

@@ -44,7 +44,7 @@ from ccwsim.sharing.link import left_out
 from ccwsim.sharing.recipe import Recipe
 
 MAX_LISTED = 40
-"""Maximum number of data or realizations listed; larger numbers are summarized."""
+"""Maximum number of data or realizations listed; if there are more, they are summarized."""
 MAX_MAPS = 24
 REVISED = (
     "These realizations were re-simulated locally around edits of the hard data. Link, script and "
@@ -63,8 +63,8 @@ def study_report(
 ) -> Document:
     """Return the report of a study and its results.
 
-    It shows the realization and the facies of `shown`, in one colour per facies; `facts` are short
-    phrases on the results, `link` opens the study and `how` reproduces it.
+    `shown` selects the realization and the facies; each facies has one colour. `facts` are short
+    phrases on the results, `link` opens the study, and `how` reproduces it.
     """
     image, grid = ensemble.training_image, ensemble.grid
     facies = min(shown.facies, image.n_facies - 1)
@@ -150,7 +150,7 @@ def _data(ensemble: Ensemble) -> tuple[Block, ...]:
 
 
 def _first_maps(ensemble: Ensemble, colours: Sequence[str], number: int) -> Row:
-    """Return the training image and one realization, at the same scale if possible."""
+    """Return pictures of the training image and a realization, at the same scale if possible."""
     image, data = ensemble.training_image, ensemble.hard_data
     share = min(max(image.shape[-1] / ensemble.grid.nx, 0.5), 2.0)
     caption = f"Training image {image.name or ''}, {describe_shape(image.shape)} cells"
@@ -180,7 +180,7 @@ def _first(n: int, ensemble: Ensemble) -> str:
 
 
 def _e_type_maps(ensemble: Ensemble, facies: int) -> Row:
-    """Return the probability of a facies and the entropy, cell by cell."""
+    """Return pictures of the probability of a facies and of the entropy in each cell."""
     image = ensemble.training_image
     found = etype(ensemble)
     probability = f"Probability of {image.facies_names[facies]}: dark blue 0, yellow 1"
