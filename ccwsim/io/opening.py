@@ -107,7 +107,7 @@ def _of_object(file: Any) -> tuple[bytes, str]:
         raise CCWSIMError(f"a path or an open binary file is needed, not {type(file).__name__}")
     name = getattr(file, "name", None)
     base = name.replace("\\", "/").rsplit("/", 1)[-1] if isinstance(name, str) else ""
-    name = printable(base) or "file"  # a client's name, for messages only
+    name = printable(base) or "file"  # used only in messages
     try:
         if hasattr(file, "seek"):
             file.seek(0)
