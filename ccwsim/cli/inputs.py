@@ -247,7 +247,7 @@ def _of_project(options: Any) -> SimulationInputs:
 
 
 def parameters_of(options: Any, usual: Parameters) -> Parameters:
-    """Return `usual` parameters, overridden by `--parameters`, and these by single options."""
+    """Return the parameters. Options override `--parameters`, and both override `usual`."""
     if options.parameters is not None:
         from ccwsim.io import parameters_from_json
         from ccwsim.io.opening import read_bytes

@@ -61,7 +61,7 @@ class DataFile:
         raise CCWSIMError(f"{said}; pick one ({argument}=)")
 
     def column(self, name: str) -> str:
-        """Return a column's name as in the file, for a column of numbers or text."""
+        """Find a column of numbers or text; return its name as written in the file."""
         return self._named(name, list(self.names))
 
     def _named(self, variable: str, names: list[str]) -> str:
@@ -167,7 +167,7 @@ def broken(message: str, *kinds: type[Exception], remedy: str = "") -> Iterator[
 
 
 def distinct_names(names: list[str]) -> list[str]:
-    """Return distinct names: names that are empty or occur again get a number.
+    """Return the names; make empty and repeated names distinct by a number.
 
     Examples
     --------

@@ -30,7 +30,7 @@ MAX_MEMBERS = 2000
 
 @dataclass(frozen=True)
 class FileLimits:
-    """Limits of one file; the defaults are for scripts and exceed any real file."""
+    """Limits of one file. The defaults are for scripts and exceed the sizes of real files."""
 
     bytes: int = 16 * 1024 * MIB  # size of the file
     unpacked: int = 64 * 1024 * MIB  # total size of all parts of a file, unpacked in memory
@@ -70,7 +70,7 @@ def limits() -> FileLimits:
 
 @contextmanager
 def limited(to: FileLimits) -> Iterator[None]:
-    """Apply these limits to all readers inside the block; reading time counts from its start.
+    """Apply limits to all readers inside the block; reading time is measured from its start.
 
     Examples
     --------

@@ -76,8 +76,8 @@ def read_training_image(
     slice_index : int, optional
         Index of the slice of a 3-D grid, from 0.
     crop : (row, column, n_rows, n_columns), optional
-        The piece to take from each layer. Row (from the south) and column are those of its
-        south-west cell; the size is in cells.
+        The piece to take from each layer. `row` (from the south) and `column` define its
+        south-west cell, and its size is in cells.
     every : int
         Keep only the middle cell of each square of `every` × `every` cells, in all layers.
     threshold, classes : optional

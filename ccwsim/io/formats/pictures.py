@@ -350,14 +350,14 @@ MAX_STRIPS = 20_000
 
 _PNG_CHUNKS = (b"IHDR", b"PLTE", b"tRNS", b"IDAT", b"IEND")
 _JPEG_LEFT_OUT = (*range(0xE1, 0xEE), 0xEF, 0xFE)
-"""Comments and application segments, except JFIF (E0) and Adobe (EE), which define the colours."""
+"""JPEG segments to remove. JFIF (E0) and Adobe (EE) are kept, because they define the colours."""
 _TIFF_PACKINGS = (1, 2, 3, 4, 5, 8, 32773, 32946)
-"""Supported compressions: none, fax, LZW, Deflate and PackBits, but not JPEG or WebP."""
+"""Supported compressions of TIFF: none, fax, LZW, Deflate and PackBits, but not JPEG or WebP."""
 _TIFF_SIZES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 6: 1, 7: 1, 8: 2, 9: 4, 10: 8, 11: 4, 12: 8}
 
 
 def bare_picture(content: bytes, name: str, keep_text: bytes = b"") -> bytes:
-    """Return a picture in the same format, with its first frame only."""
+    """Return a picture in the same format, but with only its first frame."""
     kinds = struct.error, IndexError, ValueError, OverflowError
     with broken(f"{name}: the picture is broken; save it again as PNG", *kinds):
         if content.startswith(b"\x89PNG"):
@@ -432,12 +432,12 @@ def _gif(content: bytes, name: str) -> bytes:
 
 
 def _colours_of_gif(flags: int) -> int:
-    """Return the size of a table of colours in bytes."""
+    """Return the size, in bytes, of a table of colours."""
     return 3 << ((flags & 7) + 1) if flags & 0x80 else 0
 
 
 def _end_of_blocks(content: bytes, at: int, name: str) -> int:
-    """Return the end of a series of blocks; a truncated series ends with the file."""
+    """Return the end of a series of blocks; if the series is truncated, the end of the file."""
     for k in range(len(content)):
         if k % MAX_PARTS == 0:
             check_time(name)

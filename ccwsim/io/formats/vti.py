@@ -50,7 +50,7 @@ def is_vti(content: bytes) -> bool:
 
 
 def read_vti(content: bytes, name: str) -> DataFile:
-    """Return the arrays of cell data as grids; without cell data, return those of point data.
+    """Return the arrays of cell data as grids; if there are none, the arrays of point data.
 
     The value at a point becomes the value of a cell centred on the point.
 
