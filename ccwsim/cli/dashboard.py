@@ -1,4 +1,4 @@
-"""The command `dashboard`, which opens the pages in a browser from any folder."""
+"""The command `dashboard`, which works in any folder and opens the pages in a browser."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ def command(port: int | None, streamlit_options: tuple[str, ...]) -> int:
     line = command_line(app_file(), port, streamlit_options)
     if os.name == "posix":
         sys.stdout.flush()
-        os.execv(line[0], line)  # signals then reach the server directly
+        os.execv(line[0], line)  # replace this process, so that signals reach the server directly
     return subprocess.call(line)
 
 
 def app_file() -> Path:
-    """Return the path of the app: in the installed package, else at the top of the repository.
+    """Return the path of the app, in the installed package or at the top of the repository.
 
-    Streamlit finds the settings in `.streamlit/config.toml` beside the app from any folder.
+    Whatever the current folder, Streamlit finds `.streamlit/config.toml` beside the app.
     """
     package = Path(ccwsim.__file__).parent
     for path in (package / "dashboard_app" / "app.py", package.parent / "app.py"):
@@ -42,7 +42,7 @@ def app_file() -> Path:
 
 
 def command_line(app: Path, port: int | None, options: tuple[str, ...]) -> list[str]:
-    """Return the command line that runs an app; if an option is repeated, the last one counts."""
+    """Return the command line that runs an app; the last value of a repeated option counts."""
     python = [sys.executable, "-P", "-m", "streamlit", "run", str(app)]
     ports = [] if port is None else [f"--server.port={port}"]
     fixed = "--server.fileWatcherType=none", "--server.showEmailPrompt=false"

@@ -1,4 +1,4 @@
-"""The command `datasets`, which lists the bundled training images and hard data or writes them."""
+"""The command `datasets`, which lists or writes the bundled training images and hard data."""
 
 from __future__ import annotations
 

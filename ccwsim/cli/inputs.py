@@ -38,7 +38,7 @@ CELL_HEIGHT_HELP = "height of a cell of a volume in world units (default: 1)"
 BOTTOM_HELP = "z of the bottom of the lowest layer of a volume (default: 0)"
 NAME = {"metavar": "NAME"}
 Options = dict[str, tuple[str, dict[str, Any], str]]
-"""Option, its values and its help, by argument of the function that reads the file."""
+"""For each argument of a reader of files: the option, the type of its values, and its help."""
 IMAGE_OPTIONS: Options = {
     "variable": ("--variable", NAME, "name of the variable, if the file has several"),
     "threshold": (
@@ -119,7 +119,7 @@ COLUMN_OPTIONS = {
         "of --surveys is the tilt from the horizontal, negative downwards",
     ),
 }
-"""Options that name a column of hard data, and their help after the words "which column"."""
+"""Options for the names of columns of hard data; their help starts with "which column"."""
 DATA_OPTIONS: Options = {
     **{key: (o, NAME, f"which column {text}") for key, (o, text) in COLUMN_OPTIONS.items()},
     "facies": (
@@ -166,14 +166,14 @@ DATA_OPTIONS: Options = {
     ),
 }
 READING_DATA = {o[2:].replace("-", "_"): name for name, (o, *_) in DATA_OPTIONS.items()}
-"""Arguments of the reader of hard data, by parameter of the command."""
+"""For each parameter of the command, the argument of the reader of hard data."""
 _OF_GRID = ("grid", "cell_size", "origin", "cell_height", "bottom")
 OF_PROJECT = ("training_image", *_OF_GRID, *IMAGE_OPTIONS, *FILES_OF_DATA, *READING_DATA)
-"""Inputs that a project contains and that cannot be given together with it."""
+"""Inputs that a project contains; they cannot be given together with a project."""
 
 
 class SimulationInputs(NamedTuple):
-    """The inputs of a run; `study` holds training image, grid, parameters and hard data."""
+    """The inputs of a run; `study` contains training image, grid, parameters and hard data."""
 
     study: tuple[TrainingImage, Grid, Parameters, HardData]
     n_realizations: int
@@ -217,7 +217,7 @@ def _option(row: FieldSpec, option: Any) -> Any:
 
 
 def inputs_of(options: Any) -> SimulationInputs:
-    """Return the inputs of a command line, from a project file or from its options."""
+    """Return the inputs that a command line gives by a project file or by options."""
     options.transpose = options.transpose or None
     options.facies_name = options.facies_name or None
     if options.project is not None:
@@ -247,7 +247,7 @@ def _of_project(options: Any) -> SimulationInputs:
 
 
 def parameters_of(options: Any, usual: Parameters) -> Parameters:
-    """Return the parameters: options override `--parameters`, which override `usual`."""
+    """Return the parameters. Options override `--parameters`, and both override `usual`."""
     if options.parameters is not None:
         from ccwsim.io import parameters_from_json
         from ccwsim.io.opening import read_bytes
@@ -259,7 +259,7 @@ def parameters_of(options: Any, usual: Parameters) -> Parameters:
 
 
 def image_of(options: Any) -> TrainingImage:
-    """Return the training image of a command line."""
+    """Return the training image given in a command line."""
     from ccwsim import datasets
     from ccwsim.io import read_training_image
 
@@ -283,7 +283,7 @@ def image_of(options: Any) -> TrainingImage:
 
 
 def grid_of(options: Any) -> Grid:
-    """Return the simulation grid of a command line."""
+    """Return the simulation grid given in a command line."""
     from ccwsim import datasets
 
     shape = options.grid or DEFAULT_SHAPE
@@ -304,7 +304,7 @@ def grid_of(options: Any) -> Grid:
 def hard_data_of(
     options: Any, grid: Grid, image: TrainingImage
 ) -> tuple[HardData, tuple[str, ...]]:
-    """Return the hard data of a command line, and notes on their import in sentences."""
+    """Return the hard data given in a command line, and the notes on their import."""
     from ccwsim import datasets
     from ccwsim.io import import_hard_data, import_wells
 

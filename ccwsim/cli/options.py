@@ -1,4 +1,4 @@
-"""Shared parts of commands: groups of options, types of values, checks of output files."""
+"""Parts shared by commands: groups of options, types of values, checks of output files."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ quiet = click.option("-q", "--quiet", is_flag=True, help="Print only errors.")
 
 
 class GroupedOption(click.Option):
-    """An option under a heading of the help."""
+    """An option that the help lists under a heading."""
 
     def __init__(self, *args: Any, group: str = "", **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
@@ -44,7 +44,7 @@ class GroupedCommand(click.Command):
 
 
 def in_group(group: str) -> Callable[..., Callable[[Any], Any]]:
-    """Return `click.option` for options under one heading."""
+    """Return a variant of `click.option` that puts its options under one heading."""
 
     def option(*names: str, **how: Any) -> Callable[[Any], Any]:
         return click.option(*names, cls=GroupedOption, group=group, **how)
@@ -53,7 +53,7 @@ def in_group(group: str) -> Callable[..., Callable[[Any], Any]]:
 
 
 def check_writable(path: str) -> None:
-    """Raise an error before a long run if a file cannot be written."""
+    """Raise an error if a file cannot be written; call this before a long run."""
     folder = Path(path).parent
     if not folder.is_dir():
         raise CCWSIMError(f"{path}: there is no folder {folder}; make it first")
@@ -67,7 +67,7 @@ def _refused(text: str, needed: str) -> click.BadParameter:
 
 
 def sizes(text: str) -> tuple[int, ...]:
-    """Return the text `NXxNY` or `NXxNYxNZ` as the shape (ny, nx) or (nz, ny, nx)."""
+    """Convert the text `NXxNY` or `NXxNYxNZ` to the shape (ny, nx) or (nz, ny, nx)."""
     match = re.fullmatch(r"(\d+)[x×](\d+)(?:[x×](\d+))?", text.strip().lower())
     if not match:
         raise _refused(text, "columns x rows, such as 640x480 for 640 along x and 480 along y")
@@ -99,12 +99,12 @@ def number_or_each(text: str) -> float | tuple[float, ...]:
 
 
 def classes(text: str) -> Classes:
-    """Return a number of classes, their inner edges, or "codes"."""
+    """Convert a text to a number of classes, their inner edges, or "codes"."""
     return int(text) if re.fullmatch(r"\d+", text) else edges_or_codes(text)
 
 
 def name_and_code(text: str) -> tuple[str, int]:
-    """Return `NAME=CODE` as a name and its facies code."""
+    """Convert the text `NAME=CODE` to a name and its facies code."""
     name, _, code = text.rpartition("=")
     if not name.strip() or not re.fullmatch(r"\s*[+-]?\d{1,15}\s*", code, re.ASCII):
         raise _refused(text, "a name and its facies code, such as Sand=1")
@@ -112,7 +112,7 @@ def name_and_code(text: str) -> tuple[str, int]:
 
 
 def edges_or_codes(text: str) -> Classes:
-    """Return the inner edges of classes, or "codes"."""
+    """Convert a text to the inner edges of classes, or "codes"."""
     if text == "codes":
         return "codes"
     try:

@@ -13,7 +13,7 @@ import ccwsim
 from ccwsim.model.errors import CCWSIMError
 
 COMMANDS = ("simulate", "dashboard", "datasets", "paper", "warm-up")
-"""Names of commands; each is the function `command` of a module, loaded when needed."""
+"""Names of commands. Each is the function `command` of a module that is loaded when needed."""
 
 OK, BAD_INPUT, STOPPED = 0, 2, 130
 """Exit codes, as in click (2 for bad input) and in shells (130 for Ctrl-C)."""
@@ -54,7 +54,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command line and return its exit code: 0, 2 for bad input, 130 for Ctrl-C."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
-            stream.reconfigure(errors="replace")  # old code pages lack characters
+            stream.reconfigure(errors="replace")  # some old code pages lack some characters
     given = None if arguments is None else list(arguments)
     try:
         return program.main(given, "ccwsim", standalone_mode=False) or OK

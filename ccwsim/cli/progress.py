@@ -1,4 +1,4 @@
-"""Show the progress of a run (a bar on a terminal, else lines), and stop it on signals."""
+"""Show the progress of a run, as a bar on terminals or as lines elsewhere; stop it on signals."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from typing import TextIO
 from tqdm import tqdm
 
 SECONDS_A_LINE = 5.0
-"""Seconds between progress lines without a terminal, such as in the log of a batch system."""
+"""Seconds between lines of progress if there is no terminal, as in the log of a batch system."""
 STARTING = "starting …"
 BAR = "{bar:24} {percentage:3.0f} %  {desc}  {remaining} left"
 
 
 class ProgressLine:
-    """Progress of `n` units on a stream; call it as `simulate` calls `progress`."""
+    """Progress of `n` units, shown on a stream; give it to `simulate` as `progress`."""
 
     def __init__(self, n: int, stream: TextIO, unit: str = "realizations") -> None:
         self._n, self._unit, self._stream = n, unit, stream
@@ -28,10 +28,10 @@ class ProgressLine:
         self._bar: tqdm | None = None
         self._first: tuple[float, float] | None = None
         self._said: float | None = None
-        self._waiting = ""  # text on a terminal before the work begins
+        self._waiting = ""  # text that a terminal shows before the work begins
 
     def __call__(self, fraction: float, n_done: int) -> None:
-        """Show that `fraction` of all work is done, and `n_done` units."""
+        """Show that `fraction` of all work and `n_done` units are done."""
         with suppress(OSError):  # continue if the terminal was closed
             self._show(fraction, n_done)
 
@@ -71,9 +71,9 @@ class ProgressLine:
                 self._bar.close()
 
     def _show_bar(self, fraction: float, done: str) -> None:
-        if self._bar is None:  # start of the pace, which excludes compiling
+        if self._bar is None:  # measure the pace from here, so that compiling is excluded
             self.clear()
-            columns = min(100, get_terminal_size().columns)  # even if the width is unknown
+            columns = min(100, get_terminal_size().columns)  # has a default for unknown widths
             look = {"bar_format": BAR, "ncols": columns, "nrows": 20, "leave": False}
             pace = {"initial": fraction, "smoothing": 0, "miniters": 0}
             self._bar = tqdm(desc=done, total=1.0, file=self._stream, **pace, **look)
@@ -97,7 +97,7 @@ class ProgressLine:
 
 
 def starting_text() -> str:
-    """Show the preparation of a run: number of kernels to compile, and remaining time."""
+    """Return a text on the preparation of a run: number of kernels to compile, remaining time."""
     from ccwsim.engine.compilation import compilation
 
     progress = compilation()
@@ -109,7 +109,7 @@ def starting_text() -> str:
 
 
 def duration(seconds: float) -> str:
-    """Return a time as text: "8 s", "1 min 15 s", "2 h 1 min"."""
+    """Return a time in words: "8 s", "1 min 15 s", "2 h 1 min"."""
     whole = round(seconds)
     if whole < 60:
         return f"{whole} s"
@@ -119,11 +119,11 @@ def duration(seconds: float) -> str:
 
 
 SIGNALS = {"SIGINT": 130, "SIGTERM": 143, "SIGHUP": 129}
-"""Exit codes of signals that stop a run: Ctrl-C, a batch system, a closed terminal."""
+"""Exit codes of the signals of Ctrl-C, a batch system and a closed terminal, which stop a run."""
 
 
 class Stop:
-    """A flag, returned by a call, that a signal stopped the run; `exit_code` shows the signal."""
+    """A flag whose call returns whether a signal stopped the run; `exit_code` shows the signal."""
 
     def __init__(self) -> None:
         self.exit_code = 0
@@ -132,7 +132,7 @@ class Stop:
         return self.exit_code != 0
 
     def note(self, number: int, *_: object) -> None:
-        """Record a signal; if the signal comes again, the program ends at once."""
+        """Record a signal; the next signal of this kind ends the program at once."""
         name = signal.Signals(number).name
         self.exit_code = SIGNALS[name]
         signal.signal(number, signal.SIG_DFL)
@@ -144,10 +144,10 @@ class Stop:
 
 @contextmanager
 def stop_on_signals() -> Iterator[Stop]:
-    """Yield a flag that is set by the first signal; a second equal signal ends the program.
+    """Yield a flag that the first signal sets; a second signal of this kind ends the program.
 
-    A run can thus stop and write its finished realizations. The flag is never set outside the main
-    thread, because signals cannot be caught there.
+    A run can therefore stop and write its finished realizations. Outside the main thread, the flag
+    is never set, because signals cannot be caught there.
     """
     stop = Stop()
     before = {}

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ccwsim.model.ensemble import Ensemble
 
 STREAMED = "npy"
-"""The only format that is written during the run; others are written after it."""
+"""The only format that is written during the run; other formats are written after the run."""
 
 EPILOG = """\
 \b
@@ -90,7 +90,7 @@ def command(**given: Any) -> int:
 
 @contextmanager
 def executor_of(options: Any) -> Iterator[Any]:
-    """Yield a client of the scheduler given in the command line, or None."""
+    """Yield a client of the scheduler given in the command line, or None without a scheduler."""
     if options.scheduler is None:
         yield None
         return
@@ -106,7 +106,7 @@ def executor_of(options: Any) -> Iterator[Any]:
 
 
 def check_output(path: str) -> None:
-    """Raise an error before a long run if a file cannot be written."""
+    """Raise an error if a file cannot be written; call this before a long run."""
     from ccwsim.io.atomic import format_of
     from ccwsim.io.realizations import FORMATS
 
@@ -115,7 +115,7 @@ def check_output(path: str) -> None:
 
 
 def streamed_output(paths: Sequence[str]) -> str | None:
-    """Return the file to which realizations are written during the run, or None.
+    """Return the file to which realizations are written during the run; None without such a file.
 
     Examples
     --------
@@ -153,7 +153,7 @@ def summary(e: Ensemble) -> str:
 
 
 def _write(paths: Sequence[str], ensemble: Ensemble) -> None:
-    """Write all files, and raise an error at the end if some could not be written."""
+    """Write all files; if some cannot be written, raise an error at the end."""
     from ccwsim.io import write_realizations
 
     errors = []

@@ -1,7 +1,7 @@
 """Training images and hard data that come with the program.
 
-Seeded generators (tools/datasets in the source repository) draw all of them, so they are free to
-use and reproducible.
+All of them were drawn by seeded generators (tools/datasets in the source repository), so they are
+reproducible and free to use.
 """
 
 from ccwsim.datasets.catalogue import (

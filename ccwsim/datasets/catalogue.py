@@ -1,8 +1,8 @@
 """The bundled training images, hard data and reference fields.
 
-Images are indexed PNG files, which any viewer can show: the indices are the facies codes, and the
-first row is the north. Volumes are npz files. Hard data are CSV files with the columns x, y, for
-volumes z (cell centres, in cells from the outer corner), and facies.
+Images are indexed PNG files, which any viewer can show. The indices are the facies codes, and the
+first row is the north. Volumes are npz files. Hard data are CSV files with the columns x, y, (for
+volumes) z and facies; coordinates are cell centres, in cells from the outer corner of the grid.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ _TABLES = tomllib.loads((ASSETS / "datasets.toml").read_text("utf-8"))
 
 
 def _rows(kind: type[Row], table: str) -> dict[str, Row]:
-    """Return the rows of a table by name, with lists as tuples."""
+    """Return the rows of a table by name; convert lists to tuples."""
     return {
         name: kind(**{key: tuple(v) if isinstance(v, list) else v for key, v in row.items()})
         for name, row in _TABLES[table].items()
@@ -59,16 +59,16 @@ def _rows(kind: type[Row], table: str) -> dict[str, Row]:
 
 DATASETS = _rows(Dataset, "images")
 VOLUMES = _rows(Dataset, "volumes")
-"""Bundled volumes, each with ten vertical wells sampled from a similar volume."""
+"""Bundled volumes; each has ten vertical wells, which were sampled from a similar volume."""
 WELLS_SHAPE = (48, 100, 100)
-"""Shape of the grid of the bundled wells."""
+"""Shape of the simulation grid for the bundled wells."""
 
 SURVEYS = _rows(Survey, "surveys")
 WELLS = {f"{name}_10_wells": Survey(name, WELLS_SHAPE, "10 vertical wells") for name in VOLUMES}
-"""The wells of the volumes, by name of the hard data."""
+"""Wells for the bundled volumes, by name of the hard data."""
 
 FIELD_SIDES = {"channels": (256, 512), "stone_wall": (512,), "barchans": (512, 1000)}
-"""Sides of the square reference fields: each is a training image drawn with another seed."""
+"""Sides of the square reference fields, which were drawn like the image but with another seed."""
 
 
 def names() -> tuple[str, ...]:
@@ -131,7 +131,7 @@ def load_wells(name: str) -> HardData:
 
 
 def describe(name: str) -> str:
-    """Return one line about a bundled training image: its content, size and use.
+    """Describe a bundled training image in one line: its content, size and use.
 
     Raises `CCWSIMError` for an unknown name.
 
@@ -158,7 +158,7 @@ def hard_data_names() -> tuple[str, ...]:
 
 
 def all_image_names() -> tuple[str, ...]:
-    """Return the names of all training images, maps and volumes, for `load`.
+    """Return the names of all training images (maps and volumes) for `load`.
 
     Examples
     --------
@@ -169,7 +169,7 @@ def all_image_names() -> tuple[str, ...]:
 
 
 def all_hard_data_names() -> tuple[str, ...]:
-    """Return the names of all hard data, of maps and volumes, for `load_hard_data`.
+    """Return the names of all hard data (of maps and volumes) for `load_hard_data`.
 
     Examples
     --------
@@ -202,13 +202,13 @@ def load_hard_data(name: str) -> HardData:
     HardData(n=60)
     """
     grid = Grid.of(_survey(name).grid_shape)
-    path = _present(hard_data_path(name))  # the columns are x, y, for a volume z, and facies
+    path = _present(hard_data_path(name))  # the columns are x, y, (for a volume) z and facies
     *places, facies = np.loadtxt(path, delimiter=",", skiprows=1, unpack=True)
     return HardData(grid.cells_of(*places), facies)
 
 
 def hard_data_grid_shape(name: str) -> tuple[int, ...]:
-    """Return (layers,) rows and columns of the grid of bundled hard data.
+    """Return the shape, (layers,) rows and columns, of the grid of bundled hard data.
 
     Examples
     --------
@@ -230,7 +230,7 @@ def hard_data_training_image(name: str) -> str:
 
 
 def describe_hard_data(name: str) -> str:
-    """Return one line about bundled hard data.
+    """Describe bundled hard data in one line.
 
     Examples
     --------
@@ -243,9 +243,10 @@ def describe_hard_data(name: str) -> str:
 
 
 def load_reference_field(name: str) -> TrainingImage:
-    """Read the reference field from which bundled hard data were sampled, to score realizations.
+    """Read the reference field from which bundled hard data were sampled.
 
-    The field resembles the training image but was drawn with another seed.
+    The field resembles the training image but was drawn with another seed. Use it to score
+    realizations.
 
     Raises `CCWSIMError` for an unknown name, or if the file is missing.
 
@@ -278,7 +279,7 @@ def reference_field(image: str, shape: tuple[int, int]) -> TrainingImage:
 
 
 def image_path(name: str) -> Path:
-    """Return the path of a training image, a map or a volume."""
+    """Return the path of a training image (a map or a volume)."""
     if name in VOLUMES:
         return ASSETS / "volumes" / f"{name}.npz"
     return ASSETS / "training_images" / f"{name}.png"

@@ -1,7 +1,7 @@
 """Stored realizations of the dashboard's first study, shown while kernels compile.
 
-They equal the realizations of `simulate` cell by cell; `python -m tools.default_study` writes them.
-CPU times are not stored because they depend on the machine.
+They equal the realizations of `simulate` cell by cell. `python -m tools.default_study` writes them.
+CPU times are not stored, because they depend on the machine.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from ccwsim.model.parameters import Parameters
 
 STORED = ASSETS / "default_study.npz"
 IMAGE, HARD_DATA, SHAPE, N_REALIZATIONS = "channels", "channels_400_data", (512, 512), 12
-"""The study of `Choices()`, simulated with seed 0."""
+"""The study that `Choices()` describes, simulated with seed 0."""
 
 
 def stored_ensemble() -> Ensemble:

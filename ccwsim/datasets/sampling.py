@@ -1,4 +1,4 @@
-"""Sample hard data from a reference field: at random, along wells, or on a regular grid."""
+"""Sample hard data from a reference field at random, along wells or on a regular grid."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from ccwsim.model.hard_data import HardData
 DIRECTIONS = ("N-S", "E-W")
 VERTICAL = "vertical"
 MAX_PERMUTED = 4_000_000
-"""Maximum number of cells to permute for a sample; more would block other threads too long."""
+"""Maximum number of cells to permute; permuting more would block other threads for too long."""
 
 
 def sample_random(field: NDArray[np.integer], n: int, seed: int = 0) -> HardData:
-    """Sample different cells of a map or a volume at random.
+    """Sample `n` different cells of a map or a volume at random.
 
     Examples
     --------
@@ -42,7 +42,7 @@ def sample_wells(
 ) -> HardData:
     """Sample a map along straight wells from edge to edge, or a volume along vertical wells.
 
-    Directions are "N-S" (default) and "E-W" in a map, "vertical" in a volume; `every` is the
+    The direction is "N-S" (default) or "E-W" in a map, and "vertical" in a volume. `every` is the
     distance between data along a well, in cells.
     """
     shape = _shape(field)
@@ -65,7 +65,7 @@ def sample_wells(
 
 
 def sample_grid(field: NDArray[np.integer], every: int) -> HardData:
-    """Sample a map on a regular, centred grid, or a volume in vertical wells on such a grid."""
+    """Sample a map on a regular, centred grid, or a volume along vertical wells on this grid."""
     *layers, ny, nx = _shape(field)
     every = min(check_int("every", every, 1), max(ny, nx))
     axes = [np.arange((length - 1) % every // 2, length, every) for length in (ny, nx)]
@@ -78,7 +78,7 @@ def _read(field: NDArray[np.integer], *cells: NDArray) -> HardData:
 
 
 def _distinct(random: RandomState, n_cells: int, n: int) -> NDArray[np.int64]:
-    """Return n different cells; if n is small, without a permutation of all cells."""
+    """Return n different cells at random; do not permute all cells if they are too many."""
     if n_cells <= MAX_PERMUTED or n > n_cells // 2:
         return random.choice(n_cells, n, replace=False)
     cells = np.empty(0, np.int64)

@@ -1,4 +1,4 @@
-"""Zip files, such as `.npz` and projects, which are checked before they are unpacked."""
+"""Check zip files, such as `.npz` and projects, before unpacking them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _BLOCK = 4 * 2**20
 
 
 class Archive:
-    """The members of a zip file by name; names are never used as paths on disk."""
+    """The members of a zip file by name; the names are never used as paths on disk."""
 
     def __init__(self, archive: zipfile.ZipFile, name: str) -> None:
         self._archive, self._name = archive, name
@@ -25,7 +25,7 @@ class Archive:
         self.n_members = len(archive.infolist())
 
     def check(self, members: list[str]) -> None:
-        """Raise an error if members use an unknown compression or unpack to too many bytes."""
+        """Raise an error if members have an unknown compression or are too large when unpacked."""
         infos = [self.infos[member] for member in members]
         for info in infos:
             if info.compress_type not in _METHODS or info.flag_bits & 1:
@@ -39,7 +39,7 @@ class Archive:
             return file.read(n_bytes)
 
     def read(self, member: str) -> bytes:
-        """Return the content of a member, up to the size stated in the zip file's directory."""
+        """Return a member's content, but no more bytes than the zip's directory states."""
         left = self.infos[member].file_size
         parts = []
         with self._archive.open(self.infos[member]) as file:

@@ -1,4 +1,4 @@
-"""Write a file completely or not at all, in the format that its ending names."""
+"""Write a file completely or not at all, and find the format from the ending of its name."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ccwsim.system.whole_files import WholeFile, unwritable
 
 
 def write_bytes(path_or_file: Any, content: bytes) -> None:
-    """Write to an open binary file, or to a path by renaming a temporary file beside it."""
+    """Write to an open binary file or a path; for a path, write a temporary file and rename it."""
     if not isinstance(path_or_file, (str, os.PathLike)):
         path_or_file.write(content)
         return
@@ -26,7 +26,7 @@ def write_bytes(path_or_file: Any, content: bytes) -> None:
 
 
 def format_of(path_or_file: Any, format: str | None, allowed: Collection[str]) -> str:
-    """Return the format to write: the requested format, else the ending of the path.
+    """Return the requested format; if there is none, the ending of the path.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The variables of a file before they become a training image or hard data."""
+"""The variables of a file before conversion to a training image or hard data."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ class DataFile:
 
     kind: str  # name of the format, for messages
     name: str  # name of the file in messages
-    # grids of shape (nz, ny, nx), a stack of volumes, or columns of shape (n,) of a table
+    # grids of shape (nz, ny, nx), stacks of volumes, or columns of a table, shape (n,)
     variables: dict[str, NDArray]
-    # whether the variables are columns: points, or a grid whose size is not in the file
+    # whether the variables are columns, of points or of a grid whose size is not in the file
     is_table: bool = False
-    # shape (n,): line number in the file, from 1, of each row of a table or text matrix
+    # shape (n,): for each row of a table or text matrix, its line number in the file, from 1
     lines: NDArray[np.int64] | None = None
-    south_first: bool = True  # whether row 0 is the south in this format
-    asks_up: bool = False  # whether the format does not define this, so that the user must check
-    missing: tuple[float, ...] = ()  # codes for missing values, besides NaN
-    # along x and y, if the file has them; the origin is the corner of the first cell
+    south_first: bool = True  # whether the first row is the south in this format
+    asks_up: bool = False  # whether the format leaves `south_first` open, so the user must check
+    missing: tuple[float, ...] = ()  # codes for missing values, in addition to NaN
+    # along x and y, if the file gives them; the origin is the outer corner of the first cell
     cell_size: tuple[float, float] | None = None
     origin: tuple[float, float] | None = None
     along_z: tuple[float, float] | None = None  # cell size and origin along z, if the file has them
@@ -50,7 +50,7 @@ class DataFile:
     def chosen(
         self, variable: str | None, preferred: tuple[str, ...] = (), argument: str = "variable"
     ) -> str:
-        """Return the name of the variable to read; by default the only variable of the file."""
+        """Return the name of the variable to read; by default, the only variable of the file."""
         names = list(self.variables)
         if variable is not None:
             return self._named(variable, names)
@@ -61,7 +61,7 @@ class DataFile:
         raise CCWSIMError(f"{said}; pick one ({argument}=)")
 
     def column(self, name: str) -> str:
-        """Return the name of a column of numbers or text."""
+        """Find a column of numbers or text; return its name as written in the file."""
         return self._named(name, list(self.names))
 
     def _named(self, variable: str, names: list[str]) -> str:
@@ -73,7 +73,7 @@ class DataFile:
         return same[0]
 
     def grid_of(self, variable: str, shape: tuple[int, ...] | None) -> NDArray:
-        """Return a variable in the shape (nz, ny, nx); a table needs `shape` and has x fastest."""
+        """Return a variable in the shape (nz, ny, nx); a table (x fastest) needs `shape`."""
         values = self.variables[variable]
         if not self.is_table:
             if shape is not None and tuple(shape) not in (values.shape, values.shape[-2:]):
@@ -108,7 +108,7 @@ class DataFile:
         volume: bool = False,
         z_up: bool | None = None,
     ) -> NDArray:
-        """Return one layer or a whole volume, row 0 at the south, layer 0 at the bottom."""
+        """Return one layer or a whole volume, with row 0 at the south and layer 0 at the bottom."""
         if not volume:
             grid = self._layer(grid, slice_index)
         elif z_up is False:
@@ -117,7 +117,7 @@ class DataFile:
         return grid if south_first else np.flip(grid, -2)
 
     def _layer(self, grid: NDArray, slice_index: int | None) -> NDArray:
-        """Return one layer; a grid one cell wide is returned as a vertical section."""
+        """Return one layer; if the grid is one cell wide, return it as a vertical section."""
         n = len(grid)
         if slice_index is None and (n == 1 or 1 in grid.shape[1:]):
             return grid[0] if n == 1 else grid.reshape(n, -1)
@@ -129,7 +129,7 @@ class DataFile:
         return grid[slice_index]
 
     def known(self, values: NDArray) -> NDArray[np.bool_]:
-        """Return a mask of the known `values`: neither NaN nor a code for a missing value."""
+        """Return a mask of `values` that are neither NaN nor a code for a missing value."""
         known = ~np.isnan(values) if values.dtype.kind == "f" else np.ones(values.shape, bool)
         for code in self.missing:
             known &= values != code
@@ -152,9 +152,9 @@ def _full_shape(name: str, shape: tuple[int, ...], n: int) -> tuple[int, int, in
 
 @contextmanager
 def broken(message: str, *kinds: type[Exception], remedy: str = "") -> Iterator[None]:
-    """Turn errors of a library on a broken file into one message; by default errors of any type.
+    """Replace a library's errors (default: of any type) on a broken file by one `CCWSIMError`.
 
-    If there is a `remedy`, the message gives the library's reason before it.
+    If there is a `remedy`, the message gives the library's reason and then the remedy.
     """
     kinds = kinds or (Exception,)
     try:
@@ -167,7 +167,7 @@ def broken(message: str, *kinds: type[Exception], remedy: str = "") -> Iterator[
 
 
 def distinct_names(names: list[str]) -> list[str]:
-    """Return the names, with a number for each name that is empty or occurs twice.
+    """Return the names; make empty and repeated names distinct by a number.
 
     Examples
     --------
@@ -184,7 +184,7 @@ def distinct_names(names: list[str]) -> list[str]:
 
 
 def printable(name: str, most: int = 80) -> str:
-    """Return a name from a file in printable form: short and on one line.
+    """Return a name from a file as short printable text on one line.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Options that a training image file leaves open, and a likely value for each."""
+"""Find the options that a training image file leaves open, and guess a value for each."""
 
 from __future__ import annotations
 
@@ -44,21 +44,21 @@ def guess_answers(
 ) -> tuple[dict[str, Any], tuple[str, ...]]:
     """Guess the arguments needed to read a file as a training image, and list open questions.
 
-    Raises `CCWSIMError` for a file that cannot be opened, or answers that do not fit it.
+    Raises `CCWSIMError` for a file that cannot be opened, or answers that do not fit the file.
 
     Parameters
     ----------
     path_or_file : str, Path or binary file
     answers : mapping, optional
-        Arguments of `read_training_image` that are known already; they are not changed.
+        Arguments of `read_training_image` that are already known; they are not changed.
 
     Returns
     -------
     answers : dict
-        With a guess for each open question: the first variable that holds codes, all layers of a
-        volume (with `volume=False` the middle slice), the squarest shape, the largest rectangle
-        without gaps, the thinning of a picture down to the limit, Otsu's threshold of grey values,
-        and the number of main colours of a picture as classes.
+        The known arguments, and guesses for open questions: the first variable with codes, all
+        layers of a volume (with `volume=False` the middle slice), the shape nearest to a square,
+        the largest rectangle without gaps, the smallest `every` that keeps a picture within the
+        limit, Otsu's threshold for grey values, and one class per main colour of a picture.
     asked : tuple of str
         The keys of `QUESTIONS` that apply to this file, answered or not.
 
@@ -100,9 +100,9 @@ def guess_answers(
 
 
 def _layer(file: DataFile, known: dict[str, Any], asked: list[str]) -> NDArray:
-    """Return the values of the variable, row 0 at the south; guess variable, shape and layers.
+    """Guess variable, shape and layers; return the variable's values, row 0 at the south.
 
-    All layers of a volume are returned unless a slice is given.
+    If no slice is given, all layers of a volume are returned.
     """
     names = list(file.variables)
     liked = [name for name in names if name.lower() in PREFERRED]
@@ -139,7 +139,7 @@ def _ask_gaps(file: DataFile, values: NDArray, known: dict[str, Any], asked: lis
 
 
 def _likely_facies(file: DataFile) -> str:
-    """Return the first variable that holds facies codes, else the first variable."""
+    """Return the first variable with facies codes; if there is none, the first variable."""
     for name, values in file.variables.items():
         there = values[file.known(values)]
         if there.size and are_codes(there) and there.min() != there.max():
@@ -160,7 +160,7 @@ def _of_colours(picture: PictureFile) -> dict[str, Any]:
 
 
 def otsu(values: NDArray) -> float:
-    """Return the threshold between two classes with the smallest variance within them.
+    """Return the threshold that gives two classes with the smallest variance within classes.
 
     Examples
     --------
@@ -175,6 +175,6 @@ def otsu(values: NDArray) -> float:
     sums = np.cumsum(counts * middles)
     apart = sums[:-1] / np.maximum(below, 1) - (sums[-1] - sums[:-1]) / np.maximum(above, 1)
     between = below.astype(float) * above * apart**2
-    # every threshold in a gap between the values is equally good
+    # all thresholds between two neighbouring values are equally good
     best = np.flatnonzero(between >= between.max() * (1 - 1e-12))
     return float(f"{edges[1:-1][best].mean():.3g}")

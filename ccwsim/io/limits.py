@@ -1,7 +1,7 @@
 """Limits of files, checked before memory is allocated.
 
-Scripts have wide limits; uploads to a public server have those of the dashboard's pages.
-`limited` sets the limits of all readers called inside it.
+Scripts have wide limits, and uploads to a public server have narrow limits. The context
+manager `limited` sets the limits of all readers that are called inside it.
 """
 
 from __future__ import annotations
@@ -19,26 +19,26 @@ from ccwsim.model.errors import CCWSIMError, shown
 MIB = 2**20
 
 MAX_VARIABLES = 1000
-"""Maximum number of variables in a file: the user chooses one from a list."""
+"""Maximum number of variables in a file, because the user chooses one from a list."""
 
 PACKED_FREELY = 64 * MIB
-"""Unpacked bytes allowed at any ratio: an image of one facies compresses extremely well."""
+"""Unpacked bytes allowed at any ratio, because images of one facies compress extremely well."""
 
 MAX_MEMBERS = 2000
-"""Maximum number of files in a zip: Python creates an object for each before any check."""
+"""Maximum number of files in a zip; limited because Python creates an object for each of them."""
 
 
 @dataclass(frozen=True)
 class FileLimits:
-    """Limits of one file; the defaults are for scripts and exceed any real file."""
+    """Limits of one file. The defaults are for scripts and exceed the sizes of real files."""
 
     bytes: int = 16 * 1024 * MIB  # size of the file
     unpacked: int = 64 * 1024 * MIB  # total size of all parts of a file, unpacked in memory
     ratio: float = inf  # unpacked bytes per packed byte, for parts larger than `PACKED_FREELY`
     cells: int = 4_000_000_000  # number of values of all variables, or pixels of a picture
-    whole: int = 4_000_000_000  # like `cells`, for a file of which only a part is read
-    points: int = 10_000_000  # number of hard data: each is checked during simulation, and drawn
-    lines: int = 200_000_000  # number of lines of a text table: each becomes an object
+    whole: int = 4_000_000_000  # like `cells`, for a file that is read only in part
+    points: int = 10_000_000  # number of hard data; each is checked during simulation and drawn
+    lines: int = 200_000_000  # number of lines of a text table; each becomes an object
     line_bytes: int = 1024 * MIB  # bytes of one line, which becomes one object
     fields: int = 100_000_000  # number of fields of a table that are read one by one
     seconds: float = inf  # maximum reading time
@@ -58,19 +58,19 @@ UPLOAD_LIMITS = FileLimits(
     fields=500_000,
     seconds=20.0,
 )
-"""Limits of uploads: the largest image of the paper has 2000 × 2000 cells."""
+"""Limits of uploads; they allow the paper's largest image, which has 2000 × 2000 cells."""
 
 _HELD: ContextVar[tuple[FileLimits, float]] = ContextVar("limits", default=(SCRIPT_LIMITS, inf))
 
 
 def limits() -> FileLimits:
-    """Return the current limits, by default those of scripts."""
+    """Return the current limits; by default, the limits of scripts."""
     return _HELD.get()[0]
 
 
 @contextmanager
 def limited(to: FileLimits) -> Iterator[None]:
-    """Apply these limits to all readers inside the block; reading time counts from its start.
+    """Apply limits to all readers inside the block; reading time is measured from its start.
 
     Examples
     --------
@@ -98,7 +98,7 @@ def check_time(name: str) -> None:
 def check_cells(name: str, shape: tuple[int, ...], *, whole: bool = False) -> int:
     """Return the number of values of a shape; raise an error if it is 0 or above the limit.
 
-    The limit is higher with `whole`: the shape of a file of which only a part is read.
+    With `whole`, the limit is higher, because only a part of the file is read.
     """
     said = " × ".join(map(shown, shape[:6])) + (" × …" if len(shape) > 6 else "")
     if min(shape, default=0) < 1:
@@ -126,7 +126,7 @@ def check_bytes(name: str, n_bytes: int, *, unpacked: bool = False) -> None:
 
 
 def check_packing(name: str, n_packed: int, n_bytes: int) -> None:
-    """Raise an error if a file unpacks to implausibly many bytes."""
+    """Raise an error if unpacking a file gives implausibly many bytes."""
     if n_bytes > PACKED_FREELY and n_bytes > limits().ratio * max(n_packed, 1):
         raise CCWSIMError(
             f"{name}: {n_bytes} bytes packed into {n_packed} are implausible; save it uncompressed"
@@ -171,7 +171,7 @@ def upload_limits(environment: Mapping[str, str] | None = None) -> FileLimits:
 
 def _number(variable: str, said: str, kind: type) -> float:
     try:
-        value = kind(float(said))  # 4e6 is easier to read than 4000000
+        value = kind(float(said))  # accept 4e6 for integers, too
     except (ValueError, OverflowError):
         value = 0
     if not value > 0:

@@ -21,7 +21,7 @@ MAP_FORMATS = ("npz", "gslib", "sgems", "dat", "vti", "tif", "nc")
 """Formats of maps, named by file ending."""
 
 DECIMALS = 6
-"""Number of decimals of real numbers in text files."""
+"""Number of decimals with which real numbers are written to text files."""
 
 
 def write_maps(
@@ -41,15 +41,15 @@ def write_maps(
     path_or_file : str, Path or binary file
         A path is written completely or not at all; a file object needs `format`.
     maps : mapping of str to array_like, shape of the grid
-        Real numbers or integers by name, row 0 at the south, layer 0 at the bottom;
-        for an ensemble e, for example `metrics.etype(e).maps`.
+        Real numbers or integers by name of the map, row 0 at the south, layer 0 at the bottom.
+        For an ensemble e, these can be `metrics.etype(e).maps`.
     grid : Grid
         The grid of the maps; its cell size and origin are in world units.
     format : str, optional
-        One of `MAP_FORMATS`; by default the ending of the path. `npz`: one array per map, with
-        `cell_size` and `origin`; `gslib`, `sgems`, `dat`: one column per map, with 6 decimals;
-        `vti`: cell data of a VTK grid; `tif`: bands of a GeoTIFF, north up (needs rasterio); `nc`:
-        variables of a NetCDF file (needs xarray).
+        One of `MAP_FORMATS`; by default, the ending of the path. `npz` has one array per map,
+        `cell_size` and `origin`. `gslib`, `sgems` and `dat` have one column per map, with 6
+        decimals. `vti` has cell data of a VTK grid. `tif` has bands of a GeoTIFF, north up (needs
+        rasterio). `nc` has variables of a NetCDF file (needs xarray).
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Open a file in the format that its content (not its name) shows, and summarize it."""
+"""Detect the format of a file from its content (not its name), open it and summarize it."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ _MAGIC = (
 
 
 def read_bytes(path_or_file: PathOrFile) -> tuple[bytes, str]:
-    """Return the content of a file and its name for messages."""
+    """Return the content of a file, and the name of the file in messages."""
     is_path = isinstance(path_or_file, (str, os.PathLike))
     content, name = _of_path(Path(path_or_file)) if is_path else _of_object(path_or_file)
     check_bytes(name, len(content))
@@ -69,7 +69,7 @@ def read_bytes(path_or_file: PathOrFile) -> tuple[bytes, str]:
 
 
 def kind_of(content: bytes) -> str:
-    """Return the kind of a file by its content: npy, npz, picture, matlab, vti, text or unknown.
+    """Detect the kind of a file: npy, npz, picture, matlab, vti, text or unknown.
 
     Examples
     --------
@@ -107,7 +107,7 @@ def _of_object(file: Any) -> tuple[bytes, str]:
         raise CCWSIMError(f"a path or an open binary file is needed, not {type(file).__name__}")
     name = getattr(file, "name", None)
     base = name.replace("\\", "/").rsplit("/", 1)[-1] if isinstance(name, str) else ""
-    name = printable(base) or "file"  # a client's name, for messages only
+    name = printable(base) or "file"  # used only in messages
     try:
         if hasattr(file, "seek"):
             file.seek(0)
@@ -128,8 +128,8 @@ def open_file(
 ) -> DataFile | PictureFile:
     """Return the variables or the colours of a file.
 
-    With a `part`, only the pixels of the part are read from a picture (`up`: its first row is the
-    south), and the size limit of NumPy arrays is higher.
+    With a `part`, only the pixels of this part are read from a picture, and the size limit of NumPy
+    arrays is higher. `up` means that the first row of a picture is the south.
     """
     return open_content(*read_bytes(path_or_file), part, up=up)
 
@@ -137,7 +137,7 @@ def open_file(
 def open_content(
     content: bytes, name: str, part: FilePart | None = None, *, up: bool | None = None
 ) -> DataFile | PictureFile:
-    """Return the variables or the colours of a file, from its content."""
+    """Return the variables or the colours in the content of a file."""
     kind = kind_of(content)
     if kind == "picture":
         return read_picture(content, name, part, up=up)
@@ -160,7 +160,7 @@ def open_content(
 
 
 def whole_shape(path_or_file: PathOrFile) -> tuple[int, int] | None:
-    """Return rows and columns of an unread picture or NumPy array; None for other formats.
+    """Return rows and columns of a picture or NumPy array before reading; None for other formats.
 
     Examples
     --------
@@ -178,7 +178,7 @@ def whole_shape(path_or_file: PathOrFile) -> tuple[int, int] | None:
 
 
 def _plain_text(content: bytes, name: str) -> bytes:
-    """Return a text as UTF-8 without byte order mark, with LF or CRLF line ends."""
+    """Return a text in UTF-8 without byte order mark and with LF or CRLF line ends."""
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
         with broken(f"{name}: the UTF-16 text is broken; save it as UTF-8", UnicodeError):
             content = content.decode("utf-16").encode()
@@ -187,17 +187,17 @@ def _plain_text(content: bytes, name: str) -> bytes:
         if not content.isascii():
             content.decode()
     except UnicodeError:
-        content = content.decode("cp1252", "replace").encode()  # as Excel saves CSV in the West
+        content = content.decode("cp1252", "replace").encode()  # Excel's usual encoding of CSV
     return content.replace(b"\r", b"\n") if b"\n" not in content else content
 
 
 MAX_COUNTED = 1000
-"""Maximum number of distinct values; counting stops there."""
+"""Distinct values are counted up to this number."""
 
 
 @dataclass(frozen=True)
 class VariableSummary:
-    """One variable of a file."""
+    """Summary of one variable in a file."""
 
     name: str
     shape: tuple[int, ...]
@@ -208,33 +208,34 @@ class VariableSummary:
     """Number of distinct values, counted up to `MAX_COUNTED`."""
     minimum: float
     maximum: float
-    """NaN if no value is known."""
+    """Minimum and maximum of the values; NaN if no value is known."""
     continuous: bool
     """Whether the variable needs classes or a threshold to become facies."""
 
 
 @dataclass(frozen=True)
 class FileSummary:
-    """Summary of a file, and the choices it leaves to the user."""
+    """Summary of a file, and choices that the user must make to read it."""
 
     kind: str
     """Name of the format."""
     name: str
     variables: tuple[VariableSummary, ...]
-    """For a picture only "grey", which is `continuous` if the picture has too many colours."""
+    """Summaries of all variables. A picture has only "grey", which is `continuous` if the picture
+    has too many colours."""
     is_table: bool
     """Whether the file is a table: points, or a grid that needs `shape`."""
     is_picture: bool
-    """Whether facies come from colours."""
+    """Whether the file is a picture, whose colours become facies."""
     asks_up: bool
     """Whether the format does not define which row is the north."""
     cell_size: tuple[float, float] | None
     origin: tuple[float, float] | None
-    """Cell size in the file, if it has one."""
+    """Cell size and origin in the file, if it has them."""
 
     @property
     def asks_shape(self) -> bool:
-        """Whether a training image can be read only with `shape`."""
+        """Whether `shape` is needed to read a training image from the file."""
         return self.is_table
 
     @property
@@ -245,7 +246,7 @@ class FileSummary:
 
 
 def inspect(path_or_file: PathOrFile, part: FilePart | None = None) -> FileSummary:
-    """Return a summary of a file or a part of it: format, variables, sizes, whether continuous.
+    """Summarize a file or a part of it: format, variables, sizes, whether values are continuous.
 
     Raises `CCWSIMError` for a file that cannot be read.
 

@@ -1,4 +1,4 @@
-"""Parameters as JSON."""
+"""Convert parameters to JSON and back."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def parameters_to_json(parameters: Parameters) -> str:
 def parameters_from_json(text: str | bytes) -> Parameters:
     """Return the parameters in a JSON object; missing names keep their defaults.
 
-    Raises `CCWSIMError` for a text that is not a JSON object, an unknown name, or an invalid value.
+    Raises `CCWSIMError` if the text is not a JSON object or has an unknown name or invalid value.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""A part of a grid: a rectangle of cells, of which every second, third, … may be taken."""
+"""A part of a grid: all cells of a rectangle, or every second, third, … cell along each side."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Crop = tuple[int, int, int, int] | None
 class FilePart:
     """The cells to take from a grid."""
 
-    crop: Crop = None  # by default the whole grid
+    crop: Crop = None  # the rectangle; None for the whole grid
     every: int = 1  # take the middle cell of each square of `every` × `every` cells
 
     def __post_init__(self) -> None:
@@ -42,7 +42,7 @@ class FilePart:
         return None if crop is None and every == 1 else cls(crop, every)
 
     def box(self, name: str, shape: tuple[int, int]) -> tuple[int, int, int, int]:
-        """Return first row and column, and numbers of rows and columns that form whole squares."""
+        """Return first row and column, and numbers of rows and columns, multiples of `every`."""
         row, column, ny, nx = self.crop or (0, 0, *shape)
         outside = row < 0 or column < 0 or row + ny > shape[0] or column + nx > shape[1]
         if outside or min(ny, nx) < self.every:
@@ -54,7 +54,7 @@ class FilePart:
         return row, column, ny - ny % self.every, nx - nx % self.every
 
     def of(self, name: str, grid: NDArray) -> NDArray:
-        """Return the part of a grid, shape (ny, nx) or (nz, ny, nx), row 0 in the south."""
+        """Return this part of a grid of shape (ny, nx) or (nz, ny, nx), row 0 in the south."""
         row, column, ny, nx = self.box(name, grid.shape[-2:])
         piece = grid[..., row : row + ny, column : column + nx]
         return piece[..., (self.every - 1) // 2 :: self.every, self.every // 2 :: self.every]
@@ -75,11 +75,11 @@ def thinning(shape: tuple[int, int]) -> int:
 def largest_without_gaps(known: NDArray[np.bool_]) -> tuple[int, int, int, int]:
     """Return the largest rectangle without unknown cells: first row and column, rows, columns.
 
-    All are 0 if no cell is known. For each row it finds, in linear time, the largest rectangle
-    under the histogram of heights of known cells.
+    All four numbers are 0 if no cell is known. For each row, the largest rectangle under the
+    histogram of the heights of known cells is found in linear time.
     """
     ny, nx = known.shape
-    heights = np.zeros(nx + 1, np.int64)  # a column of height 0 ends the last rectangle
+    heights = np.zeros(nx + 1, np.int64)  # the extra column of height 0 ends the last rectangle
     best, rectangle = 0, (0, 0, 0, 0)
     for row in range(ny):
         heights[:nx] = np.where(known[row], heights[:nx] + 1, 0)

@@ -32,7 +32,7 @@ FORMATS = ("npz", "gslib", "sgems", "dat", "png", "vti", "tif", "nc")
 """Formats of realizations, named by file ending."""
 
 MAX_PIXELS = 50_000_000
-"""Maximum number of pixels of the picture of all realizations; viewers reject larger pictures."""
+"""Maximum number of pixels in the picture of all realizations; many viewers reject more."""
 
 GAP = 4
 """Width of the white gap between the maps of a contact sheet, in cells."""
@@ -56,9 +56,9 @@ def write_realizations(
     ensemble : Ensemble
         The realizations.
     format : str, optional
-        One of `FORMATS`; by default the ending of the path.
+        One of `FORMATS`; by default, the ending of the path.
     colours : sequence of str, optional
-        For PNG: one `#rrggbb` per facies.
+        Colours for PNG, one `#rrggbb` per facies.
 
     Examples
     --------
@@ -77,16 +77,16 @@ def realizations_as_bytes(
 ) -> bytes:
     """Return the file content that `write_realizations` writes, for a download.
 
-    `npz` holds `realizations` (n, ny, nx) or (n, nz, ny, nx) as facies codes, and all that
-    `read_realizations` needs to restore the ensemble: `training_image`, `image_name`,
+    `npz` contains `realizations` (n, ny, nx) or (n, nz, ny, nx) as facies codes, and everything
+    that `read_realizations` needs to restore the ensemble: `training_image`, `image_name`,
     `codes`, `facies_names`, `parameters` (JSON), `seed`, `hard_cells`, `hard_facies`, `met_by`,
-    `numbers`, `revised`, `cpu_seconds`, `wall_seconds`, `cell_size`, `origin`;
-    `gslib`, `sgems` and `dat` hold one column per realization, from the south-west, x fastest, with
-    cell size and origin in line 1; `vti` holds cell data of a VTK grid, `tif` bands of a GeoTIFF,
-    north up (needs rasterio), `nc` the array of `Ensemble.to_xarray` (needs xarray); `png` is one
-    map, or a contact sheet of all, north up. Volumes cannot be written as `tif` or `png`.
+    `numbers`, `revised`, `cpu_seconds`, `wall_seconds`, `cell_size`, `origin`.
+    `gslib`, `sgems` and `dat` have one column per realization, which starts in the south-west (x
+    fastest); line 1 has cell size and origin. `vti` has cell data of a VTK grid. `tif` has bands of
+    a GeoTIFF, north up (needs rasterio). `nc` has the array of `Ensemble.to_xarray` (needs xarray).
+    `png` is one map or a contact sheet, north up. `tif` and `png` cannot contain volumes.
 
-    Raises `CCWSIMError` for an unknown format, no realizations, or too many for one picture.
+    Raises `CCWSIMError` if the format is unknown, or realizations are none or too many for a PNG.
 
     Examples
     --------
@@ -126,25 +126,25 @@ def read_realizations(
 ) -> Ensemble:
     """Return the realizations of a file.
 
-    Raises `CCWSIMError` for a file that is broken, too large or has no realizations, and for facies
+    Raises `CCWSIMError` if the file is broken, is too large, has no realizations, or has facies
     that the training image lacks.
 
     Parameters
     ----------
     path_or_file : str, Path or binary file
-        An npz of `write_realizations`; a GSLIB or SGeMS grid or VTK ImageData with one
-        realization per column; or an npy array of shape (n, ny, nx) or
-        (n, nz, ny, nx), row 0 at the south, layer 0 at the bottom, as from `simulate(out=...)`.
+        An npz written by `write_realizations`; a GSLIB or SGeMS grid or VTK ImageData with one
+        realization per column; or an npy array, as written by `simulate(out=...)`. The array has
+        the shape (n, ny, nx) or (n, nz, ny, nx), row 0 at the south, layer 0 at the bottom.
     training_image : TrainingImage or array_like, optional
-        For grids and npy: the image that the realizations were simulated from. The default is an
-        image with one cell per facies code, whose proportions and patterns mean nothing. If it is
-        a volume, an npy array of three dimensions is one realization.
+        For grids and npy: the training image of the simulation. The default is an image with one
+        cell per facies code; its proportions and patterns are meaningless. If the image is a
+        volume, an npy array of three dimensions is one realization.
 
     Returns
     -------
     Ensemble
-        Unknown times are NaN. For grids and npy there are no hard data, parameters are the
-        defaults, the seed is 0, and `revised` is true because the seed cannot reproduce the
+        Unknown times are NaN. Ensembles from grids and npy have no hard data, default parameters
+        and the seed 0. Their `revised` is true, because the seed cannot reproduce the
         realizations.
 
     Examples
@@ -222,7 +222,7 @@ def _of_grids(file: DataFile | PictureFile, image: TrainingImage | None) -> Ense
 
 
 def _ensemble(stack: NDArray, grid: Grid, image: TrainingImage | None) -> Ensemble:
-    """Return an ensemble of realizations whose parameters and hard data are not known."""
+    """Return realizations with unknown parameters and hard data as an ensemble."""
     there = {int(code) for one in stack for code in codes_of(as_integers(one, "realizations"))}
     image = image or _stand_in(np.array(sorted(there)), grid.n_dimensions)
     if image.n_dimensions != grid.n_dimensions:
@@ -252,7 +252,7 @@ def _ensemble(stack: NDArray, grid: Grid, image: TrainingImage | None) -> Ensemb
 
 
 def _stand_in(codes: NDArray, n_dimensions: int) -> TrainingImage:
-    """Return an image with one cell per code, in place of an unknown training image."""
+    """Return an image with one cell per code, which replaces an unknown training image."""
     return TrainingImage(codes.reshape(*[1] * (n_dimensions - 1), -1))
 
 
@@ -297,7 +297,7 @@ def _npz(ensemble: Ensemble) -> bytes:
 
 
 def _sheet(indices: NDArray[np.uint8], white: int) -> NDArray[np.uint8]:
-    """Return all maps side by side; with north up, the first is at the top left."""
+    """Return one picture of all maps, north up; the first map is at the top left."""
     n, ny, nx = indices.shape
     columns = min(n, max(1, ceil(sqrt(n * ny / nx))))
     rows = ceil(n / columns)

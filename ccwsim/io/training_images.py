@@ -34,7 +34,7 @@ FORMATS = ("npy", "sgems", "gslib", "dat", "png")
 """Formats of training images, named by file ending."""
 
 PREFERRED = ("ti", "training_image")
-"""Names of variables that are read by default from a file with several."""
+"""If a file has several variables, the one with one of these names is read by default."""
 
 
 def read_training_image(
@@ -58,37 +58,37 @@ def read_training_image(
     Formats: pictures (PNG, JPEG, TIFF, GIF, BMP), SGeMS, MPSLIB, geone and classic GSLIB grids,
     ESRI ASCII grids, tables and matrices in text, VTK ImageData, and NumPy and MATLAB files.
 
-    Raises `CCWSIMError` for a file that cannot be read, and names the argument if one is missing.
+    Raises `CCWSIMError` if the file cannot be read; a missing argument is named in the message.
 
     Parameters
     ----------
     path_or_file : str, Path or binary file
         The format is found from the content, not from the name.
     variable : str, optional
-        Name of the variable or array; not needed if there is only one, or one called `ti`.
+        Name of the variable or array; not needed if there is only one or one is called `ti`.
     up : bool, optional
-        True if the first row of the file is the south, False if it is the north. The default
-        depends on the format: north first in pictures, ESRI grids and text matrices, else south.
+        True if the first row of the file is the south, False if it is the north. By default, it is
+        the north in pictures, ESRI grids and text matrices, and the south in other formats.
     transpose : bool
         Exchange rows and columns.
     shape : (ny, nx) or (nz, ny, nx), optional
-        Needed if the file does not contain it (classic GSLIB).
+        Shape of the grid; needed if the file does not contain it (classic GSLIB).
     slice_index : int, optional
         Index of the slice of a 3-D grid, from 0.
     crop : (row, column, n_rows, n_columns), optional
-        The piece to take from each layer: its south-west cell (row 0 in the south) and its size
-        in cells.
+        The piece to take from each layer. `row` (from the south) and `column` define its
+        south-west cell, and its size is in cells.
     every : int
-        Take only the middle cell of each square of `every` × `every` cells; all layers are kept.
+        Keep only the middle cell of each square of `every` × `every` cells, in all layers.
     threshold, classes : optional
-        For continuous variables, as in `classify`; for pictures as in `picture_facies`.
+        For continuous variables as in `classify`, for pictures as in `picture_facies`.
     name : str
-        Name of the image, by default the name of the file.
+        Name of the image; by default, the name of the file.
     volume : bool
-        Take all layers of a 3-D grid, as a volume, instead of one slice.
+        Return all layers of a 3-D grid as a volume instead of one slice.
     z_up : bool, optional
-        For a volume: True if the first layer of the file is the bottom, False if it is the top. By
-        default the bottom is first, also in arrays of NumPy and MATLAB.
+        For a volume: True (default) if the first layer of the file is the bottom, False if it is
+        the top. The default is the same for all formats.
 
     Examples
     --------
@@ -125,7 +125,7 @@ def read_training_image(
 
 
 def read_colours(path_or_file: PathOrFile, **answers: Any) -> dict[int, str]:
-    """Return the colour of each facies in a picture; an empty dict for a file without colours.
+    """Return the colour of each facies in a picture; for other files, return an empty dict.
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ def read_colours(path_or_file: PathOrFile, **answers: Any) -> dict[int, str]:
     Returns
     -------
     dict of int to str
-        Median colour of the pixels, `#rrggbb`, by facies code; empty for grey pictures.
+        For each facies code, the median colour of its pixels, `#rrggbb`; empty for grey pictures.
 
     Examples
     --------
@@ -151,12 +151,12 @@ def read_colours(path_or_file: PathOrFile, **answers: Any) -> dict[int, str]:
 
 
 def read_grid(path_or_file: PathOrFile, **answers: Any) -> NDArray[np.float64]:
-    """Return the values of a grid before they become facies; for a picture its grey values.
+    """Return the values of a grid before conversion to facies; for a picture, the grey values.
 
     Parameters
     ----------
     path_or_file, **answers
-        Parameters of `read_training_image` that choose the cells; the errors are the same.
+        Parameters of `read_training_image` that select cells; the errors are the same.
 
     Returns
     -------
@@ -194,10 +194,10 @@ def write_training_image(
     path_or_file : str, Path or binary file
         A path is written completely or not at all; a file object needs `format`.
     training_image : TrainingImage
-        Only maps can be PNGs. A PNG keeps codes from 0 to 254 as indices of its palette; if a code
-        is outside this range, all are renumbered from 0.
+        Only maps can be written as PNG. In a PNG, codes from 0 to 254 are indices of the palette;
+        if a code is outside this range, all codes are renumbered from 0.
     format : str, optional
-        By default the ending of the path.
+        The format; by default, the ending of the path.
     colours : sequence of str, optional
         One `#rrggbb` per facies.
 
@@ -247,7 +247,7 @@ def _values(
 ) -> tuple[str, NDArray]:
     key = file.chosen(variable, PREFERRED)
     values = file.oriented(file.grid_of(key, shape), **orientation)
-    if part is not None and file.kind != PICTURE_OF_NUMBERS:  # pictures are cropped already
+    if part is not None and file.kind != PICTURE_OF_NUMBERS:  # pictures are already cropped
         values = part.of(file.name, values)
         check_cells(file.name, values.shape)
     return key, values

@@ -13,7 +13,7 @@ from ccwsim.model.bounds import MAX_FACIES
 from ccwsim.model.errors import CCWSIMError, shown
 
 MAX_CODES = 32
-"""Maximum number of distinct integers that are facies codes; more are a continuous variable."""
+"""Maximum number of facies codes; integers with more distinct values count as continuous."""
 
 Classes = int | Sequence[float] | Literal["codes"] | None
 """A number of classes, their inner edges, or "codes" to keep the values unchanged."""
@@ -22,7 +22,7 @@ Classes = int | Sequence[float] | Literal["codes"] | None
 def classify(
     values: ArrayLike, *, threshold: float | None = None, classes: Classes = None, what: str = ""
 ) -> NDArray[np.int64]:
-    """Return facies codes for values, none of which may be NaN.
+    """Return the facies codes of values; the values must not contain NaN.
 
     Raises `CCWSIMError` for continuous values without classes, and for invalid edges.
 
@@ -33,9 +33,9 @@ def classify(
     threshold : float, optional
         Values at or above the threshold become 1, values below it 0.
     classes : int, sequence of float or "codes", optional
-        A number of classes with equal counts of values (except for ties); or ascending inner edges,
-        where a value on an edge belongs to the upper class; or "codes" if more than `MAX_CODES`
-        distinct integers are codes. Classes are numbered from 0, low to high.
+        A number of classes with equal counts of values (except for ties), or ascending inner edges.
+        A value on an edge belongs to the upper class. "codes" keeps the values as codes, even if
+        they are more than `MAX_CODES` distinct integers. Classes are numbered from 0, low to high.
     what : str
         The name of the values in messages.
 
@@ -69,7 +69,7 @@ def classify(
 
 
 def asks_for_codes(classes: Classes) -> bool:
-    """Return whether `classes` keeps the values unchanged: None or "codes".
+    """Return whether `classes` is None or "codes", which both keep the values unchanged.
 
     Examples
     --------
@@ -82,7 +82,7 @@ def asks_for_codes(classes: Classes) -> bool:
 def class_edges(values: ArrayLike, n: int) -> NDArray[np.float64]:
     """Return the n − 1 ascending inner edges of n classes with equal counts of values.
 
-    Raises `CCWSIMError` for n outside 2 to 254, or too many equal values for n classes.
+    Raises `CCWSIMError` if n is outside 2 to 254, or too many values are equal for n classes.
 
     Examples
     --------
@@ -114,7 +114,7 @@ def are_codes(values: NDArray) -> bool:
 
 
 def distinct_values(values: NDArray, most: int) -> NDArray[np.int64] | None:
-    """Return the sorted distinct codes; None for more than `most`, or values that are not integers.
+    """Return the sorted distinct codes; None if there are more than `most` or any is no integer.
 
     Examples
     --------

@@ -21,7 +21,7 @@ GIS_FILES = {"geopackage": "GeoPackage", "shapefile": "Shapefile", "shp": "Shape
 
 
 class Point(NamedTuple):
-    """A point with its properties, and the number of its feature, from 1."""
+    """A point, its properties, and the number of its feature (the first feature has number 1)."""
 
     number: int
     x: float
@@ -50,7 +50,7 @@ def read_geojson(text: bytes, name: str) -> DataFile:
     >>> file.names, file.words
     (('x', 'y', 'facies'), {'facies': ('sand',)})
     """
-    n = text.count(b",") + text.count(b"[") + text.count(b"{")  # each value becomes an object
+    n = text.count(b",") + text.count(b"[") + text.count(b"{")  # estimate of the number of objects
     if n > 2 * limits().fields:
         raise CCWSIMError(f"{name}: {n} values in JSON are too many; save it as CSV")
     kinds = ValueError, TypeError, KeyError, AttributeError, RecursionError
@@ -128,9 +128,9 @@ def read_gis(content: bytes, name: str, kind: str) -> DataFile:
 
 
 def _parts(content: bytes, name: str) -> bytes:
-    """Return a zip with the needed files of one Shapefile, unpacked within limits.
+    """Return a zip with the needed files of one Shapefile; check limits when unpacking them.
 
-    The coordinate system is left out: a broken coordinate system takes seconds to look up.
+    The coordinate system is left out, because looking up a broken one takes seconds.
     """
     with opened_archive(content, name) as archive:
         stem = next(m[:-4] for m in archive.infos if m.lower().endswith(".shp"))
@@ -145,7 +145,7 @@ def _parts(content: bytes, name: str) -> bytes:
 
 
 def _point(shape: bytes | None, name: str, number: int) -> tuple[float, float]:
-    """Return x and y of a point in well-known binary, which may have z and m after them."""
+    """Return x and y of a point in well-known binary; z and m may follow and are ignored."""
     if shape is not None and len(shape) >= 21:
         order = "<" if shape[0] == 1 else ">"
         kind, x, y = struct.unpack_from(f"{order}Idd", shape, 1)

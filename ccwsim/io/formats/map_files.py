@@ -38,9 +38,9 @@ def can_write(kind: str) -> bool:
 
 
 def vti_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
-    """Return maps or volumes, row 0 at the south, as VTK XML ImageData with one array for each.
+    """Return maps or volumes (row 0 at the south) as VTK XML ImageData, each as one array.
 
-    A map becomes one layer of cells from z = 0 to z = 1.
+    A map becomes one layer of cells between z = 0 and z = 1.
     """
     extent = f'"0 {grid.nx} 0 {grid.ny} 0 {grid.nz or 1}"'
     spacing = " ".join((*map(repr, grid.cell_size), "1")[:3])
@@ -67,9 +67,9 @@ def _packed(values: NDArray) -> bytes:
 
 
 def geotiff_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
-    """Return maps as a GeoTIFF, north up, with one named band per map and one type for all.
+    """Return maps as a GeoTIFF, north up; each map is a named band, and all bands have one type.
 
-    Raises `CCWSIMError` without rasterio, for codes that do not fit a GeoTIFF, and for volumes.
+    Raises `CCWSIMError` if rasterio is missing, codes do not fit a GeoTIFF, or maps are volumes.
     """
     if grid.nz is not None:
         raise CCWSIMError("a GeoTIFF holds maps, not volumes; write vti, npz or gslib")
@@ -109,7 +109,7 @@ def _fit(maps: Mapping[str, NDArray], most: int) -> bool:
 
 
 def netcdf_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
-    """Return maps as NetCDF variables over (z,) y and x, the cell centres in world units.
+    """Return maps as NetCDF variables; coordinates (z,) y, x are cell centres in world units.
 
     Raises `CCWSIMError` if xarray is not installed, or codes do not fit NetCDF.
     """
@@ -120,7 +120,7 @@ def netcdf_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
 
 
 def realizations_as_netcdf(array: Any) -> bytes:
-    """Return the DataArray of an ensemble as NetCDF, with integers of at most 32 bits."""
+    """Return the DataArray of an ensemble as NetCDF; integers have at most 32 bits."""
     _package("nc")
     codes = netcdf_integers(np.asarray(array.attrs["flag_values"]))
     small = array.astype(codes.dtype)
@@ -129,7 +129,7 @@ def realizations_as_netcdf(array: Any) -> bytes:
 
 
 def netcdf_integers(values: NDArray) -> NDArray:
-    """Return integers in the smallest type of NetCDF that holds them, other values unchanged.
+    """Return integers in the smallest NetCDF type that holds them; return other values unchanged.
 
     Examples
     --------

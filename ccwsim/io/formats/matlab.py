@@ -1,7 +1,7 @@
-"""Read arrays of numbers from MATLAB files of version 5 to 7.
+"""Read arrays of numbers from MATLAB files, versions 5 to 7.
 
 `scipy.io.loadmat` does not check sizes and types: a few changed bytes in a file can crash the
-process. The layout follows "MAT-File Format", chapter 1, of MathWorks.
+process. This reader follows chapter 1 of "MAT-File Format" by MathWorks.
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ _TYPES = {
     12: "i8",
     13: "u8",
 }
-"""NumPy types by the type numbers of the format."""
+"""The NumPy type of each type number in the format."""
 _MATRIX, _COMPRESSED = 14, 15
 _NUMERIC_CLASSES = range(6, 16)
 _COMPLEX = 0x08
 _START, _BLOCK = 2000, 4 * 2**20
-"""Number of bytes that hold the header of a packed variable; number of bytes per unpacking step."""
+"""Bytes to unpack to read the header of a packed variable; bytes to unpack in each step."""
 
 
 def read_matlab(content: bytes, name: str) -> DataFile:
@@ -71,12 +71,12 @@ def read_matlab(content: bytes, name: str) -> DataFile:
 
 
 def _as_grid(array: NDArray) -> NDArray:
-    """Return an array with its slices first; in MATLAB they are last."""
+    """Return an array with the slices along the first axis; in MATLAB they are along the last."""
     return array.reshape((1, *array.shape)) if array.ndim == 2 else np.moveaxis(array, 2, 0)
 
 
 def _elements(content: memoryview, order: str, name: str) -> Iterator[tuple[int, memoryview]]:
-    """Yield the top-level elements, unpacked."""
+    """Unpack and yield the top-level elements."""
     at, n, left = 0, 0, limits().unpacked
     while at + 8 <= len(content):
         check_time(name)
@@ -93,7 +93,7 @@ def _elements(content: memoryview, order: str, name: str) -> Iterator[tuple[int,
 
 
 def _unpacked(data: memoryview, left: int, order: str, name: str) -> bytes:
-    """Unpack an element after a check of its size and number of cells."""
+    """Check the size and the number of cells of an element, then unpack it."""
     stream = zlib.decompressobj()
     try:
         start = stream.decompress(data, _START)
@@ -125,7 +125,7 @@ def _element(content: memoryview, at: int, order: str, name: str) -> tuple[int, 
     if at + 8 > len(content):
         raise CCWSIMError(f"{name} ends in the middle of a variable; get the whole file")
     first, second = np.frombuffer(content, order + "u4", count=2, offset=at).tolist()
-    if first >> 16:  # a short element: size and type in one word, data in the next
+    if first >> 16:  # short element: one word holds size and type, the next word holds the data
         size, start, end = first >> 16, at + 4, at + 8
         kind = first & 0xFFFF
     else:

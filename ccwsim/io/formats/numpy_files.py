@@ -22,9 +22,9 @@ MAX_NPY_HEADER = 10_000
 
 
 def read_npy(content: bytes, name: str, *, whole: bool = False, stacked: bool = False) -> DataFile:
-    """Return the array of an `.npy` file: (ny, nx), or (n, ny, nx) with n slices.
+    """Return the array of an `.npy` file; its shape is (ny, nx), or (n, ny, nx) with n slices.
 
-    With `whole`, of which only a part is used later, the array may be larger: it is not copied.
+    With `whole`, the size limit is higher, because the caller uses only a part of the array.
     With `stacked`, the shape may also be (n, nz, ny, nx).
 
     Examples
@@ -53,7 +53,7 @@ def npy_shape(content: bytes, name: str) -> tuple[int, int] | None:
 
 
 def read_npz(content: bytes, name: str) -> DataFile:
-    """Return the arrays of an `.npz` file that can be grids, or its table of cells and facies.
+    """Return those arrays of an `.npz` file that can be grids, or its table of cells and facies.
 
     Examples
     --------
@@ -73,13 +73,13 @@ def read_npz(content: bytes, name: str) -> DataFile:
     names = distinct_names([key.removesuffix(".npy") for key in members])
     grids: dict[str, NDArray] = {}
     for key in names:
-        member = members.pop(next(iter(members)))  # free the bytes that are now an array
+        member = members.pop(next(iter(members)))  # so converted bytes can be freed
         grids[key] = _grid(member, f"{name}, {key}")
     return DataFile("NumPy arrays", name, grids, asks_up=True)
 
 
 def npz_arrays(content: bytes, name: str, kinds: Mapping[str, str]) -> dict[str, NDArray]:
-    """Return the named members of an `.npz` file, of any shape and of the given NumPy kinds.
+    """Return the members of an `.npz` file named in `kinds`, which gives their NumPy kinds.
 
     Examples
     --------
@@ -167,7 +167,7 @@ def _grids(archive: Archive, name: str) -> tuple[dict[str, bytes], list[str]]:
 
 
 class _Array(NamedTuple):
-    """The header of an array, and its file, positioned at the first value."""
+    """The header of an array, and the open file, positioned at the first value."""
 
     file: BytesIO
     name: str
@@ -187,7 +187,7 @@ class _Array(NamedTuple):
 
     @classmethod
     def of_numbers(cls, content: bytes, name: str, whole: bool = False) -> _Array:
-        """Read the header; raise an error for too many values or values that are not numbers."""
+        """Read the header; raise an error if values are too many or are not numbers."""
         array = cls.opened(content, name)
         if array.dtype.kind not in "buif" or array.dtype.itemsize > 16:
             raise CCWSIMError(

@@ -1,8 +1,8 @@
 """Convert pictures (PNG, JPEG, TIFF, GIF, BMP) to facies, and facies to pictures.
 
-Comments, colour profiles, camera data and extra frames can be huge, or take hours to decode. They
-are removed before a picture is decoded. Structures that no program writes, such as thousands of
-scans, raise an error.
+Comments, colour profiles, camera data and extra frames can be huge or take hours to decode. They
+are therefore removed before a picture is decoded. Structures that no program writes, such as
+thousands of scans, raise an error.
 """
 
 from __future__ import annotations
@@ -39,15 +39,15 @@ class PictureFile:
     name: str
     rgb: NDArray[np.uint8]  # shape (ny, nx, 3); transparent parts are shown on white
     numbers: NDArray[np.uint8] | None  # shape (ny, nx): palette indices or grey values
-    says_codes: bool = False  # whether `numbers` are marked as facies codes
+    says_codes: bool = False  # whether the file marks `numbers` as facies codes
 
 
 def read_picture(
     content: bytes, name: str, part: FilePart | None = None, *, up: bool | None = None
 ) -> PictureFile | DataFile:
-    """Return a picture, or a grid if its pixels are numbers of 16 bits or more.
+    """Read a file as a picture, or as a grid if each pixel is a number of 16 bits or more.
 
-    With a `part`, only its pixels are read; `up` means that the first row is the south.
+    With a `part`, only the pixels of the part are read. With `up`, the first row is the south.
 
     Examples
     --------
@@ -70,7 +70,7 @@ def read_picture(
 
 
 def picture_shape(content: bytes, name: str) -> tuple[int, int]:
-    """Return rows and columns of a picture before its pixels are read.
+    """Return the numbers of rows and columns of a picture without reading its pixels.
 
     Examples
     --------
@@ -88,10 +88,10 @@ def picture_facies(
 ) -> NDArray[np.int64]:
     """Return the facies codes of a picture, shape (ny, nx), row 0 at the top.
 
-    Without classes every colour is a facies, numbered from dark to light. `classes="codes"` uses
-    the palette indices or the grey values as codes; for PNGs written by this package this is the
-    default. `classes=n` uses the n main colours; a threshold or a list of edges divides the grey
-    values (0 black to 255 white).
+    Without classes, every colour is a facies, and facies are numbered from dark to light.
+    `classes="codes"`, the default for PNGs written by this package, uses the palette indices or
+    the grey values as codes. `classes=n` uses the n main colours. A threshold or a list of edges
+    divides the grey values (0 is black, 255 is white).
 
     Examples
     --------
@@ -123,10 +123,10 @@ def picture_as_bytes(
     *,
     are_codes: bool = False,
 ) -> bytes:
-    """Return a palette PNG, north up, of colour indices of shape (ny, nx), row 0 at the south.
+    """Return colour indices, shape (ny, nx), row 0 at the south, as a palette PNG, north up.
 
-    White is added to the palette after the n colours, for gaps between maps. With `are_codes` the
-    indices are marked as facies codes in the file.
+    After the n colours, the palette contains white for gaps between maps. With `are_codes`, the
+    file marks the indices as facies codes.
 
     Examples
     --------
@@ -157,7 +157,7 @@ def _opened(content: bytes, name: str) -> Image.Image:
 
 
 def _part_of(image: Image.Image, part: FilePart, name: str, up: bool | None) -> Image.Image:
-    """Return the pixels of a part; palette and transparency are kept."""
+    """Return the pixels of a part; keep the palette and the transparency."""
     row, column, ny, nx = part.box(name, (image.height, image.width))
     top = row if up else image.height - row - ny
     size = nx // part.every, ny // part.every
@@ -173,10 +173,10 @@ def _on_white(image: Image.Image) -> NDArray[np.uint8]:
 
 
 MAX_COLOURS = 16
-"""Maximum number of colours that are facies; more colours come from blur or shading."""
+"""Maximum number of colours that are facies; more colours indicate blur or shading."""
 
 GREY = 24
-"""Maximum difference between red, green and blue in a grey colour."""
+"""Maximum difference between red, green and blue for a colour to count as grey."""
 
 DEFAULT_COLOURS = ("#1f3f77", "#f0a830", "#2f8f5b", "#a63d2f", "#7d5ba6", "#8a8f98")
 """Default colours of facies, in the order of the codes: blue, amber, green, brick, violet, grey."""
@@ -201,7 +201,7 @@ def colours_for(n: int, colours: Sequence[str] | None = None) -> NDArray[np.uint
 
 
 def grey_of(rgb: NDArray[np.uint8]) -> NDArray[np.float64]:
-    """Return the luminance (ITU-R 601) of colours, 0 black to 255 white, shape (...,).
+    """Return the luminance (ITU-R 601) of each colour, from 0 (black) to 255 (white).
 
     Examples
     --------
@@ -262,7 +262,7 @@ def main_colours(rgb: NDArray[np.uint8]) -> NDArray[np.float64]:
 
 
 def few_colours(picture: PictureFile, most: int = 200) -> tuple[NDArray[np.uint8], list[str]]:
-    """Return the indices of a few colours of a picture, and the `#rrggbb` of each, for display."""
+    """Reduce a picture to a few colours for display; return their indices and `#rrggbb` codes."""
     small = Image.fromarray(picture.rgb).quantize(most, dither=Image.Dither.NONE)
     palette = bytes(small.getpalette() or b"")
     return np.array(small), [f"#{palette[k : k + 3].hex()}" for k in range(0, len(palette), 3)]
@@ -286,8 +286,8 @@ def facies_colours_of(picture: PictureFile, codes: NDArray[np.int64]) -> list[st
 def nearest_colours(rgb: NDArray[np.uint8], n: int) -> NDArray[np.int64]:
     """Return the facies of a picture reduced to n colours, numbered from dark to light.
 
-    The first colour is the most frequent colour; each next colour is frequent and far from the
-    chosen colours. Lloyd's k-means on the histogram of colours then refines them.
+    The first colour is the most frequent one. Each further colour is frequent and differs much from
+    the colours already chosen. Lloyd's k-means on the histogram of colours then refines them.
 
     Examples
     --------
@@ -340,24 +340,24 @@ def _rgb(colour: str) -> tuple[int, ...]:
 
 
 MAX_PARTS = 100_000
-"""Maximum number of chunks, segments or blocks; a block of a GIF has up to 255 bytes."""
+"""Maximum number of chunks, segments or blocks in a file; GIF blocks have up to 255 bytes."""
 
 MAX_SCANS = 100
-"""Maximum number of scans of a JPEG, each of the whole picture; programs write about ten."""
+"""Maximum number of scans of a JPEG; a scan covers the whole picture, and ten are usual."""
 
 MAX_STRIPS = 20_000
 """Maximum number of strips or tiles of a TIFF; each is decoded separately."""
 
 _PNG_CHUNKS = (b"IHDR", b"PLTE", b"tRNS", b"IDAT", b"IEND")
 _JPEG_LEFT_OUT = (*range(0xE1, 0xEE), 0xEF, 0xFE)
-"""Comments and application segments, except JFIF (E0) and Adobe (EE), which define the colours."""
+"""JPEG segments to remove. JFIF (E0) and Adobe (EE) are kept, because they define the colours."""
 _TIFF_PACKINGS = (1, 2, 3, 4, 5, 8, 32773, 32946)
-"""Supported compressions: none, fax, LZW, Deflate and PackBits, but not JPEG or WebP."""
+"""Supported compressions of TIFF: none, fax, LZW, Deflate and PackBits, but not JPEG or WebP."""
 _TIFF_SIZES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 6: 1, 7: 1, 8: 2, 9: 4, 10: 8, 11: 4, 12: 8}
 
 
 def bare_picture(content: bytes, name: str, keep_text: bytes = b"") -> bytes:
-    """Return a picture in the same format, with its first frame only."""
+    """Return a picture in the same format, but with only its first frame."""
     kinds = struct.error, IndexError, ValueError, OverflowError
     with broken(f"{name}: the picture is broken; save it again as PNG", *kinds):
         if content.startswith(b"\x89PNG"):
@@ -394,7 +394,7 @@ def _jpeg(content: bytes, name: str) -> bytes:
         while content[at + 1] == 0xFF:
             at += 1
         marker = content[at + 1]
-        if marker == 0xDA:  # the first scan: only tables and scans follow
+        if marker == 0xDA:  # first scan; after it there are only tables and scans
             scans = content.count(b"\xff\xda", at)
             if scans > MAX_SCANS:
                 raise _too_many(name, "scans", MAX_SCANS)
@@ -410,7 +410,7 @@ def _jpeg(content: bytes, name: str) -> bytes:
 
 
 def _gif(content: bytes, name: str) -> bytes:
-    """Return header, palette and first frame, with the block that sets its transparent colour."""
+    """Return header, palette, first frame and the block with the frame's transparent colour."""
     start = 13 + _colours_of_gif(content[10])
     parts, at = [content[:start]], start
     control = b""
@@ -432,12 +432,12 @@ def _gif(content: bytes, name: str) -> bytes:
 
 
 def _colours_of_gif(flags: int) -> int:
-    """Return the size of a table of colours in bytes."""
+    """Return the size, in bytes, of a table of colours."""
     return 3 << ((flags & 7) + 1) if flags & 0x80 else 0
 
 
 def _end_of_blocks(content: bytes, at: int, name: str) -> int:
-    """Return the end of a series of blocks; a truncated series ends with the file."""
+    """Return the end of a series of blocks; if the series is truncated, the end of the file."""
     for k in range(len(content)):
         if k % MAX_PARTS == 0:
             check_time(name)
@@ -486,7 +486,7 @@ def _tiff(content: bytes, name: str) -> bytes:
 
 
 def _tiff_values(content: bytes, order: str, entry: np.void) -> list[int]:
-    """Return the integers of an entry that states compression or sizes; [] for other entries."""
+    """Return the integers of an entry on compression or sizes; return [] for other entries."""
     kind, count = int(entry["kind"]), int(entry["count"])
     if kind not in (3, 4) or int(entry["tag"]) not in (259, 279, 322, 323, 325):
         return []

@@ -41,9 +41,9 @@ def is_gslib(content: bytes) -> bool:
 def read_gslib(content: bytes, name: str) -> DataFile:
     """Return the grid or table of a GSLIB-like text.
 
-    It is a grid if line 1 has three to nine numbers (`nx ny nz [sx sy sz [ox oy oz]]`), or line 2
-    has sizes after the count. It is a table (points, or a grid of unknown size) if line 1 is a
-    title or one number.
+    The text is a grid if line 1 has three to nine numbers (`nx ny nz [sx sy sz [ox oy oz]]`), or
+    line 2 has the sizes after the count. The text is a table (points, or a grid of unknown size)
+    if line 1 is a title or one number.
 
     Examples
     --------
@@ -78,10 +78,10 @@ def read_gslib(content: bytes, name: str) -> DataFile:
 def grid_as_bytes(
     columns: Sequence[NDArray], names: Sequence[str], grid: Grid | None = None
 ) -> bytes:
-    """Return grids as an SGeMS text: shape (ny, nx) or (nz, ny, nx), from the south and the bottom.
+    """Return grids of shape (ny, nx) or (nz, ny, nx) as an SGeMS text, row 0 at the south.
 
-    If a cell size is not 1 or the origin is not 0, both follow the numbers of cells in line 1:
-    `nx ny nz sx sy sz ox oy oz`, as in files of geone and DeeSse.
+    If the cell size is not 1 or the origin is not 0, line 1 is `nx ny nz sx sy sz ox oy oz`, with
+    cell size s and origin o, as in files of geone and DeeSse.
 
     Examples
     --------
@@ -108,7 +108,7 @@ def grid_as_bytes(
 
 
 def _head(content: bytes, n: int) -> tuple[list[str], int]:
-    """Return the first n lines (fewer if a line is too long), and the start of the next line."""
+    """Return the first n lines (fewer if a line is too long) and the position of the next line."""
     lines: list[str] = []
     at = 0
     while len(lines) < n and at < len(content):
@@ -162,7 +162,7 @@ def _table(content: bytes, name: str, names: list[str], start: int, title: str) 
 
 
 def _line_numbers(content: bytes, name: str, start: int, n: int) -> NDArray[np.int64]:
-    """Return the line number of each row; every line must have exactly n numbers."""
+    """Return the line number of each row; raise an error if a line does not have n numbers."""
     counts = np.array([len(line.split()) for line in content[start:].split(b"\n")])
     numbers = np.flatnonzero(counts) + n + 3
     filled = counts[counts > 0]
@@ -190,7 +190,7 @@ def is_esri(content: bytes) -> bool:
 
 
 def read_esri(content: bytes, name: str) -> DataFile:
-    """Return the grid of an ESRI ASCII text, rows from the north.
+    """Return the grid of an ESRI ASCII text; its first row is the north.
 
     Examples
     --------

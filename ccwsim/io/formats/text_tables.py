@@ -1,4 +1,4 @@
-"""Read numbers, tables and matrices from text; find header, separator and decimal mark."""
+"""Read numbers, tables and matrices from text; detect header, separator and decimal mark."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ CHUNK = 2**20
 """Number of bytes that are split into words at once; this limits memory use."""
 
 MAX_WORD = 80
-"""Maximum number of characters of a number."""
+"""Maximum number of characters in one number."""
 
 _SPACE = re.compile(rb"\s")
 
@@ -43,7 +43,7 @@ def is_number(word: str) -> bool:
 def numbers_in(
     content: bytes, name: str, *, start: int = 0, first_line: int = 1
 ) -> NDArray[np.float64]:
-    """Return all numbers of a text after byte `start`, which is in line `first_line`.
+    """Return all numbers in a text from byte `start` on; this byte is in line `first_line`.
 
     Examples
     --------
@@ -91,14 +91,14 @@ SEPARATORS = (";", "\t", ",", None)
 """Possible separators; None means white space."""
 
 UNKNOWN = frozenset({"", "nan", "na", "n/a", "null", "none", "-"})
-"""Fields, in lower case, that mean a missing value."""
+"""Fields that mean a missing value, in lower case."""
 
 
 _QUOTED = re.compile(r'"[^"]*"|\S+')
 
 
 def split_fields(line: str, separator: str | None) -> list[str]:
-    """Return the fields of a line, without surrounding white space and quotes.
+    """Split a line into fields and remove white space and quotes around each field.
 
     Examples
     --------
@@ -119,11 +119,11 @@ _GROUPS = {
     ",": re.compile(r"[+-]?[1-9]\d{0,2}(\.\d{3})+(,\d*)?"),
     ".": re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+(\.\d*)?"),
 }
-"""Patterns of numbers with thousands separators, by decimal mark: 1.234,5 and 1,234.5."""
+"""Patterns of numbers with thousands separators, such as 1.234,5 or 1,234.5, by decimal mark."""
 
 
 def field_number(field: str, decimal: str) -> float | None:
-    """Return the number in a field, NaN for a missing value, None for text.
+    """Return the number in a field; return NaN for a missing value and None for text.
 
     Examples
     --------
@@ -141,7 +141,7 @@ def field_number(field: str, decimal: str) -> float | None:
 
 
 def separator_of(sample: Sequence[str]) -> str | None:
-    """Return the separator that gives the most numbers in a few lines of data.
+    """Return the separator that splits a few lines of data into the most numbers.
 
     Examples
     --------
@@ -153,7 +153,7 @@ def separator_of(sample: Sequence[str]) -> str | None:
 
 
 def decimal_of(sample: Sequence[str], separator: str | None) -> str:
-    """Return the decimal mark of a few lines: a comma if numbers are written as 2,5.
+    """Return the decimal mark of a few lines: a comma if they contain numbers such as 2,5.
 
     Examples
     --------
@@ -185,8 +185,8 @@ _COMMENT = (b"#", b"%", b"//")
 def read_delimited(content: bytes, name: str) -> DataFile:
     """Return the columns of a table with a header, or the matrix in a text without a header.
 
-    A row without numbers below the header, such as units, is skipped. Headers of Petrel points
-    and well logs (LAS) are also understood.
+    If the row below the header has no numbers (for example units), it is skipped. Headers of
+    Petrel points and well logs (LAS) are also understood.
 
     Examples
     --------
@@ -217,7 +217,7 @@ def read_delimited(content: bytes, name: str) -> DataFile:
     body, numbers = (lines[1:], numbers[1:]) if headed else (lines, numbers)
     if headed and len(body) > 1 and _units(body, marks):
         second = marks.fields(body[0])
-        names = names if len(second) <= len(names) else second  # the header is below a title
+        names = names if len(second) <= len(names) else second  # a title precedes the header
         body, numbers = body[1:], numbers[1:]
     if not body:
         raise CCWSIMError(f"{name}: {lines[0][:40].decode('latin-1')!r} holds no numbers")
@@ -256,20 +256,20 @@ class _Marks(NamedTuple):
 
 
 def _units(body: list[bytes], marks: _Marks) -> bool:
-    """Return whether the first row has only words, and the second row has numbers."""
+    """Return whether the first row has only words and the second row has numbers."""
     first, second = ([_counts(f, marks.decimal) for f in marks.fields(row)] for row in body[:2])
     return not any(first) and any(second)
 
 
 class _Header(NamedTuple):
-    """The column names in a header of several lines, and its number of lines."""
+    """The column names in a header of several lines, and the number of these lines."""
 
     names: tuple[str, ...] = ()
     n_lines: int = 0
     missing: tuple[float, ...] = ()
 
 
-MAX_OWN_HEADER = 4 * MAX_VARIABLES  # lines
+MAX_OWN_HEADER = 4 * MAX_VARIABLES  # maximum number of header lines
 _PETREL_MISSING = (-999.0, -99999.0, 1e30)
 
 
@@ -317,7 +317,7 @@ def _filled_lines(content: bytes, name: str) -> tuple[list[bytes], list[int], st
 
 
 def _fast(body: list[bytes], name: str, n: int, marks: _Marks) -> NDArray[np.float64] | None:
-    """Return all numbers at once; None if a field is missing or is not a plain number."""
+    """Parse all numbers at once; return None if a field is missing or is not a plain number."""
     sep = marks.separator.encode() if marks.separator else None
     if any(len(line.split(sep)) != n for line in body):
         return None
@@ -337,7 +337,7 @@ def _fast(body: list[bytes], name: str, n: int, marks: _Marks) -> NDArray[np.flo
 def _by_field(
     body: list[bytes], numbers: list[int], name: str, n: int, marks: _Marks, headed: bool
 ) -> tuple[NDArray[np.float64], dict[int, tuple[str, ...]]]:
-    """Return all fields as numbers (NaN if empty), and the text columns, whose numbers are NaN."""
+    """Return all fields as numbers, and the text columns; empty fields and text become NaN."""
     table: list[list[str]] = []
     for line, number in zip(body, numbers, strict=True):
         fields = marks.fields(line)
@@ -364,7 +364,7 @@ def _by_field(
 
 
 def not_a_number(name: str, line: int, field: str) -> str:
-    """Return the message for a word that should be a number.
+    """Return the error message for a word in the place of a number.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Read VTK XML ImageData (.vti) of ParaView and pyvista: regular grids of cell or point data."""
+"""Read VTK XML ImageData (.vti), as ParaView and pyvista write it for regular grids."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ _MARKS = ("vtkGhostType", "vtkGhostLevels", "vtkOriginalCellIds")
 """Names of arrays that VTK adds."""
 _NORTH_UP = "1 0 0 0 1 0 0 0 1"
 _START = 1000
-"""Number of bytes at the start of a file that show its format."""
+"""Number of bytes, from the start of a file, in which the format is looked for."""
 
 
 class _Appended(NamedTuple):
-    """The data after the elements of a file: raw bytes or base64."""
+    """The data after the XML elements of a file, as raw bytes or base64."""
 
     data: memoryview | bytes
     raw: bool
@@ -50,9 +50,9 @@ def is_vti(content: bytes) -> bool:
 
 
 def read_vti(content: bytes, name: str) -> DataFile:
-    """Return the arrays of cell data, or else of point data, as grids.
+    """Return the arrays of cell data as grids; if there are none, the arrays of point data.
 
-    The value of a point becomes the value of the cell around it.
+    The value at a point becomes the value of a cell centred on the point.
 
     Examples
     --------
@@ -99,7 +99,7 @@ def read_vti(content: bytes, name: str) -> DataFile:
 
 
 def _tree(content: bytes, name: str) -> tuple[ElementTree.Element, _Appended]:
-    """Return the XML elements of a file, and the data appended to them, which may not be XML."""
+    """Return the XML elements of a file, and the appended data, which need not be XML."""
     appended = _Appended(b"", True)
     at = content.find(b"<AppendedData")
     if at >= 0:
@@ -129,7 +129,7 @@ def _numbers(
 
 
 class _Values:
-    """Decodes the values of arrays: text, base64 or raw bytes, compressed or not."""
+    """Decoder of array values stored as text, base64 or raw bytes, compressed or uncompressed."""
 
     def __init__(self, root: ElementTree.Element, appended: _Appended, name: str) -> None:
         self._order = ">" if root.get("byte_order") == "BigEndian" else "<"
@@ -142,7 +142,7 @@ class _Values:
             raise CCWSIMError(f"{name}: compression by {packed} is not supported; use zlib")
 
     def read(self, array: ElementTree.Element, n: int) -> NDArray:
-        """Return n values; raise an error if the array has another number of values."""
+        """Return the n values of an array; raise an error if it does not have n values."""
         check_time(self._name)
         kind = np.dtype(self._order + TYPES[array.get("type", "")])
         form, raw = array.get("format", "ascii"), False
@@ -169,7 +169,7 @@ class _Values:
             return np.array(words, "S40").astype(np.float64)
 
     def _plain(self, text: memoryview | bytes, raw: bool, n: int) -> bytes:
-        """Return uncompressed bytes, stored after their count, which can be its own base64 text."""
+        """Return the uncompressed bytes after their count; the count can be separate base64."""
         size = self._header.itemsize
         promised = int(self._words(text, raw, 1)[0])
         if raw:
@@ -180,7 +180,7 @@ class _Values:
         return self._decoded(text, False, size + min(promised, n + 1))[size:]
 
     def _unpacked(self, text: memoryview | bytes, raw: bool, n: int) -> bytes:
-        """Return the bytes of compressed blocks, stored after a header of block sizes."""
+        """Unpack compressed blocks, which follow a header with the sizes of the blocks."""
         size = self._header.itemsize
         n_blocks = int(self._words(text, raw, 1)[0])
         if n_blocks * size > len(text):

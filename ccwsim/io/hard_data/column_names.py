@@ -15,21 +15,21 @@ _FILE = Path(__file__).parents[2] / "assets" / "column_names.toml"
 WORDS = {
     kind: tuple(text.split()) for kind, text in tomllib.loads(_FILE.read_text("utf-8")).items()
 }
-"""Words that identify a column, by kind of column."""
+"""For each kind of column, the words that identify it."""
 
 
 class Role(NamedTuple):
-    """A kind of column of `WORDS`, and its name in messages."""
+    """A kind of column, which is a key of `WORDS`, and its name in messages."""
 
     kind: str
     what: str
     call: str
-    prefix: int = 0  # words of at least this length match the start of a name
+    prefix: int = 0  # a word of at least this length need only match the start of a name
     optional: bool = False
 
 
 Asked = Mapping[str, Any]
-"""Names of columns given by the user, by role; an empty text means that there is no column."""
+"""For each role, the column given by the user; an empty text means that there is no column."""
 DEPTHS = {
     "depth_from": Role("from", "where intervals begin", "from", optional=True),
     "depth_to": Role("to", "where intervals end", "to", optional=True),
@@ -55,13 +55,13 @@ SURVEYS = {
     "survey_dip": Role("dip", "the tilt of wells", "inclination or dip", optional=True),
 }
 WELL_TABLES = {"collars": COLLARS, "intervals": INTERVALS, "surveys": SURVEYS}
-"""The columns of each table of wells, by role."""
+"""The roles of columns in each table of wells."""
 ALTERNATIVE_ROLES = {"depth": ("depth_from", "depth_to"), "survey_dip": ("survey_inclination",)}
-"""Roles that replace each key: a table has either the key or, by default, its alternatives."""
+"""For each role, alternative roles; if a table has both, the alternatives are the default."""
 
 
 def is_points(names: list[str]) -> bool:
-    """Return whether columns with these names contain coordinates.
+    """Return whether some of these column names are names of coordinates.
 
     Examples
     --------
@@ -79,9 +79,9 @@ def place_columns(
     coordinates: str | None = None,
     taken: Sequence[str] = (),
 ) -> tuple[str, str, bool, list[str]]:
-    """Return the columns of x and y (or col and row), if they are world coordinates, and notes.
+    """Return the columns of x and y (or col and row), whether these are world units, and notes.
 
-    Columns in `taken` have another role and are not guessed.
+    Columns in `taken` already have another role, so they are not guessed here.
 
     Examples
     --------
@@ -113,7 +113,7 @@ def place_columns(
         )
     places = [name for name in numeric if not _is(name, "z", "label", "code")]
     guess = iter(places if len(places) >= asked.count(None) else numeric)
-    if cells:  # in the usual order: row, then column
+    if cells:  # the usual order is row, column
         row, column = (name or next(guess) for name in (asked[1], asked[0]))
         return column, row, False, [_untold(row, column, "row and col")]
     first, second = (name or next(guess) for name in asked)
@@ -129,8 +129,8 @@ def columns_of(
 ) -> dict[str, str]:
     """Return the column of each role in a table, as given by the user or guessed by name.
 
-    If a table has one depth and also from and to, or both inclination and dip, the role given by
-    the user is returned; by default from and to, or the inclination.
+    If a table has one depth and also from and to, or both inclination and dip, the user's choice
+    is returned. By default, from and to or the inclination are returned.
 
     Examples
     --------
@@ -188,7 +188,7 @@ def asked_columns(file: DataFile, asked: Asked) -> dict[str, str]:
 
 
 def value_column(file: DataFile, rest: list[str], variable: str | None) -> str:
-    """Return the column of facies among the columns without coordinates.
+    """Find the column of facies among `rest`, the columns that are not coordinates.
 
     Examples
     --------
@@ -203,7 +203,7 @@ def value_column(file: DataFile, rest: list[str], variable: str | None) -> str:
         return named
     likely = [name for name in rest if not _is(name, "z", "label")]
     if len(likely) == 2 and len(file.names) == 4 and _unnamed(file):
-        return likely[1]  # x, y, z, value, but the name of the value is unclear
+        return likely[1]  # four columns with generic names are x, y, z and the value
     if len(likely) == 1:
         return likely[0]
     if not likely:
@@ -220,7 +220,7 @@ def _unnamed(file: DataFile) -> bool:
 
 
 def height_column(rest: list[str], key: str) -> str | None:
-    """Return the column of heights among the columns without coordinates, or None.
+    """Find the column of heights among `rest`; return None if there is none.
 
     Examples
     --------
@@ -231,7 +231,7 @@ def height_column(rest: list[str], key: str) -> str | None:
 
 
 def _first(names: list[str], kind: str, prefix: int = 0) -> str | None:
-    """Return the first name that is a word, or starts with a word of `prefix` or more letters."""
+    """Return the first name that equals a word, or starts with one of at least `prefix` letters."""
     words = WORDS[kind]
     exact = next((name for word in words for name in names if _plain(name) == word), None)
     long = [word for word in words if prefix and len(word) >= prefix]
@@ -243,5 +243,5 @@ def _is(name: str, *kinds: str) -> bool:
 
 
 def _plain(name: str) -> str:
-    """Return the name of a column without units, case and punctuation: "X [m]" becomes x."""
+    """Return a column name in lower case, without units and punctuation: "X [m]" becomes x."""
     return re.sub(r"[^a-z0-9]", "", re.split(r"[\[(,]", name.lower())[0])

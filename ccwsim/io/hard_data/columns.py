@@ -28,24 +28,24 @@ class PointColumns:
     y: str | None = None
     """Columns of the coordinates. With `coordinates="cells"`, x is the column and y the row."""
     facies: str | None = None
-    """Column, variable or array of the facies, as numbers or names. Columns of heights or well
-    names are never taken by default."""
+    """Column, variable or array of the facies, given as numbers or names. By default, columns of
+    heights or well names are never used as facies."""
     well: str | None = None
     """For a volume: column of the names of wells; "" for none."""
     z: str | None = None
-    """For a volume: column of the elevations of points or, if there are depths, of the collars of
-    vertical wells; with `coordinates="cells"` the layer."""
+    """For a volume: column of elevations. These are elevations of points or, if there are depths,
+    of the collars of vertical wells. With `coordinates="cells"`, column of the layers."""
     depth_from: str | None = None
     depth_to: str | None = None
     depth: str | None = None
-    """For a volume: columns of depths below z, either from and to, or one depth; "" for none."""
+    """For a volume: columns of depths below z. These are from and to, or one depth; "" for none."""
     coordinates: str | None = None
     """Whether two columns with unclear names are x and y ("world"), or row and col ("cells")."""
     up: bool | None = None
     slice_index: int | None = None
     """Options for whole grids, as in `read_training_image`."""
     z_up: bool | None = None
-    """For whole grids of a volume: whether the first layer is the bottom (default: yes)."""
+    """For whole grids in a volume: whether the first layer is the bottom (default: yes)."""
 
     def __post_init__(self) -> None:
         known = isinstance(self.coordinates, str) and self.coordinates in ("world", "cells")
@@ -53,7 +53,7 @@ class PointColumns:
             raise CCWSIMError(f'coordinates = {shown(self.coordinates)} must be "world" or "cells"')
 
     def named(self, *, volume: bool = True) -> dict[str, str | None]:
-        """Return the given columns by role; columns of volumes only if `volume` is true."""
+        """Return the given columns by role; leave out columns for volumes if `volume` is false."""
         roles = ("x", "y", "facies", *(("well", "z", *DEPTHS) if volume else ()))
         return {role: getattr(self, role) for role in roles}
 
@@ -70,19 +70,19 @@ class WellColumns:
     y: str | None = None
     z: str | None = None
     collar_length: str | None = None
-    """In collars: names of the wells, coordinates, elevations, and (optional) lengths."""
+    """Columns of collars: names of the wells, coordinates, elevations, and (optional) lengths."""
     well: str | None = None
     depth_from: str | None = None
     depth_to: str | None = None
     depth: str | None = None
     facies: str | None = None
-    """In intervals: names of the wells, from and to (or one depth), and facies."""
+    """Columns of intervals: names of the wells, from and to (or one depth), and facies."""
     survey_well: str | None = None
     survey_depth: str | None = None
     survey_azimuth: str | None = None
     survey_inclination: str | None = None
     survey_dip: str | None = None
-    """In surveys: names of the wells, depths along them, azimuths, and inclinations or dips."""
+    """Columns of surveys: names and depths along wells, azimuths, and inclinations or dips."""
 
 
 GUESSED_WELLS = WellColumns()
@@ -95,7 +95,7 @@ class Assignment:
     columns: dict[str, str]  # column by role; only roles that have a column
     notes: tuple[str, ...] = ()  # assumptions, one sentence each
     problems: tuple[str, ...] = ()  # questions, one sentence each
-    world: bool = True  # whether points have world coordinates, not rows and columns
+    world: bool = True  # whether points have world coordinates instead of rows and columns
     unclear: bool = False  # whether the columns of coordinates have unclear names
 
     def complete(self) -> Assignment:
@@ -179,7 +179,7 @@ def assign_well_columns(file: DataFile, table: str, asked: WellColumns) -> Assig
 def _assign_facies(
     file: DataFile, columns: dict[str, str], asked: str | None, problems: list[str]
 ) -> None:
-    """Add the column of facies, or the reason why there is none."""
+    """Add the column of facies; if there is none, add the reason to the problems."""
     try:
         rest = [name for name in file.names if name not in columns.values()]
         columns["facies"] = value_column(file, rest, asked)
@@ -191,7 +191,7 @@ def _assign_facies(
 def _check_heights(
     file: DataFile, columns: Mapping[str, str], asked: PointColumns, world: bool
 ) -> None:
-    """Raise an error if the heights of data of a volume lack a column."""
+    """Raise an error if a table of data in a volume has no column of heights."""
     if not world and (role := next((role for role in DEPTHS if getattr(asked, role)), None)):
         raise CCWSIMError(
             f"{file.name}: {role} = {shown(getattr(asked, role))} is a depth below z, and cells "
@@ -215,7 +215,7 @@ def _check_heights(
 
 
 def _check_depths(file: DataFile, columns: Mapping[str, str]) -> None:
-    """Raise an error if intervals have only one of the two depths from and to."""
+    """Raise an error if intervals have only one of the depths "from" and "to"."""
     ends = [role for role in ("depth_from", "depth_to") if role in columns]
     if len(ends) == 1:
         other = "depth_to" if ends == ["depth_from"] else "depth_from"

@@ -32,9 +32,9 @@ def import_hard_data(
     path_or_file : str, Path or binary file
         As in `read_points`.
     grid : Grid, pair or triple of int, optional
-        A pair means rows and columns of unit cells with origin (0, 0); a triple means layers, rows
-        and columns. In a volume, an interval in a well gives a datum in each cell whose centre is
-        in the interval.
+        A pair is the numbers of rows and columns of unit cells with origin (0, 0); a triple is the
+        numbers of layers, rows and columns. In a volume, an interval in a well gives a datum in
+        each cell whose centre is in the interval.
     training_image : TrainingImage, optional
         Defines the known facies and their names.
     **options
@@ -63,8 +63,8 @@ def read_hard_data(
 ) -> HardData:
     """Read hard data from a file, without the report of `import_hard_data`.
 
-    Parameters and errors are those of `import_hard_data`: `**options` are fields of `PointColumns`
-    (`x`, `y`, `facies`, `z`, `well`, …) and of `Conversion` (`facies_names`, `on_outside`, …).
+    Parameters and errors are the same as in `import_hard_data`. Options are fields of
+    `PointColumns` (`x`, `y`, `facies`, `z`, …) and of `Conversion` (`facies_names`, …).
 
     Examples
     --------
@@ -86,7 +86,7 @@ def write_hard_data(
 ) -> None:
     """Write hard data as points at the centres of their cells.
 
-    Raises `CCWSIMError` like `hard_data_as_bytes`, and for a path that cannot be written.
+    Raises the errors of `hard_data_as_bytes`, and `CCWSIMError` if a path cannot be written.
 
     Parameters
     ----------
@@ -94,9 +94,9 @@ def write_hard_data(
         A path is written completely or not at all.
     hard_data : HardData
     grid : Grid, optional
-        Gives cell size and origin; by default cells of size 1 and the origin (0, 0).
+        Defines cell size and origin. By default, cells have size 1 and the origin is (0, 0).
     format : "csv", "gslib" or "dat", optional
-        The format, by default the ending of the path.
+        The format; by default, the ending of the path.
 
     Examples
     --------
@@ -113,8 +113,8 @@ def write_hard_data(
 def hard_data_as_bytes(hard_data: HardData, format: str, grid: Grid | None = None) -> bytes:
     """Return the file content that `write_hard_data` writes, for a download.
 
-    `csv` has the columns x, y, facies, for volumes x, y, z, facies; `gslib` and `dat` are a Geo-EAS
-    table of x, y, z (0 for maps) and facies, the format of point sets in SGeMS and GSLIB.
+    `csv` has the columns x, y, facies (for volumes x, y, z, facies). `gslib` and `dat` have x, y, z
+    (0 for maps) and facies in a Geo-EAS table, the format of point sets in SGeMS and GSLIB.
 
     Raises `CCWSIMError` for an unknown format, or if there are no data.
 

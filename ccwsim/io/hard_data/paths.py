@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 STRAIGHT = 1e-6
-"""Minimum bend between two stations, in radians; smaller bends count as straight."""
+"""Minimum bend between two stations in radians; below it, the path counts as straight."""
 
 
 class Stations(NamedTuple):
@@ -21,10 +21,10 @@ class Stations(NamedTuple):
 def positions(
     collar: NDArray[np.float64], stations: Stations, depths: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the positions of a well at depths along it, shape (n, 3), by minimum curvature.
+    """Return the positions, shape (n, 3), at given depths along a well, by minimum curvature.
 
-    Between two stations the path is an arc of length L with bend β and end tangents t₁ and t₂. At
-    the share f of L its offset is L / (β sin β) · ([cos (1 − f)β − cos β] t₁ + [1 − cos fβ] t₂).
+    Between two stations, the path is an arc of length L and bend β, with end tangents t₁ and t₂. At
+    length f L, the offset is L / (β sin β) · ([cos (1 − f)β − cos β] t₁ + [1 − cos fβ] t₂).
 
     Examples
     --------
@@ -46,7 +46,7 @@ def positions(
 
 
 def _gone(stations: Stations, k: int, along: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the offsets of a well from station k at some lengths after the station."""
+    """Return the offsets of the path from station k at given lengths after this station."""
     first = stations.directions[k]
     if k + 1 == len(stations.depths):
         return along[:, None] * first
@@ -62,7 +62,7 @@ def _gone(stations: Stations, k: int, along: NDArray[np.float64]) -> NDArray[np.
 
 
 def bend_between(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
-    """Return the angle between two directions in radians, exact for small ones.
+    """Return the angle between two directions in radians; small angles are accurate, too.
 
     Examples
     --------

@@ -19,7 +19,7 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 
 _FAR = 2.0**40
-"""Maximum distance from the grid, in cells; points farther away are mistakes."""
+"""Maximum distance of points from the grid, in cells; a larger distance is an error."""
 COLLISION_CHOICES = ("error", "drop", "majority", "nearest")
 FaciesNames = Mapping[str, int] | Sequence[tuple[str, int]]
 """Facies codes by name."""
@@ -27,18 +27,18 @@ FaciesNames = Mapping[str, int] | Sequence[tuple[str, int]]
 
 @dataclass(frozen=True)
 class Conversion:
-    """Options for turning values into facies, and for data that do not fit."""
+    """Options for converting values to facies and for treating data that do not fit."""
 
     facies_names: FaciesNames | None = None
-    """Facies codes of names that the training image does not have, as `{"Sand": 1, "Ton": 0}` or
-    pairs. A number as a name changes the code: `{"7": 1}` turns 7 into 1."""
+    """Facies codes of names that the training image does not have: `{"Sand": 1, "Ton": 0}` or
+    pairs. A name can also be a number, whose code then changes: `{"7": 1}` turns 7 into 1."""
     threshold: float | None = None
     classes: Classes = None
-    """For continuous values, as in `classify`; classes must be the edges of the training image."""
+    """For continuous values, as in `classify`; use the same class edges as the training image."""
     on_collision: str = "error"
-    """For data of several facies in one cell: raise an "error", "drop" all of them, keep the
-    "majority" facies, or the facies of the datum "nearest" to the centre. A tie is decided by the
-    nearest datum, then by the first."""
+    """Treatment of a cell with data of several facies: raise an "error", "drop" all its data, keep
+    the "majority" facies, or keep the facies of the datum "nearest" to the centre. The nearest
+    datum decides a tie; if distances are equal, the first datum decides."""
     on_outside: str = "error"
     on_unknown: str = "error"
     """Treatment of data outside the grid and of unknown facies: "error" or "drop"."""
@@ -63,31 +63,31 @@ class Conversion:
 
 
 STRICT = Conversion()
-"""Accept only facies codes or known names; data that do not fit are errors."""
+"""Accept only facies codes or known names; raise an error for data that do not fit."""
 
 
 @dataclass(frozen=True, eq=False)
 class PlacedPoints:
-    """Imported points in cells of a grid, and their conflicts."""
+    """Imported points placed in cells of a grid, and conflicts between them."""
 
     points: ImportedPoints
-    """The imported points; an interval in a well is one point per cell."""
+    """The imported points; an interval in a well has one point per cell."""
     cells: NDArray[np.int64]
-    """Shape (n, 2) or (n, 3): (layer,) row and column of each point, inside the grid or not."""
+    """Shape (n, 2) or (n, 3): (layer,) row and column of each point, also outside the grid."""
     facies: NDArray[np.int64]
-    """Shape (n,): facies codes; the minimum of int64 for an unknown name."""
+    """Shape (n,): facies codes; an unknown name has the minimum of int64."""
     offsets: NDArray[np.float64]
-    """Shape (n,): distance from the centre of the cell, in cells."""
+    """Shape (n,): distance of each point from the centre of its cell, in cells."""
     outside: NDArray[np.int64]
     """Indices of points outside the grid."""
     unknown: NDArray[np.int64]
     """Indices of points inside the grid with a facies that the training image does not have."""
     collisions: tuple[NDArray[np.int64], ...]
-    """For each cell with several facies: indices of its points that have a known facies."""
+    """For each cell with several facies: indices of those points that have a known facies."""
 
     @property
     def unknown_facies(self) -> tuple[str, ...]:
-        """The facies that the training image does not have, by their names in the file."""
+        """Names (as in the file) of the facies that the training image does not have."""
         if self.points.words:
             indices = np.unique(self.points.values[self.unknown]).astype(int)
             return tuple(self.points.words[k] for k in indices)
@@ -112,13 +112,13 @@ def place_points(
     Parameters
     ----------
     points : ImportedPoints
-        From `read_points` or `read_well_points`.
+        The result of `read_points` or `read_well_points`.
     grid : Grid, optional
-        By default a grid without upper bounds, with cells of size 1 and the origin (0, 0).
+        By default, cells have size 1, the origin is (0, 0), and there are no upper bounds.
     training_image : TrainingImage, optional
-        Defines the known facies and their names (upper and lower case are equal).
+        Defines the known facies and their names; upper and lower case are not distinguished.
     conversion : Conversion
-        Options for turning values into facies.
+        Options for converting values to facies.
 
     Examples
     --------
@@ -155,13 +155,13 @@ def fit_grid(
 ) -> Grid:
     """Return a grid that contains all points of a file.
 
-    Raises `CCWSIMError` like `Grid.fit`.
+    Raises the errors of `Grid.fit`.
 
     Parameters
     ----------
     points : ImportedPoints
-        From `read_points`. For points given by (layer,) row and column, the largest values define
-        the grid. For a whole grid with gaps, that grid is returned.
+        The result of `read_points`. If points have (layer,) row and column, the largest values
+        define the grid. If the file is a whole grid with gaps, its grid is returned.
     shape, cell_size
         As in `Grid.fit`, for points in world coordinates.
 
@@ -175,7 +175,7 @@ def fit_grid(
     """
     if points.world:
         places = points.places
-        if points.spans is not None:  # the grid must contain both ends of an interval
+        if points.spans is not None:  # the grid must contain both ends of each interval
             places = np.repeat(places, 2, axis=0)
             places[:, 2] = points.spans.ravel()
         return Grid.fit(places, shape=shape, cell_size=cell_size)
@@ -191,7 +191,7 @@ def fit_grid(
 def _cells(
     points: ImportedPoints, grid: Grid | None
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return the cells of the points, and the distances from their centres, in cells."""
+    """Return the cell of each point, and its distance from the cell's centre, in cells."""
     if not points.world:
         cells = np.rint(points.places)
         broken = np.abs(points.places - cells).max(axis=1, initial=0) > 1e-3
@@ -230,7 +230,7 @@ def _facies(points: ImportedPoints, threshold: float | None, classes: Classes) -
 
 
 def _checked_names(facies_names: FaciesNames | None) -> dict[str, int]:
-    """Return facies codes by lower-case name."""
+    """Check names and codes of facies; return the codes by lower-case name."""
     try:
         pairs = [(_bare(name), code) for name, code in dict(facies_names or {}).items()]
     except (TypeError, ValueError):
@@ -255,7 +255,7 @@ _NO_CODE = np.iinfo(np.int64).min  # the code of an unknown name
 def _by_name(
     points: ImportedPoints, training_image: TrainingImage | None, given: dict[str, int]
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """Return the codes of data whose facies are names, and a mask of the known names.
+    """Return facies codes of data that have names of facies, and a mask of the known names.
 
     A name is looked up in `given`, then in the training image, then read as a number.
     """
@@ -277,7 +277,7 @@ def _by_name(
 def colliding(
     cells: NDArray[np.int64], facies: NDArray[np.int64], among: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], ...]:
-    """Return the points of each cell that has more than one facies."""
+    """For each cell with more than one facies, return its points."""
     if not len(among):
         return ()
     order = among[np.lexsort((among, *cells[among].T[::-1]))]
@@ -291,7 +291,7 @@ def colliding(
 def settled(
     facies: NDArray[np.int64], offsets: NDArray[np.float64], choice: str
 ) -> tuple[int | None, bool]:
-    """Return the facies to keep in a cell, and whether only the order of the file decided it."""
+    """Return the facies to keep in a cell, and whether only the order in the file decided."""
     if choice == "drop":
         return None, False
     running = np.ones(len(facies), bool)
@@ -306,21 +306,21 @@ def settled(
 
 @dataclass(frozen=True, eq=False)
 class HardDataImport:
-    """Hard data and a report of the import, with numbers of points, rows and cells."""
+    """Hard data and a report of the import, which counts points, rows and cells."""
 
     hard_data: HardData
     n_read: int  # points with a value in the file
     n_missing: int  # rows without a value
-    n_off_centre: int  # moved to the centre of their cell
+    n_off_centre: int  # points moved to the centre of their cell
     n_outside: int  # points outside the grid
     n_unknown: int  # points with a facies that the training image does not have
     n_collisions: int  # cells with more than one facies
     n_repeated: int  # points that repeat the facies of their cell
     n_dropped: int  # points left out: outside, unknown, or rejected in a collision
     notes: tuple[str, ...]
-    """The whole report in sentences, for the screen."""
+    """The whole report as sentences to show to the user."""
     wells: Mapping[str, NDArray[np.int64]] = field(default_factory=dict)
-    """In a volume with named wells: the cells with data of each well, shape (n, 3)."""
+    """For named wells in a volume: the cells, shape (n, 3), that contain data of each well."""
 
 
 def resolve_points(placed: PlacedPoints, conversion: Conversion = STRICT) -> HardDataImport:
@@ -331,7 +331,7 @@ def resolve_points(placed: PlacedPoints, conversion: Conversion = STRICT) -> Har
     Parameters
     ----------
     placed : PlacedPoints
-        From `place_points`.
+        The result of `place_points`.
     conversion : Conversion
         Options for data that do not fit.
 
@@ -431,7 +431,7 @@ def _report(placed: PlacedPoints, keep: NDArray[np.bool_], ties: int) -> HardDat
 
 
 def _cells_of_wells(placed: PlacedPoints, keep: NDArray[np.bool_]) -> dict[str, NDArray[np.int64]]:
-    """Return the cells with data of each well; wells without data are left out."""
+    """For each well, return the cells with its data; leave out wells without data."""
     names = placed.points.wells
     known = list(dict.fromkeys(name for name in names.values() if name))
     numbers = {name: k for k, name in enumerate(known)}

@@ -16,7 +16,7 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 
 _FAR = 2.0**40
-"""Maximum distance from the grid, in layers; heights farther away are mistakes."""
+"""Maximum distance of heights from the grid, in layers; a larger distance is an error."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,12 +24,12 @@ class ImportedPoints:
     """Hard data of a file before they are placed in cells."""
 
     places: NDArray[np.float64]
-    """Shape (n, 2), for a volume (n, 3): x, y (and z) in world units if `world` is true, else
-    (layer,) row (from the south) and column."""
+    """Shape (n, 2), for a volume (n, 3). If `world` is true: x, y (and z) in world units.
+    Otherwise: (layer,) row (from the south) and column."""
     values: NDArray[np.float64]
     """Shape (n,): a facies code or a continuous variable; never NaN."""
     lines: NDArray[np.int64]
-    """Shape (n,): the line number of each datum in the file, from 1."""
+    """Shape (n,): the line number of each datum in the file; the first line has number 1."""
     world: bool
     """Whether `places` are world coordinates."""
     counted: str
@@ -42,14 +42,14 @@ class ImportedPoints:
     notes: tuple[str, ...] = ()
     """Assumptions, one sentence each."""
     words: tuple[str, ...] = ()
-    """The distinct names, if facies are given by name; `values` are then indices of names."""
+    """The distinct names, if facies are given by name; `values` are then indices of `words`."""
     grid: Grid | None = None
-    """The grid, if the file is a whole grid with gaps."""
+    """The grid of the file, if the file is a whole grid with gaps."""
     spans: NDArray[np.float64] | None = None
-    """Shape (n, 2): z of bottom and top of intervals in vertical wells; `places` holds the
-    middles."""
+    """Shape (n, 2): z of the bottom and the top of each interval in a vertical well; the middle is
+    in `places`."""
     wells: Mapping[int, str] = field(default_factory=dict)
-    """In a volume: name of the well by line number, if the file has names of wells."""
+    """For a volume: the name of the well by line number, if the file has names of wells."""
 
     @property
     def n(self) -> int:
@@ -62,7 +62,7 @@ class ImportedPoints:
         return not self.words and self.n > 0 and not are_codes(self.values)
 
     def said(self, k: int) -> str:
-        """Return the value of a datum in the file, a name or a number, as text."""
+        """Return as text the value (a name or a number) that a datum has in the file."""
         value = self.values[k]
         return self.words[int(value)] if self.words else f"{value:g}"
 
@@ -106,7 +106,7 @@ def known_points(
     notes: Sequence[str] = (),
     spans: NDArray | None = None,
 ) -> ImportedPoints:
-    """Return the rows with a value; raise an error for a value without coordinates."""
+    """Return the rows with a value; raise an error if such a row has no coordinates."""
     check_few(file.name, len(values), "rows")
     values, places = values.astype(np.float64), places.astype(np.float64)
     known = file.known(values) & ~np.isin(values, MISSING_CODES)
@@ -143,9 +143,10 @@ def check_few(name: str, n: int, what: str) -> None:
 def heights_below(
     name: str, lines: NDArray[np.int64], z: NDArray[np.float64], depths: list[NDArray[np.float64]]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
-    """Return heights from z and 0 to 2 columns of depths below it, and the spans of intervals.
+    """Return heights and spans of data, from z and 0 to 2 columns of depths below z.
 
-    Two depths are an interval: its height is the middle; its span, shape (n, 2), bottom and top.
+    Two depths define an interval. Its height is the height of its middle, and its span, shape
+    (n, 2), consists of the heights of bottom and top.
 
     Examples
     --------

@@ -25,7 +25,7 @@ from ccwsim.model.arrays import Shape, check_int, describe_shape
 from ccwsim.model.errors import CCWSIMError
 
 PREFERRED = ("hd", "hard_data")
-"""Names of grids that are read by default from a file with several."""
+"""If a file has several grids, the grid with one of these names is read by default."""
 
 
 def read_points(
@@ -33,11 +33,11 @@ def read_points(
 ) -> ImportedPoints:
     """Read the hard data of a file, without placing them in cells.
 
-    Formats: tables in text (CSV, Petrel points, well logs), Geo-EAS points, GeoJSON, GeoPackage and
-    Shapefile points (the last two with pyogrio), and grids of any format, in which unknown cells
-    are NaN or a code for missing values (−99, −999, −997799, −9977799). An array, or a text without
-    header, of three columns is a list unless it has the size of the grid: row, col, facies in
-    arrays, and x, y, facies (or x, y, z, facies) in texts.
+    Formats are tables in text (CSV, Petrel points, well logs), points in Geo-EAS, GeoJSON,
+    GeoPackage and Shapefile (the last two need pyogrio), and all formats of grids. Unknown cells of
+    grids are NaN or a code for missing values (−99, −999, −997799, −9977799). An array or a text
+    without header that has three columns is a list, unless it has the size of the grid. The columns
+    are row, col, facies in an array, and x, y, facies (or x, y, z, facies) in a text.
 
     Raises `CCWSIMError` for a file that cannot be read or has no columns of coordinates and facies.
 
@@ -46,10 +46,10 @@ def read_points(
     path_or_file : str, Path or binary file
         The format is found from the content, not from the name.
     columns : PointColumns
-        Names of columns, which are guessed by default, and options for whole grids.
+        Names of columns (guessed if not given), and options for whole grids.
     grid_shape : (ny, nx) or (nz, ny, nx), optional
-        Shape of the simulation grid; a file with a whole grid must have this shape. Data of a
-        volume need heights: z, or the layer of a cell.
+        Shape of the simulation grid; a file with a whole grid must have this shape. Data in a
+        volume need heights, which are z or the layer of a cell.
 
     Examples
     --------
@@ -85,17 +85,17 @@ class PointsPreview:
     numeric: tuple[str, ...] = ()
     """Names of the columns of numbers."""
     rows: tuple[tuple[str, ...], ...] = ()
-    """The first rows after reading: a number written as 2,5 is 2.5 here."""
+    """The first rows, with decimal points: a number written as 2,5 in the file is 2.5 here."""
     lines: tuple[int, ...] = ()
-    """The line number of each of these rows in the file."""
+    """For each row of `rows`, its line number in the file."""
     n_rows: int = 0
-    """The total number of rows."""
+    """The total number of rows in the file."""
     assignment: Assignment = NOTHING_ASSIGNED
-    """The columns that are taken, by role."""
+    """The assignment of columns to roles."""
 
     @property
     def guess(self) -> dict[str, str]:
-        """The columns that are taken, by role."""
+        """The given or guessed column of each role."""
         return self.assignment.columns
 
     @property
@@ -113,7 +113,7 @@ def preview_points(
 ) -> PointsPreview:
     """Return the first rows of a table of hard data and the roles of its columns.
 
-    Raises `CCWSIMError` for a file that cannot be read, not for columns that cannot be guessed.
+    Raises `CCWSIMError` if the file cannot be read, but not if columns cannot be guessed.
 
     Parameters
     ----------
@@ -195,7 +195,7 @@ def points_of_rows(
     notes: Sequence[str] = (),
     spans: NDArray[np.float64] | None = None,
 ) -> ImportedPoints:
-    """Return the points of a table; its column of facies holds codes or names."""
+    """Return the points of a table; the column of facies contains codes or names."""
     lines, values, words = lines_of(file), file.variables.get(column), ()
     if values is None:
         values, words = _indices_of_names(file, column)
@@ -213,7 +213,7 @@ def lines_of(file: DataFile) -> NDArray[np.int64]:
 
 
 def names_of_wells(file: DataFile, column: str) -> list[str]:
-    """Return the names of wells; a number gives the same name in columns of text and of numbers."""
+    """Return the names of wells; a number gives the same name in text and numeric columns."""
     if column in file.words:
         words = [name.strip() for name in file.words[column]]
         return [(is_number(word) and _name_of(float(word))) or word for word in words]
@@ -221,7 +221,7 @@ def names_of_wells(file: DataFile, column: str) -> list[str]:
 
 
 def _name_of(number: float) -> str:
-    """Return a number as the name of a well with all digits: the last can mark a sidetrack."""
+    """Return a number as a well name with all digits, because the last can mark a sidetrack."""
     if not np.isfinite(number):
         return ""
     return str(int(number)) if number.is_integer() else repr(number)
@@ -237,7 +237,7 @@ def numbers_of(file: DataFile, column: str) -> NDArray[np.float64]:
 
 
 def _indices_of_names(file: DataFile, column: str) -> tuple[NDArray[np.float64], tuple[str, ...]]:
-    """Return the facies as indices of distinct names (NaN if unknown), and the distinct names."""
+    """Return the index of the facies name of each row (NaN if unknown), and the distinct names."""
     fields = file.words[column]
     unknown = {field for field in fields if field.lower() in UNKNOWN}
     unknown |= {f for f in fields if is_number(f) and float(f) in (*MISSING_CODES, *file.missing)}
@@ -283,7 +283,7 @@ def _of_grid(file: DataFile, key: str, cells: NDArray, grid_shape: Shape | None)
 
 
 def _is_list(values: NDArray, in_text: bool, grid_shape: Shape | None) -> bool:
-    """Return whether a file is a list of 3 columns, or of 4 (x, y, z, facies), and not a grid."""
+    """Return whether a file is not a grid but a list of 3 or 4 (x, y, z, facies) columns."""
     four = in_text or _is_volume(grid_shape)
     one = values.shape[0] == 1 and (values.shape[2] == 3 or (four and values.shape[2] == 4))
     return one and (grid_shape is None or values.shape[-len(grid_shape) :] != tuple(grid_shape))

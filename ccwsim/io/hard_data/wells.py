@@ -33,7 +33,7 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 
 STEPS_A_CELL = 16
-"""Number of points on the path of a deviated well per shortest side of a cell."""
+"""Number of points on the path of a deviated well per length of the shortest cell side."""
 MAX_BEND = np.radians(179.0)
 """Maximum bend between stations; above it, the plane of the arc is undefined."""
 
@@ -58,18 +58,18 @@ def import_wells(
         A table with one row per well: its name, x, y, z (the elevation of the collar) and, if
         known, its length (`length`, `total depth`, `EOH`).
     intervals : path or binary file
-        A table of the name of the well, `from` and `to` (or one `depth`) along the well, and the
-        facies.
+        A table with one row per interval: the name of the well, `from` and `to` (or one `depth`)
+        along the well, and the facies.
     grid : Grid or triple of int
         The grid of the volume.
     training_image : TrainingImage, optional
         Defines the known facies and their names.
     surveys : path or binary file, optional
-        A table of stations of deviated wells: name, `depth` along the well, `azimuth` (degrees from
-        north, clockwise), and `inclination` (degrees from straight down) or `dip` (degrees from
-        horizontal, negative downwards; a table with only positive dips is an error). Between
-        stations a well is an arc of minimum curvature [1]_; beyond them it keeps its direction.
-        Wells without stations are vertical.
+        A table with one row per station of a deviated well: name of the well, `depth` along it,
+        `azimuth` (degrees from north, clockwise), and `inclination` (degrees from straight down) or
+        `dip` (degrees from horizontal, negative downwards; all dips positive is an error).
+        Between stations, a well is an arc of minimum curvature [1]_. Above the first and below the
+        last station, its direction is constant. Wells without stations are vertical.
     **options
         Fields of `WellColumns`, such as `collar_well="BHID"`, and of `Conversion`, such as
         `on_outside="drop"`.
@@ -112,7 +112,7 @@ def read_wells(
 ) -> HardData:
     """Read the hard data of wells, without the report of `import_wells`.
 
-    Parameters and errors are those of `import_wells`.
+    Parameters and errors are the same as in `import_wells`.
 
     Examples
     --------
@@ -132,7 +132,7 @@ def read_well_points(
     *,
     surveys: PathOrFile | None = None,
 ) -> ImportedPoints:
-    """Read the data of wells as points: one point per cell of an interval, or per depth.
+    """Read the data of wells as points: one point per depth, or per cell of an interval.
 
     Parameters
     ----------
@@ -169,7 +169,7 @@ def preview_wells(
 ) -> PointsPreview:
     """Return the first rows of a table of wells and the roles of its columns.
 
-    Raises `CCWSIMError` for a file that is not a table, but not for columns that cannot be guessed.
+    Raises `CCWSIMError` if the file is not a table, but not if columns cannot be guessed.
 
     Parameters
     ----------
@@ -213,7 +213,7 @@ def _table(path_or_file: PathOrFile) -> DataFile:
 
 
 def _known_numbers(file: DataFile, column: str) -> NDArray[np.float64]:
-    """Return a column of numbers; raise an error if one is missing."""
+    """Return a column of numbers; raise an error if a number is missing."""
     values = numbers_of(file, column).astype(np.float64)
     bad = lines_of(file)[~np.isfinite(values)]
     if len(bad):
@@ -222,7 +222,7 @@ def _known_numbers(file: DataFile, column: str) -> NDArray[np.float64]:
 
 
 def _collars(file: DataFile, asked: WellColumns) -> dict[str, Well]:
-    """Return the wells of a table of collars by name."""
+    """Return the wells in a table of collars, by name of the well."""
     columns = assign_well_columns(file, "collars", asked).complete().columns
     places = np.column_stack([_known_numbers(file, columns[name]) for name in ("x", "y", "z")])
     lengths = np.full(len(places), np.nan)
@@ -265,7 +265,7 @@ def _add_stations(file: DataFile, wells: dict[str, Well], asked: WellColumns) ->
                 f"{file.name}, line {lines[bad[0]]}: {what} {values[bad[0]]:g} is not from {low} "
                 f"to {high} degrees; correct it"
             )
-    # with `least` subtracted, dips and inclinations are both angles from straight down
+    # after subtracting `least`, dips and inclinations are both angles from straight down
     radians, bearing = np.radians(tilts - least), np.radians(bearings)
     flat = np.sin(radians)
     ways = np.column_stack([flat * np.sin(bearing), flat * np.cos(bearing), -np.cos(radians)])
@@ -288,7 +288,7 @@ def _add_stations(file: DataFile, wells: dict[str, Well], asked: WellColumns) ->
                     f"on itself between these stations; correct {azimuth} or {tilt} of one"
                 )
         stations = Stations(depths[rows], ways[rows])
-        if depths[rows[0]] > 0:  # above its first station a well has the direction of that station
+        if depths[rows[0]] > 0:  # above its first station, a well keeps this station's direction
             stations = Stations(np.r_[0.0, depths[rows]], ways[np.r_[rows[0], rows]])
         wells[name].stations.append(stations)
 
@@ -304,7 +304,7 @@ def _check_collar(file: DataFile, line: int, name: str, wells: Mapping[str, Well
 def _points(
     file: DataFile, wells: dict[str, Well], grid: Grid, asked: WellColumns
 ) -> ImportedPoints:
-    """Return the points of all wells: one per cell of an interval, or one per depth."""
+    """Return the points of all wells: one point per depth, or per cell of an interval."""
     assigned = assign_well_columns(file, "intervals", asked).complete()
     depths = assigned.of("depth_from", "depth_to", "depth")
     columns = [_known_numbers(file, name) for name in depths]
@@ -405,7 +405,7 @@ def _along_path(
         places = positions(well.collar, stations, np.array([start]))
         return replace(point, places=places, spans=None)
     step = min(grid.cell_size) / STEPS_A_CELL
-    reach = sum(grid.cell_size)  # follow the path to the borders of the first and last cell
+    reach = sum(grid.cell_size)  # follow the path up to the borders of the first and last cell
     first, last = max(start - reach, 0.0), min(end + reach, well.length)
     first, n = int(first / step), int(last / step) - int(first / step) + 1
     if n > STEPS_A_CELL * limits().points:
@@ -420,6 +420,6 @@ def _along_path(
     begins, ends = np.r_[0, changes], np.r_[changes, n] - 1
     edges = np.r_[depths[0], (depths[changes - 1] + depths[changes]) / 2, depths[-1]]
     middle = (edges[:-1] + edges[1:]) / 2
-    inside = (middle > start) & (middle <= end) & (ends > begins)  # skip cells of one point
+    inside = (middle > start) & (middle <= end) & (ends > begins)  # skip cells with one point
     points = point.taken([0] * int(inside.sum()))
     return replace(points, places=grid.centers_of(cells[begins[inside]]), spans=None)
