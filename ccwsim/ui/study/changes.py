@@ -108,7 +108,7 @@ def short_name(name: str) -> str:
 
 
 def describe_value(name: str, value: object) -> str:
-    """Return the value of a parameter in words; sizes of a volume in the order x, y, z."""
+    """Return the value of a parameter in words; write sizes of a volume in the order x, y, z."""
     if name == "location_weight":
         return describe_weight(value)
     if isinstance(value, bool):
