@@ -53,7 +53,7 @@ MAX_QUIZ_LEVEL = 4
 MAX_QUIZ_CANDIDATES = 2000
 REVEAL_HEIGHT = 340
 MAX_FACIES_MARKED = 120
-"""Maximum number of facies of an image whose seams can be drawn; each needs two colours."""
+"""If an image has more facies than this, seams cannot be drawn; each facies needs two colours."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -345,7 +345,7 @@ def draw_reveal(quiz: Quiz, shown: Round, colours: Sequence[str]) -> None:
 
 
 def describe_verdict(picked: int, shown: Round) -> str:
-    """Return whether a pick was right, in words."""
+    """Say whether a pick was right."""
     if picked == shown.answer:
         return f"Yes: picture {picked + 1} is the training image."
     return (

@@ -27,7 +27,7 @@ class CellMap:
     labels: Sequence[str]  # label of each value, for the hover
     alt: str
     keys: Sequence[tuple[str, str]] = ()  # (label, colour) pairs of the legend
-    strip: dict[str, Any] | None = None  # a colour strip that replaces the legend
+    strip: dict[str, Any] | None = None  # replaces the legend; keys: colours, low, high
     # each point has (layer,) row, column, index of its colour, and whether it is wrong
     points: list[list[int]] = field(default_factory=list)
     point_colours: Sequence[str] = ()

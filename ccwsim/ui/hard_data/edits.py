@@ -79,7 +79,7 @@ class Editor:
     reference_choice: ImageChoice | None = None  # field to sample; None for the shown realization
     table: DataTable = field(default_factory=DataTable)
     taken: int = 0  # number of the last edit that was applied
-    local: Ensemble | None = None  # realizations re-simulated around the edits since the last run
+    local: Ensemble | None = None  # realizations re-simulated around edits made since the last run
     message: str = ""  # error message of the last edit
     # only for volumes: `brush` is the index of the facies to place, or ERASE or AS_SHOWN; the
     # layers are the first and last layer of a well, or None for all layers
@@ -205,7 +205,7 @@ def paint(state: State, axis: str, cells: Sequence[Cell], layers: range) -> None
 
 
 def fits(ensemble: Ensemble, choices: Choices) -> bool:
-    """Return whether an ensemble belongs to the study, ignoring hard data."""
+    """Return whether an ensemble belongs to the study; its hard data may differ."""
     return (
         ensemble.grid == choices.grid
         and ensemble.parameters == choices.parameters

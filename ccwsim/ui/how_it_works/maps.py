@@ -16,10 +16,10 @@ from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.frontend.cell_map import N_STEPS, CellMap
 
 DIM = 0.55
-"""Share of the paper's colour in dimmed facies."""
+"""Share of the background colour in the colours of dimmed facies."""
 MAX_MARKS = 400
 MAX_LIT = 100
-"""Maximum number of facies that can have a dimmed colour as well."""
+"""If an image has more facies than this, its facies have no dimmed colours."""
 REJECTED = "#D55E00"
 CANDIDATE = "#ffffff"
 KEPT, PASTED = "#4C6E91", "#E9C46A"
@@ -142,7 +142,7 @@ def data_in(trace: Trace, part: tuple[slice, ...], cells: NDArray | None = None)
 def patch_map(
     indices: NDArray[np.uint8], image: TrainingImage, colours: Sequence[str], theme: Theme, alt: str
 ) -> CellMap:
-    """Return a map of facies in grid coordinates; UNKNOWN cells are blank, and it has no legend."""
+    """Return a map of facies in grid coordinates without a legend; UNKNOWN cells are blank."""
     shown = np.where(indices == UNKNOWN, image.n_facies, indices).astype(np.uint8)
     names = [*image.facies_names, "not simulated"]
     return CellMap(shown, [*colours, theme.hairline], names, alt)
@@ -299,7 +299,7 @@ def score_volume(view: PatchView) -> CellMap:
 def location_marks(view: PatchView, frame: Frame, scale: int, labels: Sequence[str]) -> list[dict]:
     """Return the marks of the locations: rings for candidates, crosses for rejected locations.
 
-    A map drawn with these marks has `scale` cells per block; the hover shows the `labels`.
+    The map has `scale` cells per block, and `frame` is its frame; the hover shows the `labels`.
     """
     step, drawn = view.step, view.theme.reference
 

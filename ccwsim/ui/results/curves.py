@@ -75,7 +75,7 @@ def fit_of(ensemble: Ensemble, statistic: Statistic, facies: int, direction: str
 
 
 def e_type_of(ensemble: Ensemble) -> EType:
-    """Return the E-type of an ensemble, computed once.
+    """Return the E-type of an ensemble, which is computed only once.
 
     All sessions share small E-types; a large E-type is kept only as long as its ensemble.
     """

@@ -91,7 +91,7 @@ def pretty(name: str) -> str:
 
 
 def colours_of_ran(state: State) -> list[str]:
-    """Return the facies colours for the results, whose image may differ from that of the study."""
+    """Return the facies colours for the results, whose image may differ from the study's."""
     assert state.ensemble is not None
     image = state.ensemble.training_image
     chosen = dict(state.choices.image.colours) if state.ensemble_choices else {}

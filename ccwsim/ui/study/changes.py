@@ -26,7 +26,7 @@ VALUES = {
     "ms-ccsim": "MS-CCSIM",
     "ssd": "squared difference",
 }
-"""Names of parameter values on the screen, if they differ from those in code."""
+"""Names of parameter values on the screen, if they differ from the names in code."""
 
 
 def changes_between(before: Choices, after: Choices) -> list[str]:

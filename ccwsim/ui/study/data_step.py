@@ -236,7 +236,7 @@ def _menu(state: State) -> None:
 
 
 def bundled_data(state: State) -> tuple[str, ...]:
-    """Return the bundled hard data that suit the study; for a volume, wells of its image first."""
+    """Return the bundled hard data that suit the study; volumes get wells of their image first."""
     if state.choices.grid.nz is None:
         return datasets.hard_data_names()
     image = state.choices.image.bundled

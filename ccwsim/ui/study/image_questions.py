@@ -91,7 +91,7 @@ def _whole(upload: Upload) -> tuple[tuple[int, int] | None, int]:
 
 @cached(max_entries=8)
 def grid_of_file(upload: Upload, answers: Answers) -> NDArray[np.float64]:
-    """Return the values of the file before they become facies, shape (ny, nx), row 0 in the south.
+    """Return the values of the file before they become facies, shape (ny, nx), from the south up.
 
     `answers` may include answers about classes, which are ignored.
     """
@@ -102,7 +102,7 @@ def grid_of_file(upload: Upload, answers: Answers) -> NDArray[np.float64]:
 
 @cached(max_entries=8)
 def picture_of_file(upload: Upload, answers: Answers) -> tuple[NDArray[np.uint8], list[str]] | None:
-    """Return a picture as indices into its colours, row 0 in the south; None for other files."""
+    """Return a picture as indices into its colours, row 0 in the south, or None for other files."""
     known = dict(answers)
     with opened(upload) as file:
         picture = open_file(file, FilePart.answered(known), up=known.get("up"))

@@ -60,7 +60,7 @@ def out_of_date(state: State) -> str:
 
 @contextmanager
 def _outdated(text: str, question: str = "") -> Iterator[None]:
-    """Draw a row: results that are out of date, a question, and the elements drawn inside."""
+    """Draw a row with a note on outdated results, a question, and the elements drawn inside."""
     with st.container(horizontal=True, vertical_alignment="center", key="outdated"):
         said = [f"<b>Out of date:</b> {escape(text)}"] if text else []
         if said or question:

@@ -37,7 +37,7 @@ from ccwsim.ui.widgets.text import plain
 MAX_LISTED = 300
 """Maximum number of rows or slices in a list; from more slices, one is chosen by its number."""
 MAX_NAMES = 24
-"""Maximum number of facies names that are asked for one by one."""
+"""Maximum number of names or codes of facies that are asked for one by one."""
 AS_READ = {None: "as the format has it"}
 STOP = {None: "stop and say so"}
 WAYS: dict[str, dict[Any, str]] = {
@@ -88,7 +88,7 @@ WIDTH = 232
 """Width of a question in pixels if several are side by side."""
 KEPT = "The study keeps the data that it has."
 IN_SCRIPTS = re.compile(r" \(\w+=\)")
-"""The hints in an error message that only help in scripts."""
+"""Pattern of the hints in error messages that only help in scripts."""
 OPEN: dict[str, Any] = {"placeholder": "choose one"}
 Use = Callable[..., None]
 """A function use(choice, grid) that puts data, and the grid if it is given, into the study."""
@@ -165,9 +165,8 @@ def rounded(value: float) -> float:
 def ask_data(choices: Choices, use: Use, *, wide: bool = False) -> None:
     """Ask the open questions about the hard data of a study.
 
-    If `wide`, all columns and names are shown with their guesses, and all rows that do not fit are
-    listed. The offer of a larger grid and the columns of tables of wells are then drawn
-    elsewhere.
+    If `wide`, all columns and names are shown with their guesses, and a table shows rows that do
+    not fit. The offer of a larger grid and the columns of tables of wells are drawn elsewhere.
     """
     choice, grid, points = choices.data, choices.grid, None
     write = writer(choice, use)
@@ -430,7 +429,7 @@ def offer_fit(choices: Choices, use: Use) -> None:
 
 
 def described(grid: Grid) -> str:
-    """Return a grid in words.
+    """Describe a grid in words.
 
     Examples
     --------

@@ -34,7 +34,7 @@ from ccwsim.ui.widgets.text import pair, step_note, step_title
 ENOUGH_TO_STOP = 1.0
 """Seconds to wait until a stopped run has freed its memory."""
 UNASKED_SECONDS = 120.0
-"""Seconds of a run above which a study from a link or a project starts only on confirmation."""
+"""If its run takes more seconds, a study from a link or a project starts only when confirmed."""
 AT_ONCE = 0.3
 """Maximum seconds of the first part of a run."""
 NEXT_PART = 1.0

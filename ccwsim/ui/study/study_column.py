@@ -59,7 +59,7 @@ LABELS = {
     "exact_data": "Honour data exactly",
 }
 SIZES = {"template_size": "Template", "overlap_size": "Overlap", "wavelet_level": "Level"}
-"""Names of parameters on the screen, if they differ from those in code."""
+"""Names of parameters on the screen, if they differ from the names in code."""
 
 
 def study_column(state: State) -> None:

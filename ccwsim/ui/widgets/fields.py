@@ -49,7 +49,7 @@ def field(
     write: Callable[[Any], None],
     **options: Any,
 ) -> Any:
-    """Draw a widget whose value lives in the state, so that it survives page changes.
+    """Draw a widget whose value is kept in the state, so that it survives page changes.
 
     `write` is called with the new value when the user changes it, before the page is drawn again.
     """
@@ -101,7 +101,7 @@ def _versions() -> dict[str, tuple[int, Any, tuple[str, ...]]]:
 
 
 def within(value: Any, options: dict[str, Any]) -> dict[str, Any]:
-    """Return options with bounds wide enough for the value, because it may be from a study.
+    """Return options with bounds widened to the value of a study, which the widget must accept.
 
     Examples
     --------
@@ -163,5 +163,5 @@ def bound_to(
 
 
 def options_of(names: Mapping[Any, str]) -> dict[str, Any]:
-    """Return the options of a field that offers the keys of `names` under their names."""
+    """Return the options of a field: the keys of `names`, labelled with their names."""
     return {"options": list(names), "format_func": lambda key: names.get(key, key)}
