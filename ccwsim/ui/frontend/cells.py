@@ -34,8 +34,8 @@ def draw_cells(
     cursor, slices and vertical exaggeration. `max_height` limits a map, or the slice and the body
     of a volume, in pixels.
 
-    Options of maps: cells have the same size in all maps with the same `scale`, the largest size at
-    which the maps with `leads` fit on the page. `tools` shows zoom and save. `on_cell` is called
+    Options of maps: maps with the same `scale` have the same cell size, which is the largest size
+    at which the maps with `leads` fit on the page. `tools` shows zoom and save. `on_cell` is called
     with the row and column of a clicked cell. Options of volumes: `body` shows the volume beside
     its three slices. If `cursor` (layer, row, column) changes, the slices move to this cell;
     otherwise only the user moves them.

@@ -83,7 +83,7 @@ class PatchView:
         return Frame(self.trace.path.orientation, shape)
 
     def where(self, location: PlaceFate) -> str:
-        """Return the patch's lowest cell in the image at a location, as text (x, y) or (x, y, z).
+        """Return the lowest image cell of the patch at a location, as text (x, y) or (x, y, z).
 
         These are grid coordinates, the coordinates of the image as it was read.
         """
@@ -116,7 +116,7 @@ def mixed(colour: str, ground: str, share: float) -> str:
 def box_mark(
     part: tuple[slice, ...], colour: str, label: str, kind: str = "box", cells: int = 1
 ) -> dict:
-    """Return a mark around a part of a map, which is drawn with `cells` cells for each cell.
+    """Return a mark around a part; one cell of the map stands for `cells` cells along each side.
 
     Volumes have no marks.
     """
@@ -332,7 +332,7 @@ def error_map(view: PatchView) -> CellMap:
 
 
 def cut_map(view: PatchView) -> CellMap:
-    """Return a map of the patch that tells kept cells of the grid from pasted cells.
+    """Return a map of the patch that distinguishes kept cells of the grid from pasted cells.
 
     A volume has no error surface beside it, so it also shows the cells that differ.
     """

@@ -1,4 +1,4 @@
-"""The page How it works: a realization patch by patch, with the steps of each patch."""
+"""The page How it works: how a realization is simulated, patch by patch and step by step."""
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ _diagnosed = cached(max_entries=16, show_spinner="Looking at the training image 
 def draw_image_import(state: State) -> None:
     """Draw the file as it is, the training image made of it, and the diagnosis of the image.
 
-    A file with open questions enters the study only when the user confirms; later answers on this
+    A file with open questions enters the study only when the user confirms; later changes on this
     page change the study.
     """
     choice = state.image_draft or state.choices.image

@@ -81,7 +81,7 @@ def as_csv(head: Iterable[str], lines: Iterable[Iterable[object]]) -> bytes:
 def csv_button(
     label: str, name: str, content: Callable[[], bytes], of: str, **options: Any
 ) -> None:
-    """Draw a button that saves a table `of` a study; the table is made when it is clicked."""
+    """Draw a button that saves a table `of` a study; a click makes the table."""
     options = {"key": f"download_{name}", "width": "stretch", **options}
     download(label, content, f"{of}_{name}.csv", **options)
 

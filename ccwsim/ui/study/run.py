@@ -34,7 +34,7 @@ from ccwsim.ui.widgets.text import pair, step_note, step_title
 ENOUGH_TO_STOP = 1.0
 """Seconds to wait until a stopped run has freed its memory."""
 UNASKED_SECONDS = 120.0
-"""If its run takes more seconds, a study from a link or a project starts only when confirmed."""
+"""A study from a link or a project needs confirmation if its run takes more seconds than this."""
 AT_ONCE = 0.3
 """Maximum seconds of the first part of a run."""
 NEXT_PART = 1.0
@@ -195,7 +195,7 @@ def _begun(state: State, simulate_range: SimulateRange, after: float) -> Job[Ens
 
 
 def in_parts(job: Job[Ensemble], simulate_range: SimulateRange, n_first: int) -> Ensemble:
-    """Simulate an ensemble in parts, the first of them small; parts do not affect the result."""
+    """Simulate an ensemble in parts, beginning with a small one; parts do not affect the result."""
     size, budget = min(n_first, job.n), NEXT_PART
     start = time.monotonic()
     whole = _with_part(job, simulate_range, None, size)
@@ -237,7 +237,7 @@ def first_part(choices: Choices, latest: Ensemble | None) -> int:
 
 
 def part_size(left: int, fits: float) -> int:
-    """Return the size of the next part if `left` realizations remain and `fits` fit the time."""
+    """Return the size of the next part; `left` realizations remain, and time is left for `fits`."""
     cores = n_cores()
     size = max(int(fits) // cores * cores, cores, MIN_PART)
     return left if fits >= NEARLY_ALL * left else min(size, left)
