@@ -19,10 +19,10 @@ Shows = Literal["realization", "second", "data", "probability", "variogram", "la
 class Example:
     """A study that demonstrates one aspect of the method.
 
-    `name` is a word for keys and addresses, `text` tells the reader where to look, `others` are the
-    settings compared with that of the study, `source` is the section of the paper, if any. `shows`
-    are the pictures beside the training image; with `others`, there is one realization of each
-    setting.
+    `name` is a word for keys and addresses. `text` tells the reader where to look. `others` are
+    settings to compare with the study. `source` is the section of the paper, if there is one.
+    `shows` are the pictures beside the training image; if there are `others`, the pictures are one
+    realization of each setting.
     """
 
     name: str
@@ -48,13 +48,13 @@ class LecturePart:
 
 
 def _parameters(row: dict[str, Any]) -> Parameters:
-    """Return parameters of a table; lists are numbers along z, y and x."""
+    """Return the parameters in a table; a list has the numbers along z, y and x."""
     own: dict[str, Any] = {name: tuple(v) if isinstance(v, list) else v for name, v in row.items()}
     return Parameters(**own)
 
 
 def _example(row: dict[str, Any]) -> Example:
-    """Return the example in a table of the catalogue; the table leaves out defaults."""
+    """Return the example in a table of the catalogue, which leaves out default values."""
     side = row.pop("side", 512)
     shape = tuple(row.pop("grid", (side, side)))
     choices = Choices(
@@ -77,12 +77,12 @@ EXAMPLES = tuple(example for part in PARTS for example in part.examples)
 
 
 def example_named(name: str) -> Example | None:
-    """Return the example with a name, None if there is none."""
+    """Return the example with this name, or None if there is none."""
     return next((example for example in EXAMPLES if example.name == name), None)
 
 
 def next_example(name: str) -> Example | None:
-    """Return the example after another in the lecture, None after the last."""
+    """Return the next example of the lecture, or None after the last example."""
     names = [example.name for example in EXAMPLES]
     following = names.index(name) + 1 if name in names else len(names)
     return EXAMPLES[following] if following < len(names) else None

@@ -26,8 +26,8 @@ View = Literal["studies", "quiz"]
 class Examples:
     """The state of the page.
 
-    `opened` is the name of the example that was opened last, empty if none is open; `kept` is the
-    study, with the comparison, before the first example.
+    `opened` is the name of the open example, or empty if no example is open; `kept` is the study,
+    with its comparison, before the first example was opened.
     """
 
     view: View = "studies"
@@ -36,13 +36,13 @@ class Examples:
 
 
 def open_example(state: State, example: Example) -> None:
-    """Make an example the study and run it; keep the user's study."""
+    """Use an example as the study and run it; keep the user's study."""
     _take(state, example)
     start_run(state)
 
 
 def compare_example(state: State, example: Example) -> None:
-    """Make an example the study, and compare its settings."""
+    """Use an example as the study, and compare its settings."""
     comparing = state.page(ComparePageState)
     _take(state, example)
     comparing.others = list(example.others)
@@ -85,7 +85,7 @@ def keep_example(state: State) -> None:
 
 
 def draw_opened(state: State, *, compared: bool = False) -> None:
-    """Draw a line about the open example or the seed in a class, if there is one.
+    """If an example is open, or the link of a class was used, draw a line about it.
 
     `compared` tells whether this is the page that compares settings.
     """

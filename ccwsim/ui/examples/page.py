@@ -50,8 +50,8 @@ from ccwsim.ui.widgets.theme import chart_theme, draw_style
 STYLE = Path(__file__).with_name("examples.css")
 VIEWS = {"studies": "Lecture plan", "quiz": "Quiz: which one is the training image?"}
 MAX_PICTURE_SIDE = 300
-"""Maximum number of cells along a side of a picture; of a larger study, the picture shows the
-    south-west corner."""
+"""Maximum number of cells along a side of a picture; a larger study is cut to its south-west
+    corner."""
 MAX_VOLUME_SIDE = 80
 """Maximum number of cells along a horizontal side of a volume in a picture."""
 N_TOGETHER = 20
@@ -166,7 +166,7 @@ def _html(text: str) -> str:
 
 
 def pictures_html(example: Example, found: tuple[CardPicture, ...] | Failure | None) -> str:
-    """Return the pictures of an example, or empty space of their size."""
+    """Return the pictures of an example, or empty spaces of the same size."""
     room = tuple(CardPicture("<i></i>", *size) for size in expected(example))
     pictures = found if isinstance(found, tuple) else room
     figures = "".join(
@@ -184,7 +184,7 @@ def pictures_html(example: Example, found: tuple[CardPicture, ...] | Failure | N
 
 @dataclass(frozen=True)
 class CardPicture:
-    """Return one picture of an example: its HTML, with the label below it.
+    """One picture of an example: its HTML, with the label below it.
 
     The picture has nx × ny cells; pictures beside each other have the same scale.
     """
@@ -202,7 +202,7 @@ def picture_worker() -> StatisticsWorker:
 
 
 def small(choices: Choices) -> Choices:
-    """Return a study on a grid small enough for a picture, with the data inside this grid."""
+    """Return a study on a grid small enough for a picture, with only the data in this grid."""
     most = MAX_PICTURE_SIDE if choices.grid.nz is None else MAX_VOLUME_SIDE
     ny, nx = (min(side, most) for side in choices.grid.shape[-2:])
     data = choices.data
@@ -212,14 +212,14 @@ def small(choices: Choices) -> Choices:
 
 
 def pictures_of(example: Example, theme: Theme) -> Task[tuple[CardPicture, ...]]:
-    """Return the pictures of an example: the training image first."""
+    """Return the task that draws the pictures of an example, the training image first."""
     choices = small(example.choices)
     shown = choices.image.digest, repr(choices), repr(example.others), example.shows
     return Task(("example", *shown, theme.each), lambda progress: _drawn(example, choices, theme))
 
 
 def expected(example: Example) -> list[tuple[str, int, int]]:
-    """Return label, columns and rows of each picture before it is drawn."""
+    """Return the expected label, columns and rows of each picture."""
     image, settings, kinds = image_of(example.choices.image), example.settings, example.shows
     grid, first = small(example.choices).grid, kinds[0]
     labels = [SHOWN[kind] for kind in kinds]
@@ -238,7 +238,7 @@ def expected(example: Example) -> list[tuple[str, int, int]]:
 
 
 def cut(cells: NDArray, kind: str) -> NDArray:
-    """Return the picture of a volume: its middle layer, or the middle section along x.
+    """Return the middle layer of a volume, or its middle section along x; a map as it is.
 
     Examples
     --------
@@ -304,7 +304,7 @@ def _shown(name: str, e: Ensemble, colours: list[str], theme: Theme) -> str:
 def _realization(e: Ensemble, r: int, colours: list[str], kind: str = "realization") -> str:
     dots, cells, facies = None, e.hard_data.cells, _facies_of_data(e)
     wrong = e.indices[r][tuple(cells.T)] != facies
-    if e.grid.nz is not None:  # data in the slice
+    if e.grid.nz is not None:  # only the data in the slice are drawn
         across, at = (1, e.grid.ny // 2) if kind == "section" else (0, e.grid.nz // 2)
         here = cells[:, across] == at if len(cells) else np.zeros(0, bool)
         cells, facies, wrong = np.delete(cells[here], across, 1), facies[here], wrong[here]

@@ -44,7 +44,7 @@ from ccwsim.ui.widgets.theme import chart_theme
 N_PICTURES = 6
 MAX_PIECE_SIDE = 96
 SIDES_PER_REALIZATION = 2
-"""Ratio of the side of a realization to that of the piece shown."""
+"""Side of a realization divided by the side of the piece shown."""
 SIDE = 6
 """Side, in cells, of the compared windows; small enough to be seen at a glance."""
 PICTURES = "quiz_pictures"
@@ -53,7 +53,7 @@ MAX_QUIZ_LEVEL = 4
 MAX_QUIZ_CANDIDATES = 2000
 REVEAL_HEIGHT = 340
 MAX_FACIES_MARKED = 120
-"""Maximum number of facies of an image whose seams can be drawn; each needs two colours."""
+"""If an image has more facies than this, seams cannot be drawn; each facies needs two colours."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,8 +61,8 @@ class Round:
     """The pictures of a round.
 
     `pictures` are facies indices and `sources` the position of each cell in the training image,
-    both of shape (n, side, side). Picture `answer` is a piece of the training image; each other
-    picture is of another realization, simulated with `parameters`.
+    both of shape (n, side, side). Picture `answer` is a piece of the training image. The other
+    pictures are pieces of different realizations, simulated with `parameters`.
     """
 
     training_image: TrainingImage
@@ -81,7 +81,7 @@ class Round:
         return np.unique(window_hashes(self.training_image.indices))
 
     def shapes_at(self, k: int) -> tuple[NDArray[np.bool_], float]:
-        """Return a mask of shapes in picture k absent from the training image, and their share."""
+        """Return a mask of the new shapes in picture k, and their share (see `new_shapes`)."""
         return new_shapes(self.pictures[k], self.known)
 
     @property
@@ -117,7 +117,7 @@ def draw_round(image: TrainingImage, parameters: Parameters, seed: int) -> Round
 
 
 def piece_side(shape: tuple[int, int]) -> int:
-    """Return the side of the pieces, at most half the training image, so that pieces differ."""
+    """Return the side of the pieces: at most half the training image, so that pieces differ."""
     return max(4, min(MAX_PIECE_SIDE, min(shape) // 2))
 
 
@@ -139,10 +139,10 @@ def window_hashes(indices: NDArray[np.integer]) -> NDArray[np.uint64]:
 def new_shapes(
     indices: NDArray[np.integer], known: NDArray[np.uint64]
 ) -> tuple[NDArray[np.bool_], float]:
-    """Return a mask of windows in a map absent from the training image, and their share.
+    """Return a mask of the windows of a map that the training image lacks, and their share.
 
-    `known` are the hashes of the windows of the training image; the four cells in the middle of
-    each other window are marked.
+    `known` are the hashes of the windows of the training image. The mask marks the four middle
+    cells of each window that the training image lacks.
     """
     new = ~np.isin(window_hashes(indices), known)
     where = np.zeros(indices.shape, bool)
@@ -172,9 +172,9 @@ class Quiz:
 
     `image` is a bundled training image, or empty for the image of the study; `level`,
     `n_candidates` and `refine` are the parameters of the realizations. `seed` is drawn once per
-    session and increased by `n_rounds`. `run` draws the round of the settings in `asked`, and
-    `picked` is the picture that the user took for the training image. `tallies` are the numbers of
-    right picks and of all picks for each setting.
+    session and increased by `n_rounds`. `run` draws the round with the settings in `asked`.
+    `picked` is the picture that the user took for the training image. `tallies` has the number of
+    right picks and the number of all picks for each setting.
     """
 
     image: str = "channels"
@@ -190,7 +190,7 @@ class Quiz:
 
     @property
     def round(self) -> Round | None:
-        """The pictures, None until they are drawn."""
+        """The round, or None until its pictures are drawn."""
         return self.run.result if self.run is not None else None
 
 
@@ -345,7 +345,7 @@ def draw_reveal(quiz: Quiz, shown: Round, colours: Sequence[str]) -> None:
 
 
 def describe_verdict(picked: int, shown: Round) -> str:
-    """Return whether a pick was right, in words."""
+    """Say whether a pick was right."""
     if picked == shown.answer:
         return f"Yes: picture {picked + 1} is the training image."
     return (
@@ -355,7 +355,7 @@ def describe_verdict(picked: int, shown: Round) -> str:
 
 
 def describe_seams(shown: Round, k: int) -> list[str]:
-    """Return a description of the seams of picture k, compared with those of the others."""
+    """Describe the seams of picture k, and compare them with the seams of the other pictures."""
     found, own = shown.copying_of(k), shown.shapes_at(k)[1]
     others = [shown.shapes_at(j)[1] for j in range(len(shown.pictures)) if j != shown.answer]
     low, high = (f"{100 * share:.1f}" for share in (min(others), max(others)))
@@ -373,7 +373,7 @@ def describe_seams(shown: Round, k: int) -> list[str]:
 
 
 def seam_map(shown: Round, k: int, colours: Sequence[str]) -> CellMap:
-    """Return picture k with its seams and, over them, the shapes absent from the training image."""
+    """Return picture k with its seams and, on top, the shapes that the training image lacks."""
     theme, names = chart_theme(), shown.training_image.facies_names
     indices = shown.pictures[k]
     n = len(names)
@@ -391,7 +391,7 @@ def seam_map(shown: Round, k: int, colours: Sequence[str]) -> CellMap:
 
 
 def piece_map(shown: Round, k: int, colours: Sequence[str]) -> CellMap:
-    """Return the training image with the cells used in picture k in colour and all others grey."""
+    """Return the training image; cells used in picture k are in colour, all other cells grey."""
     image = shown.training_image
     n = image.n_facies
     if n > MAX_FACIES_MARKED:

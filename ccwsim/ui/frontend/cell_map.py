@@ -1,4 +1,4 @@
-"""Content of maps and volumes: cells with colours and labels, data and marks on top."""
+"""Content of maps and volumes: cells with colours and labels, with data and marks on top."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 
 N_STEPS = 200
-"""Colour steps of a probability map: shares of up to 200 realizations are exact."""
+"""Number of colours of a probability map; shares among 200 realizations are exact."""
 
 
 @dataclass(frozen=True)
@@ -27,13 +27,13 @@ class CellMap:
     labels: Sequence[str]  # label of each value, for the hover
     alt: str
     keys: Sequence[tuple[str, str]] = ()  # (label, colour) pairs of the legend
-    strip: dict[str, Any] | None = None  # a colour strip in place of a legend: colours, low, high
-    # (layer,) row, column, index of colour, wrong
+    strip: dict[str, Any] | None = None  # replaces the legend; keys: colours, low, high
+    # each point has (layer,) row, column, index of its colour, and whether it is wrong
     points: list[list[int]] = field(default_factory=list)
     point_colours: Sequence[str] = ()
-    points_are: tuple[str, str] = ("datum", "data")  # singular and plural of the points' name
-    # drawn on top of a map: kind ("box", "ring", "disc", "cross"), row, column, height, width,
-    # colour, label
+    points_are: tuple[str, str] = ("datum", "data")  # name of the points, singular and plural
+    # drawn on top of a map; each has kind ("box", "ring", "disc", "cross"), row, column, height,
+    # width, colour and label
     marks: list[dict[str, Any]] = field(default_factory=list)
     trail: list[list[float]] = field(default_factory=list)  # a line through cells, with an arrow
 
@@ -66,9 +66,9 @@ def share_map(
 def points_of(
     data: HardData, training_image: TrainingImage, realization: NDArray[np.integer] | None = None
 ) -> list[list[int]]:
-    """Return hard data as [row, column, facies index, wrong], in volumes with the layer first.
+    """Return hard data as [(layer,) row, column, facies index, wrong].
 
-    A datum is wrong if a `realization`, in facies codes, has another facies there.
+    A datum is wrong if the `realization`, given in facies codes, has another facies in its cell.
     """
     if not data.n:
         return []

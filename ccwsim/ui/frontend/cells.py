@@ -1,4 +1,4 @@
-"""Put a map or a volume on the page; the two differ only here and in page layouts."""
+"""Put a map or a volume on the page; only this module and page layouts tell them apart."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ def draw_cells(
     cursor, slices and vertical exaggeration. `max_height` limits a map, or the slice and the body
     of a volume, in pixels.
 
-    Maps only: maps with the same `scale` have cells of the same size on the page, the largest for
-    which all leading maps (`leads`) have room; `tools` shows zoom and save; `on_cell` gets row and
-    column of a cell that the user clicks. Volumes only: `body` shows the volume beside its three
-    slices; a changed `cursor` (layer, row, column) moves the slices to that cell, otherwise only
-    the user moves them.
+    Options of maps: maps with the same `scale` have the same cell size, which is the largest size
+    at which the maps with `leads` fit on the page. `tools` shows zoom and save. `on_cell` is called
+    with the row and column of a clicked cell. Options of volumes: `body` shows the volume beside
+    its three slices. If `cursor` (layer, row, column) changes, the slices move to this cell;
+    otherwise only the user moves them.
     """
     options: dict[str, Any] = {"grid": grid, "link": link, "name": name}
     if max_height:
@@ -65,15 +65,15 @@ def draw_editable(
 ) -> None:
     """Put a map or a volume with editable points on the page.
 
-    `take_edits` gets a list of edits, some of which it may have received before. Each has `seq`, a
-    growing number, and either `do` ("undo" or "redo") or the drawing: on a map `set`, a list of
-    [row, column, facies index or −1 to erase]; in a volume `cells`, a list of [layer, row, column]
-    that the user clicks or draws over in a slice, or marks with Enter at the cross hairs, and
-    `axis`, the axis across the slice.
+    `take_edits` is called with a list of edits and may receive an edit again. An edit has a growing
+    number `seq` and either `do` ("undo" or "redo") or a drawing. A drawing on a map has `set`, a
+    list of [row, column, facies index or −1 to erase]. A drawing in a slice of a volume has `axis`,
+    the axis across the slice, and `cells`, a list of [layer, row, column] that the user clicked,
+    drew over, or marked with Enter at the cross hairs.
 
-    `editing` has `ack` (the number of the last edit taken), `can_undo` and `can_redo`; maps have
-    also `brushes` (label and colour of each facies), `reads` (whether the map shows facies to
-    place) and `empty` (whether it shows nothing). `options` are those of the component's content.
+    `editing` has `ack` (the number of the last edit taken), `can_undo` and `can_redo`. For a map it
+    also has `brushes` (label and colour of each facies), `reads` (whether the map shows facies to
+    place) and `empty` (whether it shows nothing). `options` replace defaults of the component.
     """
     if cells.indices.ndim == 3:
         key = "volume_editor"

@@ -19,7 +19,7 @@ BELOW = {
     "volume": ("shared/drawing", "shared/edits", "volume/slice", "volume/body"),
     **dict.fromkeys(("history", "settings", "sheet", "quiz"), ("shared/tiles",)),
 }
-"""Modules that each component uses besides `shared/calls`; all are sent as one text."""
+"""Modules that each component uses besides `shared/calls`; all modules are sent as one text."""
 ENTRY = "export default "
 """Text before the function that Streamlit calls, in the last module of a component."""
 
@@ -60,9 +60,9 @@ def _component(name: str) -> Any:
 
 
 def component_parts(name: str) -> tuple[str, str, str]:
-    """Return HTML, CSS and JavaScript of a component, including the modules it uses.
+    """Return the HTML, CSS and JavaScript of a component, including the modules that it uses.
 
-    A component without an HTML file is an empty element with its name as class.
+    The HTML of a component without an HTML file is an empty element with its name as class.
     """
     modules = "shared/calls", *BELOW.get(name, ()), f"{name}/{name}"
     html, css, js = (

@@ -36,7 +36,7 @@ class Moment:
 
 @dataclass
 class History:
-    """Moments before the present one, and undone moments; in both the nearest is last."""
+    """Earlier moments and undone moments; the last of each list is nearest to the present."""
 
     past: list[Moment] = field(default_factory=list)
     future: list[Moment] = field(default_factory=list)
@@ -53,7 +53,7 @@ class Sampling:
     """The way to sample a reference field: at random, along wells, or on a regular grid."""
 
     way: Way = "random"
-    n: int = 100  # data, or wells
+    n: int = 100  # number of data or of wells
     every: int = 8  # distance in cells between data along a well or on the grid
     seed: int = 1
 
@@ -62,9 +62,9 @@ class Sampling:
 class DataTable:
     """The table of data: its rows, and notes on the user's edits."""
 
-    world: bool = True  # positions are x and y, else row and column
-    base: Any = None  # the rows, a DataFrame, without the edits that the widget holds
-    of: tuple = ()  # identifies the data of `base` with its edits; other data need a new base
+    world: bool = True  # whether positions are x and y, not row and column
+    base: Any = None  # DataFrame of the rows without the widget's edits
+    of: tuple = ()  # identifies the edited data; other data need a new base
     version: int = 0  # number of the base
     notes: list[str] = field(default_factory=list)
 
@@ -79,10 +79,10 @@ class Editor:
     reference_choice: ImageChoice | None = None  # field to sample; None for the shown realization
     table: DataTable = field(default_factory=DataTable)
     taken: int = 0  # number of the last edit that was applied
-    local: Ensemble | None = None  # realizations re-simulated around the edits since the last run
+    local: Ensemble | None = None  # realizations re-simulated around edits made since the last run
     message: str = ""  # error message of the last edit
-    # for volumes: the index of the facies to place, or ERASE or AS_SHOWN; the first and last
-    # layer of a well, None for all layers
+    # only for volumes: `brush` is the index of the facies to place, or ERASE or AS_SHOWN; the
+    # layers are the first and last layer of a well, or None for all layers
     brush: int = 1
     layers: tuple[int, int] | None = None
 
@@ -107,7 +107,7 @@ def take_data(
     reference: TrainingImage | None = None,
     wells: CellsOfWells = (),
 ) -> None:
-    """Put data placed by hand into the study, unless it has the same data.
+    """Put data placed by hand into the study if they differ from its data.
 
     `wells` are the cells of named wells in a file; cells without data are ignored.
     """
@@ -141,7 +141,7 @@ def _step(state: State, back: list[Moment], forth: list[Moment]) -> None:
 
 
 def take_edits(state: State, edits: Sequence[Mapping[str, Any]]) -> None:
-    """Apply new edits in their order; see `draw_editable`."""
+    """Apply new edits in order; `draw_editable` describes edits."""
     page_state = state.page(Editor)
     page_state.message = ""
     for edit in sorted(edits, key=lambda edit: edit["seq"]):
@@ -172,13 +172,13 @@ def _take_edit(state: State, edit: Mapping[str, Any]) -> None:
 
 
 def layers_of_wells(page_state: Editor, nz: int) -> tuple[int, int]:
-    """Return the first and last layer of a new well; by default it goes through all layers."""
+    """Return the first and last layer of a new well; by default, a well goes through all layers."""
     low, high = page_state.layers or (0, nz - 1)
     return min(low, nz - 1), min(high, nz - 1)
 
 
 def paint(state: State, axis: str, cells: Sequence[Cell], layers: range) -> None:
-    """Apply an edit of a volume: cells (layer, row, column) of a slice across an `axis`.
+    """Edit the `cells` (layer, row, column) of a volume in a slice across an `axis`.
 
     In a slice across z, the last cell gets a vertical well through `layers`.
     """
@@ -205,7 +205,7 @@ def paint(state: State, axis: str, cells: Sequence[Cell], layers: range) -> None
 
 
 def fits(ensemble: Ensemble, choices: Choices) -> bool:
-    """Return whether an ensemble belongs to the study, ignoring hard data."""
+    """Return whether an ensemble belongs to the study; its hard data may differ."""
     return (
         ensemble.grid == choices.grid
         and ensemble.parameters == choices.parameters
@@ -218,8 +218,8 @@ def answer(state: State) -> Ensemble | None:
     """Return realizations that honour the present data, or None if a run is needed.
 
     If the latest run had the same data, its realizations are returned. If data were only added,
-    realizations are re-simulated locally; only this page shows them, until the run that each edit
-    starts is finished. If data were removed, a run is needed: they affect the cells around them.
+    realizations are re-simulated locally; only this page shows them, until the run is finished. If
+    data were removed, a run is needed, because they affected the cells around them.
     """
     data, page_state = data_of(state.choices), state.page(Editor)
     known = [e for e in (state.ensemble, page_state.local) if e and fits(e, state.choices)]

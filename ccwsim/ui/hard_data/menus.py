@@ -111,7 +111,7 @@ def _report(state: State, draft: DataChoice) -> None:
     tried = replace(state.choices, data=draft)
     try:
         report = imported_data(tried)
-        if state.data_draft is not None:  # for another image, or waiting
+        if state.data_draft is not None:  # the data are for another image, or wait
             st.caption(f"{report.hard_data.n} data fit and are not in the study yet.")
         for note in report.notes:
             st.caption(plain(note))
@@ -143,7 +143,7 @@ def draw_sampling(state: State) -> None:
 
 
 def sample(state: State) -> None:
-    """Put data sampled as chosen in the menu into the study, and keep their reference field."""
+    """Sample data as chosen in the menu, put them into the study, and keep the reference field."""
     page_state = state.page(Editor)
 
     def take() -> None:

@@ -61,8 +61,8 @@ TOOLS_VOLUME = (
 def draw_editor(state: State) -> None:
     """Draw the editor over the realizations of the study; an edit redraws only the editor.
 
-    Every edit starts a run. Until it is finished, the editor shows a local re-simulation if data
-    were added; all other results are of the previous run and dimmed.
+    Every edit starts a run. If data were added, the editor shows a local re-simulation until this
+    run is finished. All other results are from the previous run and dimmed.
     """
     with error_boundary():
         draw_style(STYLE)
@@ -104,7 +104,7 @@ def _draw(state: State) -> None:
         draw_canvas(state, data, image, colours, ensemble if of_run else answered or ensemble)
         if grid.nz is not None:
             step_note(TOOLS_VOLUME)
-        # below the map, so that its length moves no map under the pointer
+        # below the map, so that a long text does not move the map
         if ensemble is not None and (text := describe_answer(state, answered)):
             step_note(text)
     with middle:
@@ -125,7 +125,7 @@ def _draw(state: State) -> None:
 
 
 def _draw_actions(state: State, data: HardData) -> None:
-    """Draw the menus; a map has undo and redo on its own toolbar."""
+    """Draw the menus; undo and redo of a map are on its toolbar."""
     page_state, volume = state.page(Editor), state.choices.grid.nz is not None
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="editor_top"):
         draw_import(state)
@@ -145,7 +145,7 @@ def _draw_actions(state: State, data: HardData) -> None:
 
 
 def describe_answer(state: State, answered: Ensemble | None) -> str:
-    """Say which realization is edited and how it honours the data; None if that needs a run."""
+    """Say which realization is edited and how it honours the data, or that a run is needed."""
     number = f"Realization {state.shown + 1}"
     if state.page(Editor).ground == "e_type" and answered is not state.ensemble:
         return "E-type of the data before your edits, until the run with all data is finished."
@@ -185,7 +185,7 @@ def draw_canvas(
         shown = empty_map(grid)
     elif ground == "realization":
         shown = facies_map(ensemble.indices[min(state.shown, ensemble.n - 1)], image, colours, alt)
-        shown = shown if grid.nz is not None else replace(shown, keys=())  # the tools are the key
+        shown = shown if grid.nz is not None else replace(shown, keys=())  # tools show the facies
     else:
         shown = uncertainty_map(state, ensemble, colours)
     status = status_of(data, ensemble, state.shown if ground == "realization" else None)
@@ -214,14 +214,14 @@ def empty_map(grid: Grid) -> CellMap:
 
 
 def status_of(data: HardData, ensemble: Ensemble | None, shown: int | None) -> list[int]:
-    """Return the `Ensemble.data_status` of each datum in a realization; 0 if unknown."""
+    """Return the `Ensemble.data_status` of each datum in a realization, or 0 if it is unknown."""
     if ensemble is None or shown is None or ensemble.hard_data.digest != data.digest:
         return [0] * data.n
     return ensemble.data_status[shown].tolist()
 
 
 def describe_data_status(data_status: NDArray[np.integer]) -> str:
-    """Say how one realization honours the data; takes a row of `Ensemble.data_status`."""
+    """Say how a realization honours the data, given its row of `Ensemble.data_status`."""
     sizes = data_status[data_status > 0]
     n_raster, n_forced = np.count_nonzero(data_status == 0), np.count_nonzero(data_status == FORCED)
     n_wrong = np.count_nonzero(data_status == WRONG)

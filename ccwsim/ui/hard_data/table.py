@@ -24,9 +24,9 @@ HEIGHT = 497
 """Height of the table in pixels: the heading and exactly fourteen rows."""
 MAX_NOTES = 4
 MAX_COLOURED = 500
-"""Maximum number of rows drawn in the colours of facies; Streamlit needs 0.2 ms for each."""
+"""Maximum number of rows drawn in the colours of facies; Streamlit needs 0.2 ms per row."""
 COLOUR = " "
-"""Heading of the column of colours, which is also its name."""
+"""Heading and name of the column of colours."""
 
 
 def draw_table(state: State, data: HardData, image: TrainingImage, colours: Sequence[str]) -> None:
@@ -82,7 +82,7 @@ def _edited(state: State, key: str, image: TrainingImage) -> None:
 
 
 def rows_of(data: HardData, grid: Grid, world: bool) -> pd.DataFrame:
-    """Return hard data as a table of x, y (cell centres) or row, col, and facies."""
+    """Return hard data as a table of facies and positions: x, y of cell centres, or row, col."""
     if world:
         x, y = grid.centers_of(data.cells).T
         return pd.DataFrame({"x": x, "y": y, "facies": data.facies})
@@ -92,8 +92,8 @@ def rows_of(data: HardData, grid: Grid, world: bool) -> pd.DataFrame:
 def painted(base: pd.DataFrame, edits: Mapping[str, Any], colour_of: Mapping[int, str]) -> Styler:
     """Return a table with a column that shows the colour of each row's facies after the edits.
 
-    Colours are style, not content, so `st.data_editor` keeps its edits when they change. A row that
-    is being added has no colour yet.
+    `st.data_editor` keeps its edits when colours change, because colours are not content. A row
+    that is being added has no colour yet.
     """
     now = edited_rows(base, {"edited_rows": edits.get("edited_rows", {})})["facies"]
     colours = (colour_of.get(code) for code in now)

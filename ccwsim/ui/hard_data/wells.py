@@ -21,7 +21,7 @@ from ccwsim.ui.widgets.text import panel_title
 
 
 def draw_brush(state: State, nz: int) -> None:
-    """Draw the choices of the facies to place and of the layers of a well."""
+    """Draw the choices of the facies to place and the layers of a well."""
     page_state, image = state.page(Editor), image_of(state.choices.image)
     names = dict(enumerate(image.facies_names)) | {AS_SHOWN: "as shown", ERASE: "erase"}
     low, high = layers_of_wells(page_state, nz)
@@ -41,10 +41,10 @@ def draw_brush(state: State, nz: int) -> None:
 
 
 class WellRows(NamedTuple):
-    """The wells of a volume: first named wells, then columns of cells with other data."""
+    """The wells of a volume: named wells, followed by columns of cells with other data."""
 
     names: tuple[str, ...]  # "" for a column
-    data: tuple[NDArray[np.int64], ...]  # indices of the data of each well, the lowest first
+    data: tuple[NDArray[np.int64], ...]  # indices of each well's data, from the bottom up
 
 
 def rows_of_wells(data: HardData, wells: CellsOfWells = ()) -> WellRows:
@@ -69,7 +69,7 @@ def rows_of_wells(data: HardData, wells: CellsOfWells = ()) -> WellRows:
 
 
 def table_of_wells(data: HardData, grid: Grid, rows: WellRows) -> pd.DataFrame:
-    """Return a table of wells: name, position of the highest datum, range of z, number of data."""
+    """Return a table of the wells: name, position of the top datum, range of z, number of data."""
     low = data.cells[[which[0] for which in rows.data]]
     high = data.cells[[which[-1] for which in rows.data]]
     places = grid.centers_of(high)
@@ -106,9 +106,9 @@ def draw_wells(state: State, data: HardData) -> None:
 
 
 def remove_wells(state: State, rows: list[int]) -> None:
-    """Remove wells with their data, by their rows in the table.
+    """Remove the wells in the given rows of the table, with their data.
 
-    A cell that another well passes through keeps its datum.
+    A datum stays if another well passes through its cell.
     """
     data, named = data_of(state.choices), wells_of(state.choices)
     wells = rows_of_wells(data, named)

@@ -16,10 +16,10 @@ from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.frontend.cell_map import N_STEPS, CellMap
 
 DIM = 0.55
-"""Share of the paper's colour in dimmed facies."""
+"""Share of the background colour in the colours of dimmed facies."""
 MAX_MARKS = 400
 MAX_LIT = 100
-"""Maximum number of facies that can have a dimmed colour as well."""
+"""If an image has more facies than this, its facies have no dimmed colours."""
 REJECTED = "#D55E00"
 CANDIDATE = "#ffffff"
 KEPT, PASTED = "#4C6E91", "#E9C46A"
@@ -27,7 +27,7 @@ KEPT, PASTED = "#4C6E91", "#E9C46A"
 
 @dataclass(frozen=True)
 class PatchView:
-    """The patch on the page, with its realization, the fates of locations and the colours."""
+    """The patch on the page, its realization, the fates of locations, and the colours."""
 
     trace: Trace
     step: TracedPatch
@@ -78,12 +78,12 @@ class PatchView:
 
     @property
     def block_frame(self) -> Frame:
-        """Turns arrays with a value per block of the image from path to grid coordinates."""
+        """A frame that converts arrays with a value per block of the image to grid coordinates."""
         shape = self.trace.oriented.pyramid.phases.shape[-self.step.cells.ndim :]
         return Frame(self.trace.path.orientation, shape)
 
     def where(self, location: PlaceFate) -> str:
-        """Return the lowest cell, in the image, of the patch of a location, as (x, y) or (x, y, z).
+        """Return the lowest image cell of the patch at a location, as text (x, y) or (x, y, z).
 
         These are grid coordinates, the coordinates of the image as it was read.
         """
@@ -98,7 +98,7 @@ class PatchView:
 
 
 def location_of(place: PlaceFate, n: int) -> tuple[int, ...]:
-    """Return (layer,) row and column of a location in blocks, as `n` numbers."""
+    """Return the `n` coordinates of a location in blocks: (layer,) row and column."""
     return (place.layer, place.row, place.column)[-n:]
 
 
@@ -116,7 +116,7 @@ def mixed(colour: str, ground: str, share: float) -> str:
 def box_mark(
     part: tuple[slice, ...], colour: str, label: str, kind: str = "box", cells: int = 1
 ) -> dict:
-    """Return a mark around a part of a map; the map drawn has `cells` for each cell of the part.
+    """Return a mark around a part; one cell of the map stands for `cells` cells along each side.
 
     Volumes have no marks.
     """
@@ -128,9 +128,9 @@ def box_mark(
 
 
 def data_in(trace: Trace, part: tuple[slice, ...], cells: NDArray | None = None) -> list[list[int]]:
-    """Return the data in a part of the grid as points; rows and columns are counted from its first.
+    """Return the data in a part of the grid as points, with positions relative to this part.
 
-    If `cells`, the facies of the part, are given, data that differ from them are marked wrong.
+    `cells` are the facies of the part; if given, data that differ from them are marked wrong.
     """
     at = trace.study.hard_data.cells - [side.start for side in part]
     inside = ((at >= 0) & (at < [side.stop - side.start for side in part])).all(axis=1)
@@ -142,7 +142,7 @@ def data_in(trace: Trace, part: tuple[slice, ...], cells: NDArray | None = None)
 def patch_map(
     indices: NDArray[np.uint8], image: TrainingImage, colours: Sequence[str], theme: Theme, alt: str
 ) -> CellMap:
-    """Return facies, in grid coordinates, without a legend; UNKNOWN cells are blank."""
+    """Return a map of facies in grid coordinates without a legend; UNKNOWN cells are blank."""
     shown = np.where(indices == UNKNOWN, image.n_facies, indices).astype(np.uint8)
     names = [*image.facies_names, "not simulated"]
     return CellMap(shown, [*colours, theme.hairline], names, alt)
@@ -150,7 +150,7 @@ def patch_map(
 
 @dataclass(frozen=True)
 class ColourScale:
-    """Name, minimum, maximum and colours of the numbers in a map."""
+    """The name, minimum, maximum and colours of the numbers in a map."""
 
     name: str
     low: float
@@ -179,7 +179,7 @@ def _steps(colours: tuple[str, ...]) -> list[str]:
 def grid_map(view: PatchView) -> CellMap:
     """Return the grid before the patch, with the overlap and the conditioning data.
 
-    A map has an outline of the patch and an arrow along the path too.
+    A map also has an outline of the patch and an arrow along the path.
     """
     step, frame = view.step, view.trace.grid_frame
     lit = np.zeros(step.before.shape, bool)
@@ -195,7 +195,7 @@ def grid_map(view: PatchView) -> CellMap:
 
 
 def centre_of_patch(view: PatchView) -> list[int]:
-    """Return the middle cell of the patch in the grid, for slices to go through."""
+    """Return the middle cell of the patch, where the slices of the grid are placed."""
     return [(side.start + side.stop) // 2 for side in view.part_of_grid]
 
 
@@ -226,7 +226,7 @@ def lit_map(
 
 
 def _conditioning_points(view: PatchView) -> list[list[int]]:
-    """Return the data that condition this patch as points of the grid."""
+    """Return the data that condition this patch, as points of the grid."""
     seen = view.step.data.seen if view.step.data is not None else ()
     cells = [(datum.layer, datum.row, datum.column)[-len(view.first) :] for datum in seen]
     places = view.trace.grid_frame.cells_to_grid(cells).tolist()
@@ -234,7 +234,7 @@ def _conditioning_points(view: PatchView) -> list[list[int]]:
 
 
 def _trail(trace: Trace, step: TracedPatch) -> list[list[float]]:
-    """Return the arrow along a row of the path to the tile of a patch; only maps have it."""
+    """Return an arrow along the path to the tile of a patch; volumes have no arrow."""
     n, last = trace.path.tiles[2], step.patch.tile
     half, stride = trace.template / 2, trace.template - step.overlap
     first = last - last % n
@@ -299,7 +299,7 @@ def score_volume(view: PatchView) -> CellMap:
 def location_marks(view: PatchView, frame: Frame, scale: int, labels: Sequence[str]) -> list[dict]:
     """Return the marks of the locations: rings for candidates, crosses for rejected locations.
 
-    The map of `frame` has `scale` cells per block; the hover shows the `labels`.
+    The map has `scale` cells per block, and `frame` is its frame; the hover shows the `labels`.
     """
     step, drawn = view.step, view.theme.reference
 
@@ -321,7 +321,7 @@ def location_marks(view: PatchView, frame: Frame, scale: int, labels: Sequence[s
 
 
 def error_map(view: PatchView) -> CellMap:
-    """Return a map of the cells in which patch and grid differ in the overlap."""
+    """Return a map of the overlap that marks cells in which patch and grid differ."""
     indices = np.where(view.step.in_overlap, view.step.error, 2)
     colour_of = {
         "same": mixed(view.theme.quiet, view.theme.paper, 0.75),
@@ -332,7 +332,7 @@ def error_map(view: PatchView) -> CellMap:
 
 
 def cut_map(view: PatchView) -> CellMap:
-    """Return a map of the cells of the patch that stay as they were and those that are pasted.
+    """Return a map of the patch that distinguishes kept cells of the grid from pasted cells.
 
     A volume has no error surface beside it, so it also shows the cells that differ.
     """

@@ -1,4 +1,4 @@
-"""The page How it works: a realization patch by patch, with its steps side by side."""
+"""The page How it works: how a realization is simulated, patch by patch and step by step."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 STYLE = Path(__file__).with_name("how.css")
 DRAWING = "drawing"
-"""Value of `How.resimulated` during a drawing of the whole page."""
+"""Value of `How.resimulated` while the whole page is drawn."""
 PLAY_SECONDS = 0.8
 """Seconds between patches while the page plays."""
 WIDTHS = [1.25, 0.72, 1.25, 1.0]
@@ -65,7 +65,7 @@ BANDS = {
 
 
 def draw_how(state: State) -> None:
-    """Draw the page; while it plays, it redraws itself."""
+    """Draw the page, which redraws itself while it plays."""
     how = state.page(How)
     draw_style(STYLE, f":root {{ --drawn: {chart_theme().reference} }}")
     how.resimulated = DRAWING
@@ -78,7 +78,7 @@ def _draw(state: State, timed: bool) -> None:
     how = state.page(How)
     with error_boundary():
         _draw_top(state)
-    # only code outside a fragment can start its timer and redraw the elements below it
+    # a fragment can neither start its timer nor redraw the elements below it
     if how.playing != timed or how.resimulated not in (DRAWING, how.traced):
         st.rerun()
 
@@ -174,7 +174,7 @@ def _position(trace: Trace, patch: Patch) -> str:
 
 
 def _draw_setting(state: State) -> None:
-    """Draw the controls of this page's setting, and a button that puts it into the study."""
+    """Draw controls for the setting of this page, and a button that puts it into the study."""
     how, p = state.page(How), parameters_of(state)
     shape, is_ccsim = image_of(state.choices.image).shape, p.method == "ccsim"
 
@@ -252,7 +252,7 @@ def _draw_grid(how: How, view: PatchView) -> None:
 
 
 def _small(view: PatchView) -> dict[str, Any]:
-    """Draw a map or volume of the patch; all volumes of the page share the cursor."""
+    """Return options of a map or volume of the patch; all volumes of the page share the cursor."""
     return SLICES | {"link": "how_patch"} if view.is_volume else SMALL_MAP
 
 
@@ -346,7 +346,7 @@ def _draw_pasting(view: PatchView) -> None:
 
 
 def _draw_bands(how: How, view: PatchView) -> None:
-    """Draw the sub-bands of the image at the level of the search, the drawn location marked."""
+    """Draw the sub-bands of the image at the level of the search; the drawn location is marked."""
     image, level, unit = view.image, view.level, view.step.block_size
     with st.container(horizontal=True, vertical_alignment="center", key="how_bands_row"):
         panel_title("The training image in wavelets", f"level {level}")
@@ -396,7 +396,7 @@ def _bands(image: TrainingImage, facies: int, level: int) -> dict[str, NDArray[n
 
 
 def _largest_difference(how: How, view: PatchView) -> float:
-    """Return the largest difference between the inverse transform and the slice of the image."""
+    """Return the largest difference between the inverse transform and the image."""
     patch = view.trace.reconstructed(view.step, how.facies)
     (ty, tx), n = view.step.drawn_place, len(patch)
     sliced = view.trace.oriented.pyramid.image[0, ty : ty + n, tx : tx + n] == how.facies

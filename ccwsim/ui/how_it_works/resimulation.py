@@ -1,4 +1,4 @@
-"""Local re-simulation after the last patch, window by window, and the changes of seam repair."""
+"""The local re-simulation after the last patch, by window, and the changes by seam repair."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ N_MARKED = 20
 
 
 def draw_resimulation(how: How, trace: Trace, colours: list[str], theme: Theme) -> None:
-    """Draw the corrected realization, the windows of one datum, and the changes of seam repair."""
+    """Draw the corrected realization, the windows of one datum, and the changes by seam repair."""
     panel_title(
         "After the last patch: local re-simulation", "mismatches of the raster pass are corrected"
     )
@@ -95,7 +95,7 @@ def _draw_repair(trace: Trace, colours: list[str], theme: Theme) -> None:
 
 
 def _height(trace: Trace, of_map: int) -> int:
-    """Height in pixels of a map or of the slices of a volume."""
+    """The height in pixels of a map, or of the slices of a volume."""
     return MAX_HEIGHT_SLICES if is_volume(trace) else of_map
 
 
@@ -146,7 +146,7 @@ def _draw_windows_of_data(how: How, trace: Trace, colours: list[str], theme: The
 def choose_datum(
     how: How, trace: Trace, by_datum: dict[int, list[ResimulatedWindow]]
 ) -> list[ResimulatedWindow]:
-    """Offer the corrected data; return the windows of the chosen datum."""
+    """Ask for one of the corrected data; return its windows."""
     data = list(by_datum)
     how.datum = min(how.datum, len(data) - 1)
     offered = {"value": how.datum, "options": list(range(len(data)))}
@@ -196,7 +196,7 @@ def _part_of(window: ResimulatedWindow) -> tuple[slice, ...]:
 def windows_map(
     trace: Trace, windows: list[ResimulatedWindow], colours: list[str], theme: Theme
 ) -> CellMap:
-    """Return the realization with data and windows, which in a volume are in full colour."""
+    """Return the realization with data and windows; a volume shows windows in full colour."""
     image = trace.study.training_image
     points = points_of(trace.study.hard_data, image)
     if is_volume(trace):

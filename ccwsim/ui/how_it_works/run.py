@@ -13,19 +13,19 @@ from ccwsim.ui.session.resolve import data_of, fitted, image_of, study_of
 from ccwsim.ui.session.state import State
 
 SHOWN_FIRST = 0.4
-"""Position along the path of the patch that is shown first."""
+"""The page first shows the patch at this share of the path."""
 
 
 @dataclass
 class How:
     """The state of the page.
 
-    `parameters` are the page's setting, None for the study's; `number` is the index of the
-    realization and `patch` that of the patch; `ticked` is the time of the last step of the play.
+    `parameters` are the page's setting, or None to use the study's setting. `number` is the index
+    of the realization, `patch` the index of the patch, `ticked` the time of the last step of play.
     Locations are marked on the `ground`: "score", "costs" (with the costs of data) or "image".
-    Coefficients are shown for `facies`; `datum` is the index of the corrected datum. `trace` is
-    None if the study cannot be followed; `traced` identifies the study of the trace, and
-    `resimulated` the study whose local re-simulation is on the page.
+    Coefficients are shown for `facies`. `datum` is the index of the corrected datum. `trace` is
+    None if the study cannot be followed. `traced` identifies the study of the trace; `resimulated`
+    identifies the study whose local re-simulation is on the page.
     """
 
     parameters: Parameters | None = None
@@ -52,7 +52,7 @@ class How:
 
 
 def parameters_of(state: State) -> Parameters:
-    """Return the setting of the page, or else that of the study."""
+    """Return the setting of the page, or the setting of the study if the page has none."""
     parameters = state.page(How).parameters
     return state.choices.parameters if parameters is None else parameters
 
@@ -85,7 +85,7 @@ def is_volume(trace: Trace) -> bool:
 
 
 def usual_patch(trace: Trace) -> int:
-    """Return a patch with an overlap on every possible side, some way along the path."""
+    """Return a patch near `SHOWN_FIRST` that overlaps earlier patches on all possible sides."""
     wanted = SHOWN_FIRST * len(trace.patches)
     rank = max((not p.split, p.shape) for p in trace.patches)
     inner = [p.number for p in trace.patches if (not p.split, p.shape) == rank]

@@ -1,4 +1,4 @@
-"""The text beside each step, with its section in the paper, and the table of locations."""
+"""The text beside each step, its section in the paper, and the table of locations."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ ORDER_WORDS = (
     "row by row through all layers",
     "column by column through all layers",
 )
-"""The order of patches in a volume, by the slowest axis of `ORDERS`."""
+"""The order of patches in a volume, for each slowest axis in `ORDERS`."""
 
 
 def say(text: str, source: str) -> None:
@@ -53,7 +53,7 @@ def say(text: str, source: str) -> None:
 
 
 def referred(text: str, source: str) -> str:
-    """Return a sentence in HTML with its section in the paper, or a note that it has none."""
+    """Return a sentence in HTML, with its section in the paper or a note that it is not in it."""
     return f'{text} <span class="ref">{escape(source)}</span>'
 
 
@@ -79,7 +79,7 @@ def describe_sides(trace: Trace, sides: int) -> str:
 
 
 def describe_position(trace: Trace, number: int) -> str:
-    """Return the position of a patch in the tiles of the path, in words."""
+    """Describe the position of a patch among the tiles of the path."""
     tiles = trace.path.tiles
     at = np.unravel_index(trace.patches[number].tile, tiles)
     named = zip(LAYER_ROW_COLUMN, at, tiles, strict=True)
@@ -112,7 +112,7 @@ def describe_path(trace: Trace) -> str:
 
 
 def describe_offset(trace: Trace) -> str:
-    """Return a sentence on the distance from the first patch to the grid's edge, and its reason."""
+    """Return a sentence that says why the first patch is at a distance from the grid's edge."""
     offset = trace.grid_frame.offset
     if not any(offset):
         return ""
@@ -125,7 +125,7 @@ def describe_offset(trace: Trace) -> str:
 
 
 def describe_overlap(view: PatchView) -> str:
-    """Return a sentence on the sizes of the overlap and of its approximation."""
+    """Return a sentence on the size of the overlap and the size of its approximation."""
     n_cells = int(view.step.in_overlap.sum())
     if not n_cells:
         return "Nothing has been simulated yet, so there is nothing to compare the image with."
@@ -220,7 +220,7 @@ def describe_inverse(step: TracedPatch, largest: float) -> str:
 
 
 def describe_fate(location: PlaceFate, step: TracedPatch, search_fraction: float) -> str:
-    """Return the fate of a location and its reason in words."""
+    """Describe the fate of a location and the reason for it."""
     best = f"{100 * search_fraction:.3g}"
     return {
         "drawn": "drawn",
@@ -250,13 +250,13 @@ def is_rejected(location: PlaceFate) -> bool:
 
 
 def draw_marks(view: PatchView) -> None:
-    """Write the key to the marks of locations."""
+    """Draw the legend for the marks of locations."""
     out = REJECTED_MARK if any(map(is_rejected, view.locations)) else ""
     st.html(MARKS.format(out))
 
 
 def draw_locations(view: PatchView) -> None:
-    """Draw the table of locations: score, missed data, fate."""
+    """Draw the table of locations with score, missed data and fate."""
     has_data = view.step.data is not None
     rejected = [location for location in view.locations if is_rejected(location)]
     shown = view.locations[: MAX_ROWS - min(len(rejected), MAX_ROWS // 2)]
@@ -340,7 +340,7 @@ def _data_and_search(view: PatchView) -> str:
 
 
 def _choice_with_data(view: PatchView) -> str:
-    """Say how data and overlap are weighted, and how many candidates are left."""
+    """Say how data and overlap are weighted, and how many candidates remain."""
     d, search = view.step.data, view.trace.search
     assert d is not None
     n_rejected = sum(map(is_rejected, view.locations))

@@ -47,7 +47,7 @@ _diagnosed = cached(max_entries=16, show_spinner="Looking at the training image 
 def draw_image_import(state: State) -> None:
     """Draw the file as it is, the training image made of it, and the diagnosis of the image.
 
-    A file with open questions enters the study only when the user says so; later changes on this
+    A file with open questions enters the study only when the user confirms; later changes on this
     page change the study.
     """
     choice = state.image_draft or state.choices.image
@@ -86,7 +86,7 @@ def draw_image_import(state: State) -> None:
 def _image_or_problem(choice: ImageChoice) -> tuple[TrainingImage | None, str]:
     try:
         if choice.upload is not None and not choice.answers:
-            image_of_file(choice.upload)  # the reader knows better what is wrong with a file
+            image_of_file(choice.upload)  # the reader of files raises a clearer error
         return image_of(choice), ""
     except CCWSIMError as error:
         return None, str(error)
@@ -110,7 +110,7 @@ def _decide(state: State, choice: ImageChoice) -> None:
 
 
 def _pictures(choice: ImageChoice, image: TrainingImage | None, asked: tuple[str, ...]) -> None:
-    """Draw the file as it is, if its values or colours were classed, and the facies beside it."""
+    """Draw the facies and, if values or colours were classed, the original file beside them."""
     classed = "values" in asked and choice.upload is not None
     places = st.columns(2, gap="medium") if classed and image is not None else [st.container()]
     if classed:
@@ -171,7 +171,7 @@ def rotated(choice: ImageChoice) -> ImageChoice:
 
 
 def draw_facies(choice: ImageChoice, image: TrainingImage, write: Write) -> None:
-    """Draw name, colour and share of each facies."""
+    """Draw the name, colour and share of each facies."""
     colours = facies_colours(image, dict(choice.colours))
     hidden = {"label_visibility": "collapsed"}
     for k, code in enumerate(image.codes[:MAX_FACIES].tolist()):
@@ -199,7 +199,7 @@ def draw_image_advice(state: State, choice: ImageChoice, image: TrainingImage) -
     """Advise parameters for the image; a button puts them into the study, with the image."""
     try:
         found = _diagnosed(image)
-    except CCWSIMError as error:  # an image too small to judge is no error of the study
+    except CCWSIMError as error:  # an image too small for advice is no error
         st.caption(plain(f"No advice: {error}."))
         return
 

@@ -23,8 +23,8 @@ class Imports:
     """The state of the page Import."""
 
     subject: Literal["image", "data"] = "image"
-    draft: DataChoice | None = None  # the choice of hard data when the page was last drawn
-    tables: bool | None = None  # whether wells come in tables; None: as in the study
+    draft: DataChoice | None = None  # choice of hard data when the page was last drawn
+    tables: bool | None = None  # whether wells are in tables; None means as in the study
 
 
 def draw_imports(state: State) -> None:
@@ -44,7 +44,7 @@ def draw_imports(state: State) -> None:
 
 
 def _tables(state: State, page_state: Imports) -> bool:
-    """Ask whether wells come in one table or in several, which is only possible for a volume."""
+    """For a volume, ask whether wells are in one table or several; return whether in several."""
     own = (state.data_draft or state.choices.data).tables is not None
     if state.choices.grid.nz is None and not own:
         return False

@@ -55,7 +55,7 @@ HELP_ON_TABLES = (
 
 
 def draw_wells_import(state: State, tables: bool = False) -> None:
-    """Draw a file of wells, or `tables` of them, with the guesses and the open questions.
+    """Draw a file of wells, or several `tables`, with the guesses and the open questions.
 
     The file enters the study as soon as all its data fit; until then the study keeps its data.
     """
@@ -132,7 +132,7 @@ def _draw_rows(preview: PointsPreview) -> None:
 
 
 def _draw_map(state: State, tried: Choices) -> None:
-    """Draw a map of the data in the grid; open rings are outside it or of an unknown facies.
+    """Draw a map of the data; open rings are data outside the grid or of an unknown facies.
 
     If no datum is in the grid, the map shows a larger grid that contains the data.
     """
@@ -157,7 +157,7 @@ def _draw_map(state: State, tried: Choices) -> None:
 
 
 def _colours(state: State, tried: Choices, placed: PlacedPoints) -> list[str | None]:
-    """Return the colour of the facies of each datum; None for data that are not used."""
+    """Return the colour of each datum, or None for data that are not used."""
     image = image_of(tried.image)
     known = dict(zip(image.codes.tolist(), colours_of(state), strict=False))
     lost = {*placed.outside.tolist(), *placed.unknown.tolist()}

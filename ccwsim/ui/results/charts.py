@@ -12,7 +12,7 @@ from ccwsim.ui.widgets.errors import catch_callback_errors
 from ccwsim.ui.widgets.text import panel_title
 
 SAVE_BUTTON: dict[str, Any] = {"displaylogo": False, "modeBarButtons": [["toImage"]]}
-"""The setting of plotly's hidden button, which the menu beside the title presses."""
+"""Configuration of a hidden plotly button, which the menu beside the title presses."""
 
 
 def draw_chart(chart: Any, key: str, alt: str) -> None:
@@ -62,6 +62,6 @@ def titled_chart(
 
 
 def chart_menu(title: str, key: str) -> None:
-    """Draw the menu that saves the chart with a key."""
+    """Draw the menu that saves the chart with this key."""
     data = {"title": title, "chart": f"chart_{key}", "name": key}
     draw_component("chart_menu", f"menu_{key}", data, width="content")

@@ -1,4 +1,4 @@
-"""Charts of an ensemble's curves and those of its training image, each computed once."""
+"""Charts that compare the curves of an ensemble with its training image."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ from ccwsim.ui.widgets.text import panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
 SMALL_SHARES = 4_000_000
-"""Maximum number of values (8 bytes each) of an E-type that is cached for all sessions."""
+"""An E-type with at most this number of values (8 bytes each) is cached for all sessions."""
 _large: WeakKeyDictionary[Ensemble, EType] = WeakKeyDictionary()
 _e_type = cached(max_entries=8)(etype)
 vertical_proportions_bundle = cached(max_entries=64)(layers_bundle)
@@ -75,7 +75,7 @@ def fit_of(ensemble: Ensemble, statistic: Statistic, facies: int, direction: str
 
 
 def e_type_of(ensemble: Ensemble) -> EType:
-    """Return the E-type of an ensemble, computed once.
+    """Return the E-type of an ensemble, which is computed only once.
 
     All sessions share small E-types; a large E-type is kept only as long as its ensemble.
     """
@@ -87,9 +87,9 @@ def e_type_of(ensemble: Ensemble) -> EType:
 
 
 def draw_curves(ensemble: Ensemble, facies: int, colours: Sequence[str] | None = None) -> None:
-    """Draw the charts of a facies (an index into the codes); those of a volume are in two rows.
+    """Draw the charts of a facies (an index into the codes); a volume has two rows of charts.
 
-    If `colours` of the facies are given, another chart shows their proportions.
+    If the `colours` of the facies are given, another chart shows the facies proportions.
     """
     draw_band_key(ensemble)
     variograms = _variograms(ensemble, facies)
@@ -106,7 +106,7 @@ def draw_curves(ensemble: Ensemble, facies: int, colours: Sequence[str] | None =
 
 
 def draw_rows(rows: Sequence[Sequence[Callable[[], None]]]) -> None:
-    """Draw rows of charts with the columns of the first row, and explain how they are judged."""
+    """Draw rows of charts in the columns of the first row; explain how charts are judged."""
     with st.container(key="charts"):
         places = [st.columns(len(rows[0]), gap="medium") for _ in rows]
     for row, columns in zip(rows, places, strict=True):
@@ -117,7 +117,7 @@ def draw_rows(rows: Sequence[Sequence[Callable[[], None]]]) -> None:
 
 
 def _variograms(ensemble: Ensemble, facies: int) -> list[Callable[[], None]]:
-    """Return functions that draw the variogram along each axis, all with the same range of γ."""
+    """Return a function per axis that draws its variogram; all variograms have the same γ axis."""
     name, theme = ensemble.training_image.facies_names[facies], chart_theme()
     ways = axes_of(ensemble.grid.shape)
     bundles = [curve_bundle(ensemble, "variogram", facies, way) for way in ways]
@@ -144,7 +144,7 @@ def _connectivity(ensemble: Ensemble, facies: int, way: str, note: str = "", key
 
 
 def _connectivity_both_ways(ensemble: Ensemble, facies: int) -> None:
-    """Draw the connectivity E–W; a note says if that N–S, which has no chart here, does not fit."""
+    """Draw the connectivity E–W; a note says if the undrawn connectivity N–S does not fit."""
     along, across = (fit_of(ensemble, "connectivity", facies, way) for way in ("E-W", "N-S"))
     said = describe_curve(along, "connectivity")
     if across is not None and not across.fits:
@@ -165,7 +165,7 @@ def _fit_of_layers(ensemble: Ensemble, facies: int) -> Fit | None:
 def draw_layers(
     ensemble: Ensemble, facies: int, bundle: Bundle, fit: Fit | None, height: int = 196
 ) -> None:
-    """Draw the vertical proportion curve of a facies (an index into the codes) in volumes."""
+    """Draw the vertical proportion curve of a volume for a facies (an index into the codes)."""
     image, grid = ensemble.training_image, ensemble.grid
     name = image.facies_names[facies]
     note = describe_layers(fit, name)
@@ -177,7 +177,7 @@ def draw_layers(
 
 
 def draw_proportions(ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw the facies proportions of the realizations against those of the training image."""
+    """Draw the facies proportions of the realizations and the training image."""
     image = ensemble.training_image
     chart = proportions_chart(
         image.facies_names, image.proportions, ensemble.proportions, colours, chart_theme()
@@ -197,7 +197,7 @@ def _times(ensemble: Ensemble, theme: Theme) -> None:
 
 
 def draw_curve_key(lines: Iterable[tuple[str, str]]) -> None:
-    """Write the key to the lines in charts; each line has a CSS border and a name."""
+    """Draw the legend for the lines in charts; each line has a CSS border and a name."""
     entries = "".join(
         f'<span><i style="border-top: {border}"></i>{escape(name)}</span>' for border, name in lines
     )
@@ -205,7 +205,7 @@ def draw_curve_key(lines: Iterable[tuple[str, str]]) -> None:
 
 
 def draw_band_key(ensemble: Ensemble) -> None:
-    """Write the key to the lines of `curves_chart`."""
+    """Draw the legend for the lines of `curves_chart`."""
     each = "each realization"
     if ensemble.n > MAX_CURVES:
         each = f"each of the first {MAX_CURVES} realizations"

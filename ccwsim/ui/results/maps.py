@@ -27,9 +27,9 @@ from ccwsim.ui.widgets.fields import button, field, options_of
 from ccwsim.ui.widgets.text import panel_title, step_note
 
 MAP_WIDTHS = (1.08, 1.0)
-"""Relative widths of a realization, with room for coordinates, and of the E-type."""
+"""Relative widths of a realization (with space for coordinates) and of the E-type."""
 WIDE = 2.0
-"""Minimum ratio of width to height of a grid whose maps are placed below each other."""
+"""If a grid has at least this ratio of width to height, its maps are placed below each other."""
 OTHERS = ("most likely", "entropy")
 ROW_WIDTH = 1040
 """Maximum width in pixels of a row of tiles on a wide screen."""
@@ -51,7 +51,7 @@ def map_columns(widths: Sequence[float], first: int, grid: Grid) -> list[DeltaGe
 
 
 def is_wide(grid: Grid) -> bool:
-    """Whether maps of a grid have more room below each other than side by side.
+    """Whether the maps of a grid are larger below each other than side by side.
 
     Examples
     --------
@@ -62,7 +62,7 @@ def is_wide(grid: Grid) -> bool:
 
 
 def middle_layer(cells: NDArray[Any]) -> NDArray[Any]:
-    """Return the middle layer of a volume, for a small picture; a map as it is.
+    """Return the middle layer of a volume; return a map as it is.
 
     Examples
     --------
@@ -74,7 +74,7 @@ def middle_layer(cells: NDArray[Any]) -> NDArray[Any]:
 
 
 def middle_layers(stack: NDArray[Any]) -> NDArray[Any]:
-    """Return the middle layer of each volume of a stack; maps as they are."""
+    """Return the middle layer of each volume in a stack; return maps as they are."""
     return stack[:, stack.shape[1] // 2] if stack.ndim == 4 else stack
 
 
@@ -91,7 +91,7 @@ def pretty(name: str) -> str:
 
 
 def colours_of_ran(state: State) -> list[str]:
-    """Return the facies colours for the results, whose image may differ from that of the study."""
+    """Return the facies colours for the results, whose image may differ from the study's."""
     assert state.ensemble is not None
     image = state.ensemble.training_image
     chosen = dict(state.choices.image.colours) if state.ensemble_choices else {}
@@ -136,7 +136,7 @@ def map_name(option: int | str, names: Sequence[str]) -> str:
 
 
 def choose(state: State, option: int | str) -> None:
-    """Store the content of the uncertainty map; the curves show the chosen facies too."""
+    """Store the content of the uncertainty map; a chosen facies is also chosen for the curves."""
     if isinstance(option, int):
         state.facies, state.e_type = option, "probability"
     else:
@@ -196,7 +196,7 @@ def _sheet(ensemble: Ensemble, colours: tuple[str, ...], longest: int) -> tuple[
 
 
 def step_buttons(key: str, page_state: Any, n: int, note: str = "") -> None:
-    """Draw two arrows that step through `n` realizations from the one `shown`."""
+    """Draw two arrows that change `page_state.shown`, the index of one of `n` realizations."""
 
     def step(way: int) -> None:
         page_state.shown = (page_state.shown + way) % n

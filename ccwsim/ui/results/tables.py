@@ -18,8 +18,8 @@ from ccwsim.ui.widgets.fields import download
 def curves_csv(ensemble: Ensemble, facies: int) -> bytes:
     """Return the curves of a facies with a row per lag and a column per realization.
 
-    A volume also has a column of layers, 0 at the bottom, for vertical proportions; these are empty
-    for layers that the training image or the grid lacks.
+    A volume also has vertical proportions and a column of layers, which start with 0 at the bottom.
+    Proportions are empty for layers that the training image or the grid lacks.
     """
     ways, is_volume = axes_of(ensemble.grid.shape), ensemble.grid.nz is not None
     names: dict[Statistic, str] = {"variogram": "variogram", "connectivity": "connection"}
@@ -53,7 +53,7 @@ def _lines(
 
 
 def realizations_csv(ensemble: Ensemble) -> bytes:
-    """Return a row per realization: CPU time, data not honoured, facies proportions."""
+    """Return a table with CPU time, data not honoured and proportions of each realization."""
     codes = ensemble.training_image.codes
     head = ["realization", "cpu_seconds", "data_not_honoured"]
     lines = []
@@ -81,7 +81,7 @@ def as_csv(head: Iterable[str], lines: Iterable[Iterable[object]]) -> bytes:
 def csv_button(
     label: str, name: str, content: Callable[[], bytes], of: str, **options: Any
 ) -> None:
-    """Draw a button that saves a table `of` a study; the table is made at the click."""
+    """Draw a button that saves a table `of` a study; a click makes the table."""
     options = {"key": f"download_{name}", "width": "stretch", **options}
     download(label, content, f"{of}_{name}.csv", **options)
 

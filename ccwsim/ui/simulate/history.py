@@ -18,7 +18,7 @@ from ccwsim.ui.widgets.text import panel_title
 
 KEY = "history_strip"
 LONGEST = 72
-"""Length of a picture's longer side in pixels."""
+"""Length in pixels of the longer side of a picture."""
 
 
 def draw_history(state: State) -> None:
@@ -49,7 +49,7 @@ def go_back(state: State, key: str) -> None:
 
 
 def place_of(state: State) -> int:
-    """Return the index of the run whose results are on the page, −1 for none."""
+    """Return the index of the run whose results are on the page, or −1 if there is none."""
     latest = state.ensemble and state.ensemble.indices  # facies names may have changed since
     shown = [k for k, run in enumerate(state.runs.runs) if run.ensemble.indices is latest]
     return shown[0] if shown else -1

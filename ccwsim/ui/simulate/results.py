@@ -38,7 +38,7 @@ from ccwsim.ui.widgets.text import plain, step_note
 
 USUAL_WIDTH = 400
 PROPORTIONS_TITLE = 40
-"""Usual width of a realization, and height of the title of the proportions, in pixels."""
+"""Usual width of a realization and height of the proportions' title, both in pixels."""
 OLD_FILES = "Out of date: files are of the realizations that are shown and their settings."
 MAP_KINDS = {"npz": "NumPy", "gslib": "GSLIB", "vti": "VTK", "tif": "GeoTIFF", "nc": "NetCDF"}
 """Formats of maps; each is offered if its package is installed."""
@@ -48,7 +48,7 @@ MAPS_ALONE = ("tif",)
 
 @st.fragment
 def draw_results(state: State) -> None:
-    """Draw all results of the latest run; the choice of a realization redraws only the results."""
+    """Draw all results of the latest run; choosing a realization redraws only the results."""
     with error_boundary():
         if state.ensemble is None:
             draw_ghost(state)
@@ -90,7 +90,7 @@ def _results(state: State, ensemble: Ensemble) -> None:
 
 
 def image_width(ensemble: Ensemble) -> float:
-    """Return the width of the training image beside realizations of width 1."""
+    """Return the width of the training image if a realization has width 1."""
     share = ensemble.training_image.shape[1] / ensemble.grid.nx
     return min(max(share, SMALLEST_IMAGE), 1.0)
 

@@ -26,7 +26,7 @@ VALUES = {
     "ms-ccsim": "MS-CCSIM",
     "ssd": "squared difference",
 }
-"""Names of parameter values on the screen, if they differ from those in code."""
+"""Names of parameter values on the screen, if they differ from the names in code."""
 
 
 def changes_between(before: Choices, after: Choices) -> list[str]:
@@ -108,7 +108,7 @@ def short_name(name: str) -> str:
 
 
 def describe_value(name: str, value: object) -> str:
-    """Return the value of a parameter in words; sizes of a volume in the order x, y, z."""
+    """Return the value of a parameter in words; write sizes of a volume in the order x, y, z."""
     if name == "location_weight":
         return describe_weight(value)
     if isinstance(value, bool):

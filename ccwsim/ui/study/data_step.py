@@ -54,7 +54,7 @@ TABLE_TYPES = ("csv", "txt", "dat", "tsv")
 
 
 def data_step(state: State) -> None:
-    """Draw the step: number and source of the data, and a menu to change them."""
+    """Draw the number and source of the data, and a menu to change them."""
     step_title(2, "Hard data")
     problem = problem_of_data(state.choices)
     with st.container(horizontal=True, gap="small", key="data_row"):
@@ -104,7 +104,7 @@ def use_data(state: State, choice: DataChoice, grid: Grid | None = None) -> None
     """Put a choice of hard data into the study if it can be read; otherwise keep it as a draft.
 
     If other bundled data are chosen, the grid grows to hold them all. A `grid` made for the data
-    enters the study with them, or before them if the present data fit it too.
+    enters the study together with them, or earlier if the present data also fit this grid.
     """
     if grid is not None and not problem_of_data(replace(state.choices, grid=grid)):
         state.change(grid=grid)
@@ -131,7 +131,7 @@ def data_uploader(key: str, take: Callable[[Upload], None]) -> None:
 
 
 def link_to_import(label: str = "All columns, the rows and a map") -> None:
-    """Draw a link to the page that shows a file of wells and how its columns are read."""
+    """Draw a link to the page Import, which shows how the columns of a file are read."""
     page_link(IMPORT_PAGE, label)
 
 
@@ -236,7 +236,7 @@ def _menu(state: State) -> None:
 
 
 def bundled_data(state: State) -> tuple[str, ...]:
-    """Return the bundled hard data that suit the study; for a volume, wells of its image first."""
+    """Return the bundled hard data that suit the study; volumes get wells of their image first."""
     if state.choices.grid.nz is None:
         return datasets.hard_data_names()
     image = state.choices.image.bundled
@@ -256,7 +256,7 @@ def _report(state: State, current: DataChoice) -> None:
     try:
         report = imported_data(tried)
     except CCWSIMError as error:
-        if state.data_draft is None:  # the problem is in the study, and the step reports it
+        if state.data_draft is None:  # the study has the problem, and the step reports it
             st.error(plain(str(error)))
         keep_data_button(state, "data_drop")
     else:

@@ -33,7 +33,7 @@ def draw_diagnosis(
     colours: Sequence[str],
     use: Callable[[dict[str, Any]], None] | None = None,
 ) -> None:
-    """Draw a diagnosis, and its advice beside the present values; a button calls `use` with it."""
+    """Draw a diagnosis and its advice; a button calls `use` with the advised values."""
     left, middle, right = st.columns([1.6, 1.0, 1.0], gap="large")
     with left:
         draw_advice(diagnosis, image, parameters, use)
@@ -84,7 +84,7 @@ def draw_advice(
 
 
 def advice_table(diagnosis: Diagnosis, parameters: Parameters) -> str:
-    """Return advised value, present value and reason as an HTML table."""
+    """Return the advised values, the present values and the reasons as an HTML table."""
     rows = "<tr><th></th><th>advised</th><th>set</th><th>why</th></tr>"
     for advice in diagnosis.advice:
         name = advice.parameter

@@ -43,9 +43,9 @@ Write = Callable[[ImageChoice], None]
 def image_of_file(
     upload: Upload, answers: Mapping[str, Any] | None = None, *, volume: bool = True
 ) -> ImageChoice:
-    """Return the choice of an image with guesses for open questions, in the colours of the file.
+    """Return the choice of an image with guesses for open questions and the colours of the file.
 
-    A file with layers becomes a volume; if `volume` is false, a map of its middle layer.
+    A file with layers becomes a volume or, if `volume` is false, a map of its middle layer.
 
     Raises
     ------
@@ -62,7 +62,7 @@ def image_of_file(
 
 
 def asked_of(choice: ImageChoice) -> tuple[str, ...]:
-    """Return the questions about an image file, answered or not; none if the file is broken."""
+    """Return all questions about an image file, or no questions if the file is broken."""
     if choice.upload is None:
         return ()
     guessed = if_possible(partial(_guessed, choice.upload, choice.answers))
@@ -91,7 +91,7 @@ def _whole(upload: Upload) -> tuple[tuple[int, int] | None, int]:
 
 @cached(max_entries=8)
 def grid_of_file(upload: Upload, answers: Answers) -> NDArray[np.float64]:
-    """Return the values of the file before they become facies, shape (ny, nx), row 0 in the south.
+    """Return the values of the file before they become facies, shape (ny, nx), from the south up.
 
     `answers` may include answers about classes, which are ignored.
     """
@@ -102,7 +102,7 @@ def grid_of_file(upload: Upload, answers: Answers) -> NDArray[np.float64]:
 
 @cached(max_entries=8)
 def picture_of_file(upload: Upload, answers: Answers) -> tuple[NDArray[np.uint8], list[str]] | None:
-    """Return a picture as indices into its colours, row 0 in the south; None for other files."""
+    """Return a picture as indices into its colours, row 0 in the south, or None for other files."""
     known = dict(answers)
     with opened(upload) as file:
         picture = open_file(file, FilePart.answered(known), up=known.get("up"))
@@ -122,7 +122,7 @@ def ask_about_image(choice: ImageChoice, write: Write, *, volume: bool = True) -
         return
 
     def answer(question: str, **new: Any) -> None:
-        """Keep answers to earlier questions; guess answers that depend on this one anew."""
+        """Keep answers to earlier questions; guess again the answers that depend on this one."""
         order = list(QUESTIONS)
         later = {name for key in order[order.index(question) :] for name in QUESTIONS[key]}
         kept = {name: value for name, value in known.items() if name not in later}

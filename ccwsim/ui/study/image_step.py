@@ -31,7 +31,7 @@ IMPORT_PAGE = "pages/import.py"
 
 
 def image_step(state: State) -> None:
-    """Draw the step: a thumbnail, name and size, and a menu to change the image."""
+    """Draw a thumbnail, the name and size of the image, and a menu to change it."""
     step_title(1, "Training image")
     image = image_of(state.choices.image)
     with st.container(horizontal=True, gap="small", key="image_row"):

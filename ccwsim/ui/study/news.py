@@ -19,9 +19,9 @@ from ccwsim.ui.widgets.text import plain
 
 STORED = "Stored realizations of this study are shown until your machine has its own"
 PATIENCE_VOLUME = 0.7
-"""Seconds to wait for the first new volume; drawing the old one again would take longer."""
+"""Seconds to wait for the first new volume; drawing the old volume would take longer."""
 WAIT_SECONDS = 0.05
-"""Seconds between checks whether a change by the user ends the waiting."""
+"""Seconds between checks for a change by the user, which ends the waiting."""
 
 
 def draw_news(state: State, *, parts: bool = True, wait: bool = True) -> None:
@@ -51,7 +51,7 @@ def draw_out_of_date(text: str) -> None:
 
 
 def out_of_date(state: State) -> str:
-    """Return the differences between the study and that of the results; empty if there are none."""
+    """Return how the study differs from the study of the results; empty if it does not differ."""
     if state.ensemble is None or state.ensemble_choices is None or is_current(state):
         return ""
     changes = changes_between(state.ensemble_choices, state.choices)
@@ -60,7 +60,7 @@ def out_of_date(state: State) -> str:
 
 @contextmanager
 def _outdated(text: str, question: str = "") -> Iterator[None]:
-    """Draw a row: results that are out of date, a question, and the elements drawn inside."""
+    """Draw a row with a note on outdated results, a question, and the elements drawn inside."""
     with st.container(horizontal=True, vertical_alignment="center", key="outdated"):
         said = [f"<b>Out of date:</b> {escape(text)}"] if text else []
         if said or question:
@@ -69,11 +69,10 @@ def _outdated(text: str, question: str = "") -> Iterator[None]:
 
 
 def _wait_and_dim(state: State, parts: bool, patience: float) -> str:
-    """Wait a moment for results of a run, with older results dimmed; return the text of
-    `out_of_date`.
+    """Wait a moment for results of a run, and dim older results.
 
-    The mark that dims results is replaced in place, so that nothing on the page moves; `style.css`
-    defines the style of each state.
+    Return the text of `out_of_date`. The mark that dims results is replaced in place, so that
+    nothing on the page moves; `style.css` defines the style of each state.
     """
     place, job = st.empty(), state.job
     if job is not None:

@@ -35,10 +35,9 @@ from ccwsim.ui.widgets.fields import button, field, options_of
 from ccwsim.ui.widgets.text import plain
 
 MAX_LISTED = 300
-"""Maximum number of slices, or of rows that do not fit, in a list; beyond it, slices are chosen
-    by number."""
+"""Maximum number of rows or slices in a list; from more slices, one is chosen by its number."""
 MAX_NAMES = 24
-"""Maximum number of facies names that are asked for one by one."""
+"""Maximum number of names or codes of facies that are asked for one by one."""
 AS_READ = {None: "as the format has it"}
 STOP = {None: "stop and say so"}
 WAYS: dict[str, dict[Any, str]] = {
@@ -54,9 +53,9 @@ WAYS: dict[str, dict[Any, str]] = {
         "drop": "leave all of them out",
     },
 }
-"""Answers to the questions that have only a few; None is the usual answer."""
+"""Questions that have only a few answers, with these answers; None is the usual answer."""
 ROLES = ("x", "y", "facies")
-"""Columns of a table of points, named as the arguments for them."""
+"""Columns of a table of points; they have the names of the arguments for them."""
 ROLES_OF_VOLUME = ("x", "y", "z", "facies", "well", *DEPTHS)
 ROLES_OF_WELLS = {name: (*roles,) for name, roles in WELL_TABLES.items()}
 ROLES_OF_WELLS["intervals"] += ("facies",)
@@ -82,19 +81,19 @@ TEXT_ROLES = ("facies", "well", "collar_well", "survey_well")
 """Columns that may hold text."""
 SURVEY_TILTS = ("survey_inclination", "survey_dip")
 EITHER_ROLES = tuple((others, (one,)) for one, others in ALTERNATIVE_ROLES.items())
-"""A table has either the first columns or the second."""
+"""Pairs (columns, columns); a table has either the first or the second columns of a pair."""
 MAY_LACK = (*DEPTHS, "collar_length", *SURVEY_TILTS)
 NO_COLUMN = ""
 WIDTH = 232
 """Width of a question in pixels if several are side by side."""
 KEPT = "The study keeps the data that it has."
 IN_SCRIPTS = re.compile(r" \(\w+=\)")
-"""The hints in an error message that only help in scripts."""
+"""Pattern of the hints in error messages that only help in scripts."""
 OPEN: dict[str, Any] = {"placeholder": "choose one"}
 Use = Callable[..., None]
-"""Puts a choice of data into the study: use(choice), or use(choice, grid) with another grid."""
+"""A function use(choice, grid) that puts data, and the grid if it is given, into the study."""
 Write = Callable[..., None]
-"""Stores answers to questions, as write(name=value); None removes an answer."""
+"""A function write(name=value) that stores answers to questions; None removes an answer."""
 
 
 @cached(max_entries=8)
@@ -104,7 +103,7 @@ def _summary(upload: Upload, part: FilePart | None) -> FileSummary:
 
 
 def summary_of(upload: Upload | None, part: FilePart | None = None) -> FileSummary | None:
-    """Return a summary of an upload, None if it cannot be opened."""
+    """Return a summary of an upload, or None if the upload cannot be opened."""
     return if_possible(lambda: _summary(upload, part)) if upload is not None else None
 
 
@@ -166,9 +165,8 @@ def rounded(value: float) -> float:
 def ask_data(choices: Choices, use: Use, *, wide: bool = False) -> None:
     """Ask the open questions about the hard data of a study.
 
-    If `wide`, all columns and names are shown with the guesses for them, and rows that do not fit
-    are listed in full. The offer of a larger grid and the columns of tables of wells are then drawn
-    elsewhere.
+    If `wide`, all columns and names are shown with their guesses, and a table shows rows that do
+    not fit. The offer of a larger grid and the columns of tables of wells are drawn elsewhere.
     """
     choice, grid, points = choices.data, choices.grid, None
     write = writer(choice, use)
@@ -252,7 +250,7 @@ def ask_columns_of_wells(
 
 
 def taken_as(preview: PointsPreview) -> str:
-    """Return in words the role in which each column is read.
+    """Describe the role of each column.
 
     Examples
     --------
@@ -266,7 +264,7 @@ def taken_as(preview: PointsPreview) -> str:
 
 
 def role_of(role: str) -> str:
-    """Return the name of an argument for a column as words for a heading.
+    """Return the heading of a column, made from the name of its argument.
 
     Examples
     --------
@@ -279,7 +277,7 @@ def role_of(role: str) -> str:
 def _ask_columns(
     choice: DataChoice, preview: PointsPreview, roles: Sequence[str], use: Use, wide: bool
 ) -> None:
-    """Ask for the roles of the columns of a table; the guess is shown."""
+    """Ask for the roles of the columns of a table, and show the guesses."""
     write = writer(choice, use)
     known = {role: name for role, name in choice.answers if role in roles}
     taken = {role: known.get(role, preview.guess.get(role)) for role in roles}
@@ -313,7 +311,7 @@ def _ask_columns(
 
 
 def _may_lack(roles: Collection[str]) -> tuple[str, ...]:
-    """The roles that a table may lack; a table of points need not be of wells."""
+    """The roles that a table may lack; a table of points may lack all roles of wells."""
     return (*MAY_LACK, "well") if "x" in roles else MAY_LACK
 
 
@@ -329,7 +327,7 @@ def _open_alternatives(preview: PointsPreview, roles: Collection[str]) -> tuple[
 
 
 def with_column(taken: Mapping[str, str | None], role: str, column: str) -> dict[str, str | None]:
-    """Return the column of each role after a change for one role; an empty text is no column.
+    """Return the column of each role after one role has changed; an empty text is no column.
 
     A column has only one role, so the two roles involved exchange columns. A table has depths
     either of intervals or of points, and either inclination or dip.
@@ -349,7 +347,7 @@ def with_column(taken: Mapping[str, str | None], role: str, column: str) -> dict
 
 
 def _ask_coordinates(choice: DataChoice, preview: PointsPreview, write: Write) -> None:
-    """Ask for the meaning of columns of positions if their names do not tell it."""
+    """Ask what the columns of positions mean if their names do not show it."""
     known = dict(choice.answers)
 
     def choose(coordinates: str | None) -> None:
@@ -363,7 +361,7 @@ def _ask_coordinates(choice: DataChoice, preview: PointsPreview, write: Write) -
 def ask_slice(
     n: int, index: int | None, write: Callable[[int], None], *, slider: bool = False
 ) -> None:
-    """Ask which slice of a file to use; counted from 0 in code and from 1 on the page."""
+    """Ask which slice of a file to use; slices count from 0 in code and from 1 on the page."""
     chosen: dict[str, Any] = {"key": "ask_slice", "value": None if index is None else index + 1}
     chosen["write"] = lambda number: write(number - 1)
     label = f"Which of {n} slices, from the bottom?"
@@ -431,7 +429,7 @@ def offer_fit(choices: Choices, use: Use) -> None:
 
 
 def described(grid: Grid) -> str:
-    """Return a grid in words.
+    """Describe a grid in words.
 
     Examples
     --------
@@ -445,7 +443,7 @@ def described(grid: Grid) -> str:
 
 
 def _ask_troubles(placed: PlacedPoints, known: Mapping[str, Any], write: Write, wide: bool) -> None:
-    """List rows that do not fit, with ways to resolve them; draw nothing if all rows fit."""
+    """If rows do not fit, list them and ask what to do with them."""
     clashing = np.concatenate(placed.collisions) if placed.collisions else np.empty(0, np.int64)
     kinds = {"on_outside": placed.outside, "on_unknown": placed.unknown, "on_collision": clashing}
     open_ones = {name: rows for name, rows in kinds.items() if len(rows)}

@@ -34,18 +34,17 @@ from ccwsim.ui.widgets.text import pair, step_note, step_title
 ENOUGH_TO_STOP = 1.0
 """Seconds to wait until a stopped run has freed its memory."""
 UNASKED_SECONDS = 120.0
-"""Seconds of the longest run that starts without a question if its study is from a link or
-    a project."""
+"""A study from a link or a project needs confirmation if its run takes more seconds than this."""
 AT_ONCE = 0.3
 """Maximum seconds of the first part of a run."""
 NEXT_PART = 1.0
-"""Seconds of the second part of a run; each later part takes twice as long, as drawing takes
-    time too."""
+"""Seconds of the second part of a run; each later part takes twice as long as the one before,
+    because drawing takes time too."""
 MIN_PART = 2
 COPIES_OF_PARTS = 3
 """Copies of the realizations in memory: the earlier parts, the next part, and both joined."""
 NEARLY_ALL = 0.7
-"""Share of the remaining realizations from which a part includes all of them."""
+"""If a part would include this share of the remaining realizations, it includes all of them."""
 MORE = "More realizations show the uncertainty better and take proportionally longer."
 SAME_SEED = "The same seed gives the same realizations, on any machine."
 SimulateRange = Callable[[int, int, Progress, Cancel], Ensemble]
@@ -72,7 +71,7 @@ def run_step(state: State) -> None:
 
 
 def run_button(state: State, key: str, width: str = "stretch") -> None:
-    """Draw a button that starts a run; if the study cannot run, it is disabled and says why."""
+    """Draw a button that starts a run; if the study cannot run, the disabled button says why."""
     problem = problem_of(state)
     options = {"type": "primary", "width": width, "disabled": bool(problem)}
     button("Run", key=key, on_click=start_run, args=(state,), help=problem or None, **options)
@@ -112,21 +111,21 @@ def start_run(state: State, after: float = 0.0) -> None:
 def start_run_if_needed(state: State, *, live: bool, after: float = 0.0) -> bool:
     """Start the first run of a session and, if `live`, a new run after every change of the study.
 
-    A run begins `after` seconds without another change. A run that needs the user's consent is not
-    started (see `question_of`). Return whether a run was started or stopped.
+    The run begins when the study has not changed for `after` seconds. A run that needs the user's
+    consent is not started (see `question_of`). Return whether a run was started or stopped.
     """
     first = state.ensemble is None and state.job is None and not state.message
     if not first and not (live and _is_changed(state)):
         return False
     job, ensemble = state.job, state.ensemble
     if ensemble is not None and is_current(state) and ensemble.n == state.choices.n_realizations:
-        stop_run(state)  # the study is again that of the results
+        stop_run(state)  # the results are already of this study
     elif question_of(state):
         stop_run(state)
     elif first or not problem_of(state):
         start_run(state, after)
     else:
-        stop_run(state)  # the run is of an earlier study
+        stop_run(state)  # the run simulates an earlier study
     return state.job is not job
 
 
@@ -158,13 +157,13 @@ def _is_changed(state: State) -> bool:
 
 
 def is_current(state: State) -> bool:
-    """Return whether the results are those of the study as it is set up now."""
+    """Return whether the results belong to the study as it is set up now."""
     simulated = state.ensemble_choices
     return simulated is not None and same_realizations(simulated, state.choices)
 
 
 def take_names(state: State) -> None:
-    """If results are current, give their facies the names that they have in the study now."""
+    """If results are current, rename their facies as in the study."""
     if state.ensemble is None or state.ensemble_choices == state.choices or not is_current(state):
         return
     state.ensemble_choices = state.choices
@@ -172,7 +171,7 @@ def take_names(state: State) -> None:
 
 
 def _begun(state: State, simulate_range: SimulateRange, after: float) -> Job[Ensemble]:
-    """Queue the study and return its job, in a single part if memory is too small for several."""
+    """Queue the study and return its job, which has only one part if memory is scarce."""
     choices, n = state.choices, state.choices.n_realizations
     state.realization_to_restore = state.shown
     waits_for_kernels = state.ensemble is None and not is_ready() and choices == Choices()
@@ -180,7 +179,7 @@ def _begun(state: State, simulate_range: SimulateRange, after: float) -> Job[Ens
     def begun(n_first: int, copies: int) -> Job[Ensemble]:
         def work(job: Job[Ensemble]) -> Ensemble:
             job.sleep(after)
-            if waits_for_kernels:  # the same realizations, from the store; the page says so
+            if waits_for_kernels:  # the store has the same realizations; the page says so
                 job.publish_partial(stored_ensemble())
             return in_parts(job, simulate_range, n_first)
 
@@ -196,7 +195,7 @@ def _begun(state: State, simulate_range: SimulateRange, after: float) -> Job[Ens
 
 
 def in_parts(job: Job[Ensemble], simulate_range: SimulateRange, n_first: int) -> Ensemble:
-    """Simulate an ensemble in parts, a few realizations first; the result is as of a single run."""
+    """Simulate an ensemble in parts, beginning with a small one; parts do not affect the result."""
     size, budget = min(n_first, job.n), NEXT_PART
     start = time.monotonic()
     whole = _with_part(job, simulate_range, None, size)
@@ -238,7 +237,7 @@ def first_part(choices: Choices, latest: Ensemble | None) -> int:
 
 
 def part_size(left: int, fits: float) -> int:
-    """Return the size of the next part, given `left` realizations and time for `fits` of them."""
+    """Return the size of the next part; `left` realizations remain, and time is left for `fits`."""
     cores = n_cores()
     size = max(int(fits) // cores * cores, cores, MIN_PART)
     return left if fits >= NEARLY_ALL * left else min(size, left)
@@ -273,7 +272,7 @@ def part_of(choices: Choices) -> SimulateRange:
 def collect(state: State, *, parts: bool = True) -> None:
     """Put the results of a job into the state; earlier results stay if the job has none.
 
-    If `parts` is false, they stay until the job is finished.
+    If `parts` is false, earlier results stay until the job is finished.
     """
     job = state.job
     if job is None:
@@ -295,7 +294,7 @@ def collect(state: State, *, parts: bool = True) -> None:
 
 
 def take_in(state: State, job: Job[Ensemble], ensemble: Ensemble) -> None:
-    """Show the results of a job with the same realization shown large as before."""
+    """Show the results of a job; the realization that is shown large stays the same."""
     wanted = state.realization_to_restore
     shown = min(wanted, state.ensemble.n - 1) if state.ensemble else wanted
     if state.shown == shown:  # the user has not chosen another realization meanwhile

@@ -59,7 +59,7 @@ LABELS = {
     "exact_data": "Honour data exactly",
 }
 SIZES = {"template_size": "Template", "overlap_size": "Overlap", "wavelet_level": "Level"}
-"""Names of parameters on the screen, if they differ from those in code."""
+"""Names of parameters on the screen, if they differ from the names in code."""
 
 
 def study_column(state: State) -> None:
@@ -71,7 +71,7 @@ def study_column(state: State) -> None:
 
 
 def grid_step(state: State) -> None:
-    """Draw the step: cells along x and y; cell size and origin behind a menu."""
+    """Draw the numbers of cells along x and y, and a menu with cell size and origin."""
     step_title(3, "Grid")
     grid = state.choices.grid
     change = partial(_change_grid, state)
@@ -130,10 +130,10 @@ def method_step(state: State) -> None:
 def size_fields(
     p: Parameters, shape: Shape, change: Callable[..., None], prefix: str = ""
 ) -> DeltaGenerator | None:
-    """Draw template, overlap and level in two columns; return the container left free beside them.
+    """Draw template, overlap and level in two columns; return the free container beside them.
 
-    Each is one number for a map; a volume has one for the horizontal axes and one along z. `change`
-    is called with the parameter that the user changes; keys start with `prefix`.
+    Each parameter has one number in a map, but two in a volume: horizontal and along z. `change` is
+    called with the parameter that the user changes; keys start with `prefix`.
     """
     volume, ccsim = len(shape) == 3, p.method == "ccsim"
     lengths = p.along(shape)
@@ -166,7 +166,7 @@ def size_fields(
 
 
 def _trend_field(p: Parameters, change: Callable[..., None]) -> None:
-    """Draw the choice to apply the location weight only along z."""
+    """Ask whether to apply the location weight only along z."""
     weight = max(p.location_weights)
 
     def write(alone: bool) -> None:
@@ -202,7 +202,7 @@ def parameter_field(
         offered = options_of({value: VALUES.get(value, value) for value in allowed})
         field(st.selectbox, label, **offered, **options)
     else:
-        if isinstance(value, tuple):  # a location weight that applies only along z keeps doing so
+        if isinstance(value, tuple):  # a weight that applies only along z stays so
 
             def write_per_axis(new: float) -> None:
                 per_axis = tuple(new if weight else 0.0 for weight in value)

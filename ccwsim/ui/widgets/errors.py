@@ -1,4 +1,4 @@
-"""Errors on a page: a calm message with a number, under which the log has the cause."""
+"""Errors on a page: a calm message with a number, which the log gives with the cause."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from ccwsim.ui.widgets.text import plain
 
 T = TypeVar("T")
 PENDING_ERROR = "ccwsim_error"
-"""Session key of a callback's error message, which the page shows when it is drawn."""
-get_logger(LOG.name)  # in the format of Streamlit's log
+"""Session key of a callback's error message; the page shows it when it is drawn."""
+get_logger(LOG.name)  # sets the format of Streamlit's log
 
 
 def catch_callback_errors(act: Callable[..., Any]) -> Callable[..., None]:
@@ -55,7 +55,7 @@ def problem_in(act: Callable[[], object]) -> str:
 
 
 def if_possible(read: Callable[[], T]) -> T | None:
-    """Return the result of `read`; None if it fails, because the page already shows the reason."""
+    """Return the result of `read`, or None if it fails; the page already shows the reason."""
     try:
         return read()
     except CCWSIMError:
@@ -83,5 +83,5 @@ def user_message(error: Exception, what: str) -> str:
 
 
 def is_control_flow(error: Exception) -> bool:
-    """Return whether Streamlit raised this to stop or restart the page, which is no error."""
+    """Return whether Streamlit raised this to stop or restart the page, so it is no error."""
     return type(error).__module__.startswith("streamlit.runtime.scriptrunner")

@@ -49,7 +49,7 @@ def field(
     write: Callable[[Any], None],
     **options: Any,
 ) -> Any:
-    """Draw a widget whose value lives in the state, so that it survives page changes.
+    """Draw a widget whose value is kept in the state, so that it survives page changes.
 
     `write` is called with the new value when the user changes it, before the page is drawn again.
     """
@@ -83,9 +83,9 @@ def labels_of(options: Mapping[str, Any]) -> tuple[str, ...]:
 def _version(key: str, value: Any, labels: tuple[str, ...]) -> int:
     """Return a version number that changes when the state's value differs from the widget's.
 
-    After a new value is set, a widget sends the old value until the browser has redrawn it, which
-    looks like a change by the user. So a new widget replaces it, and stale browser values are
-    dropped. This also happens if labels of options change. Trailing spaces make a new key without
+    After a new value is set, a widget sends the old value until the browser has redrawn it. This
+    looks like a change by the user, so a new widget replaces it, and stale browser values are
+    dropped. The version also changes with labels of options. Trailing spaces make a new key without
     changing the name in the style sheet.
     """
     version, start, called = _versions().get(key, (0, value, labels))
@@ -101,7 +101,7 @@ def _versions() -> dict[str, tuple[int, Any, tuple[str, ...]]]:
 
 
 def within(value: Any, options: dict[str, Any]) -> dict[str, Any]:
-    """Return options with bounds wide enough for a value, since a widget must accept the study's.
+    """Return options with bounds widened to the value of a study, which the widget must accept.
 
     Examples
     --------
@@ -114,7 +114,7 @@ def within(value: Any, options: dict[str, Any]) -> dict[str, Any]:
 
 
 def starting_at(widget: Callable[..., Any], value: Any, options: dict[str, Any]) -> dict[str, Any]:
-    """Return options with the initial value, whose option name depends on the widget.
+    """Return options with the initial value; its option name depends on the widget.
 
     Examples
     --------
@@ -163,5 +163,5 @@ def bound_to(
 
 
 def options_of(names: Mapping[Any, str]) -> dict[str, Any]:
-    """Return the options of a field that offers the keys of `names` under their names."""
+    """Return the options of a field: the keys of `names`, labelled with their names."""
     return {"options": list(names), "format_func": lambda key: names.get(key, key)}

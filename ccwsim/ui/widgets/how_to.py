@@ -14,7 +14,7 @@ PICTURE = re.compile(r"^!\[[^\]]*\]\([^)]*\)\n+", re.MULTILINE)
 
 @cache
 def how_tos() -> dict[str, str]:
-    """Return the text of each how-to and of the definitions of measures, by title."""
+    """Return a dictionary from titles to texts: all how-tos and the definitions of measures."""
     package = Path(ccwsim.__file__).parent
     folders = (package / "docs", package.parent / "docs")
     docs = next((folder for folder in folders if (folder / "how-to").is_dir()), None)
@@ -28,7 +28,7 @@ def how_tos() -> dict[str, str]:
 
 
 def on_a_page(text: str) -> str:
-    """Return a document without links and without pictures, which only show the page itself.
+    """Return a document without links and pictures, because its pictures only show the page.
 
     Examples
     --------

@@ -18,7 +18,7 @@ OPTIONS = {
     "tools": True,
     "picks": False,
 }
-"""Default options of a map: those of `draw_cells`, and whether a click picks a cell."""
+"""Default options of a map: the options of `draw_cells`, and whether a click picks a cell."""
 
 
 def map_content(cell_map: CellMap, *, grid: Grid | None = None, **options: Any) -> dict[str, Any]:
