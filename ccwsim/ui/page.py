@@ -40,7 +40,7 @@ PAGES = (
     ("Benchmark", "pages/benchmark.py"),
     ("Paper", "pages/paper.py"),
 )
-"""Name and file of each page in the menu; `st.navigation` would hide names in narrow windows."""
+"""Name and file of each page in the menu (`st.navigation` hides names in narrow windows)."""
 OFF_MENU = (("Import", IMPORT_PAGE),)
 """Pages that are not in the menu; a step of the study links to them."""
 

@@ -183,7 +183,7 @@ def _sizes(size: Any) -> str:
 
 
 def _how_maps(cases: Sequence[TimingCase]) -> str:
-    """Describe the maps that are timed beside volumes, if there are any."""
+    """Describe the maps that are timed beside volumes; empty if there are none."""
     maps = [case.parameters for case in cases if len(case.grid_shape) == 2]
     if not maps or len(maps) == len(cases):
         return ""
@@ -330,7 +330,7 @@ TIMINGS_HEAD = (
 
 
 def timings_csv(runs: Sequence[TimingRun], machine: str) -> bytes:
-    """Return one CSV line per timed realization, with its setting and the machine."""
+    """Return CSV with a line per timed realization, including its setting and the machine."""
     lines = []
     for run in runs:
         for timing in list(run.timings):

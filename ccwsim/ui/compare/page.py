@@ -1,4 +1,4 @@
-"""The page Compare: two to four settings on the same training image, data and seeds."""
+"""The page Compare: two to four settings with the same training image, data and seeds."""
 
 from __future__ import annotations
 
@@ -253,7 +253,7 @@ def _draw_results(state: State, busy: bool) -> None:
     page_state = state.page(ComparePageState)
     with error_boundary():
         run = page_state.run
-        if (run is not None) != busy:  # a part of the page started more work
+        if (run is not None) != busy:  # a part of the page has started more work
             st.rerun()
         found, request = page_state.found, page_state.request
         if run is not None and run.partial is not None:

@@ -91,7 +91,7 @@ class PaperRun(PageRun[Reproduction]):
 
 @dataclasses.dataclass
 class PaperState:
-    """The state of the page: extent and seed of the next run, and the latest run."""
+    """The state of the page: the extent and seed of the next run, and the latest run."""
 
     quick: bool = False
     seed: int = 0
@@ -100,7 +100,7 @@ class PaperState:
 
 
 def server_inputs() -> tuple[PaperInputs, str]:
-    """Return the server's inputs and the problem with their folder, if any."""
+    """Return the inputs on the server and, if there is one, the problem with their folder."""
     folder = os.environ.get(VARIABLE)
     try:
         return inputs_in(folder or None), ""

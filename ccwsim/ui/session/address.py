@@ -36,7 +36,7 @@ def take_address(state: State) -> None:
 
 
 def own_seed(state: State, choices: Choices) -> Choices:
-    """Return a study with a random seed for this reader, if the address has the key `CLASS`."""
+    """Return the study, with a seed drawn for this reader if the address has the key `CLASS`."""
     if st.query_params.get(CLASS) != "1":
         return choices
     del st.query_params[CLASS]

@@ -54,7 +54,7 @@ def error_boundary(whole: bool = False, way_back: bool = False) -> Iterator[None
     if KEY in st.session_state:
         try:
             follow_study(session_state())
-        except Exception as error:  # the page is complete; only its address is not updated
+        except Exception as error:  # the page is complete, but its address is not updated
             logged(error)
 
 

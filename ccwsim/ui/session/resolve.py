@@ -66,7 +66,7 @@ USUAL_VOLUME = 100, 100
 
 
 def study_of(choices: Choices) -> Study:
-    """Return the study of these choices; raise `CCWSIMError` if its parts do not fit together."""
+    """Return the study of these choices; raise `CCWSIMError` if parts do not fit together."""
     image = image_of(choices.image)
     return Study(image, choices.grid, choices.parameters, data_of(choices), choices.seed)
 
@@ -107,7 +107,7 @@ def data_of(choices: Choices) -> HardData:
 
 
 def imported_data(choices: Choices) -> HardDataImport:
-    """Return the hard data of a study, with a report about their import."""
+    """Return the hard data of a study and a report about their import."""
     choice, image, grid = choices.data, image_of(choices.image), choices.grid
     if choice.source == "file" and choice.files:
         return _imported(choice, grid, image)
@@ -115,7 +115,7 @@ def imported_data(choices: Choices) -> HardDataImport:
 
 
 def placed_data(choices: Choices) -> PlacedPoints:
-    """Return the hard data of a study in the cells of its grid, with their problems."""
+    """Return the hard data of a study in the cells of its grid, with the problems of the data."""
     choice, image, grid = choices.data, image_of(choices.image), choices.grid
     if choice.source == "file" and choice.files:
         return _placed(_without(choice, SETTLING), grid, image)

@@ -80,7 +80,7 @@ def _but_for_placed(choices: Choices) -> Choices:
 class State:
     """The state of a session."""
 
-    choices: Choices = field(default_factory=Choices)  # the present study; its files can be read
+    choices: Choices = field(default_factory=Choices)  # the present study; its files are readable
     image_draft: ImageChoice | None = None  # not usable yet: a file is broken or needs an answer
     visit_import: bool = False  # go to the page Import because a file needs answers
     data_draft: DataChoice | None = None
@@ -91,17 +91,17 @@ class State:
     needs_confirmation: bool = False  # ask before a long run if a link or project was opened
     last_attempt: Choices | None = None  # choices of the latest run, even if it failed
     ensemble: Ensemble | None = None  # the latest results
-    ensemble_choices: Choices | None = None
+    ensemble_choices: Choices | None = None  # choices of these results
     message: str = ""  # an error or stop message, shown above the results
     shown: int = 0  # index of the realization that is shown large
     realization_to_restore: int = 0  # value of `shown` when the latest run started
-    facies: int = 1  # index of the facies whose curves and probability are shown
+    facies: int = 1  # index of the facies in curves and probability maps
     e_type: EMap = "probability"  # the statistic in the uncertainty map
     reference: TrainingImage | None = None  # field from which the data were sampled
-    runs: PastRuns = field(default_factory=PastRuns)  # earlier runs, which can be shown again
-    pages: dict[type, Any] = field(default_factory=dict)  # state of single pages, by its type
+    runs: PastRuns = field(default_factory=PastRuns)  # earlier runs; they can be shown again
+    pages: dict[type, Any] = field(default_factory=dict)  # state of each page, by type of state
     own_seed: int | None = None  # seed drawn for one reader of a link for a class
-    address: str = ""  # the latest query of the page's address
+    address: str = ""  # latest query in the address of the page
     notes: tuple[str, ...] = ()  # notes on unusable parts of an address or project
     opened: tuple[str, str] = ("", "")  # the latest project file and its error
 

@@ -241,7 +241,7 @@ def _draw_rows(state: State, run: SweepRun, found: Sweep) -> None:
 
 
 def _draw_chart(state: State, run: SweepRun, shown: _Shown) -> None:
-    """Draw errors over time; a click on a point enlarges its setting."""
+    """Draw errors over time; if a point is clicked, its setting is drawn large."""
     page_state, found = state.page(SweepState), shown.found
     kinds = [kind for kind in ERRORS if kind != "mended" or run.hard_data.n]
     kind = page_state.error if page_state.error in kinds else "patterns"
@@ -309,7 +309,7 @@ def is_current(run: SweepRun, state: State) -> bool:
 
 
 def draw_realization(state: State, run: SweepRun, k: int) -> None:
-    """Draw one realization of a setting large, with buttons for its other realizations."""
+    """Draw a large picture of one realization of a setting, with buttons for the others."""
     page_state = state.page(SweepState)
     row, image = run.found.rows[k], run.training_image
     n = len(row.realizations)
@@ -389,7 +389,7 @@ def numbers_of(
 
 
 def two(spread: float) -> str:
-    """Return a spread with two digits and without powers of ten."""
+    """Return a spread as text with two digits and without powers of ten."""
     return f"{spread:.2g}" if spread < 100 else f"{spread:.0f}"
 
 
@@ -473,7 +473,7 @@ def columns_of(row: SweepRow) -> dict[str, Any]:
 
 
 def sweep_csv(found: Sweep, recommended: int) -> bytes:
-    """Return CSV with a line per setting: parameters, numbers, Pareto front, recommendation."""
+    """Return CSV with a line per setting: parameters, numbers, on Pareto front, recommended."""
     front = set(pareto_front(found.times, found.errors()).tolist())
     lines = []
     for k, row in enumerate(found.rows):

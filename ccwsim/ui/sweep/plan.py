@@ -87,7 +87,7 @@ class SweepRun(PageRun[Sweep]):
         return len(self.settings)
 
     def demand(self) -> Demand:
-        """Return the resources needed: one setting at a time, plus the kept realizations."""
+        """Return the resources that the sweep needs for one setting and the kept realizations."""
         largest = 0
         for p in self.settings:
             with suppress(CCWSIMError):  # results report a setting that does not fit
@@ -96,7 +96,7 @@ class SweepRun(PageRun[Sweep]):
                 largest = max(largest, needed)
         each = self.grid.n_cells
         cells = each * len(self.settings)
-        kept = max(CELLS_KEPT, cells)  # at least one realization
+        kept = max(CELLS_KEPT, cells)  # at least one realization is kept
         sources = SOURCE_BYTES * each * self.n_realizations
         return Demand(cells * self.n_realizations, self.hard_data.n, largest + sources + kept)
 
@@ -295,7 +295,7 @@ def problem_of(state: State) -> str:
 
 
 def start(state: State) -> None:
-    """Start the planned sweep; it replaces an earlier sweep."""
+    """Start the planned sweep; it replaces the earlier sweep."""
     page_state = state.page(SweepState)
     if problem_of(state):
         return

@@ -69,7 +69,7 @@ def draw_e_type_maps(
 
 
 def draw_data(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw how the data are honoured, and a map of local re-simulations."""
+    """Draw the shares of data statuses, and a map of local re-simulations; volumes get a list."""
     if not ensemble.hard_data.n:
         step_note("This study has no hard data; place or load some on the page Hard data.")
         return

@@ -203,7 +203,7 @@ def describe_summary(run: LargeEnsembleRun, summary: RunningSummary) -> str:
 def bundle_of_band(
     run: LargeEnsembleRun, summary: RunningSummary, statistic: Statistic, way: str
 ) -> Bundle:
-    """Return a band as a bundle without single curves, for lags up to half the side."""
+    """Return a band as a bundle without single curves; lags are at most half the side."""
     image, grid = run.study.training_image, run.study.grid
     code, longest = int(image.codes[run.facies]), max_lag(way, image.shape, grid.shape)
     lags = summary.lags[summary.lags <= longest]

@@ -197,7 +197,7 @@ SECTIONS = (
     ("image", "Training image", "its properties, and suitable parameters", draw_image),
     ("long", "Large ensemble", "statistics of thousands, none kept", draw_large_ensemble),
 )
-"""The sections of the page: anchor, title, subtitle, and the function that draws each."""
+"""The sections of the page: anchor, title, subtitle, and drawing function of each section."""
 
 
 def _draw_sections(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:

@@ -1,4 +1,4 @@
-"""Sections that compare realizations with the training image, and show the copied pieces."""
+"""Sections that compare realizations with the training image and show copied pieces."""
 
 from __future__ import annotations
 
@@ -202,7 +202,7 @@ def _draw_lag_maps(found: LagMaps, name: str, azimuth: float) -> None:
 
 
 def draw_transitions(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw the transiograms; with many facies, only those that start in a chosen facies."""
+    """Draw the transiograms; with many facies, draw only those that start in a chosen facies."""
     page_state, names = state.page(Validation), ensemble.training_image.facies_names
     n = len(names)
     tails = list(range(n))

@@ -68,7 +68,7 @@ DENSE_LAGS, STRIDE = 10, 4
 """Transiograms use every lag up to `DENSE_LAGS`, and then every `STRIDE`-th lag."""
 MAX_KEPT, MAX_KEPT_BYTES = 96, 256 * 10**6
 MIN_KEPT = 24
-"""Minimum number of cached values, whatever their size; a page shows fewer values than this."""
+"""This number of values always stays in the cache, whatever their size; a page shows fewer."""
 MIN_STOPPABLE = 3.0
 """The button to stop is shown after this number of seconds of work."""
 Value = TypeVar("Value")
@@ -278,7 +278,7 @@ def copied(progress: Fraction, ensemble: Ensemble, r: int) -> Copying:
 
 
 def sources_of(ensemble: Ensemble, r: int) -> NDArray[np.int32]:
-    """Return the flat index of the source of each cell; raise if r was edited since its run."""
+    """Return the flat index of the source of each cell; raise if r was edited after its run."""
     if ensemble.sources is not None:
         return ensemble.sources[r]
     study = (ensemble.training_image, ensemble.grid, ensemble.parameters, ensemble.hard_data)
@@ -304,7 +304,7 @@ class Validation:
 
     azimuth: int = 45  # azimuth of the third variogram, degrees from north
     along: str = "E-W"  # direction of the transiograms
-    tail: int = 0  # facies in which the transiograms start, if there are many facies
+    tail: int = 0  # with many facies, facies in which the transiograms start
     slice_axis: int = 0  # axis of the slice that maps of a volume show
     slice_at: dict[int, int] = field(default_factory=dict)  # index of the slice, by axis
     neighbours: int = 26  # neighbours that connect cells of geobodies in volumes
@@ -316,7 +316,7 @@ class Validation:
 
 
 def begin(state: State) -> None:
-    """Start the time that this run of the page or fragment waits for quick statistics."""
+    """Set the deadline until which this run of the page or fragment waits for statistics."""
     state.page(Validation).deadline = time.monotonic() + PATIENCE
 
 
