@@ -1,4 +1,4 @@
-"""The elements of every page: title, style, menu, and the state of the session."""
+"""The elements that all pages have: title, style, menu, and the state of the session."""
 
 from __future__ import annotations
 
@@ -40,13 +40,13 @@ PAGES = (
     ("Benchmark", "pages/benchmark.py"),
     ("Paper", "pages/paper.py"),
 )
-"""Name and file of each page in the menu; `st.navigation` would hide names in narrow windows."""
+"""Name and file of each page in the menu (`st.navigation` hides names in narrow windows)."""
 OFF_MENU = (("Import", IMPORT_PAGE),)
-"""Pages outside the menu, to which a step of the study leads."""
+"""Pages that are not in the menu; a step of the study links to them."""
 
 
 def show_page(title: str, body: Callable[[State], None]) -> None:
-    """Draw a page: configuration, menu and `body`, which gets the state of the session."""
+    """Configure the page, draw its menu, and call `body` with the state of the session."""
     st.set_page_config(
         page_title=f"{title} · CCWSIM",
         page_icon=str(ASSETS / "logo-mark.svg"),
@@ -55,7 +55,7 @@ def show_page(title: str, body: Callable[[State], None]) -> None:
     )
     st.html(f"<style>{own_colours()}\n{STYLE.read_text('utf-8')}</style>")
     st.logo(str(ASSETS / f"logo-{theme_name()}.svg"), size="large")
-    # reading the theme makes Streamlit draw the page again when the user switches it
+    # because the theme is read, Streamlit draws the page again when the user switches it
     draw_component("theme", "theme", {"theme": theme_name()}, "theme")
     draw_component("cookie", "cookie", {"name": COOKIE, "value": browser()})
     settle_server()
@@ -72,7 +72,7 @@ def show_page(title: str, body: Callable[[State], None]) -> None:
 
 
 def _top(title: str, state: State) -> None:
-    """Draw the menu of pages, Share, Open and How to, and notes about the address."""
+    """Draw the menus (pages, Share, Open, How to) and notes about the address."""
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="top"):
         _menu(title)
         draw_share(state)
@@ -92,7 +92,7 @@ def _menu(title: str) -> None:
             except (StreamlitAPIException, KeyError):
                 if label == title:
                     st.markdown(f"**{label}**")
-        # the element that keeps the name of the current page in view comes last in the row
+        # the last element of the row keeps the name of the current page in view
         here = [label for label, _ in PAGES].index(title) if title in dict(PAGES) else 0
         script = MENU_SCRIPT.read_text("utf-8").replace("PLACE", str(here))
         st.html(f"<script>{script}</script>", unsafe_allow_javascript=True)
@@ -100,7 +100,7 @@ def _menu(title: str) -> None:
 
 @st.fragment
 def _draw_how_to(title: str) -> None:
-    """Draw a menu with the how-to of the page of this title, and with those of other pages."""
+    """Draw a menu with the how-to of the page with this title, then the how-tos of other pages."""
     with error_boundary():
         titles = list(how_tos())
         if title not in titles:

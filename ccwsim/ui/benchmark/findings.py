@@ -1,4 +1,4 @@
-"""Results of the measured times as sentences, tables and CSV, and how to read them."""
+"""Measured times as sentences, tables and CSV, with explanations of how to read them."""
 
 from __future__ import annotations
 
@@ -45,14 +45,14 @@ TABLE_2_NOTE = (
     "data are honoured, unless the study turns that off."
 )
 Setting = tuple[str, int, bool]
-"""Method, level (in volumes within layers), and whether volumes are simulated."""
+"""Method, level (for volumes, the level in layers), and whether volumes are simulated."""
 NONE = "–"
 PAPER_SIDE = 512
 """Side of the grid of Table 2."""
 
 
 def by_setting(timings: Sequence[Timing]) -> dict[Setting, list[Timing]]:
-    """Return the times by method and level, in the order measured."""
+    """Return the times by method and level, in the order in which they were measured."""
     found: dict[Setting, list[Timing]] = {}
     for timing in timings:
         found.setdefault(setting_of(timing), []).append(timing)
@@ -66,7 +66,7 @@ def setting_of(timed: Timing | TimingCase) -> Setting:
 
 
 def name_of(setting: Setting, settings: Sequence[Setting]) -> str:
-    """Return the name of a setting, with its method if the settings have several."""
+    """Return the name of a setting; it has the method if methods differ between settings."""
     method, level, volume = setting
     several = len({method for method, _, _ in settings}) > 1
     kind = ("volume " if volume else "map ") if any(v for _, _, v in settings) else ""
@@ -79,7 +79,7 @@ def size_text(shape: Shape) -> str:
 
 
 def describe_growth(name: str, timings: Sequence[Timing]) -> str:
-    """Describe how a setting's time grows with the cells; empty for a single size."""
+    """Describe how a setting's time grows with the number of cells; empty for one size."""
     if len({t.n_cells for t in timings}) < 2:
         return ""
     found = growth(timings)
@@ -96,7 +96,7 @@ def describe_growth(name: str, timings: Sequence[Timing]) -> str:
 
 
 def growth_lines(timings: Sequence[Timing]) -> list[str]:
-    """Describe the growth of each setting's time and the effect of levels, line by line."""
+    """Describe, line by line, how each setting's time grows and how levels change it."""
     found = by_setting(timings)
     each = [describe_growth(name_of(setting, list(found)), own) for setting, own in found.items()]
     more = (describe_levels(timings), describe_volumes(timings))
@@ -104,7 +104,7 @@ def growth_lines(timings: Sequence[Timing]) -> list[str]:
 
 
 def describe_volumes(timings: Sequence[Timing]) -> str:
-    """Compare the time per cell of volumes with that of maps, on the largest grid of each."""
+    """Compare the times per cell of volumes and maps, each on its largest grid."""
     found = by_setting(timings)
     both = [
         (setting, own[-1], found[(*setting[:2], False)][-1])
@@ -124,7 +124,7 @@ def describe_volumes(timings: Sequence[Timing]) -> str:
 
 
 def describe_levels(timings: Sequence[Timing]) -> str:
-    """Compare the times of the lowest and highest wavelet level, here and in the paper."""
+    """Compare the times at the lowest and highest wavelet level, measured and in the paper."""
     paper = {t.level: t.cpu_seconds or 0.0 for t in published.FIGURE_13}
     maps = [t for t in timings if t.parameters.method == "ccwsim" and len(t.grid_shape) == 2]
     own = {t.parameters.level: t for t in maps}
@@ -153,7 +153,7 @@ def describe_plan(n_cases: int, n_realizations: int, seconds: float) -> str:
 
 
 def why_ended(run: TimingRun) -> str:
-    """Return why a run ended early, or an empty text."""
+    """Return the reason why a run ended early, or an empty text."""
     error = run.error
     if isinstance(error, Cancelled):
         n = len(run.timings)
@@ -183,7 +183,7 @@ def _sizes(size: Any) -> str:
 
 
 def _how_maps(cases: Sequence[TimingCase]) -> str:
-    """Describe the maps that are timed beside volumes, if there are any."""
+    """Describe the maps that are timed beside volumes; empty if there are none."""
     maps = [case.parameters for case in cases if len(case.grid_shape) == 2]
     if not maps or len(maps) == len(cases):
         return ""
@@ -194,7 +194,7 @@ def _how_maps(cases: Sequence[TimingCase]) -> str:
 
 
 def progress_label(run: TimingRun) -> str:
-    """Return the number of timed settings and the setting being timed, as text."""
+    """Return, as text, the number of timed settings and the name of the present one."""
     n = len(run.timings)
     text = f"{n} of {len(run.cases)} settings"
     if n < len(run.cases):
@@ -205,7 +205,7 @@ def progress_label(run: TimingRun) -> str:
 
 
 def grid_table(timings: Sequence[Timing]) -> str:
-    """Return times by grid size as HTML; for maps the last row is the paper's largest grid."""
+    """Return times by grid size as HTML; for maps, the last row has the paper's largest grid."""
     found = by_setting(timings)
     head = ["cells", *(name_of(setting, list(found)) for setting in found)]
     rows = []
@@ -227,7 +227,7 @@ def data_table(
 ) -> str:
     """Return Table 2 as HTML: measured and published times by method, level and number of data.
 
-    The paper has no volumes; `side` is the side of the grid or of its layers.
+    Volumes have no published times. `side` is the side of the grid or of its layers.
     """
     found = {(*setting_of(t)[:2], t.n_data): t for t in timings}
     shown = [n for n in numbers if n]
@@ -254,7 +254,7 @@ def data_table(
 
 
 def octave_table() -> str:
-    """Return a table in HTML of times and wrong data of the published codes."""
+    """Return an HTML table with times and numbers of wrong data of the published codes."""
     rows = []
     for t in published.OCTAVE_TIMES:
         took = NONE if t.cpu_seconds is None else f"{t.cpu_seconds:.1f} s"
@@ -273,7 +273,7 @@ def table_of(
     marked: int = -1,
     words: Sequence[int] = (0,),
 ) -> str:
-    """Return an HTML table; equal neighbours in a head are merged, row `marked` stands out."""
+    """Return an HTML table; equal neighbours in a head are merged, and row `marked` is marked."""
     top = "".join(f"<tr>{_head(row)}</tr>" for row in heads)
     body = "".join(
         f"<tr{' class=paper' if k == marked else ''}>"
@@ -330,7 +330,7 @@ TIMINGS_HEAD = (
 
 
 def timings_csv(runs: Sequence[TimingRun], machine: str) -> bytes:
-    """Return one CSV line per timed realization, with its setting and the machine."""
+    """Return CSV with a line per timed realization, including its setting and the machine."""
     lines = []
     for run in runs:
         for timing in list(run.timings):

@@ -1,4 +1,4 @@
-"""The page Benchmark: two measurements, each with its controls above its results."""
+"""The page Benchmark: two measurements; the controls of each are above its results."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ LEVELS_HELP = (
     "compares single cells."
 )
 MIN_BYTES_TOLD = 50e6
-"""Memory use is stated from this number of bytes."""
+"""Memory use is stated if it is at least this number of bytes."""
 MICRO = 1e6
 
 
@@ -137,7 +137,7 @@ def _draw_choices(state: State, which: Literal["grid", "data"]) -> None:
 
 
 def _draw_pills(page_state: Benchmark, name: str, label: str, options: dict) -> None:
-    """Draw pills for a list of choices; selected values that are unavailable are not shown."""
+    """Draw pills for a list of choices; selected but unavailable values are not shown."""
     options |= {"selection_mode": "multi", "width": "content"} | bound_to(page_state, name)
     options["value"] = [one for one in options["value"] if one in options["options"]]
     field(st.pills, label, key=name, **options)
@@ -155,7 +155,7 @@ def _draw_start(state: State, kind: Kind) -> None:
 
 
 def _describe_plan(state: State, kind: Kind) -> str:
-    """Describe the planned run, or name the missing choice."""
+    """Describe the planned run; if a choice is missing, name it."""
     page_state = state.page(Benchmark)
     try:
         cases = cases_of(state, kind)
@@ -171,7 +171,7 @@ def _describe_plan(state: State, kind: Kind) -> str:
 
 
 def _draw_part(state: State, kind: Kind) -> None:
-    """Draw one measurement with its description, and update it while it runs."""
+    """Draw a measurement with its description; update the drawing while it runs."""
     step_note(_describe_plan(state, kind))
     run = getattr(state.page(Benchmark), kind)
 
@@ -225,12 +225,12 @@ def _draw_chart(
 
 
 def has_paper(timings: Sequence[Timing]) -> bool:
-    """Return whether the paper's times can be shown: they are for maps only."""
+    """Return whether the paper's times can be shown; the paper has times only for maps."""
     return all(len(t.grid_shape) == 2 for t in timings)
 
 
 def ticks_of(timings: Sequence[Timing], volumes: bool) -> dict[int, str]:
-    """Return the ticks of the cell axis: sizes of square grids, or powers of ten."""
+    """Return the ticks of the axis of cells; these are sizes of square grids or powers of ten."""
     if has_paper(timings) and not (volumes and not timings):
         sides = {t.grid_shape[0] for t in timings} | {SIDES[0], SIDES[1], SIDES[3], SIDES[-1]}
         return {side**2: f"{side}²" for side in sorted(sides)}
@@ -240,7 +240,7 @@ def ticks_of(timings: Sequence[Timing], volumes: bool) -> dict[int, str]:
 
 
 def _draw_data(state: State) -> None:
-    """Draw times by number of data in the layout of Table 2."""
+    """Draw the times by number of data, in the layout of Table 2."""
     page_state, run = state.page(Benchmark), state.page(Benchmark).data
     if run:
         chosen = list(dict.fromkeys(map(findings.setting_of, run.cases)))
@@ -262,7 +262,7 @@ def _draw_data(state: State) -> None:
 
 
 def chosen_settings(state: State) -> list[findings.Setting]:
-    """Return the methods and levels chosen now; empty if they do not fit the study."""
+    """Return the chosen methods and levels; empty if they do not fit the study."""
     own = state.page(Benchmark)
     if not own.data_levels or not own.data_methods:
         return []
@@ -272,7 +272,7 @@ def chosen_settings(state: State) -> list[findings.Setting]:
 
 
 def measured_series(timings: Sequence[Timing], per_cell: bool) -> list[TimeSeries]:
-    """Return a line for each setting: seconds, or microseconds per cell."""
+    """Return one line per setting, in seconds or in microseconds per cell."""
     found = findings.by_setting(timings)
     lines = []
     for setting, own in found.items():

@@ -1,4 +1,4 @@
-"""Measurements: choices on the page, the resulting cases, and the run on a thread."""
+"""Measurements: choices on the page, the cases made from them, and the run on a thread."""
 
 from __future__ import annotations
 
@@ -32,16 +32,16 @@ from ccwsim.ui.session.state import State
 
 Kind = Literal["grids", "data"]
 SIDES = (256, 512, 1000, 2000, 3000, 5000)
-"""Sides of square grids as in Fig. 13; the last has the paper's 25 million cells."""
+"""Sides of square grids as in Fig. 13; the last grid has the paper's 25 million cells."""
 DATA_SIDES = (256, 512, 1000)
 VOLUME_SIDES = (48, 64, 100, 160, 256)
-"""Sides of the layers of volumes; the study's grid sets the number of layers."""
+"""Sides of the layers of volumes; the grid of the study sets the number of layers."""
 DATA_SIDES_VOLUME = (64, 100, 160)
 NUMBERS = (0, 100, 400, 1000, 2000, 4000)
 TIMED_METHODS = tuple(method for method in METHODS if method != "ccsim")
-"""The methods with levels: CCSIM is level 0 of CCWSIM."""
+"""The methods that have levels; CCSIM is left out because it is level 0 of CCWSIM."""
 BYTES_PER_CELL = 10
-"""Memory that a run needs per cell, with a margin."""
+"""Bytes of memory that a run needs per cell, including a margin."""
 MAX_SHARE_OF_MEMORY = 0.5
 FINEST, COARSEST = 0, 3
 
@@ -50,8 +50,8 @@ FINEST, COARSEST = 0, 3
 class TimingRun(PageRun[None]):
     """A measurement of several cases, one after another.
 
-    `timings` has the finished cases in order; `disturbed` is whether others were computing on
-    this server at the same time.
+    `timings` has the finished cases in order; `disturbed` states whether other sessions computed
+    on this server at the same time.
     """
 
     training_image: TrainingImage
@@ -68,10 +68,10 @@ class TimingRun(PageRun[None]):
         return len(self.cases)
 
     def demand(self) -> Demand:
-        """Return the resources that the run needs: those of one case at a time."""
+        """Return the resources that the run needs; one case runs at a time."""
         n_bytes = 0
         for case in self.cases:
-            with suppress(CCWSIMError):  # a case that does not fit ends the run when it is reached
+            with suppress(CCWSIMError):  # the run ends when it reaches a case that does not fit
                 image = image_of_case(self.training_image, case)
                 study = Study(image, Grid.of(case.grid_shape), case.parameters)
                 at_once = max(CELLS_AT_ONCE // case.n_cells, 1)
@@ -94,10 +94,10 @@ class TimingRun(PageRun[None]):
 
 @dataclass
 class Benchmark:
-    """The state of the page: choices, latest run of each kind, reason a run did not start.
+    """The state of the page: choices, latest run of each kind, reason why a run did not start.
 
-    `largest` is the side of the largest grid and `side` the side of the grid with data;
-    `largest_volume` and `side_volume` are the sides of the layers of volumes. `maps` is whether
+    `largest` is the side of the largest grid, and `side` is the side of the grid with data.
+    `largest_volume` and `side_volume` are the sides of the layers of volumes. `maps` states whether
     maps are timed beside volumes. Unknown methods are left out.
     """
 
@@ -123,12 +123,12 @@ class Benchmark:
 
     @property
     def running(self) -> TimingRun | None:
-        """The current run, if any; simultaneous runs would slow each other down."""
+        """The current run, if any. Only one is allowed, because two would slow each other down."""
         return next((run for run in self.runs if run.going), None)
 
 
 def start_timing(state: State, kind: Kind) -> None:
-    """Start timing; earlier results stay if the run cannot start."""
+    """Start a measurement; if it cannot start, earlier results stay."""
     page_state = state.page(Benchmark)
     image, n = image_of(state.choices.image), page_state.n_realizations
     try:
@@ -146,18 +146,18 @@ def level_options(state: State) -> list[int]:
 
 
 def side_options(free_bytes: int | None) -> list[int]:
-    """Return the largest grids offered: at least two sizes, more if memory allows."""
+    """Return the sides offered for the largest grid: at least two, and more if memory allows."""
     available = float("inf") if free_bytes is None else MAX_SHARE_OF_MEMORY * free_bytes
     return [s for s in SIDES[1:] if s == SIDES[1] or s * s * BYTES_PER_CELL <= available]
 
 
 def number_options(side: int, nz: int | None = None) -> list[int]:
-    """Return the numbers of data offered, up to a quarter of the cells."""
+    """Return the numbers of data that are offered, up to a quarter of the cells."""
     return [n for n in NUMBERS if 4 * n <= side * side * (nz or 1)]
 
 
 def cases_of(state: State, kind: Kind) -> list[TimingCase]:
-    """Return the cases of a measurement, by size of the grid or by number of data.
+    """Return the cases of a measurement, in order of grid size or of number of data.
 
     Raises `CCWSIMError` if a choice is missing or a level does not fit the study.
     """
@@ -182,7 +182,7 @@ def cases_of(state: State, kind: Kind) -> list[TimingCase]:
 
 
 def layers_of(state: State) -> int | None:
-    """Return the number of layers of timed volumes; None if the study is a map."""
+    """Return the number of layers of timed volumes; None if the study is for maps."""
     image = image_of(state.choices.image)
     if image.n_dimensions == 2:
         return None
@@ -197,7 +197,7 @@ def timed_parameters(
 ) -> list[Parameters]:
     """Return the study's parameters for each method and level, with the nearest valid sizes.
 
-    Sizes fit the training image, or an image of `image_shape` if given.
+    Sizes fit an image of `image_shape` if it is given, else the training image.
     """
     p, shape = state.choices.parameters, image_shape or image_of(state.choices.image).shape
     found = [
@@ -212,7 +212,7 @@ def timed_parameters(
 
 
 def expected(state: State, cases: Sequence[TimingCase]) -> float:
-    """Return the expected seconds of a run, based on this session's measurements."""
+    """Return the expected duration of a run in seconds, from measurements in this session."""
     page_state, image = state.page(Benchmark), image_of(state.choices.image)
     runs = [run for run in page_state.runs if run.training_image.digest == image.digest]
     known = [timing for run in runs for timing in run.timings]

@@ -17,7 +17,7 @@ from ccwsim.ui.compare.settings import LETTERS
 from ccwsim.ui.results.tables import as_csv, numbers_table
 
 MAX_EQUAL_TIME = 1.05
-"""Settings count as equally fast up to this ratio of CPU times."""
+"""Two settings count as equally fast if the ratio of CPU times is at most this value."""
 
 
 def colour_of(letter: str) -> str:
@@ -27,7 +27,7 @@ def colour_of(letter: str) -> str:
 
 
 def sentences(found: Comparison) -> list[str]:
-    """Return a sentence comparing each setting with the first, then proportions and data."""
+    """Return sentences that compare each setting with the first, then proportions and data."""
     each = [describe_against_first(found, k) for k in range(1, len(found.names))]
     return [*each, *_describe_proportions(found), *_describe_data(found)]
 
@@ -49,7 +49,7 @@ def describe_speed(ratio: float) -> str:
 
 
 def _describe_proportions(found: Comparison) -> list[str]:
-    """Describe proportions that are outside the scatter of crops of the training image."""
+    """Describe proportions that are outside the range of crops of the training image."""
     said = []
     for name, ensemble in zip(found.names, found.ensembles, strict=True):
         fit = fit_proportions(ensemble)
@@ -75,7 +75,7 @@ def _describe_data(found: Comparison) -> list[str]:
 
 
 def describe_grades(row: PairRatio) -> str:
-    """Describe a pair of settings; ratios within two standard errors of 1 count as equal."""
+    """Describe a pair of settings; a ratio within two standard errors of 1 means equal."""
     if not np.isfinite(row.ratio):
         return "one realization has no variety"
     if np.isnan(row.errors).any():
@@ -146,7 +146,7 @@ def settings_csv(found: Comparison) -> bytes:
 
 
 def realizations_csv(found: Comparison) -> bytes:
-    """Return CSV with a line for each realization, with its position in the MDS plot."""
+    """Return CSV with a line per realization, including its position in the MDS plot."""
     codes = found.ensembles[0].training_image.codes
     head = ["setting", "realization", "cpu_seconds", "data_wrong", "data_mended", "data_forced"]
     head += [f"proportion_{code}" for code in codes]

@@ -1,4 +1,4 @@
-"""The page Compare: two to four settings on the same training image, data and seeds."""
+"""The page Compare: two to four settings with the same training image, data and seeds."""
 
 from __future__ import annotations
 
@@ -90,12 +90,12 @@ SHOWN_AT_ONCE = {
     *("method", "wavelet_level", "template_size", "overlap_size"),
     *("n_candidates", "search_fraction", "refine"),
 }
-"""Parameters shown outside the menu of a setting."""
+"""Parameters that are shown outside the menu of a setting."""
 MIN_IMAGE_SHARE = 0.8
-"""The training image's column is never narrower than this share of a setting's."""
+"""Minimum width of the training image's column, relative to the column of a setting."""
 MAPS: dict[str, Any] = {"scale": "compared", "body": False}
 MAX_HEIGHTS = {2: 460, 3: 300}
-"""Pixels of maps and of the slices of volumes, by dimension."""
+"""Maximum height of maps and of slices of volumes in pixels, by dimension."""
 NO_CURVES = np.empty((0, 0))
 BORDERS = dict(zip(DASHES, ("solid", "dashed", "dotted", "dashed"), strict=True))
 """CSS border style of each dash; CSS has no dash-dot."""
@@ -246,14 +246,14 @@ def describe_study(state: State) -> str:
 
 @st.fragment
 def _draw_results(state: State, busy: bool) -> None:
-    """Draw the partial results of a running comparison, or those of the latest one.
+    """Draw the partial results of a running comparison, or the results of the latest one.
 
-    `busy` is whether a computation was running when the page was drawn.
+    `busy` states whether a computation was running when the page was drawn.
     """
     page_state = state.page(ComparePageState)
     with error_boundary():
         run = page_state.run
-        if (run is not None) != busy:  # a part of the page started more work
+        if (run is not None) != busy:  # a part of the page has started more work
             st.rerun()
         found, request = page_state.found, page_state.request
         if run is not None and run.partial is not None:
@@ -296,7 +296,7 @@ def _draw_outlines(state: State) -> None:
 
 
 def draw_name(letter: str, note: str) -> None:
-    """Write the letter of a setting in its colour, with its description."""
+    """Draw the letter of a setting in its colour, followed by the description `note`."""
     text = escape(note)
     html = f'<b>{letter}</b><span title="{text}">{text}</span>'
     st.html(f'<div class="setting" style="--own: {findings.colour_of(letter)}">{html}</div>')
@@ -305,7 +305,7 @@ def draw_name(letter: str, note: str) -> None:
 def draw_maps(
     state: State, found: Comparison, request: ComparisonRequest, colours: Sequence[str]
 ) -> None:
-    """Draw a column for the training image and each setting, with the E-type below."""
+    """Draw one column for the training image and one per setting, with the E-type below."""
     page_state = state.page(ComparePageState)
     image, grid, n = found.ensembles[0].training_image, request.grid, found.ensembles[0].n
 
@@ -364,7 +364,7 @@ def _draw_beside(found: Comparison) -> None:
 
 
 def draw_curves(state: State, found: Comparison) -> None:
-    """Draw the curves of the chosen facies, or a note that they are being computed."""
+    """Draw the curves of the chosen facies; until they are computed, draw a note."""
     facies = state.facies
     name = found.ensembles[0].training_image.facies_names[facies]
     if not has_curves(found, facies):
@@ -407,7 +407,7 @@ def draw_curves(state: State, found: Comparison) -> None:
 
 
 def draw_patterns(state: State, found: Comparison) -> None:
-    """Draw the MDS plot and the ANODI ratios, or the reason why they are missing."""
+    """Draw the MDS plot and the ANODI ratios; if they are missing, draw the reason."""
     if found.anodi is None:
         if found.problem:
             step_note(f"Patterns are not compared: {found.problem}.")

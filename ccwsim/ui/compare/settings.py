@@ -32,14 +32,14 @@ from ccwsim.ui.study.run import failed
 from ccwsim.ui.study.study_column import set_parameters
 
 N_USUAL, N_USUAL_VOLUME = 12, 4
-"""Default number of realizations per setting, of maps and of volumes."""
+"""Default number of realizations per setting, for maps and for volumes."""
 LETTERS: tuple[str, ...] = ("A", "B", "C", "D")
-"""Names of the settings; A is the study's own."""
+"""Names of the settings; A is the setting of the study."""
 
 
 @dataclass(frozen=True)
 class ComparisonRequest:
-    """The inputs of a comparison; results are outdated if the page's inputs differ."""
+    """The inputs of a comparison; its results are outdated if the page has other inputs."""
 
     image: ImageChoice
     data: DataChoice
@@ -50,13 +50,13 @@ class ComparisonRequest:
 
     @property
     def key(self) -> tuple:
-        """Key that is equal for equal results; it ignores colours of the facies."""
+        """Key that is equal if the results are equal; colours of facies are ignored."""
         return self.image.digest, self.data, self.grid, self.seed, self.n, self.settings
 
 
 @dataclass
 class ComparisonRun(PageRun[Comparison]):
-    """A comparison, or curves of one more facies (a code) for the comparison `known`."""
+    """A comparison, or a run that adds curves of one more facies (a code) to `known`."""
 
     request: ComparisonRequest
     training_image: TrainingImage
@@ -68,7 +68,7 @@ class ComparisonRun(PageRun[Comparison]):
 
     @property
     def n_pieces(self) -> int:
-        """Number of realizations of all settings."""
+        """Total number of realizations of all settings."""
         return self.request.n * len(self.request.settings)
 
     def demand(self) -> Demand:
@@ -99,9 +99,10 @@ class ComparisonRun(PageRun[Comparison]):
 class ComparePageState:
     """The state of the page.
 
-    `others` are the settings besides the study's own; None stands for the default at that position,
-    which follows the study. `n` is the number of realizations per setting; None until the page is
-    first drawn. `run` is the running comparison; `found` the latest result, `request` its inputs.
+    `others` are all settings except the setting of the study; None stands for the default setting,
+    which follows the study. `n` is the number of realizations per setting, and None until the page
+    is first drawn. `run` is the running comparison, `found` is the latest result, and `request` has
+    the inputs of this result.
     """
 
     others: list[Parameters | None] = field(default_factory=lambda: [None, None])
@@ -114,7 +115,7 @@ class ComparePageState:
 
 
 def settings_of(state: State) -> tuple[Parameters, ...]:
-    """Return all settings, with the nearest sizes that fit the training image."""
+    """Return all settings; sizes are the nearest that fit the training image."""
     shape = image_of(state.choices.image).shape
     own = fitted(state.choices.parameters, shape)
     usual = usual_others(own, shape)
@@ -124,9 +125,9 @@ def settings_of(state: State) -> tuple[Parameters, ...]:
 
 
 def usual_others(own: Parameters, shape: Shape) -> list[Parameters]:
-    """Return distinct settings that are worth comparing with the study's own."""
+    """Return distinct settings that are worth comparing with the setting of the study."""
     wanted: list[Any] = [k for k in (3, 1, 2) if k in levels(shape)]
-    if len(shape) == 3:  # volumes are thin: the level along z is at most the level within layers
+    if len(shape) == 3:  # volumes are thin, so the level along z is at most the level in layers
         wanted = [(z, k, k) for k in wanted for z in (k - 1, k) if z in levels(shape, True)]
     tried: list[dict] = [{"method": "ccsim"}]
     tried += [{"method": "ccwsim", "wavelet_level": level} for level in wanted]
@@ -142,7 +143,7 @@ def usual_others(own: Parameters, shape: Shape) -> list[Parameters]:
 
 
 def describe_setting(p: Parameters, own: Parameters) -> str:
-    """Describe the differences of a setting from the study's own."""
+    """Describe how a setting differs from the setting of the study."""
     names = [f.name for f in fields(Parameters) if getattr(p, f.name) != getattr(own, f.name)]
     if p.method == "ccsim":  # CCSIM has no level
         names = [name for name in names if name != "wavelet_level"]
@@ -166,7 +167,7 @@ def describe_parameters(p: Parameters) -> str:
 
 
 def change_setting(state: State, k: int, **changes: object) -> None:
-    """Change setting `k`; setting 0 is the study's own."""
+    """Change setting `k`; setting 0 is the setting of the study."""
     if k == 0:
         set_parameters(state, **changes)
         return
@@ -190,7 +191,7 @@ def add_setting(state: State) -> None:
 
 
 def remove_setting(state: State, k: int) -> None:
-    """Remove setting `k`; later settings move up unchanged."""
+    """Remove setting `k`; later settings move up and stay the same."""
     present = list(settings_of(state))
     if 0 < k < len(present) and len(present) > MIN_SETTINGS:
         del present[k]
@@ -198,7 +199,7 @@ def remove_setting(state: State, k: int) -> None:
 
 
 def use_setting(state: State, k: int) -> None:
-    """Swap setting `k` with the study's own setting, so that nothing is lost."""
+    """Swap setting `k` with the setting of the study, so that neither is lost."""
     present = list(settings_of(state))
     present[0], present[k] = present[k], present[0]
     state.change(parameters=present[0])
@@ -214,7 +215,7 @@ def _describe(name: str, value: object) -> str:
 
 
 def request_of(state: State) -> ComparisonRequest:
-    """Return the inputs of a comparison as the page is now."""
+    """Return the inputs of a comparison from the present state of the page."""
     c = state.choices
     return ComparisonRequest(c.image, c.data, c.grid, c.seed, n_of(state), settings_of(state))
 
@@ -267,7 +268,7 @@ def code_of(found: Comparison, facies: int) -> int:
 
 
 def collect_comparison(state: State) -> None:
-    """Take the result of a finished run; earlier results stay if the run has no result."""
+    """Store the result of a finished run; earlier results stay if the run has no result."""
     page_state = state.page(ComparePageState)
     run = page_state.run
     if run is None or run.going:
@@ -296,7 +297,7 @@ def _stopped(found: Comparison | None, n: int, has_older: bool) -> str:
 
 
 def follow_comparison(state: State, run: ComparisonRun) -> None:
-    """Show progress; draw the page again for new partial results and at the end."""
+    """Show the progress; draw the page again for new partial results and at the end."""
     job, n_parts = run.job, run.n_parts
     if job is not None:
         follow(
@@ -308,7 +309,7 @@ def follow_comparison(state: State, run: ComparisonRun) -> None:
 
 
 def progress_label(run: ComparisonRun) -> str:
-    """Return the name of the work after the last realization; empty before."""
+    """Return the name of the work that follows the last realization; empty before that."""
     if run.job is None or run.job.n_done < run.n_pieces:
         return ""
     return "Comparing patterns" if run.partial and run.partial.curves else "Comparing curves"

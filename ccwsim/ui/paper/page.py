@@ -48,17 +48,17 @@ INTRODUCTION = (
 )
 DURATIONS = {False: "some minutes on two cores", True: "under a minute, on smaller grids"}
 BYTES_PER_CELL = 8
-"""Memory of an experiment per cell of its realizations, including statistics and pictures."""
+"""Bytes that an experiment needs per simulated cell, including statistics and pictures."""
 VARIABLE = "CCWSIM_DATA"
-"""Environment variable of the server with the path of the authors' files."""
+"""Environment variable on the server that has the path of the authors' files."""
 
 
 @dataclasses.dataclass
 class PaperRun(PageRun[Reproduction]):
-    """A run of all experiments, running or ended.
+    """A run of all experiments that is running or has ended.
 
-    `finished` has the finished experiments; `report` is the HTML report, empty before the end or if
-    no experiment was finished.
+    `finished` has the finished experiments. `report` is the HTML report; it is empty before the end
+    and if no experiment was finished.
     """
 
     inputs: PaperInputs
@@ -74,7 +74,7 @@ class PaperRun(PageRun[Reproduction]):
         return len(EXPERIMENTS)
 
     def demand(self) -> Demand:
-        """Return the resources needed: those of the largest experiment, as they run one by one."""
+        """Return the resources of the largest experiment, because experiments run one by one."""
         x = QUICK if self.quick else FULL
         many, few = x.side(512) ** 2 * x.n_many, x.largest_side**2 * x.n_few
         n_cells = max(many, few, max(x.timed_sides) ** 2 * x.n_timed)
@@ -91,7 +91,7 @@ class PaperRun(PageRun[Reproduction]):
 
 @dataclasses.dataclass
 class PaperState:
-    """The state of the page: extent and seed of the next run, and the latest run."""
+    """The state of the page: the extent and seed of the next run, and the latest run."""
 
     quick: bool = False
     seed: int = 0
@@ -100,7 +100,7 @@ class PaperState:
 
 
 def server_inputs() -> tuple[PaperInputs, str]:
-    """Return the server's inputs and the problem with their folder, if any."""
+    """Return the inputs on the server and, if there is one, the problem with their folder."""
     folder = os.environ.get(VARIABLE)
     try:
         return inputs_in(folder or None), ""
@@ -131,7 +131,7 @@ def draw_paper(state: State) -> None:
 
 
 def start(state: State) -> None:
-    """Start a run; a session has at most one."""
+    """Start a run; a session has at most one run at a time."""
     page_state = state.page(PaperState)
     if page_state.run is not None and page_state.run.going:
         return
@@ -195,7 +195,7 @@ def describe_inputs(inputs: PaperInputs) -> str:
 
 
 def progress_label(run: PaperRun) -> str:
-    """Return the number of finished experiments and the title of the running one."""
+    """Return the number of finished experiments and the title of the running experiment."""
     n = len(run.finished)
     if n >= len(EXPERIMENTS):
         return "Writing the report …"
@@ -213,7 +213,7 @@ def ended_text(run: PaperRun) -> str:
 
 
 def verdict_list(finished: Sequence[Finished]) -> str:
-    """Return all experiments as an HTML list: finished experiments unfold, the rest are dimmed."""
+    """Return all experiments as an HTML list; finished ones can be unfolded, others are dimmed."""
     items = []
     for k, experiment in enumerate(EXPERIMENTS):
         line = f"<b>{k + 1}</b><i>{escape(experiment.title)}</i><em>{escape(experiment.place)}</em>"

@@ -1,1 +1,1 @@
-"""The state of a session, and the study that its choices describe."""
+"""The state of a session, and the study described by its choices."""

@@ -1,4 +1,4 @@
-"""The address of a page: it can start a study, and it is updated with every change."""
+"""The address of a page can start a study, and it is updated with every change."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from ccwsim.ui.session.state import State
 CLASS = "class"
 """Key of the query that gives each reader of a shared link a different seed."""
 MIN_OWN_SEED = 1000
-"""Minimum of the seeds drawn for readers; smaller seeds are those that people type."""
+"""Minimum seed drawn for a reader; people typically type smaller seeds."""
 
 
 def take_address(state: State) -> None:
-    """Start a study from the address of the page, with notes about parts that are not usable."""
+    """Start a study from the address of the page, and note the parts that cannot be used."""
     choices, shown, notes = read_link(_query(), kept_for_reload())
     choices, more = made_consistent(own_seed(state, choices))
     state.choices, state.notes = choices, (*notes, *more)
@@ -36,7 +36,7 @@ def take_address(state: State) -> None:
 
 
 def own_seed(state: State, choices: Choices) -> Choices:
-    """Return a study with a random seed for this reader, if the address has the key `CLASS`."""
+    """Return the study, with a seed drawn for this reader if the address has the key `CLASS`."""
     if st.query_params.get(CLASS) != "1":
         return choices
     del st.query_params[CLASS]
@@ -45,7 +45,7 @@ def own_seed(state: State, choices: Choices) -> Choices:
 
 
 def made_consistent(choices: Choices) -> tuple[Choices, tuple[str, ...]]:
-    """Return choices whose parts fit together, and notes about the changes this needed."""
+    """Return choices whose parts fit together, and notes about the changes made for this."""
     notes = []
     fitting = fitted_to_image(choices, image_of(choices.image))
     if fitting.grid != choices.grid and choices.grid != Choices().grid:
@@ -85,7 +85,7 @@ def follow_study(state: State) -> None:
     kept = {name: values for name, values in query.items() if not meant(name)}
     wanted = {**kept, **link_of(state.choices, shown_of(state))}
     text = urlencode(wanted, doseq=True)
-    # the address reported by the browser may be older than the one it was sent last
+    # the address reported by the browser may be older than the last address sent to it
     if text != state.address or wanted != query:
         st.query_params.from_dict(wanted)
         state.address = text

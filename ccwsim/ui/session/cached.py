@@ -1,4 +1,4 @@
-"""A cache of results for all sessions, whose keys are the contents of the arguments."""
+"""A cache of results that all sessions share; its keys are the contents of the arguments."""
 
 from __future__ import annotations
 
@@ -30,5 +30,5 @@ CONTENT: dict[str | type[Any], Callable[[Any], Any]] = {
     Parameters: lambda parameters: parameters.digest,
     Ensemble: _of_ensemble,
 }
-"""Functions that return the content by which an argument of a type is compared."""
+"""Functions that return the content of an argument, by type; equal contents count as equal."""
 cached = partial(st.cache_resource, show_spinner=False, hash_funcs=CONTENT)

@@ -11,7 +11,7 @@ from ccwsim.model.training_image import TrainingImage
 
 
 def image_part(image: TrainingImage) -> str:
-    """Return the name of a training image, made safe for file names.
+    """Return the name of a training image in a form that is safe in file names.
 
     Examples
     --------
@@ -43,5 +43,5 @@ def study_part(ensemble: Ensemble) -> str:
 
 
 def _sizes(value: Any) -> str:
-    """Return a size as text, for a volume along x, y and z."""
+    """Return a size as text; for a volume, the sizes along x, y and z."""
     return "x".join(map(str, value[::-1])) if isinstance(value, tuple) else str(value)

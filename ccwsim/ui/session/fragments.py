@@ -19,21 +19,21 @@ from ccwsim.ui.widgets.errors import PENDING_ERROR, is_control_flow, user_messag
 from ccwsim.ui.widgets.fields import button
 
 LAST_DRAWN = "ccwsim_last_drawn"
-"""Key of the choices with which a page was last drawn completely."""
+"""Session key of the choices with which a page was last drawn without an error."""
 FAILED = "ccwsim_failed"
-"""Key that is set in the session while a part of the page cannot be drawn."""
+"""Session key that is set while a part of the page cannot be drawn."""
 DRAW_SECONDS = 0.5
-"""Seconds between two checks of a job whose partial results are drawn."""
+"""Seconds between two checks of a job if its partial results are drawn."""
 TOGETHER = 1.0
-"""Seconds during which arriving values are collected, to be drawn together."""
+"""Values that arrive within this number of seconds are drawn together."""
 
 
 @contextmanager
 def error_boundary(whole: bool = False, way_back: bool = False) -> Iterator[None]:
     """Show errors as messages, keep the state, and write changes into the address.
 
-    Use it around the body of a page or fragment. If a `whole` page or a part with `way_back` fails,
-    a button to return to the last study that could be drawn is offered, once.
+    Use this around the body of a page or fragment. If a `whole` page or a part with `way_back`
+    fails, one button is drawn that returns to the last study that could be drawn.
     """
     if whole:
         st.session_state.pop(FAILED, None)
@@ -54,7 +54,7 @@ def error_boundary(whole: bool = False, way_back: bool = False) -> Iterator[None
     if KEY in st.session_state:
         try:
             follow_study(session_state())
-        except Exception as error:  # the page is complete, only its address is not updated
+        except Exception as error:  # the page is complete, but its address is not updated
             logged(error)
 
 
@@ -85,9 +85,9 @@ def follow(
 ) -> None:
     """Show the progress of a job and a button to stop it; draw the page again at its end.
 
-    `on_finished` is called before the page is drawn again, which also happens if `has_news()`.
+    The page is also drawn again if `has_news()`; `on_finished` is called before it is drawn again.
     `label` replaces the number of finished pieces; `draw` draws partial results below it.
-    `keys` are the keys of the progress and of the button, whose text is `cancel`.
+    `keys` are the keys of progress and button; `cancel` is the text of the button.
     """
     follower = st.fragment(_follow, run_every=DRAW_SECONDS if draw else POLL_SECONDS)
     follower(job, on_finished, has_news, label, draw, keys, cancel)
@@ -117,9 +117,10 @@ def follow_tasks(
     since: float,
     draw: Callable[[int], None] | None = None,
 ) -> None:
-    """Draw the page again once all values of `tasks` are known, or some after `TOGETHER` seconds.
+    """Draw the page again when all `tasks` are done, or after `TOGETHER` seconds if some are.
 
-    `since` is when the page was drawn (`time.monotonic`); `draw` gets the number of missing values.
+    `since` is the `time.monotonic` at which the page was drawn; `draw` gets the number of missing
+    values.
     """
     with error_boundary():
         ready = [worker.cache.get(task.key) is not None for task in tasks]

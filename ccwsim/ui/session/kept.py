@@ -1,7 +1,7 @@
 """Images and data kept on the server for a while, so that a page can be reloaded.
 
 A reload starts a new session, and its address contains only digests of images and data. A cookie
-identifies the browser, the digests identify its image and data.
+identifies the browser; the digests identify the image and data of this browser.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ from ccwsim.system.lru_cache import n_bytes
 
 COOKIE = "ccwsim_browser"
 KEPT_SECONDS = 4 * 3600
-"""Seconds that images and data are kept after they were last on a page."""
+"""Images and data are kept for this number of seconds after they were last on a page."""
 SHARE_OF_UPLOADS = 4
-"""Kept files take at most a quarter (one divided by this) of the server's memory for files."""
+"""Kept files take at most 1 / `SHARE_OF_UPLOADS` of the server's memory for files."""
 MAX_OF_BROWSER = 8
-"""Maximum number of images and data kept for a browser."""
+"""Maximum number of images and data sets kept for a browser."""
 
 
 class KeptChoices:
-    """Images and data from readers, by browser and name, the least recently used first.
+    """Images and data of readers, by browser and name; the least recently used come first.
 
-    The oldest are dropped if they are too many, too old or too large together.
+    The oldest are dropped if there are too many, if they are too old, or if the total is too large.
     """
 
     def __init__(
@@ -42,7 +42,7 @@ class KeptChoices:
         self._lock = Lock()
 
     def keep(self, browser: str, own: Mapping[str, Own]) -> None:
-        """Keep the images and data on a page of a browser as its newest."""
+        """Keep the images and data on a page of a browser; they become its newest."""
         with self._lock:
             for name, choice in own.items():
                 self._kept.pop((browser, name), None)
@@ -75,12 +75,12 @@ def size_of(choice: Own) -> int:
 
 @cache
 def kept_choices() -> KeptChoices:
-    """Return the only store of this process."""
+    """Return the single store of this process."""
     return KeptChoices(limits_of_environment().uploads // SHARE_OF_UPLOADS, KEPT_SECONDS)
 
 
 def browser() -> str:
-    """Return the secret name of the reader's browser, which the page sets as a cookie."""
+    """Return the secret name of the reader's browser; the page stores it in a cookie."""
     if COOKIE not in st.session_state:
         st.session_state[COOKIE] = st.context.cookies.get(COOKIE) or token_urlsafe(24)
     return st.session_state[COOKIE]
@@ -92,6 +92,6 @@ def kept_for_reload() -> dict[str, Own]:
 
 
 def keep_for_reload(choices: Choices) -> None:
-    """Keep the image and data of a study that its address cannot contain."""
+    """Keep the image and data of a study if its address cannot contain them."""
     if own := own_choices(choices):
         kept_choices().keep(browser(), own)

@@ -12,9 +12,9 @@ Result = TypeVar("Result")
 
 
 class PageRun(Generic[Result]):
-    """Work of a page on a thread; subclasses are dataclasses with its inputs and partial results.
+    """Work of a page on a thread; subclasses are dataclasses with inputs and partial results.
 
-    Its progress counts `n_pieces` pieces of work, called `unit`.
+    The progress counts pieces of work, `n_pieces` in total; `unit` is the name of a piece.
     """
 
     unit = "realizations"
@@ -22,19 +22,19 @@ class PageRun(Generic[Result]):
 
     @property
     def n_pieces(self) -> int:
-        """Number of pieces of work; 0 if they are not counted."""
+        """Number of pieces of work; 0 if pieces are not counted."""
         return 0
 
     def work(self, job: Job[Result]) -> Result:
-        """Do the work on the thread of its job."""
+        """Do the work; called on the thread of the job."""
         raise NotImplementedError
 
     def demand(self) -> Demand:
-        """Return the resources that it demands from the server."""
+        """Return the resources that the run demands from the server."""
         return NOTHING
 
     def start(self) -> Self:
-        """Start the run; raise `CCWSIMError` if the server lacks the resources it demands."""
+        """Start the run; raise `CCWSIMError` if the server lacks the demanded resources."""
         self.job = Job(self.work, demand=self.demand(), n=self.n_pieces, unit=self.unit)
         return self
 
@@ -50,7 +50,7 @@ class PageRun(Generic[Result]):
 
     @property
     def result(self) -> Result | None:
-        """The result of the run, None until its end."""
+        """The result of the run; None until the run has ended."""
         return self.job.result if self.job is not None else None
 
     def wait(self, seconds: float) -> bool:
@@ -64,9 +64,10 @@ class PageRun(Generic[Result]):
 
 
 def start_page_run(page_state: Any, name: str, run: PageRun) -> bool:
-    """Start a run and store it as attribute `name` of the page state; return whether it began.
+    """Start a run and store it in the attribute `name` of the page state; return whether it began.
 
-    If the server refuses the run, the earlier run stays and `message` of the page states why.
+    If the server refuses the run, the earlier run stays, and `message` of the page state gives the
+    reason.
     """
     page_state.message = ""
     try:

@@ -1,4 +1,4 @@
-"""Turns choices into arguments of `simulate`; files are read once and cached by content."""
+"""Converts choices to arguments of `simulate`; files are read once and cached by content."""
 
 from __future__ import annotations
 
@@ -54,19 +54,19 @@ from ccwsim.ui.session.cached import CONTENT, cached
 
 Made = TypeVar("Made", PointColumns, WellColumns, Conversion)
 Moved = dict[str, tuple[Any, Any]]
-"""Parameters too large for the image, by name, each with the requested and the used value."""
+"""Requested and used value of each parameter that is too large for the image, by name."""
 OF_VOLUMES = ("z", "well", "depth_from", "depth_to", "depth", "z_up")
 OF_SURVEYS = tuple(name for name in vars(WellColumns()) if name.startswith("survey"))
 SETTLING = ("on_collision", "on_outside", "on_unknown")
-"""Names of answers about hard data: for volumes, for surveys, and for conflicting data."""
+"""Names of the answers about hard data: for volumes, for surveys, and for conflicting data."""
 BUT_NAMES = {**CONTENT, TrainingImage: lambda image: image.digest}
-"""As `CONTENT`, but without the names of facies."""
+"""The functions of `CONTENT`, except that names of facies are ignored."""
 USUAL_VOLUME = 100, 100
-"""Default rows and columns of the grid of a volume; its layers are those of the image."""
+"""Default rows and columns of the grid of a volume; the image sets the number of layers."""
 
 
 def study_of(choices: Choices) -> Study:
-    """Return the study of these choices; raise `CCWSIMError` if its parts do not fit together."""
+    """Return the study of these choices; raise `CCWSIMError` if parts do not fit together."""
     image = image_of(choices.image)
     return Study(image, choices.grid, choices.parameters, data_of(choices), choices.seed)
 
@@ -92,7 +92,7 @@ def image_of(choice: ImageChoice) -> TrainingImage:
 
 @contextmanager
 def opened(upload: Upload | None) -> Iterator[BytesIO]:
-    """Yield an upload as a file object with its name, within the limits for reading."""
+    """Yield an upload as a named file object; the limits for reading apply in the context."""
     if upload is None:
         raise CCWSIMError("there is no file yet; choose a file")
     file = BytesIO(upload.content)
@@ -102,12 +102,12 @@ def opened(upload: Upload | None) -> Iterator[BytesIO]:
 
 
 def data_of(choices: Choices) -> HardData:
-    """Return the hard data of a study on its grid; raise `CCWSIMError` if they do not fit."""
+    """Return the hard data of a study on its grid; raise `CCWSIMError` if data do not fit."""
     return imported_data(choices).hard_data
 
 
 def imported_data(choices: Choices) -> HardDataImport:
-    """Return the hard data of a study, with a report about their import."""
+    """Return the hard data of a study and a report about their import."""
     choice, image, grid = choices.data, image_of(choices.image), choices.grid
     if choice.source == "file" and choice.files:
         return _imported(choice, grid, image)
@@ -115,7 +115,7 @@ def imported_data(choices: Choices) -> HardDataImport:
 
 
 def placed_data(choices: Choices) -> PlacedPoints:
-    """Return the hard data of a study in the cells of its grid, with their problems."""
+    """Return the hard data of a study in the cells of its grid, with the problems of the data."""
     choice, image, grid = choices.data, image_of(choices.image), choices.grid
     if choice.source == "file" and choice.files:
         return _placed(_without(choice, SETTLING), grid, image)
@@ -136,7 +136,7 @@ def placed_data(choices: Choices) -> PlacedPoints:
 
 
 def wells_of(choices: Choices) -> CellsOfWells:
-    """Return the named wells of a study, with the cells of each."""
+    """Return the named wells of a study, with the cells of each well."""
     if choices.data.source != "file":
         return choices.data.wells
     found = imported_data(choices).wells
@@ -144,7 +144,7 @@ def wells_of(choices: Choices) -> CellsOfWells:
 
 
 def points_of(choice: DataChoice, grid: Grid | None = None) -> ImportedPoints:
-    """Return the points in files of hard data; a file with a full grid may differ from `grid`."""
+    """Return the points in files of hard data; the full grid in a file may differ from `grid`."""
     if choice.tables is not None:
         return _well_points(choice.tables, choice.upload, _well_columns(choice), grid)
     shape = None if grid is None else grid.shape
@@ -157,7 +157,7 @@ def preview_of(choice: DataChoice, grid: Grid) -> PointsPreview:
 
 
 def previews_of_wells(choice: DataChoice) -> dict[str, PointsPreview | CCWSIMError]:
-    """Return the columns of each well table with their guessed roles, or an error per table."""
+    """Return, for each well table, its columns with their guessed roles, or an error."""
     tables = choice.tables or WellTables()
     files = {"collars": tables.collars, "intervals": choice.upload, "surveys": tables.surveys}
     found: dict[str, PointsPreview | CCWSIMError] = {}
@@ -171,11 +171,11 @@ def previews_of_wells(choice: DataChoice) -> dict[str, PointsPreview | CCWSIMErr
 
 
 def grid_for_data(choices: Choices) -> Grid | None:
-    """Return a grid that holds all data; None if the present grid does, or no grid can."""
+    """Return a grid that holds all data; None if the present grid holds them or no grid can."""
     choice, grid = choices.data, choices.grid
     try:
         file = choice.source == "file" and choice.files
-        own = None if grid.nz is None else grid  # a table has heights, the grid has layers
+        own = None if grid.nz is None else grid  # a table has heights; the grid has layers
         points = points_of(choice, own) if file else placed_data(choices).points
         if points.grid is None:
             cells = grid.cells_of(*points.places.T) if points.world else points.places.astype(int)
@@ -192,12 +192,12 @@ def grid_for_data(choices: Choices) -> Grid | None:
 
 
 def _without(choice: DataChoice, names: tuple[str, ...]) -> DataChoice:
-    """Return a choice without the named answers, which have no effect on it."""
+    """Return a choice without the named answers, because they have no effect on it."""
     return replace(choice, answers=tuple(one for one in choice.answers if one[0] not in names))
 
 
 def _made(kind: type[Made], choice: DataChoice) -> Made:
-    """Return an object of this type with the answers that name its attributes."""
+    """Return an object of this type; answers named like an attribute set this attribute."""
     return kind(**{name: answer for name, answer in choice.answers if name in vars(kind())})
 
 
@@ -212,7 +212,7 @@ def _well_columns(choice: DataChoice) -> WellColumns:
 
 
 def _settled(placed: PlacedPoints, choice: DataChoice) -> HardDataImport:
-    """Return placed points with their conflicts resolved as the user answered."""
+    """Return placed points; their conflicts are resolved according to the user's answers."""
     answers = {name: answer for name, answer in choice.answers if name in SETTLING}
     return resolve_points(placed, Conversion(**answers))
 
@@ -287,7 +287,7 @@ def _what_decides(choices: Choices) -> tuple[object, ...]:
 
 
 def template_sizes(level: int, shape: Shape, along_z: bool = False) -> list[int]:
-    """Return the template sizes allowed by a level and a training image, along z if `along_z`."""
+    """Return the template sizes that a level and a training image allow, along z if `along_z`."""
     if along_z:
         sizes = legal_sizes(level, 1, min(shape[0], MAX_TEMPLATE))
         return [size for size in sizes if overlap_sizes(level, size, along_z=True)]
@@ -296,21 +296,21 @@ def template_sizes(level: int, shape: Shape, along_z: bool = False) -> list[int]
 
 
 def overlap_sizes(level: int, template_size: int, along_z: bool = False) -> list[int]:
-    """Return the overlap sizes allowed by a level and a template; a thin template needs none."""
+    """Return the overlap sizes that a level and a template allow; a thin template needs none."""
     thin = along_z and template_size < MIN_TEMPLATE
     return legal_sizes(level, 0 if thin else 1, template_size // 2)
 
 
 def levels(shape: Shape, along_z: bool = False) -> list[int]:
-    """Return the levels at which a training image allows some template size."""
+    """Return the levels at which a training image allows at least one template size."""
     return [level for level in range(MAX_LEVEL + 1) if template_sizes(level, shape, along_z)]
 
 
 def fitted(parameters: Parameters, shape: Shape, **changes: Any) -> Parameters:
-    """Return parameters with `changes`, and with sizes moved to the nearest allowed values.
+    """Return parameters with `changes`; sizes are moved to the nearest allowed values.
 
-    For a volume, numbers become triples, with half the size and one level less along z; for a map,
-    triples become their number along x.
+    For a volume, numbers become triples; along z, the size is halved and the level is one less.
+    For a map, a triple is replaced by its number along x.
 
     Examples
     --------
@@ -346,7 +346,7 @@ def _along_axes(name: str, size: Any) -> tuple[int, int, int]:
 def _fitted_axis(
     sizes: tuple[int, ...], is_ccsim: bool, shape: Shape, along_z: bool
 ) -> tuple[int, int, int]:
-    """Return template, overlap and level along an axis, moved to the nearest allowed values."""
+    """Return template, overlap and level along an axis; each is the nearest allowed value."""
     template, overlap, level = sizes
     along_z = along_z and len(shape) == 3
     possible = levels(shape, along_z)
@@ -358,9 +358,10 @@ def _fitted_axis(
 
 
 def refitted(p: Parameters, shape: Shape, moved: Moved) -> tuple[Parameters, Moved]:
-    """Return parameters fitted to another image, and the parameters that were reduced for it.
+    """Return parameters fitted to another image, and the values that were reduced for it.
 
-    Values reduced for an earlier image (`moved`) are restored, unless they were changed since.
+    Values that were reduced for an earlier image (`moved`) are restored if the user has not
+    changed them since.
 
     Examples
     --------
@@ -378,13 +379,13 @@ def refitted(p: Parameters, shape: Shape, moved: Moved) -> tuple[Parameters, Mov
 
 
 def fitted_to_image(choices: Choices, image: TrainingImage) -> Choices:
-    """Return choices whose grid and parameters suit another training image."""
+    """Return choices with grid and parameters adapted to another training image."""
     grid = fitted_grid(choices.grid, image.shape)
     return replace(choices, grid=grid, parameters=fitted(choices.parameters, image.shape))
 
 
 def fitted_grid(grid: Grid, shape: Shape) -> Grid:
-    """Return `grid` if it has the axes of a training image, else the default grid."""
+    """Return `grid` if it has as many axes as a training image, else the default grid."""
     if grid.n_dimensions == len(shape):
         return grid
     return Grid(*USUAL_VOLUME, nz=shape[0]) if len(shape) == 3 else Choices().grid

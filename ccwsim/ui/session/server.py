@@ -1,4 +1,4 @@
-"""Cleaning up after closed tabs: jobs of their sessions end and their memory is freed."""
+"""Cleaning up after closed tabs: jobs of their sessions end, and their memory is freed."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from ccwsim.system.memory import give_back_memory, settle_memory
 LOOK_SECONDS = 2.0
 """Seconds between two checks for closed sessions."""
 GRACE = 20.0
-"""Seconds that a tab may be disconnected, such as during a change of network."""
+"""A tab may be disconnected for this number of seconds, such as when the network changes."""
 EARLY = 10.0
-"""Seconds before the end of Streamlit's time to live at which a closed session is dropped."""
+"""A closed session is dropped this number of seconds before Streamlit's time to live ends."""
 
 
 def current_session() -> str:
-    """Return the session that this thread draws, and watch it from now on; "" if none."""
+    """Return the session that this thread draws, and start to watch it; "" without a session."""
     context = get_script_run_ctx(suppress_warning=True)
     session = context.session_id if context is not None else ""
     session_monitor().note(session)
@@ -43,7 +43,7 @@ def is_open(session: str) -> bool:
 def forget(session: str) -> None:
     """Make Streamlit free the memory of a closed session.
 
-    By itself Streamlit frees it only when another session is closed after the time to live.
+    Otherwise, Streamlit frees it only when another session closes after the time to live.
     """
     if not Runtime.exists():
         return
@@ -54,19 +54,19 @@ def forget(session: str) -> None:
             return
         kept = runtime._session_mgr.get_session_info(session)
         runtime.close_session(session)
-        if kept is not None:  # the event loop refers to the last session until another one starts
+        if kept is not None:  # the event loop holds the last session until another one starts
             kept.session.session_state.clear()
             kept.session.session_state._new_widget_state.widget_metadata.clear()
             kept.session._fragment_storage.clear()
 
     # close_session is not thread-safe, and Streamlit has no public access to its loop and sessions
-    with suppress(Exception):  # the server may be ending, which frees the session too
+    with suppress(Exception):  # the server may be ending; then the session is freed too
         runtime._get_async_objs().eventloop.call_soon_threadsafe(close)
 
 
 @cache
 def settle_server() -> None:
-    """Prepare a server for sessions: kernels, jobs, and memory that returns to the system."""
+    """Prepare a server for sessions: set up queue and memory, and compile kernels."""
     server_queue().current_session = current_session
     if Runtime.exists():
         settle_memory(max(2, n_cores()))
@@ -76,7 +76,7 @@ def settle_server() -> None:
 
 
 class SessionMonitor:
-    """Watches sessions: after a tab closes, its jobs are ended, and later its memory is freed."""
+    """Watches sessions; after a tab closes, its jobs end, and later its memory is freed."""
 
     def __init__(
         self,
@@ -93,7 +93,7 @@ class SessionMonitor:
         self._freed = False
 
     def note(self, session: str) -> None:
-        """Watch a session from now on, on a thread that ends with the last session."""
+        """Start to watch a session; the watching thread ends after the last session."""
         with self._lock:
             if not session or session in self._sessions:
                 return
@@ -122,9 +122,9 @@ class SessionMonitor:
                     self._left.pop(session, None)
 
     def give_back(self) -> None:
-        """Return the memory of sessions dropped before the last check to the system.
+        """Give the memory of sessions that were dropped before the last check back to the system.
 
-        After the last session, the caches of all sessions are emptied too.
+        When no session is left, the caches that sessions share are emptied too.
         """
         freed, self._freed = self._freed, False
         if not freed:
@@ -148,5 +148,5 @@ class SessionMonitor:
 
 @cache
 def session_monitor() -> SessionMonitor:
-    """Return the only monitor of this process."""
+    """Return the single monitor of this process."""
     return SessionMonitor(server_queue())

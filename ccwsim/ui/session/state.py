@@ -1,4 +1,4 @@
-"""The state of a session, in one typed object that survives page changes."""
+"""The state of a session: one typed object that survives page changes."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ PageState = TypeVar("PageState")
 
 @dataclass(frozen=True, eq=False)
 class PastRun:
-    """A finished run, with the reference field of its hard data, if there is one."""
+    """A finished run and, if there is one, the reference field of its hard data."""
 
     choices: Choices
     ensemble: Ensemble
@@ -32,12 +32,12 @@ class PastRun:
 
     @property
     def key(self) -> str:
-        """A key that differs from those of all other runs of the session."""
+        """A key that no other run of the session has."""
         return self.at.isoformat()
 
     @property
     def nbytes(self) -> int:
-        """Bytes of the realizations as indices and, if these differ, as codes too."""
+        """Bytes of the realizations as indices, plus their bytes as codes if codes differ."""
         ensemble = self.ensemble
         in_codes = ensemble.realizations
         own = 0 if in_codes is ensemble.indices else in_codes.nbytes
@@ -45,20 +45,20 @@ class PastRun:
 
     @property
     def files(self) -> list[bytes]:
-        """Contents of the files uploaded for the study; runs of a study share them."""
+        """Contents of the files uploaded for the study; all runs of a study share these objects."""
         return [file.content for file in (*self.choices.image.files, *self.choices.data.files)]
 
 
 @dataclass
 class PastRuns:
-    """The latest runs, newest first, within the memory that a session has for them."""
+    """The latest runs, newest first; their total size is limited."""
 
     runs: list[PastRun] = field(default_factory=list)
     max_runs: int = MAX_RUNS
     max_bytes: int | None = None
 
     def remember(self, run: PastRun) -> None:
-        """Keep a run, in place of the newest if only data placed by hand differ; drop old runs."""
+        """Keep a run and drop old runs; replace the newest if only data placed by hand differ."""
         if self.runs and _but_for_placed(self.runs[0].choices) == _but_for_placed(run.choices):
             self.runs.pop(0)
         self.runs.insert(0, run)
@@ -80,33 +80,33 @@ def _but_for_placed(choices: Choices) -> Choices:
 class State:
     """The state of a session."""
 
-    choices: Choices = field(default_factory=Choices)  # the study as set up; its files can be read
+    choices: Choices = field(default_factory=Choices)  # the present study; its files are readable
     image_draft: ImageChoice | None = None  # not usable yet: a file is broken or needs an answer
-    visit_import: bool = False  # whether to go to the page Import, as a file needs answers
+    visit_import: bool = False  # go to the page Import because a file needs answers
     data_draft: DataChoice | None = None
-    # parameters too large for the image: requested and used values (see `refitted`)
+    # requested and used values of parameters too large for the image (see `refitted`)
     moved: dict[str, tuple[Any, Any]] = field(default_factory=dict)
     live: bool = False  # whether every change starts a run
     job: Job[Ensemble] | None = None  # the current simulation
-    needs_confirmation: bool = False  # opened by a link or project: ask before a long run
+    needs_confirmation: bool = False  # ask before a long run if a link or project was opened
     last_attempt: Choices | None = None  # choices of the latest run, even if it failed
-    ensemble: Ensemble | None = None  # the latest results; below, their choices
-    ensemble_choices: Choices | None = None
-    message: str = ""  # an error or a stop, shown above the results
+    ensemble: Ensemble | None = None  # the latest results
+    ensemble_choices: Choices | None = None  # choices of these results
+    message: str = ""  # an error or stop message, shown above the results
     shown: int = 0  # index of the realization that is shown large
     realization_to_restore: int = 0  # value of `shown` when the latest run started
-    facies: int = 1  # index of the facies whose curves and probability are shown
+    facies: int = 1  # index of the facies in curves and probability maps
     e_type: EMap = "probability"  # the statistic in the uncertainty map
     reference: TrainingImage | None = None  # field from which the data were sampled
-    runs: PastRuns = field(default_factory=PastRuns)  # earlier runs, which can be shown again
-    pages: dict[type, Any] = field(default_factory=dict)  # state of single pages, by its type
-    own_seed: int | None = None  # seed drawn for this reader of a link shared by a class
-    address: str = ""  # the latest query of the page's address
-    notes: tuple[str, ...] = ()  # unusable parts of an address or project
-    opened: tuple[str, str] = ("", "")  # the latest project file, and the error in it
+    runs: PastRuns = field(default_factory=PastRuns)  # earlier runs; they can be shown again
+    pages: dict[type, Any] = field(default_factory=dict)  # state of each page, by type of state
+    own_seed: int | None = None  # seed drawn for one reader of a link for a class
+    address: str = ""  # latest query in the address of the page
+    notes: tuple[str, ...] = ()  # notes on unusable parts of an address or project
+    opened: tuple[str, str] = ("", "")  # the latest project file and its error
 
     def page(self, kind: type[PageState]) -> PageState:
-        """Return the state of a page by its type `kind`, which is created without arguments."""
+        """Return the page state of type `kind`; if there is none, create it without arguments."""
         return self.pages.setdefault(kind, kind())
 
     def change(self, **changes: Any) -> None:
@@ -122,7 +122,7 @@ def session_state() -> State:
 
 
 def start_afresh() -> None:
-    """Reset this session, as if the page had just been opened, and stop its jobs."""
+    """Stop the jobs of this session and reset it, as if the page had just been opened."""
     state = session_state()
     if state.job is not None:
         state.job.cancel()

@@ -1,6 +1,6 @@
 """Uploads of files, bounded so that they cannot fill the memory of the server.
 
-Streamlit by itself keeps every file that a browser sends until its session ends.
+Without this limit, Streamlit keeps every file of a session until the session ends.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from ccwsim.sharing.choices import Upload
 from ccwsim.ui.widgets.errors import catch_callback_errors
 
 MAX_OF_SESSION = 4
-"""Maximum size of all files of a session: this number of files of the largest size."""
+"""The files of a session may together take the size of this number of largest files."""
 NO_ROOM = "application/x-no-room"
-"""MIME type given to a file whose content was dropped because the server had no room."""
+"""MIME type that marks a file; its content was dropped because the server had no room."""
 
 _taken: WeakValueDictionary[int, Upload] = WeakValueDictionary()
-"""Files in studies of all sessions, by identity of their content."""
+"""Files in the studies of all sessions, by the `id` of their content."""
 
 
 def file_uploader(
@@ -40,7 +40,7 @@ def file_uploader(
     removed: Callable[[], None] = lambda: None,
     **options: Any,
 ) -> None:
-    """Draw a file uploader; `take` gets a chosen file, `removed` is called if it is removed."""
+    """Draw a file uploader; call `take` with a chosen file, and `removed` if it is removed."""
 
     def changed() -> None:
         file = st.session_state[key]
@@ -53,7 +53,7 @@ def file_uploader(
 
 
 def upload_of(file: UploadedFile) -> Upload:
-    """Return an uploaded file for a study; raise `CCWSIMError` if the server has no room."""
+    """Return an uploaded file for use in a study; raise `CCWSIMError` if the server has no room."""
     if file.type == NO_ROOM:
         raise CCWSIMError(
             f"{file.name} was not taken: the memory of this server for files is full; "
@@ -66,7 +66,7 @@ def upload_of(file: UploadedFile) -> Upload:
 
 @cache
 def bound_uploads() -> None:
-    """From now on bound the memory taken by the uploads of this server."""
+    """Limit, from now on, the memory that uploads take on this server."""
     if not Runtime.exists():
         return
     manager = Runtime.instance().uploaded_file_mgr
@@ -76,17 +76,17 @@ def bound_uploads() -> None:
 
 
 class BoundedUploads:
-    """Adds files to a manager of Streamlit while there is room for them.
+    """Adds files to a Streamlit file manager as long as there is room for them.
 
-    If a session has too many files, the oldest are dropped, as the study holds them or nothing uses
-    them. If the server has no room for a file, its content is dropped.
+    If the files of a session are too large together, the oldest are dropped, because the study
+    holds them or nothing uses them. If the server has no room for a file, its content is dropped.
     """
 
     def __init__(self, manager: MemoryUploadedFileManager) -> None:
         self._manager, self._add, self._lock = manager, manager.add_file, Lock()
 
     def add_file(self, session_id: str, file: UploadedFileRec) -> None:
-        """Keep a file of a session; drop its oldest files if all are too large together."""
+        """Keep a file of a session; if its files are too large together, drop the oldest."""
         with self._lock:
             n = len(file.data)
             own = dict(self._manager.file_storage.get(session_id, {}))
@@ -102,7 +102,7 @@ class BoundedUploads:
             self._add(session_id, file)
 
     def held(self) -> int:
-        """Return the bytes of the files of all sessions, including those in studies."""
+        """Return the total bytes of the files of all sessions, including the files in studies."""
         sessions = list(self._manager.file_storage.values())
         records = [record.data for files in sessions for record in list(files.values())]
         return size_of_all([*records, *(upload.content for upload in _taken.values())])
@@ -111,7 +111,7 @@ class BoundedUploads:
         limits = limits_of_environment()
         if self.held() + n > limits.uploads:
             return False
-        free = free_bytes(limits)  # reading a file takes its size in memory again
+        free = free_bytes(limits)  # reading a file needs its size in memory once more
         return free is None or n <= free - server_queue().still_to_take
 
 
@@ -121,7 +121,7 @@ def max_of_session() -> int:
 
 
 def size_of_all(contents: Iterable[bytes]) -> int:
-    """Return the total bytes of contents; a repeated object counts once.
+    """Return the total bytes of the contents; an object that occurs twice counts once.
 
     Examples
     --------

@@ -34,7 +34,7 @@ from ccwsim.ui.widgets.fields import button, download
 from ccwsim.ui.widgets.text import plain, step_note
 
 REPORT_HEIGHT = 720
-"""Height in pixels of a report shown on a page; it scrolls."""
+"""Height in pixels of a report on a page; longer reports scroll."""
 READING = "report_is_read"
 OLD_RESULTS = (
     "Out of date: the link opens the study as it is set up now, but the realizations shown are "
@@ -44,7 +44,7 @@ OLD_RESULTS = (
 
 @st.fragment
 def draw_share(state: State) -> None:
-    """Draw the menu; its content is computed when it is opened."""
+    """Draw the menu "Share"; its content is computed when the menu is opened."""
     with error_boundary():
         _share(state)
 
@@ -110,7 +110,7 @@ def _read_report() -> None:
 
 @st.dialog("Report", width="large")
 def _show_report(state: State) -> None:
-    """Show the report over the page; its content policy blocks all network access."""
+    """Show the report over the page; the content policy of the report blocks network access."""
     with error_boundary():
         made = report_of(state)
         if made:
@@ -118,7 +118,7 @@ def _show_report(state: State) -> None:
 
 
 def report_of(state: State):
-    """Return a function that makes the report of the latest results; b"" without results."""
+    """Return a function that makes the report of the latest results, or b"" without results."""
     ensemble = state.ensemble
     if ensemble is None:
         return b""
@@ -188,7 +188,7 @@ def project_of(state: State) -> Project:
 def open_project(state: State, upload: Upload) -> None:
     """Open the study of a project file in this session and simulate it; ask before a long run.
 
-    A file that cannot be read, or is too large for a page, raises an error and changes nothing.
+    If the file cannot be read or is too large for a page, raise an error and change nothing.
     """
     with opened(upload) as file:
         project = read_project(file)
@@ -207,7 +207,7 @@ def open_project(state: State, upload: Upload) -> None:
 
 
 def choices_of(project: Project) -> Choices:
-    """Return a project as choices, with bundled images and data by name, others from the file."""
+    """Return a project as choices; bundled images and data keep the names that its link has."""
     study = project.study
     by_link, _, _ = read_link(project.link)
     image = _image(project, by_link.image)

@@ -1,4 +1,4 @@
-"""The page Sweep: many settings of the study, their cost and quality, and a recommendation."""
+"""The page Sweep: cost and quality of many settings of the study, and a recommendation."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ from ccwsim.ui.widgets.theme import chart_theme, draw_style
 STYLE = Path(__file__).with_name("sweep.css")
 CHART_HEIGHT = 392
 WIDTHS = (1.1, 0.95, 0.82)
-"""Relative widths of the chart, the large setting and its numbers."""
+"""Relative widths of three columns: the chart, the large setting, and its numbers."""
 ERRORS = {
     "patterns": ("Patterns", "pattern distance to the training image (bits)"),
     "connection": ("Connectivity", "error of connectivity τ(h)"),
@@ -72,7 +72,7 @@ ERRORS = {
     "copying": ("Copying", "cells of the largest piece copied from the training image"),
     "mended": ("Re-simulated data", "data not honoured in the raster pass"),
 }
-"""Errors that the chart can show over time: name of the choice and title of the axis."""
+"""Name and axis title of each error that the chart can show over time."""
 HEADS = {
     "pattern_full": "patterns",
     "pattern_half": "at 1/2",
@@ -95,7 +95,7 @@ HEADS = {
     "not_honoured": "not honoured",
     "cpu_ms": "CPU ms",
 }
-"""Names of the numbers on the page, by column of the CSV; "vertical" is for volumes only."""
+"""Names of the numbers on the page, by column of the CSV; only volumes have "vertical"."""
 TILES = "sweep_tiles"
 TILE_PIXELS = 124
 """Length of a tile's longer side in pixels."""
@@ -159,7 +159,7 @@ def _draw_range(page_state: SweepState, name: str, values: list[Any], chosen: li
     def write(new: list[Any]) -> None:
         page_state.ranges = {**page_state.ranges, name: list(new)}
 
-    # the key contains the values, so that other values make a new widget without old state
+    # the key contains the values, so that a widget with other values has no old state
     key = f"range_{name}_{'_'.join(map(str, values))}"
     meaning = PARAMETERS[name.removesuffix(ALONG_Z)]["meaning"]
     options = {"choices": values, "value": chosen, "help": meaning}
@@ -169,12 +169,12 @@ def _draw_range(page_state: SweepState, name: str, values: list[Any], chosen: li
 
 
 def pills(label: str, choices: list[Any], **options: Any) -> Any:
-    """Draw pills with multiple selection; `field` recognizes them by this function."""
+    """Draw pills with multiple selection; `field` recognizes the widget by this function."""
     return st.pills(label, choices, selection_mode="multi", width="stretch", **options)
 
 
 def _sweep_button(state: State, key: str) -> None:
-    """Draw the button that starts the sweep, disabled with a reason if it cannot start."""
+    """Draw the button to start the sweep; if no sweep can start, disable it and say why."""
     problem, run = problem_of(state), state.page(SweepState).run
     going = run is not None and run.going
     n = 0 if problem else len(plan_of(state))
@@ -202,7 +202,7 @@ def _draw_found(state: State) -> None:
 
 
 class _Shown(NamedTuple):
-    """Results as shown: names of varied parameters, the large setting, the best setting."""
+    """The results on the page: names of varied parameters, large setting, best setting."""
 
     found: Sweep
     names: list[str]
@@ -241,7 +241,7 @@ def _draw_rows(state: State, run: SweepRun, found: Sweep) -> None:
 
 
 def _draw_chart(state: State, run: SweepRun, shown: _Shown) -> None:
-    """Draw errors over time; a click on a point enlarges its setting."""
+    """Draw errors over time; if a point is clicked, its setting is drawn large."""
     page_state, found = state.page(SweepState), shown.found
     kinds = [kind for kind in ERRORS if kind != "mended" or run.hard_data.n]
     kind = page_state.error if page_state.error in kinds else "patterns"
@@ -290,7 +290,7 @@ def names_of(settings: tuple[Parameters, ...]) -> list[str]:
 
 
 def choose(state: State, number: int) -> None:
-    """Show a setting as the large one."""
+    """Select the setting that is drawn large."""
     page_state = state.page(SweepState)
     run = page_state.run
     if run is not None and 0 <= number < len(run.found.rows):
@@ -298,7 +298,7 @@ def choose(state: State, number: int) -> None:
 
 
 def is_current(run: SweepRun, state: State) -> bool:
-    """Return whether a sweep is of the current study."""
+    """Return whether a sweep belongs to the current study."""
     choices = state.choices
     try:
         image, data = image_of(choices.image), data_of(choices)
@@ -309,7 +309,7 @@ def is_current(run: SweepRun, state: State) -> bool:
 
 
 def draw_realization(state: State, run: SweepRun, k: int) -> None:
-    """Draw one realization of a setting large, with buttons for its other realizations."""
+    """Draw a large picture of one realization of a setting, with buttons for the others."""
     page_state = state.page(SweepState)
     row, image = run.found.rows[k], run.training_image
     n = len(row.realizations)
@@ -331,7 +331,7 @@ def indices_of(realizations: NDArray[np.integer], image: TrainingImage) -> NDArr
 
 
 def draw_numbers(state: State, run: SweepRun, k: int) -> None:
-    """Draw the numbers of a setting beside the best values, and the button that uses it."""
+    """Draw the numbers of a setting, the best values, and the button that uses the setting."""
     rows = run.found.rows
     panel_title("Its numbers")
     names = [name for name in RANGED if name != "search_fraction" or name in varied(run.settings)]
@@ -344,7 +344,7 @@ def draw_numbers(state: State, run: SweepRun, k: int) -> None:
 def numbers_of(
     row: SweepRow, rows: tuple[SweepRow, ...], run: SweepRun
 ) -> list[tuple[str, str, str]]:
-    """Return (name, value ± spread between realizations, best value of all settings)."""
+    """Return rows (name, value ± spread between realizations, best value of all settings)."""
     image, qualities = run.training_image, [r.quality for r in rows]
     k = next(k for k, other in enumerate(rows) if other is row)
     worst = image.facies_names[image.index_of(row.quality.proportion_facies)]
@@ -389,7 +389,7 @@ def numbers_of(
 
 
 def two(spread: float) -> str:
-    """Return a spread with two digits and without powers of ten."""
+    """Return a spread as text with two digits and without powers of ten."""
     return f"{spread:.2g}" if spread < 100 else f"{spread:.0f}"
 
 
@@ -409,7 +409,7 @@ def use_button(state: State, parameters: Parameters, text: str, key: str) -> Non
 def draw_tiles(
     run: SweepRun, names: list[str], marked: tuple[int, int], choose: Callable[[int], None]
 ) -> None:
-    """Draw a tile per setting, labelled by the parameters `names`, and outlines of the rest.
+    """Draw a tile per finished setting, labelled by the parameters `names`; outline the others.
 
     `marked` has the numbers of the large and the recommended setting; `choose` is called with the
     number of the clicked setting.
@@ -459,7 +459,7 @@ def draw_table(found: Sweep) -> None:
 
 
 def columns_of(row: SweepRow) -> dict[str, Any]:
-    """Return the parameters of a setting and all its numbers by name."""
+    """Return the parameters and all numbers of a setting, by name."""
     q = row.quality
     data = (q.n_resimulated, q.n_forced, q.n_mismatched)
     spreads = (q.pattern_spread, *q.tau_spreads, q.proportion_spread, q.copied_spread)
@@ -473,7 +473,7 @@ def columns_of(row: SweepRow) -> dict[str, Any]:
 
 
 def sweep_csv(found: Sweep, recommended: int) -> bytes:
-    """Return CSV with a line per setting: parameters, numbers, Pareto front, recommendation."""
+    """Return CSV with a line per setting: parameters, numbers, on Pareto front, recommended."""
     front = set(pareto_front(found.times, found.errors()).tolist())
     lines = []
     for k, row in enumerate(found.rows):

@@ -34,12 +34,12 @@ from ccwsim.ui.session.resolve import data_of, fitted, image_of, levels
 from ccwsim.ui.session.state import State
 
 CELLS_KEPT = 64_000_000
-"""Maximum number of cells of realizations that a sweep keeps, one byte each."""
+"""Maximum number of cells that a sweep keeps in realizations; a cell takes one byte."""
 SOURCE_BYTES = 4
-"""Bytes per cell for its location in the training image."""
+"""Number of bytes per cell that store the source of the cell in the training image."""
 MAX_KEPT = 4
 REDRAW_SECONDS = 1.5
-"""Minimum number of seconds between two redraws for new settings."""
+"""Minimum number of seconds between two redraws that show new settings."""
 MAX_SWEPT = 64
 """Maximum number of settings in one sweep."""
 TEMPLATES = (8, 12, 16, 24, 32, 40, 48, 64, 96, 128, 192, 256)
@@ -62,10 +62,10 @@ LABELS = {
 
 @dataclass
 class SweepRun(PageRun[Sweep]):
-    """A sweep, running or ended.
+    """A sweep that is running or has ended.
 
-    `facies` is the facies whose connectivity is judged; `rows` has the finished settings, `n_drawn`
-    is the number of them on the page, and `tiles` has a small picture of each.
+    `facies` is the facies whose connectivity is judged; `rows` has the finished settings. `n_drawn`
+    is the number of rows on the page, and `tiles` has a small picture for each row.
     """
 
     training_image: TrainingImage
@@ -87,16 +87,16 @@ class SweepRun(PageRun[Sweep]):
         return len(self.settings)
 
     def demand(self) -> Demand:
-        """Return the resources needed: one setting at a time, plus the kept realizations."""
+        """Return the resources that the sweep needs for one setting and the kept realizations."""
         largest = 0
         for p in self.settings:
-            with suppress(CCWSIMError):  # a setting that does not fit is reported with the results
+            with suppress(CCWSIMError):  # results report a setting that does not fit
                 study = Study(self.training_image, self.grid, p, self.hard_data, self.seed)
                 needed = demand_of(study, self.n_realizations, n_workers=1).n_bytes
                 largest = max(largest, needed)
         each = self.grid.n_cells
         cells = each * len(self.settings)
-        kept = max(CELLS_KEPT, cells)  # at least one realization
+        kept = max(CELLS_KEPT, cells)  # at least one realization is kept
         sources = SOURCE_BYTES * each * self.n_realizations
         return Demand(cells * self.n_realizations, self.hard_data.n, largest + sources + kept)
 
@@ -123,8 +123,8 @@ class SweepState:
     """The state of the page.
 
     `ranges` has the ranges that the user chose, by parameter; other ranges follow the study.
-    `error` is the error in the chart, `chosen` the number of the large setting (None for the
-    recommended setting), `shown` its realization; `message` is the reason why no run was started.
+    `error` is the error in the chart. `chosen` is the number of the large setting, None for the
+    recommended setting; `shown` is its realization. `message` states why no run was started.
     """
 
     ranges: dict[str, list[Any]] = field(default_factory=dict)
@@ -137,7 +137,7 @@ class SweepState:
 
 
 def follow_sweep(state: State, drawn_at: float) -> None:
-    """Show progress; draw the page again for newly finished settings and at the end."""
+    """Show the progress; draw the page again for newly finished settings and at the end."""
     run = state.page(SweepState).run
     if run is None or run.job is None:
         return
@@ -149,7 +149,7 @@ def follow_sweep(state: State, drawn_at: float) -> None:
 
 
 def describe_end(run: SweepRun) -> str:
-    """Describe the settings that an ended sweep lacks; empty if it is complete."""
+    """Describe the settings that are missing from an ended sweep; empty if none is missing."""
     found, sentences = run.found, []
     if run.error is not None:
         sentences.append(f"The sweep ended early: {reason(run.error)}.")
@@ -163,7 +163,7 @@ def describe_end(run: SweepRun) -> str:
 
 
 def values_on_offer(choices: Choices) -> dict[str, list[Any]]:
-    """Return the values offered for each range: common values and the study's own."""
+    """Return the values offered for each range: common values and the value of the study."""
     shape = image_of(choices.image).shape
     p = fitted(choices.parameters, shape)
     offered: dict[str, list[Any]] = {}
@@ -175,7 +175,7 @@ def values_on_offer(choices: Choices) -> dict[str, list[Any]]:
             "overlap_size": [o for o in OVERLAPS if o <= longest // 2],
         }
         offered |= {name + end: _with(own, value_of(p, name + end)) for name, own in usual.items()}
-    offered = {name: offered[name] for name in LABELS if name in offered}  # as in `LABELS`
+    offered = {name: offered[name] for name in LABELS if name in offered}  # ordered as in `LABELS`
     offered |= {"n_candidates": _with(CANDIDATES, p.n_candidates), "method": list(METHODS)}
     if _may_have_data(choices):
         offered["search_fraction"] = _with(FRACTIONS, p.search_fraction)
@@ -183,7 +183,7 @@ def values_on_offer(choices: Choices) -> dict[str, list[Any]]:
 
 
 def ranges_of(state: State) -> dict[str, list[Any]]:
-    """Return the user's ranges, or those suited to the study."""
+    """Return the ranges that the user chose; other parameters get their suggested range."""
     offered = values_on_offer(state.choices)
     suited = suited_ranges(state.choices)
     ranges = {}
@@ -195,7 +195,7 @@ def ranges_of(state: State) -> dict[str, list[Any]]:
 
 
 def suited_ranges(choices: Choices) -> dict[str, list[Any]]:
-    """Return suggested ranges: the study's own values, with nearby templates and levels."""
+    """Return suggested ranges: the values of the study, plus nearby templates and levels."""
     shape = image_of(choices.image).shape
     p, offered = fitted(choices.parameters, shape), values_on_offer(choices)
     suited = {name: [value_of(p, name)] for name in LABELS if value_of(p, name) is not None}
@@ -203,7 +203,7 @@ def suited_ranges(choices: Choices) -> dict[str, list[Any]]:
     near = (size // 2, size, size * 3 // 2)
     templates = [t for t in near if t >= MIN_TEMPLATE and t in offered["template_size"]]
     tried = [level for level in levels(shape) if level in DEFAULT_LEVELS]
-    if len(shape) == 3:  # volumes take longer, so fewer settings; levels along z are separate
+    if len(shape) == 3:  # volumes take longer, so try fewer settings; levels along z are separate
         templates, tried = templates[:2], [k for k in tried if k <= own_level]
         along_z = [k for k in offered["wavelet_level_z"] if k <= suited["wavelet_level_z"][0]]
         suited["wavelet_level_z"] = along_z or suited["wavelet_level_z"]
@@ -214,9 +214,9 @@ def suited_ranges(choices: Choices) -> dict[str, list[Any]]:
 
 
 def plan_of(state: State) -> SweepPlan:
-    """Return the settings of the chosen ranges; a range without a value is an error."""
+    """Return the settings of the chosen ranges; raise an error if a range has no value."""
     shape = image_of(state.choices.image).shape
-    # pills return values in click order; methods keep their usual order
+    # pills return values in the order of clicks; methods keep their usual order
     ranges = {
         name: values if name == "method" else sorted(values)
         for name, values in ranges_of(state).items()
@@ -234,7 +234,7 @@ def seconds_of(state: State, plan: Sequence[Parameters] | SweepPlan) -> float:
 
 
 def pace(ensemble: Ensemble | None) -> float:
-    """Return actual time / expected time of an ensemble; 1 without an ensemble."""
+    """Return the ratio of actual to expected time of an ensemble; 1 without an ensemble."""
     if ensemble is None:
         return 1.0
     image, grid = ensemble.training_image, ensemble.grid
@@ -260,7 +260,7 @@ def describe_study(state: State) -> str:
 
 
 def describe_plan(state: State, plan: SweepPlan) -> str:
-    """Describe a plan: number of settings, duration, and settings left out with the reason."""
+    """Describe a plan: number of settings, duration, and the reason for omitted settings."""
     n = plural(state.page(SweepState).n_realizations, "realization")
     duration = format_duration(max(seconds_of(state, plan), 1.0))
     text = f"{plural(len(plan), 'setting')} × {n}: about {duration} on one core."
@@ -295,7 +295,7 @@ def problem_of(state: State) -> str:
 
 
 def start(state: State) -> None:
-    """Start the planned sweep, replacing an earlier one."""
+    """Start the planned sweep; it replaces the earlier sweep."""
     page_state = state.page(SweepState)
     if problem_of(state):
         return

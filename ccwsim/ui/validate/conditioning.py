@@ -30,14 +30,14 @@ from ccwsim.ui.widgets.text import panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
 CERTAIN = 0.05
-"""Entropy below which a cell counts as certain."""
+"""A cell counts as certain if its entropy is below this value."""
 MAX_LISTED = 100
-"""Maximum number of data listed for a volume."""
+"""Maximum number of data in the list for a volume."""
 RIGHT_AND_WRONG = ["#D9D6CF", "#A63A26"]
 
 
 def draw_uncertainty(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw maps of the probability of the chosen facies, the most likely facies and the entropy."""
+    """Draw three maps: probability of the chosen facies, most likely facies, and entropy."""
     task = statistics.e_type(ensemble)
     panel(state, "uncertainty", task, lambda e: draw_e_type_maps(e, state, ensemble, colours))
 
@@ -69,7 +69,7 @@ def draw_e_type_maps(
 
 
 def draw_data(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw how the data are honoured, and a map of local re-simulations."""
+    """Draw the shares of data statuses, and a map of local re-simulations; volumes get a list."""
     if not ensemble.hard_data.n:
         step_note("This study has no hard data; place or load some on the page Hard data.")
         return
@@ -142,7 +142,7 @@ def resimulation_map(ensemble: Ensemble, ground: str) -> CellMap:
 
 
 def draw_data_list(ensemble: Ensemble) -> None:
-    """List the data not honoured in the raster pass of all realizations, the worst first."""
+    """List the data that were not honoured in the raster pass, the worst first."""
     order, times = troubled_data(ensemble)
     n = len(order)
     if not n:
@@ -163,9 +163,10 @@ def draw_data_list(ensemble: Ensemble) -> None:
 
 
 def troubled_data(ensemble: Ensemble) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the indices of data not honoured in the raster pass, the worst first, and counts.
+    """Return indices and counts of the data not honoured in the raster pass, the worst first.
 
-    Rows of the counts, shape (3, n_data), say how often a datum is wrong, forced and re-simulated.
+    The counts have shape (3, n_data). The rows count, over all realizations, how often each datum
+    is wrong, forced and re-simulated.
     """
     wrong = data_match(ensemble.realizations, ensemble.hard_data).times_wrong
     forced = (ensemble.data_status == FORCED).sum(axis=0)
@@ -176,7 +177,7 @@ def troubled_data(ensemble: Ensemble) -> tuple[NDArray[np.int64], NDArray[np.int
 
 
 def wrong_points(ensemble: Ensemble) -> list[list[int]]:
-    """Return the data that are wrong in any realization, as points of a map."""
+    """Return the data that are wrong in at least one realization, as points of a map."""
     match = data_match(ensemble.realizations, ensemble.hard_data)
     points = points_of(ensemble.hard_data, ensemble.training_image)
     return [[*points[k][:3], 1] for k in np.flatnonzero(match.times_wrong)]
@@ -221,7 +222,7 @@ def draw_reference(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
 
 
 def problem_of(reference: TrainingImage, ensemble: Ensemble) -> str:
-    """Return why realizations cannot be scored against a field, or an empty text."""
+    """Return the reason why the reference cannot score the realizations, or an empty text."""
     if reference.shape != ensemble.grid.shape:
         own, grid = describe_shape(reference.shape), describe_shape(ensemble.grid.shape)
         return f"The reference field has {own} cells, the grid has {grid}; sample the data again."
@@ -235,7 +236,7 @@ def problem_of(reference: TrainingImage, ensemble: Ensemble) -> str:
 
 
 def describe_scores(scores: ReferenceScores) -> str:
-    """Return the scores, which exclude cells with data, as text."""
+    """Return the scores as text; cells with data are excluded from the scores."""
     dot = '<span class="dot">·</span>'
     return (
         f"{100 * scores.accuracy:.1f} % of {scores.n_cells:,} cells without data predicted {dot} "
@@ -245,7 +246,7 @@ def describe_scores(scores: ReferenceScores) -> str:
 
 
 def wrong_map(scores: ReferenceScores, colours: Sequence[str]) -> CellMap:
-    """Return a map of the cells in which the most likely facies is not the true facies."""
+    """Return a map of the cells whose most likely facies differs from the true facies."""
     labels, alt = ["right", "wrong"], "Where the most likely facies is not the true one"
     keys = list(zip(labels, RIGHT_AND_WRONG, strict=True))
     indices = (~scores.right).astype(np.uint8)

@@ -1,4 +1,4 @@
-"""The findings about the realizations, in one line at the top of the page."""
+"""The findings about the realizations; the page shows them in one line at its top."""
 
 from __future__ import annotations
 
@@ -42,9 +42,9 @@ from ccwsim.ui.validate.statistics import (
 )
 
 MOMENT_SECONDS = 0.1
-"""Seconds that the line waits for the proportions."""
+"""Number of seconds that the line of findings waits for the proportions."""
 MAX_LISTED = 4
-"""Maximum number of facies of which all proportions are listed, not only deviating ones."""
+"""Up to this number of facies, all proportions are listed; above it, only deviating ones."""
 
 
 class Finding(NamedTuple):
@@ -97,7 +97,7 @@ def of_data(ensemble: Ensemble) -> Finding:
 
 
 def of_proportions(ensemble: Ensemble, fit: Fit | None) -> list[Finding]:
-    """Return findings on the proportions, with deviations marked, and advice."""
+    """Return findings on the proportions; deviations are marked and come with advice."""
     n = ensemble.training_image.n_facies
     off = fit.outside if fit is not None else np.zeros(n, bool)
     said = [k for k in range(1 if n == 2 else 0, n) if n <= MAX_LISTED or off[k]]
@@ -110,7 +110,7 @@ def of_proportions(ensemble: Ensemble, fit: Fit | None) -> list[Finding]:
 
 
 def of_curves(fits: Mapping[tuple[Statistic, str], Fit | None], name: str) -> list[Finding]:
-    """Return findings on curves inside the band of crops, and on each curve outside it."""
+    """Return one finding on all curves inside the band of crops, and one per curve outside it."""
     judged = {key: fit for key, fit in fits.items() if fit is not None and fit.judged}
     if not judged:
         return [Finding(f"curves of {name} {NOT_JUDGED}", True)]
@@ -129,7 +129,7 @@ def of_curves(fits: Mapping[tuple[Statistic, str], Fit | None], name: str) -> li
 
 
 def of_volume(state: State, ensemble: Ensemble) -> list[Finding]:
-    """Return the findings only for volumes: layers, small patterns and unseen patterns."""
+    """Return the findings that only volumes have: layers, small patterns and unseen patterns."""
     name = ensemble.training_image.facies_names[state.facies]
     found = []
     if by_layer := known(state, layers(ensemble, state.facies)):
@@ -143,7 +143,7 @@ def of_volume(state: State, ensemble: Ensemble) -> list[Finding]:
 
 
 def of_variety(ensemble: Ensemble, differing: float) -> Finding:
-    """Return a finding on how much realizations differ, which is never marked as bad."""
+    """Return a finding on how much realizations differ; it is never marked as bad."""
     shares = ensemble.proportions.mean(axis=0).tolist()
     return Finding(describe_variety(differing, shares), differing > 0)
 

@@ -1,4 +1,4 @@
-"""A large ensemble: thousands of realizations, of which only statistics are kept."""
+"""A large ensemble: thousands of realizations are simulated, and only statistics are kept."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ from ccwsim.ui.widgets.text import plain, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
 CELLS_OF_BATCH = 4_000_000
-"""Maximum cells in memory at a time, one byte each."""
+"""Maximum number of cells in memory at a time; a cell takes one byte."""
 SUMMARY_SECONDS = 1.0
 """Seconds between two summaries."""
 LOW, HIGH = 0.05, 0.95
@@ -46,11 +46,12 @@ LOW, HIGH = 0.05, 0.95
 
 @dataclass
 class LargeEnsembleRun(PageRun[None]):
-    """A large ensemble, running or ended.
+    """A large ensemble that is running or has ended.
 
-    `facies` is the index of the facies of the curves, `summary` the latest summary. `errors` are
-    standard errors of the E-type, averaged over cells, after `numbers` of realizations; `n_wrong`
-    counts mismatches of data, over all realizations; `nbytes` is the size of the statistics.
+    `facies` is the index of the facies of the curves, and `summary` is the latest summary. `errors`
+    are standard errors of the E-type, averaged over cells, one for each of the `numbers` of
+    realizations. `n_wrong` counts mismatches of data in all realizations; `nbytes` is the size of
+    the statistics.
     """
 
     study: Study
@@ -68,7 +69,7 @@ class LargeEnsembleRun(PageRun[None]):
         return self.n
 
     def demand(self) -> Demand:
-        """Return the resources that the run demands, with one batch in memory at a time."""
+        """Return the resources that the run demands; one batch is in memory at a time."""
         return demand_of(self.study, self.n, n_kept=self._n_batch)
 
     @property
@@ -147,7 +148,7 @@ def draw_large_ensemble(state: State, ensemble: Ensemble, colours: Sequence[str]
 
 
 def start(state: State) -> None:
-    """Start a large ensemble of the study of the present realizations."""
+    """Start a large ensemble with the same study as the present realizations."""
     page_state, e = state.page(LargeEnsembleState), state.ensemble
     assert e is not None
     study = Study(e.training_image, e.grid, e.parameters, e.hard_data, e.seed)
@@ -202,7 +203,7 @@ def describe_summary(run: LargeEnsembleRun, summary: RunningSummary) -> str:
 def bundle_of_band(
     run: LargeEnsembleRun, summary: RunningSummary, statistic: Statistic, way: str
 ) -> Bundle:
-    """Return a band as a bundle without single curves, for lags up to half the side."""
+    """Return a band as a bundle without single curves; lags are at most half the side."""
     image, grid = run.study.training_image, run.study.grid
     code, longest = int(image.codes[run.facies]), max_lag(way, image.shape, grid.shape)
     lags = summary.lags[summary.lags <= longest]

@@ -59,7 +59,7 @@ from ccwsim.ui.widgets.theme import chart_theme, draw_style
 STYLE = Path(__file__).with_name("validate.css")
 MAP_HEIGHT = 392
 SLICED = {"reuse", "truth"}
-"""Sections whose maps show the slice of volumes that is chosen at the top."""
+"""Sections whose maps show one slice of a volume; the slice is chosen at the top of the page."""
 STEADY = ".st-key-maps, .st-key-charts, [class*=st-key-section_]"
 """Selectors of page parts that keep their height while they are drawn again."""
 
@@ -119,7 +119,7 @@ def _draw_controls(state: State, ensemble: Ensemble) -> None:
 def _draw_first_screen(state: State, colours: Sequence[str], elsewhere: tuple) -> None:
     """Draw the maps and the MDS plot; a click in the plot redraws only these.
 
-    `elsewhere` are the choices that the rest of the page depends on; a change redraws the page.
+    `elsewhere` holds the choices on which the rest of the page depends; a change redraws the page.
     """
     with error_boundary():
         if _shown_elsewhere(state) != elsewhere:
@@ -141,7 +141,7 @@ def _draw_first_screen(state: State, colours: Sequence[str], elsewhere: tuple) -
 
 
 def _shown_elsewhere(state: State) -> tuple:
-    """Return the choices made in the maps that the rest of the page depends on."""
+    """Return the choices that are made in the maps and affect the rest of the page."""
     seen, ensemble = state.page(Validation).seen, state.ensemble
     here = slice_of(state, ensemble) if ensemble is not None and seen & SLICED else None
     return state.facies, state.shown if "reuse" in seen else None, here
@@ -157,7 +157,7 @@ def _draw_realization(
     shown = facies_map(ensemble.indices[r], image, colours, f"Realization {r + 1}")
     shown.points.extend(points_of(ensemble.hard_data, image, ensemble.realizations[r]))
     file = f"realization_{r + 1}"
-    # the E-type below a section has coordinates: both must have the same left and right edge
+    # the E-type below a section has coordinates, so both must have the same left and right edge
     grid = ensemble.grid if here.axis is not None and is_wide(ensemble.grid) else None
     options: dict[str, Any] = {"link": "grid", "scale": "maps", "max_height": MAP_HEIGHT}
     draw_cells(shown, "realization", grid=grid, name=file, **options)
@@ -197,11 +197,11 @@ SECTIONS = (
     ("image", "Training image", "its properties, and suitable parameters", draw_image),
     ("long", "Large ensemble", "statistics of thousands, none kept", draw_large_ensemble),
 )
-"""The sections of the page: anchor, title, subtitle, and the function that draws each."""
+"""The sections of the page: anchor, title, subtitle, and drawing function of each section."""
 
 
 def _draw_sections(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw links to all sections, the sections that came into view, and outlines of the rest."""
+    """Draw links to all sections, then the sections seen so far, and outlines of the others."""
     page_state = state.page(Validation)
     links = "".join(f'<a href="#{name}" target="_self">{title}</a>' for name, title, *_ in SECTIONS)
     st.html(f'<nav class="sections" aria-label="On this page">{links}</nav>')

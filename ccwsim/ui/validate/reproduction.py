@@ -1,4 +1,4 @@
-"""Sections that compare realizations with the training image, and show the copied pieces."""
+"""Sections that compare realizations with the training image and show copied pieces."""
 
 from __future__ import annotations
 
@@ -73,17 +73,17 @@ from ccwsim.ui.widgets.theme import chart_theme
 
 CURVE_HEIGHT = 190
 AREA, VOLUME = 10_000, 1_000_000
-"""Numbers of cells to which counts are scaled, as grid and training image differ in size."""
+"""Counts are scaled to these numbers of cells, because grid and image differ in size."""
 TOUCHING = {26: "sides, edges, corners", 18: "sides, edges", 6: "sides"}
-"""Numbers of neighbours that connect cells of volumes, and the names of the contacts."""
+"""The contacts that connect cells of volumes, by number of neighbours."""
 N_SIZES = 60
-"""Number of geobody sizes at which shares are drawn."""
+"""Number of geobody sizes for which the curve of shares is drawn."""
 MAX_TAILS = 3
-"""Maximum number of facies of which all pairs are drawn at once."""
+"""Up to this number of facies, all pairs are drawn at once."""
 MAX_HEADS = 6
 COPYING_HEIGHT = 420
 MAX_USES = 100
-"""Number of uses from which all cells have the same colour."""
+"""Cells with at least this number of uses all have the same colour."""
 
 
 def draw_curves_row(state: State, ensemble: Ensemble) -> None:
@@ -99,7 +99,7 @@ def draw_curves_row(state: State, ensemble: Ensemble) -> None:
 
 
 def axis_curves(ensemble: Ensemble) -> list[tuple[Statistic, str]]:
-    """Return the statistics and axes that are judged, variograms first."""
+    """Return all pairs (statistic, axis) that are compared with crops, variograms first."""
     return list(product(STATISTICS, axes_of(ensemble.grid.shape)))
 
 
@@ -113,7 +113,7 @@ def _draw_layers(state: State, ensemble: Ensemble) -> None:
 
 
 def _draw_unseen(state: State, ensemble: Ensemble) -> None:
-    """Draw the share of patterns of each realization that the training image does not contain."""
+    """Draw, for each realization, the share of its patterns that are not in the training image."""
 
     def draw(found: PatternsCompared) -> None:
         strips = [("unseen", "of all patterns (%)", found.unseen)]
@@ -129,7 +129,7 @@ def _draw_unseen(state: State, ensemble: Ensemble) -> None:
 
 
 def describe_unseen_of(found: PatternsCompared) -> str:
-    """Return the mean share of patterns that the training image does not contain, as text."""
+    """Return, as text, the mean share of patterns that are not in the training image."""
     at_data = found.unseen_at_data
     mean = None if at_data is None else float(np.nanmean(at_data))
     return describe_unseen(float(found.unseen.mean()), mean, describe_shape(found.shape))
@@ -202,7 +202,7 @@ def _draw_lag_maps(found: LagMaps, name: str, azimuth: float) -> None:
 
 
 def draw_transitions(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw the transiograms; with many facies, only those that start in a chosen facies."""
+    """Draw the transiograms; with many facies, draw only those that start in a chosen facies."""
     page_state, names = state.page(Validation), ensemble.training_image.facies_names
     n = len(names)
     tails = list(range(n))
@@ -265,7 +265,7 @@ def draw_geobodies(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
 
 
 def _draw_sizes(found: GeobodiesCompared, name: str) -> None:
-    """Draw the share of a facies in geobodies of at least each size."""
+    """Draw, for each size, the share of a facies in geobodies of at least this size."""
     chart = geobody_sizes_chart(sizes_of(found), chart_theme(), y_title="share")
     alt = f"Share of {name} in geobodies of at least this size"
     note = f"share of {name} in geobodies of this size or larger"
@@ -278,7 +278,7 @@ def _draw_sizes(found: GeobodiesCompared, name: str) -> None:
 
 
 def sizes_of(found: GeobodiesCompared) -> Bundle:
-    """Return the shares of a facies in geobodies of at least each size."""
+    """Return, for each size, the share of a facies in geobodies of at least this size."""
     largest = [sizes[0] for sizes in (*found.each.sizes, *found.reference.sizes) if len(sizes)]
     cells = np.unique(np.geomspace(1, max(largest, default=1) + 1, N_SIZES).round())
     each, reference = found.each.share_in(cells), found.reference.share_in(cells)[0]
@@ -305,7 +305,7 @@ def strips_of(found: GeobodiesCompared) -> list[tuple[str, str, Strip]]:
 
 
 def describe_percolation(found: GeobodiesCompared, name: str) -> str:
-    """Return a text with the number of realizations in which a facies percolates."""
+    """Return a text that states in how many realizations a facies percolates."""
     each, image, n = found.each, found.reference, len(found.each.n_geobodies)
     ways = {"E–W": (each.percolates_ew, image.percolates_ew)}
     ways["N–S"] = each.percolates_ns, image.percolates_ns
@@ -324,7 +324,7 @@ def describe_percolation(found: GeobodiesCompared, name: str) -> str:
 
 
 def draw_measures(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw all measures of the facies, each beside crops of the training image."""
+    """Draw a table with all measures of the facies and the verdict on each measure."""
     name = ensemble.training_image.facies_names[state.facies]
 
     def draw(found: Measured) -> None:
@@ -345,7 +345,7 @@ def draw_measures(state: State, ensemble: Ensemble, colours: Sequence[str]) -> N
 
 
 def measures_csv(found: Measured) -> bytes:
-    """Return a CSV with a line per measure: training image, crops, pieces, each realization."""
+    """Return CSV with a line per measure; columns: training image, crops, pieces, realizations."""
     head = ["measure", "training_image", "crops", "tolerance", "pieces"]
     lines = []
     for k, measure in enumerate(found.measures):
@@ -358,7 +358,7 @@ def measures_csv(found: Measured) -> bytes:
 
 
 def draw_patterns(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw the ANODI distances by resolution and their ratio; for volumes also those of crops."""
+    """Draw ANODI distances by resolution, and their ratio; for volumes, draw crops as well."""
     draw = partial(_draw_anodi, n_axes=ensemble.grid.n_dimensions)
     panel(state, "anodi", statistics.patterns(ensemble), draw)
     if ensemble.grid.nz is not None:
@@ -366,7 +366,7 @@ def draw_patterns(state: State, ensemble: Ensemble, colours: Sequence[str]) -> N
 
 
 def _draw_distances(found: PatternsCompared) -> None:
-    """Draw pattern distances from the training image, for realizations and for its crops."""
+    """Draw the pattern distances of realizations, and of crops, from the training image."""
     panel_title("Distance from the training image", "Jensen–Shannon divergence, bits")
     for text, good in describe_patterns(found.fit):
         st.html(f'<p class="{"fact" if good else "fact odd"}">{escape(text)}</p>')
@@ -449,7 +449,7 @@ def draw_image(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None
 
 
 def meter_of(found: Copying) -> list[tuple[str, str]]:
-    """Return the rows of the copy meter: names and values."""
+    """Return the rows of the copy meter as pairs (name, value)."""
     n_axes = len(found.square_at)
     shape = describe_shape((found.largest_square,) * n_axes)
     return [
@@ -464,7 +464,7 @@ def meter_of(found: Copying) -> list[tuple[str, str]]:
 def seam_map(
     found: Copying, ensemble: Ensemble, r: int, colours: Sequence[str], line: str
 ) -> CellMap:
-    """Return a map of a realization with its seams; hovering over a seam still names the facies."""
+    """Return a map of a realization with its seams; at a seam, hovering still names the facies."""
     names = ensemble.training_image.facies_names
     n = len(names)
     seams = found.seams if n <= 128 else np.zeros_like(found.seams)
@@ -478,7 +478,7 @@ def seam_map(
 
 
 def use_map(found: Copying) -> CellMap:
-    """Return a map of the number of uses of each cell of the training image."""
+    """Return a map that shows how often each cell of the training image was used."""
     most = max(int(found.uses.max()), 1)
     n = min(most, MAX_USES)
     labels = [f"used {k} times" for k in range(n + 1)]

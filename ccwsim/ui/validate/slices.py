@@ -1,4 +1,4 @@
-"""The slice of a volume that all maps of the page show: a layer, or a section along x or y."""
+"""The slice of a volume that the maps of the page show: a layer, or a section along x or y."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from ccwsim.ui.widgets.fields import field, options_of
 from ccwsim.ui.widgets.text import step_note
 
 AXES = ("layer", "row", "column")
-"""Names of slices, by the axis of the array that they cut."""
+"""Name of a slice, by the axis of the array that is perpendicular to the slice."""
 KINDS = {0: "Layer", 1: "Section E–W", 2: "Section N–S"}
 HOVER = ("column, row", "column, layer", "row, layer")
-"""Names of the two indices that a map shows for a cell, by axis of the slice."""
+"""Names of the two indices of a cell that a map shows, by axis of the slice."""
 
 
 @dataclass(frozen=True)
 class ShownSlice:
-    """A layer (axis 0), row or column of a volume; without an axis, a whole map."""
+    """A layer (axis 0), a row or a column of a volume; if `axis` is None, a whole map."""
 
     axis: int | None = None
     at: int = 0
@@ -37,17 +37,17 @@ class ShownSlice:
 
     @property
     def words(self) -> str:
-        """Text that is appended to the note of a chart; empty for a map."""
+        """Text to append to the note of a chart; empty for a map."""
         return "" if self.axis is None else f", {self}"
 
     def of(self, array: NDArray) -> NDArray:
-        """Return this slice of an array whose last axes are those of the volume."""
+        """Return this slice of an array; the last three axes of the array are z, y and x."""
         if self.axis is None:
             return array
         return np.take(array, self.at, self.axis - len(AXES))
 
     def ensemble(self, ensemble: Ensemble) -> Ensemble:
-        """Return this slice of realizations and data as an ensemble of maps."""
+        """Return an ensemble of maps with this slice of the realizations and of the data."""
         if self.axis is None:
             return ensemble
         data, grid, axis = ensemble.hard_data, ensemble.grid, self.axis
@@ -69,7 +69,7 @@ class ShownSlice:
 
 
 def middle_layer(shape: tuple[int, ...]) -> ShownSlice:
-    """Return the middle layer of a volume, or a whole map.
+    """Return the middle layer of a volume; for a map, return the whole map.
 
     Examples
     --------
@@ -80,7 +80,7 @@ def middle_layer(shape: tuple[int, ...]) -> ShownSlice:
 
 
 def slice_of(state: State, ensemble: Ensemble) -> ShownSlice:
-    """Return the chosen slice of the realizations, or a whole map."""
+    """Return the chosen slice of volumes; for maps, return the whole map."""
     if ensemble.grid.nz is None:
         return ShownSlice()
     page_state, shape = state.page(Validation), ensemble.grid.shape
@@ -90,7 +90,7 @@ def slice_of(state: State, ensemble: Ensemble) -> ShownSlice:
 
 
 def draw_slice_fields(state: State, ensemble: Ensemble) -> None:
-    """Draw the choice of the slice that all maps show; nothing for maps."""
+    """Draw the fields to choose a slice of volumes; draw nothing if realizations are maps."""
     shown = slice_of(state, ensemble)
     if shown.axis is None:
         return

@@ -1,4 +1,4 @@
-"""The statistics of the page, and panels that show each as soon as it is computed."""
+"""The statistics of the page, and panels that show each statistic as soon as it is computed."""
 
 from __future__ import annotations
 
@@ -68,9 +68,9 @@ DENSE_LAGS, STRIDE = 10, 4
 """Transiograms use every lag up to `DENSE_LAGS`, and then every `STRIDE`-th lag."""
 MAX_KEPT, MAX_KEPT_BYTES = 96, 256 * 10**6
 MIN_KEPT = 24
-"""Minimum number of cached values, whatever their size: more than a page shows."""
+"""This number of values always stays in the cache, whatever their size; a page shows fewer."""
 MIN_STOPPABLE = 3.0
-"""Seconds of work after which the button to stop is shown."""
+"""The button to stop is shown after this number of seconds of work."""
 Value = TypeVar("Value")
 Given = ParamSpec("Given")
 
@@ -86,7 +86,7 @@ class LagMaps:
 
 @dataclass(frozen=True, eq=False)
 class Compared(Generic[Value]):
-    """A statistic of realizations, and the fit of their pieces to crops of the image."""
+    """A statistic of realizations, and how well their pieces fit crops of the image."""
 
     value: Value
     fit: Fit | None
@@ -94,7 +94,7 @@ class Compared(Generic[Value]):
 
 @dataclass(frozen=True, eq=False)
 class GeobodiesCompared:
-    """Geobodies of realizations and training image, the numbers of cells, and the fit to crops."""
+    """Geobodies of the realizations and the training image, numbers of cells, and fit to crops."""
 
     each: Geobodies
     reference: Geobodies
@@ -105,10 +105,10 @@ class GeobodiesCompared:
 
 @dataclass(frozen=True, eq=False)
 class PatternsCompared:
-    """Distances of patterns from those of the training image, for realizations and for crops.
+    """Pattern distances of realizations, and of crops, from the training image.
 
-    For each realization, `unseen` is the share of patterns of this `shape` that the image does not
-    contain; `unseen_at_data` is the share among patterns with hard data, None without data.
+    For each realization, `unseen` is the share of its patterns, of size `shape`, that the image
+    does not contain. `unseen_at_data` counts only patterns with hard data; None without data.
     """
 
     fit: Fit | None
@@ -118,7 +118,7 @@ class PatternsCompared:
 
 
 def as_task(work: Callable[Concatenate[Fraction, Given], Value]) -> Callable[Given, Task[Value]]:
-    """Make a function that returns work(progress, …) as a task, with its arguments as key."""
+    """Make a function that returns work(progress, …) as a task; the arguments are its key."""
 
     @wraps(work)
     def task_of(*given: Given.args, **options: Given.kwargs) -> Task[Value]:
@@ -143,7 +143,7 @@ def first(ensemble: Ensemble, n: int) -> Stack:
 def curves(
     progress: Fraction, ensemble: Ensemble, statistic: Statistic, facies: int, direction: Direction
 ) -> Compared[Bundle]:
-    """Return a statistic of a facies along a direction, compared with crops of the image."""
+    """Return a statistic of a facies along a direction, and compare it with crops of the image."""
     image, code = ensemble.training_image, code_of(ensemble, facies)
     longest = max_lag(direction, image.shape, ensemble.grid.shape)
     lags, distances = distinct_lags(direction, longest)
@@ -193,7 +193,7 @@ def layers(progress: Fraction, ensemble: Ensemble, facies: int) -> Compared[Bund
 
 @as_task
 def volume_patterns(progress: Fraction, ensemble: Ensemble) -> PatternsCompared:
-    """Return pattern distances of volumes from the training image, and shares of new patterns."""
+    """Return pattern distances between volumes and training image, and shares of new patterns."""
     image, data = ensemble.training_image, ensemble.hard_data
     size = min(PATTERN_SIZES[-1], *image.shape[-2:], *ensemble.grid.shape[-2:])
     sizes = [side for side in PATTERN_SIZES if side <= size]
@@ -212,7 +212,7 @@ def volume_patterns(progress: Fraction, ensemble: Ensemble) -> PatternsCompared:
 def geobodies(
     progress: Fraction, ensemble: Ensemble, facies: int, neighbours: int | None = None
 ) -> GeobodiesCompared:
-    """Return the geobodies of a facies; cells that touch at corners connect by default."""
+    """Return the geobodies of a facies; by default, cells that touch at corners are connected."""
     image, code = ensemble.training_image, code_of(ensemble, facies)
     return GeobodiesCompared(
         geobody_statistics(ensemble, code, neighbours, progress),
@@ -225,7 +225,7 @@ def geobodies(
 
 @as_task
 def measures(progress: Fraction, ensemble: Ensemble, facies: int) -> Measured:
-    """Return the measures of a facies that are single numbers."""
+    """Return all measures of a facies that consist of a single number."""
     return measure(ensemble, code_of(ensemble, facies), progress)
 
 
@@ -273,12 +273,12 @@ def diagnosis(progress: Fraction, image: TrainingImage) -> Diagnosis:
 
 @as_task
 def copied(progress: Fraction, ensemble: Ensemble, r: int) -> Copying:
-    """Return the pieces copied by realization r, which is simulated again if it has no sources."""
+    """Return the pieces that realization r copied; simulate r again if it has no sources."""
     return copying(sources_of(ensemble, r), ensemble.training_image.shape)
 
 
 def sources_of(ensemble: Ensemble, r: int) -> NDArray[np.int32]:
-    """Return the flat index of the source of each cell; raise if r was edited since its run."""
+    """Return the flat index of the source of each cell; raise if r was edited after its run."""
     if ensemble.sources is not None:
         return ensemble.sources[r]
     study = (ensemble.training_image, ensemble.grid, ensemble.parameters, ensemble.hard_data)
@@ -294,7 +294,7 @@ def sources_of(ensemble: Ensemble, r: int) -> NDArray[np.int32]:
 
 @st.cache_resource(show_spinner=False)
 def shared_values() -> LruCache:
-    """Return the cache of values for all sessions, whose keys are digests of contents."""
+    """Return the cache of values that all sessions share; its keys are digests of contents."""
     return LruCache(MAX_KEPT, MAX_KEPT_BYTES, MIN_KEPT)
 
 
@@ -304,24 +304,24 @@ class Validation:
 
     azimuth: int = 45  # azimuth of the third variogram, degrees from north
     along: str = "E-W"  # direction of the transiograms
-    tail: int = 0  # facies in which the transiograms start, if there are many facies
-    slice_axis: int = 0  # axis of the slice of a volume that maps show
+    tail: int = 0  # with many facies, facies in which the transiograms start
+    slice_axis: int = 0  # axis of the slice that maps of a volume show
     slice_at: dict[int, int] = field(default_factory=dict)  # index of the slice, by axis
     neighbours: int = 26  # neighbours that connect cells of geobodies in volumes
     seen: set[str] = field(default_factory=set)  # sections that came into view
     drawn: dict[str, Callable[[], Any]] = field(default_factory=dict)  # latest drawing, by panel
-    waiting: dict[str, Task] = field(default_factory=dict)  # task not yet done, by panel
+    waiting: dict[str, Task] = field(default_factory=dict)  # unfinished task, by panel
     worker: StatisticsWorker = field(default_factory=lambda: StatisticsWorker(shared_values()))
     deadline: float = 0.0  # time until which this run of the page waits for quick statistics
 
 
 def begin(state: State) -> None:
-    """Start the time that this run of the page or fragment waits for quick statistics."""
+    """Set the deadline until which this run of the page or fragment waits for statistics."""
     state.page(Validation).deadline = time.monotonic() + PATIENCE
 
 
 def panel(state: State, name: str, task: Task[Value], draw: Callable[[Value], None]) -> None:
-    """Draw a statistic; while it is computed, draw the earlier content of the panel, dimmed."""
+    """Draw a statistic; until it is computed, draw the earlier content of the panel, dimmed."""
     page_state = state.page(Validation)
     worker = page_state.worker
     worker.ask(task)
@@ -346,13 +346,13 @@ def panel(state: State, name: str, task: Task[Value], draw: Callable[[Value], No
 
 
 def known(state: State, task: Task[Value]) -> Value | None:
-    """Return a value if it was computed already, else None."""
+    """Return the value of a task if it was computed already, else None."""
     value = state.page(Validation).worker.cache.get(task.key)
     return None if isinstance(value, Failure) else value
 
 
 def draw_work(state: State) -> None:
-    """Follow the unfinished statistics; called last on the page, so that its position is fixed."""
+    """Follow the unfinished statistics. The page calls this last, so its elements do not move."""
     page_state = state.page(Validation)
     waiting = dict(page_state.waiting)
     if waiting and not page_state.worker.stopped:
@@ -362,7 +362,7 @@ def draw_work(state: State) -> None:
 
 
 def _fill(worker: StatisticsWorker, waiting: dict[str, Task], n: int) -> None:
-    """Update the progress bars of all waiting panels, from one fragment instead of one in each."""
+    """Update the progress bars of all waiting panels from a single fragment."""
     bars = "".join(
         f".st-key-waiting_{name} .working i {{ width: {100 * (worker.share_of(task) or 0):.0f}% }}"
         for name, task in waiting.items()
