@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -93,7 +94,6 @@ def _draw(state: State) -> None:
     if grid.nz is None:
         with st.container(key="maps"):
             left, middle, right = map_columns((1.0, 1.0, 0.56), 0, grid)
-            middle = middle.container(key="beside")
     else:
         draw_brush(state, grid.nz)
         left, middle = st.columns(2, gap="medium")
@@ -107,7 +107,7 @@ def _draw(state: State) -> None:
         # below the map, so that a long text does not move the map
         if ensemble is not None and (text := describe_answer(state, answered)):
             step_note(text)
-    with middle:
+    with middle, st.container(key="beside") if grid.nz is None else nullcontext():
         if ensemble is None:
             panel_title("Realizations and E-type")
             step_note("They respond to every edit here, once the study has been simulated.")
