@@ -252,7 +252,7 @@ def divergences(
 ) -> NDArray[np.float64]:
     """Return the Jensen–Shannon divergences of all pairs in bits, shape (n_factors, n, n).
 
-    `histograms` is the result of `pyramid_histograms`: histograms[k][g] belongs to image k and
+    `histograms` is the result of `pyramid_histograms`: `histograms[k][g]` belongs to image k and
     factor g.
 
     Examples
