@@ -12,6 +12,7 @@ from streamlit.runtime.memory_uploaded_file_manager import MemoryUploadedFileMan
 from streamlit.runtime.uploaded_file_manager import UploadedFile, UploadedFileRec
 
 from ccwsim import datasets, simulate
+from ccwsim.jobs.job import Queue
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.sharing.choices import Choices, ImageChoice, Upload
 from ccwsim.ui.session import uploads
@@ -78,6 +79,7 @@ def test_files_of_studies_count_until_nothing_has_them(manager):
 
 def test_none_is_taken_that_the_memory_has_no_room_for(manager, monkeypatch):
     monkeypatch.setattr(uploads, "free_bytes", lambda limits: 2 * MB)
+    monkeypatch.setattr(uploads, "server_queue", lambda: Queue(1))  # without runs of other tests
     large, small = sent(manager, "ann", "large")[0], sent(manager, "ann", "small", size=MB)[0]
     assert (large.type, len(large.data)) == (NO_ROOM, 0)
     assert len(small.data) == MB
