@@ -11,20 +11,15 @@ from ccwsim.cli.options import quiet
 
 
 @click.command("warm-up")
-@click.option("--serve", is_flag=True, hidden=True, help="Compile for the process that started it.")
 @quiet
-def command(quiet: bool, serve: bool) -> None:
+def command(quiet: bool) -> None:
     """Compile the kernels now, for instance while an image is built.
 
     Compiles all kernels that usual studies and the first screen of the dashboard need, in parallel
     on up to three cores, and stores them. Kernels that are stored already take no time.
     """
-    from ccwsim.engine import compilation
-
-    if serve:
-        compilation.serve()
-        return
     from ccwsim.cli.progress import ProgressLine
+    from ccwsim.engine import compilation
     from ccwsim.engine.kernel_cache import FOLDER
     from ccwsim.experiments.warm_up import usual_work
 

@@ -12,9 +12,6 @@ import gc
 import heapq
 import multiprocessing
 import os
-import pickle
-import subprocess
-import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -22,7 +19,6 @@ from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from importlib import import_module
 from pathlib import Path
-from queue import SimpleQueue
 from typing import Any, BinaryIO, NamedTuple
 
 from numba import config
@@ -33,10 +29,10 @@ from ccwsim.engine.kernel_cache import (
     FOLDER,
     FOLDER_VARIABLE,
     NAME,
-    PACKAGE,
     note_use,
     remove_unused,
 )
+from ccwsim.jobs.child import ChildProcess, can_start, connect_to_parent
 from ccwsim.system.machine import n_cores
 
 MAX_PROCESSES = 3
@@ -186,7 +182,7 @@ class _Compilers:
                     self._give_up()
         finally:
             if process is not None:
-                _end(process)
+                process.end()
 
     def _next(self) -> CompileRequest | None:
         """Return the largest of the most urgent requests; None if none comes in IDLE_SECONDS."""
@@ -229,7 +225,7 @@ def _can_compile_apart() -> bool:
     """
     is_main = multiprocessing.parent_process() is None and FOLDER_VARIABLE not in os.environ
     kept = bool(FOLDER) and numba_hooks.are_known() and not getattr(config, "DISABLE_JIT", 0)
-    return is_main and kept and bool(sys.executable) and not getattr(sys, "frozen", False)
+    return is_main and kept and can_start()
 
 
 def ask_for(work: Callable[[], object], urgency: int = LATER) -> list[CompileRequest]:
@@ -278,55 +274,28 @@ def must_compile() -> bool:
     return not {file.name.split(".")[1].rsplit("-", 1)[0] for file in files} >= ENTRY_KERNELS
 
 
-def _start_process() -> subprocess.Popen[bytes]:
+def _start_process() -> ChildProcess:
     """Start a process that runs `serve`."""
     note_use(FOLDER)
     remove_unused(FOLDER)
-    paths = [str(PACKAGE.parent), *filter(None, [os.environ.get("PYTHONPATH")])]
-    own = {"PYTHONPATH": os.pathsep.join(paths), FOLDER_VARIABLE: FOLDER}
-    return subprocess.Popen(
-        [sys.executable, "-m", "ccwsim", "warm-up", "--serve"],
-        env={**os.environ, **own},
-        stdin=subprocess.PIPE,  # the system closes it even if this process is killed
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        bufsize=0,
-    )
+    return ChildProcess(serve, {FOLDER_VARIABLE: FOLDER})
 
 
-def _let_compile(process: subprocess.Popen[bytes], request: CompileRequest) -> None:
+def _let_compile(process: ChildProcess, request: CompileRequest) -> None:
     """Send a request; then read one byte per compiled function, until the end of the line."""
-    assert process.stdin is not None
-    assert process.stdout is not None
     kernel = request.kernel
-    content = pickle.dumps((kernel.__module__, kernel.__name__, request.signature))
-    process.stdin.write(content)
-    while (byte := process.stdout.read(1)) != b"\n":
+    process.send((kernel.__module__, kernel.__name__, request.signature))
+    while (byte := process.answers.read(1)) != b"\n":
         if not byte:
             raise BrokenPipeError("the process that compiles has ended")
         request.n_typed += 1
 
 
-def _end(process: subprocess.Popen[bytes]) -> None:
-    """End a process by closing its standard input."""
-    with process, suppress(OSError):
-        assert process.stdin is not None
-        process.stdin.close()
-
-
 def serve() -> None:
-    """Compile kernels that another process requests, until it closes standard input or ends.
-
-    A separate thread reads the requests, so that this process can end while it compiles.
-    """
+    """Compile kernels that another process requests, until it closes standard input or ends."""
     if os.path.basename(FOLDER) != NAME:
         return  # the source has changed since the other process was started
-    if hasattr(os, "nice"):
-        os.nice(5)  # the dashboard and its browser have priority
-    answers = os.fdopen(os.dup(1), "wb", 0)
-    os.dup2(2, 1)  # only answers are sent to the other process
-    requests: SimpleQueue[tuple[str, str, tuple[Any, ...]]] = SimpleQueue()
-    threading.Thread(target=_read, args=(sys.stdin.buffer, requests), daemon=True).start()
+    requests, answers = connect_to_parent()
     gc.freeze()
     gc.disable()  # saves a tenth of the time; the process ends soon
     with event.install_listener("numba:compile", _Listener(answers)):
@@ -335,14 +304,6 @@ def serve() -> None:
             with suppress(Exception):  # the other process finds no code and gets the error itself
                 getattr(import_module(module), name).dispatcher.compile(signature)
             answers.write(b"\n")
-
-
-def _read(stream: BinaryIO, requests: SimpleQueue[Any]) -> None:
-    """Read requests until the end of the stream, then end this process."""
-    with suppress(EOFError, OSError, pickle.UnpicklingError):
-        while True:
-            requests.put(pickle.load(stream))
-    os._exit(0)
 
 
 class _Listener(event.Listener):

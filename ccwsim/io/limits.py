@@ -7,7 +7,6 @@ manager `limited` sets the limits of all readers that are called inside it.
 from __future__ import annotations
 
 import os
-import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -41,7 +40,9 @@ class FileLimits:
     lines: int = 200_000_000  # number of lines of a text table; each becomes an object
     line_bytes: int = 1024 * MIB  # bytes of one line, which becomes one object
     fields: int = 100_000_000  # number of fields of a table that are read one by one
-    seconds: float = inf  # maximum reading time
+    # for a file that another process reads (`ccwsim.io.isolated`)
+    memory: int = 64 * 1024 * MIB  # bytes of memory that reading takes
+    seconds: float = inf  # processor time of reading
 
 
 SCRIPT_LIMITS = FileLimits()
@@ -56,21 +57,22 @@ UPLOAD_LIMITS = FileLimits(
     lines=500_000,
     line_bytes=MIB,
     fields=500_000,
-    seconds=20.0,
+    memory=1024 * MIB,
+    seconds=10.0,
 )
 """Limits of uploads; they allow the paper's largest image, which has 2000 × 2000 cells."""
 
-_HELD: ContextVar[tuple[FileLimits, float]] = ContextVar("limits", default=(SCRIPT_LIMITS, inf))
+_limits: ContextVar[FileLimits] = ContextVar("limits", default=SCRIPT_LIMITS)
 
 
 def limits() -> FileLimits:
     """Return the current limits; by default, the limits of scripts."""
-    return _HELD.get()[0]
+    return _limits.get()
 
 
 @contextmanager
 def limited(to: FileLimits) -> Iterator[None]:
-    """Apply limits to all readers inside the block; reading time is measured from its start.
+    """Apply limits to all readers inside the block, except `memory` and `seconds`.
 
     Examples
     --------
@@ -78,21 +80,11 @@ def limited(to: FileLimits) -> Iterator[None]:
     ...     limits().cells
     4000000
     """
-    token = _HELD.set((to, time.monotonic() + to.seconds))
+    token = _limits.set(to)
     try:
         yield
     finally:
-        _HELD.reset(token)
-
-
-def check_time(name: str) -> None:
-    """Raise an error if reading takes too long; call this in every loop."""
-    to, end = _HELD.get()
-    if time.monotonic() > end:
-        raise CCWSIMError(
-            f"{name} takes longer than {to.seconds:g} s to read; cut a smaller piece, or save it "
-            "as npy"
-        )
+        _limits.reset(token)
 
 
 def check_cells(name: str, shape: tuple[int, ...], *, whole: bool = False) -> int:
@@ -147,6 +139,7 @@ VARIABLES = {
     "whole": "CCWSIM_MAX_UPLOAD_WHOLE_CELLS",
     "points": "CCWSIM_MAX_UPLOAD_POINTS",
     "lines": "CCWSIM_MAX_UPLOAD_LINES",
+    "memory": "CCWSIM_MAX_UPLOAD_MEMORY",
     "seconds": "CCWSIM_MAX_UPLOAD_SECONDS",
 }
 """Environment variables that set the limits of uploads on a server."""

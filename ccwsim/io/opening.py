@@ -27,6 +27,7 @@ from ccwsim.io.formats.pictures import (
 from ccwsim.io.formats.text_grids import is_esri, is_gslib, read_esri, read_gslib
 from ccwsim.io.formats.text_tables import read_delimited
 from ccwsim.io.formats.vti import is_vti, read_vti
+from ccwsim.io.isolated import IsolatedFile
 from ccwsim.io.limits import check_bytes, limits
 from ccwsim.io.part import FilePart
 from ccwsim.model.errors import CCWSIMError
@@ -38,7 +39,7 @@ class Readable(Protocol):
     def read(self, size: int = ..., /) -> bytes: ...
 
 
-PathOrFile = str | os.PathLike[str] | Readable | BinaryIO
+PathOrFile = str | os.PathLike[str] | Readable | BinaryIO | IsolatedFile
 
 _MAGIC = (
     (b"\x93NUMPY", "npy"),
@@ -131,6 +132,14 @@ def open_file(
     With a `part`, only the pixels of this part are read from a picture, and the size limit of NumPy
     arrays is higher. `up` means that the first row of a picture is the south.
     """
+    if isinstance(path_or_file, IsolatedFile):
+        return path_or_file.read_with(_open_file, part, up)
+    return _open_file(path_or_file, part, up)
+
+
+def _open_file(
+    path_or_file: PathOrFile, part: FilePart | None, up: bool | None
+) -> DataFile | PictureFile:
     return open_content(*read_bytes(path_or_file), part, up=up)
 
 
@@ -170,6 +179,8 @@ def whole_shape(path_or_file: PathOrFile) -> tuple[int, int] | None:
     >>> whole_shape(content)
     (3, 4)
     """
+    if isinstance(path_or_file, IsolatedFile):
+        return path_or_file.read_with(whole_shape)
     content, name = read_bytes(path_or_file)
     kind = kind_of(content)
     if kind == "picture":

@@ -34,6 +34,11 @@ def used_memory(root: Path = ROOT, process: int | None = None) -> int | None:
     return _field(root / f"proc/{process or 'self'}/status", "VmRSS")
 
 
+def address_space() -> int | None:
+    """Return the bytes of address space of this process; None if unknown."""
+    return _field(ROOT / "proc/self/status", "VmSize")
+
+
 def give_back_memory() -> None:
     """Return freed memory of this process to the system, if its C library can."""
     # glibc keeps freed memory in the arenas of threads and returns it only on request. Without this

@@ -167,9 +167,7 @@ def is_running(number: int) -> bool:
 
 
 def test_a_process_ends_when_its_input_is_closed():
-    process = compilation._start_process()
-    compilation._end(process)
-    assert process.returncode == 0
+    assert compilation._start_process().end() == 0
 
 
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks at /proc")
@@ -179,7 +177,7 @@ def test_no_process_outlives_the_one_it_compiles_for(how):
         "from ccwsim.engine import compilation\n"
         "process = compilation._start_process()\n"
         "print(process.pid, flush=True)\n"
-        "process.wait()"
+        "process.answers.read()"
     )
     line = [sys.executable, "-c", code]
     environment = {**os.environ, "PYTHONPATH": str(PACKAGE.parent)}

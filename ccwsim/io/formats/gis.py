@@ -13,7 +13,7 @@ import numpy as np
 
 from ccwsim.io.archive import opened_archive
 from ccwsim.io.data_file import DataFile, broken, distinct_names, printable
-from ccwsim.io.limits import MAX_VARIABLES, check_cells, check_time, limits
+from ccwsim.io.limits import MAX_VARIABLES, check_cells, limits
 from ccwsim.model.errors import CCWSIMError
 
 GIS_FILES = {"geopackage": "GeoPackage", "shapefile": "Shapefile", "shp": "Shapefile"}
@@ -117,7 +117,6 @@ def read_gis(content: bytes, name: str, kind: str) -> DataFile:
         check_cells(name, (max(n, 1), len(fields) + 2))
         meta, _, shapes, columns = raw.read(content, max_features=limits().points + 1)
         places = [_point(shape, name, k) for k, shape in enumerate(shapes, start=1)]
-    check_time(name)
     keys = [str(key) for key in meta["fields"]]
     rows = zip(*(column.tolist() for column in columns), strict=True) if keys else [()] * n
     points = [

@@ -19,7 +19,6 @@ from ccwsim.io.limits import (
     check_bytes,
     check_cells,
     check_packing,
-    check_time,
     limits,
 )
 from ccwsim.model.errors import CCWSIMError
@@ -79,7 +78,6 @@ def _elements(content: memoryview, order: str, name: str) -> Iterator[tuple[int,
     """Unpack and yield the top-level elements."""
     at, n, left = 0, 0, limits().unpacked
     while at + 8 <= len(content):
-        check_time(name)
         kind, data, at = _element(content, at, order, name)
         if kind == _COMPRESSED:
             at -= -len(data) % 8  # packed elements are not padded
@@ -109,7 +107,6 @@ def _unpacked(data: memoryview, left: int, order: str, name: str) -> bytes:
         check_packing(name, len(data), size)
         parts = [start]
         while (more := size - sum(map(len, parts))) > 0:
-            check_time(name)
             parts.append(stream.decompress(stream.unconsumed_tail, min(more, _BLOCK)))
             if not parts[-1]:
                 break

@@ -1,19 +1,12 @@
-"""Convert pictures (PNG, JPEG, TIFF, GIF, BMP) to facies, and facies to pictures.
-
-Comments, colour profiles, camera data and extra frames can be huge or take hours to decode. They
-are therefore removed before a picture is decoded. Structures that no program writes, such as
-thousands of scans, raise an error.
-"""
+"""Convert pictures (PNG, JPEG, TIFF, GIF, BMP) to facies, and facies to pictures."""
 
 from __future__ import annotations
 
 import colorsys
 import re
-import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
 from io import BytesIO
-from math import prod
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +15,7 @@ from PIL.PngImagePlugin import PngInfo
 
 from ccwsim.io.data_file import DataFile, broken
 from ccwsim.io.formats.classes import Classes, asks_for_codes, classify
-from ccwsim.io.limits import check_cells, check_time, limits
+from ccwsim.io.limits import check_cells
 from ccwsim.io.part import FilePart
 from ccwsim.model.errors import CCWSIMError, shown
 
@@ -147,7 +140,6 @@ def picture_as_bytes(
 
 
 def _opened(content: bytes, name: str) -> Image.Image:
-    content = bare_picture(content, name, f"{_TAG}\0{_CODES}".encode())
     too_large = f"{name}: more than {2 * (Image.MAX_IMAGE_PIXELS or 0)} pixels; cut a smaller piece"
     with (
         broken(f"{name}: the picture cannot be read; save it again as PNG"),
@@ -337,164 +329,3 @@ def _rgb(colour: str) -> tuple[int, ...]:
     if not re.fullmatch("[0-9a-fA-F]{6}", digits):
         raise CCWSIMError(f"{shown(colour)} is not a colour; write it as #rrggbb")
     return tuple(bytes.fromhex(digits))
-
-
-MAX_PARTS = 100_000
-"""Maximum number of chunks, segments or blocks in a file; GIF blocks have up to 255 bytes."""
-
-MAX_SCANS = 100
-"""Maximum number of scans of a JPEG; a scan covers the whole picture, and ten are usual."""
-
-MAX_STRIPS = 20_000
-"""Maximum number of strips or tiles of a TIFF; each is decoded separately."""
-
-_PNG_CHUNKS = (b"IHDR", b"PLTE", b"tRNS", b"IDAT", b"IEND")
-_JPEG_LEFT_OUT = (*range(0xE1, 0xEE), 0xEF, 0xFE)
-"""JPEG segments to remove. JFIF (E0) and Adobe (EE) are kept, because they define the colours."""
-_TIFF_PACKINGS = (1, 2, 3, 4, 5, 8, 32773, 32946)
-"""Supported compressions of TIFF: none, fax, LZW, Deflate and PackBits, but not JPEG or WebP."""
-_TIFF_SIZES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 6: 1, 7: 1, 8: 2, 9: 4, 10: 8, 11: 4, 12: 8}
-
-
-def bare_picture(content: bytes, name: str, keep_text: bytes = b"") -> bytes:
-    """Return a picture in the same format, but with only its first frame."""
-    kinds = struct.error, IndexError, ValueError, OverflowError
-    with broken(f"{name}: the picture is broken; save it again as PNG", *kinds):
-        if content.startswith(b"\x89PNG"):
-            return _png(content, name, keep_text)
-        if content.startswith(b"\xff\xd8"):
-            return _jpeg(content, name)
-        if content.startswith(b"GIF"):
-            return _gif(content, name)
-        if content.startswith(b"BM"):
-            return _bmp(content, name)
-        return _tiff(content, name)
-
-
-def _png(content: bytes, name: str, keep_text: bytes) -> bytes:
-    parts, at = [content[:8]], 8
-    for _ in range(MAX_PARTS):
-        if at + 12 > len(content):
-            return b"".join(parts)
-        (size,) = struct.unpack_from(">I", content, at)
-        kind, end = content[at + 4 : at + 8], at + 12 + size
-        tells_codes = kind == b"tEXt" and size < 200 and content.startswith(keep_text, at + 8)
-        if kind in _PNG_CHUNKS or (tells_codes and keep_text):
-            parts.append(content[at:end])
-        if kind == b"IEND":
-            return b"".join(parts)
-        at = end
-    raise _too_many(name, "chunks", MAX_PARTS)
-
-
-def _jpeg(content: bytes, name: str) -> bytes:
-    parts, at = [content[:2]], 2
-    for _ in range(MAX_PARTS):
-        at = content.index(b"\xff", at)
-        while content[at + 1] == 0xFF:
-            at += 1
-        marker = content[at + 1]
-        if marker == 0xDA:  # first scan; after it there are only tables and scans
-            scans = content.count(b"\xff\xda", at)
-            if scans > MAX_SCANS:
-                raise _too_many(name, "scans", MAX_SCANS)
-            return b"".join([*parts, content[at:]])
-        if marker in (0x00, 0x01, 0xD8, *range(0xD0, 0xD8)):
-            at += 2
-            continue
-        (size,) = struct.unpack_from(">H", content, at + 2)
-        if marker not in _JPEG_LEFT_OUT:
-            parts.append(content[at : at + 2 + size])
-        at += 2 + size
-    raise _too_many(name, "segments", MAX_PARTS)
-
-
-def _gif(content: bytes, name: str) -> bytes:
-    """Return header, palette, first frame and the block with the frame's transparent colour."""
-    start = 13 + _colours_of_gif(content[10])
-    parts, at = [content[:start]], start
-    control = b""
-    for _ in range(MAX_PARTS):
-        kind = content[at]
-        if kind == 0x2C:
-            data = at + 10 + _colours_of_gif(content[at + 9]) + 1
-            end = _end_of_blocks(content, data, name)
-            return b"".join([*parts, control, content[at:end], b";"])
-        if kind == 0x21:
-            end = _end_of_blocks(content, at + 2, name)
-            control = content[at:end] if content[at + 1] == 0xF9 else control
-            at = end
-        elif kind == 0x3B:
-            raise CCWSIMError(f"{name}: the picture has no frame; save it again as PNG")
-        else:
-            at += 1
-    raise _too_many(name, "blocks", MAX_PARTS)
-
-
-def _colours_of_gif(flags: int) -> int:
-    """Return the size, in bytes, of a table of colours."""
-    return 3 << ((flags & 7) + 1) if flags & 0x80 else 0
-
-
-def _end_of_blocks(content: bytes, at: int, name: str) -> int:
-    """Return the end of a series of blocks; if the series is truncated, the end of the file."""
-    for k in range(len(content)):
-        if k % MAX_PARTS == 0:
-            check_time(name)
-        size = content[at] if at < len(content) else 0
-        at += 1 + size
-        if size == 0:
-            break
-    return min(at, len(content))
-
-
-def _bmp(content: bytes, name: str) -> bytes:
-    packing = struct.unpack_from("<I", content, 30)[0] if content[14] >= 40 else 0
-    if packing in (1, 2):
-        raise CCWSIMError(f"{name}: run-length packed BMP files are not supported; save it as PNG")
-    return content
-
-
-def _tiff(content: bytes, name: str) -> bytes:
-    order = "<" if content.startswith(b"II") else ">"
-    (start,) = struct.unpack_from(f"{order}I", content, 4)
-    (n,) = struct.unpack_from(f"{order}H", content, start)
-    entries = np.frombuffer(
-        content,
-        [
-            ("tag", f"{order}u2"),
-            ("kind", f"{order}u2"),
-            ("count", f"{order}u4"),
-            ("at", f"{order}u4"),
-        ],
-        count=n,
-        offset=start + 2,
-    )
-    sizes = [_TIFF_SIZES.get(int(e["kind"]), 0) * int(e["count"]) for e in entries]
-    if sum(sizes) > len(content) + 4 * n:
-        raise CCWSIMError(f"{name}: the picture promises more than it has; save it again as PNG")
-    values = {int(e["tag"]): _tiff_values(content, order, e) for e in entries}
-    strips = values.get(279, values.get(325, []))
-    tile = [*values.get(322, []), *values.get(323, [])]
-    if set(values.get(259, [])) - set(_TIFF_PACKINGS):
-        raise CCWSIMError(f"{name}: its compression is not supported; save it as PNG")
-    if len(strips) > MAX_STRIPS:
-        raise _too_many(name, "strips", MAX_STRIPS)
-    if sum(strips) > len(content) or prod(tile or [1]) > limits().cells:
-        raise CCWSIMError(f"{name}: the picture promises more than it has; save it again as PNG")
-    return content
-
-
-def _tiff_values(content: bytes, order: str, entry: np.void) -> list[int]:
-    """Return the integers of an entry on compression or sizes; return [] for other entries."""
-    kind, count = int(entry["kind"]), int(entry["count"])
-    if kind not in (3, 4) or int(entry["tag"]) not in (259, 279, 322, 323, 325):
-        return []
-    dtype = np.dtype(f"{order}u{_TIFF_SIZES[kind]}")
-    if count * dtype.itemsize <= 4:
-        return np.frombuffer(entry["at"].tobytes(), dtype, count).tolist()
-    return np.frombuffer(content, dtype, count, int(entry["at"])).tolist()
-
-
-def _too_many(name: str, what: str, most: int) -> CCWSIMError:
-    return CCWSIMError(f"{name}: more than {most} {what} in a picture; save it again as PNG")

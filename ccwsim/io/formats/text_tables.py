@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile, distinct_names
-from ccwsim.io.limits import MAX_VARIABLES, check_cells, check_time, limits
+from ccwsim.io.limits import MAX_VARIABLES, check_cells, limits
 from ccwsim.model.errors import CCWSIMError
 
 CHUNK = 2**20
@@ -60,7 +60,6 @@ def numbers_in(
         n += len(parts[-1])
         if n > limits().cells:
             raise CCWSIMError(f"{name}: more than {limits().cells} values; cut a smaller piece")
-        check_time(name)
         line += chunk.count(b"\n")
         at = end
     return np.concatenate(parts) if parts else np.empty(0)
@@ -348,8 +347,6 @@ def _by_field(
         table.append(fields)
         if len(table) * n > limits().fields:
             raise CCWSIMError(f"{name}: too large a table for words or empty fields; clean it")
-        if len(table) % 1000 == 0:
-            check_time(name)
     columns, words = [], {}
     for k, fields in enumerate(zip(*table, strict=True)):
         values = [field_number(field, marks.decimal) for field in fields]

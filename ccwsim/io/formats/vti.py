@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile, broken, distinct_names
-from ccwsim.io.limits import MAX_VARIABLES, check_bytes, check_cells, check_packing, check_time
+from ccwsim.io.limits import MAX_VARIABLES, check_bytes, check_cells, check_packing
 from ccwsim.model.errors import CCWSIMError, shown
 
 TYPES = {
@@ -108,11 +108,21 @@ def _tree(content: bytes, name: str) -> tuple[ElementTree.Element, _Appended]:
         raw = b"base64" not in content[at:end]
         appended = _Appended(memoryview(content)[mark + 1 :] if mark >= 0 else b"", raw)
         content = content[:at] + b"</VTKFile>"
-    if b"<!DOCTYPE" in content or b"<!ENTITY" in content:  # entities can grow without bounds
-        raise CCWSIMError(f"{name}: XML declarations in VTK files are not allowed; save it again")
     kinds = ElementTree.ParseError, ValueError, LookupError
     with broken(f"{name}: the XML is broken", *kinds, remedy="get the whole file"):
-        return ElementTree.fromstring(content), appended
+        parser = ElementTree.XMLParser(target=_Builder(name))
+        return ElementTree.fromstring(content, parser), appended
+
+
+class _Builder(ElementTree.TreeBuilder):
+    """Builds elements; a document type raises an error, because its entities can grow freely."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__()
+        self._name = name
+
+    def doctype(self, *_: object) -> None:
+        raise CCWSIMError(f"{self._name}: XML declarations are not allowed; save it again as VTI")
 
 
 def _numbers(
@@ -143,7 +153,6 @@ class _Values:
 
     def read(self, array: ElementTree.Element, n: int) -> NDArray:
         """Return the n values of an array; raise an error if it does not have n values."""
-        check_time(self._name)
         kind = np.dtype(self._order + TYPES[array.get("type", "")])
         form, raw = array.get("format", "ascii"), False
         text = (array.text or "").encode()

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from functools import partial
-from io import BytesIO
 from typing import Any, TypeVar
 
 import numpy as np
@@ -30,6 +29,7 @@ from ccwsim.io import (
     read_well_points,
     resolve_points,
 )
+from ccwsim.io.isolated import IsolatedFile
 from ccwsim.io.limits import limited, upload_limits
 from ccwsim.jobs.job import result_in_turn
 from ccwsim.model.arrays import Shape
@@ -91,14 +91,13 @@ def image_of(choice: ImageChoice) -> TrainingImage:
 
 
 @contextmanager
-def opened(upload: Upload | None) -> Iterator[BytesIO]:
-    """Yield an upload as a named file object; the limits for reading apply in the context."""
+def opened(upload: Upload | None) -> Iterator[IsolatedFile]:
+    """Yield an upload as a file that another process reads; its limits apply in the context."""
     if upload is None:
         raise CCWSIMError("there is no file yet; choose a file")
-    file = BytesIO(upload.content)
-    file.name = upload.name
-    with limited(upload_limits()):
-        yield file
+    limits = upload_limits()
+    with limited(limits):
+        yield IsolatedFile(upload.content, upload.name, upload.digest, limits)
 
 
 def data_of(choices: Choices) -> HardData:

@@ -191,7 +191,7 @@ def open_project(state: State, upload: Upload) -> None:
     If the file cannot be read or is too large for a page, raise an error and change nothing.
     """
     with opened(upload) as file:
-        project = read_project(file)
+        project = file.read_with(read_project)
     choices = choices_of(project)
     _check(choices)
     study_of(choices)

@@ -1,0 +1,224 @@
+"""Read files from strangers in other processes, with bounded memory and time.
+
+A decoder that meets hostile bytes can hold the interpreter lock for minutes, fill the memory or
+end its process. Here, only a child process suffers: it is killed and replaced. Results and errors
+are kept by the content of the file, so that each file is parsed, or refused, only once.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import threading
+import time
+import traceback
+from collections.abc import Callable
+from concurrent.futures import Future
+from contextlib import suppress
+from functools import cache
+from io import BytesIO
+from math import ceil
+from typing import Any, NamedTuple, TypeVar
+
+from ccwsim.io.data_file import printable
+from ccwsim.io.limits import MIB, FileLimits, limited
+from ccwsim.jobs.child import ChildProcess, can_start, connect_to_parent
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.system.lru_cache import LruCache
+from ccwsim.system.memory import address_space, free_memory, give_back_memory
+
+Result = TypeVar("Result")
+
+MAX_PROCESSES = 8
+"""Maximum number of files that are read at the same time."""
+N_WARM = 2
+"""Number of processes that are kept for the next files."""
+WALL_FACTOR = 6
+"""Maximum wall time divided by the maximum processor time, because cores may be shared."""
+KEPT_RESULTS, KEPT_BYTES = 256, 256 * MIB
+"""Maximum number and total size of kept results."""
+
+
+class IsolatedFile:
+    """A file that the readers of this package read in another process.
+
+    Parameters
+    ----------
+    content : bytes
+    name : str
+        Name of the file in messages.
+    digest : str
+        Digest of the content and the name.
+    limits : FileLimits
+        Limits of the readers; `memory` and `seconds` limit the process.
+
+    Examples
+    --------
+    >>> from ccwsim.io import inspect
+    >>> from ccwsim.io.limits import UPLOAD_LIMITS
+    >>> file = IsolatedFile(b"x,y,facies\\n1,2,0\\n", "wells.csv", "digest", UPLOAD_LIMITS)
+    >>> inspect(file).is_table
+    True
+    """
+
+    def __init__(self, content: bytes, name: str, digest: str, limits: FileLimits) -> None:
+        self.content, self.name, self.digest, self.limits = content, name, digest, limits
+
+    def read_with(self, reader: Callable[..., Result], *options: Any) -> Result:
+        """Return `reader(file, *options)`, computed by another process; `reader` is a function.
+
+        Raises `CCWSIMError` if the reader does, or if the process exceeds its memory or time.
+        """
+        request = _Request(reader, options, self.content, self.name, self.limits)
+        key = reader.__module__, reader.__qualname__, repr(options), self.digest, self.limits
+        result = _answers().get_or_read(key, request)
+        if isinstance(result, Exception):
+            raise type(result)(*result.args)
+        return result
+
+
+class _Request(NamedTuple):
+    reader: Callable[..., Any]
+    options: tuple[Any, ...]
+    content: bytes
+    name: str
+    limits: FileLimits
+
+
+class _Answers:
+    """Results and errors by request; equal requests at the same time are answered once."""
+
+    def __init__(self) -> None:
+        self._kept = LruCache[tuple[Any]](KEPT_RESULTS, KEPT_BYTES)
+        self._pending: dict[Any, Future[Any]] = {}
+        self._lock = threading.Lock()
+
+    def get_or_read(self, key: Any, request: _Request) -> Any:
+        with self._lock:
+            if kept := self._kept.get(key):
+                return kept[0]
+            pending = self._pending.get(key)
+            if pending is None:
+                mine = self._pending[key] = Future[Any]()
+        if pending is not None:
+            return pending.result()
+        try:
+            mine.set_result(_read_apart(request))
+            self._kept.put(key, (mine.result(),))
+        except BaseException as error:
+            mine.set_exception(error)
+            raise
+        finally:
+            del self._pending[key]
+        return mine.result()
+
+
+@cache
+def _answers() -> _Answers:
+    return _Answers()
+
+
+@cache
+def _places(memory: int) -> threading.Semaphore:
+    """Return a semaphore for as many processes as fit into half of the free memory, at least 2."""
+    n = (free_memory() or 2 * memory * MAX_PROCESSES) // (2 * memory)
+    return threading.Semaphore(min(max(n, 2), MAX_PROCESSES))
+
+
+_warm: list[ChildProcess] = []
+"""Processes that wait for a request."""
+
+
+def _read_apart(request: _Request) -> Any:
+    """Return the result of a request, or an exception, from a child process."""
+    if not can_start():
+        return _answer(request)
+    limits = request.limits
+    with _places(limits.memory):
+        process = _take_process()
+        alarm = threading.Timer(WALL_FACTOR * limits.seconds, process.kill)
+        alarm.daemon = True
+        alarm.start()
+        start = time.monotonic()
+        try:
+            process.send(request)
+            answer = pickle.load(process.answers)
+        except (OSError, EOFError, pickle.UnpicklingError):
+            process.kill()
+            process.end()
+            return _refusal(request, time.monotonic() - start)
+        finally:
+            alarm.cancel()
+    _keep_process(process)
+    return answer
+
+
+def _take_process() -> ChildProcess:
+    with suppress(IndexError):
+        return _warm.pop()
+    return ChildProcess(serve, {"OPENBLAS_NUM_THREADS": "1"})
+
+
+def _keep_process(process: ChildProcess) -> None:
+    if len(_warm) < N_WARM:
+        _warm.append(process)
+    else:
+        process.end()
+
+
+def _refusal(request: _Request, seconds: float) -> CCWSIMError:
+    """Return the error for a request during which the process ended."""
+    name, limits = printable(request.name), request.limits
+    if seconds >= limits.seconds:
+        problem = f"takes longer than {limits.seconds:g} s to read"
+    else:
+        problem = f"ends the process that reads it, or needs more than {limits.memory // MIB} MB"
+    return CCWSIMError(f"{name} {problem}; cut a smaller piece, or save it as npy or CSV")
+
+
+def serve() -> None:
+    """Answer the requests of the parent process until it ends."""
+    requests, answers = connect_to_parent()
+    while True:
+        request = requests.get()
+        _bound(request.limits)
+        answer = _answer(request)
+        _bound(None)
+        with os.fdopen(os.dup(answers.fileno()), "wb") as stream:
+            pickle.dump(answer, stream, protocol=5)
+        del request, answer
+        give_back_memory()
+
+
+def _answer(request: _Request) -> Any:
+    """Return the result of a request, or the exception that the reader raises."""
+    file = BytesIO(request.content)
+    file.name = request.name
+    try:
+        with limited(request.limits):
+            return request.reader(file, *request.options)
+    except CCWSIMError as error:
+        return error
+    except MemoryError:
+        return _refusal(request, 0.0)
+    except Exception:
+        return RuntimeError(traceback.format_exc())
+
+
+def _bound(limits: FileLimits | None) -> None:
+    """Limit the memory and the processor time of this process from now on, if the system can."""
+    try:
+        import resource
+    except ImportError:  # Windows: only the wall time is limited
+        return
+    memory = seconds = resource.RLIM_INFINITY
+    if limits is not None:
+        used = resource.getrusage(resource.RUSAGE_SELF)
+        seconds = ceil(used.ru_utime + used.ru_stime + limits.seconds)
+        if (size := address_space()) is not None:
+            memory = size + limits.memory
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    for what, soft in ((resource.RLIMIT_AS, memory), (resource.RLIMIT_CPU, seconds)):
+        hard = resource.getrlimit(what)[1]
+        with suppress(ValueError, OSError):  # the administrator has set a lower limit
+            resource.setrlimit(what, (soft, hard))

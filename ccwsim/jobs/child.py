@@ -1,0 +1,92 @@
+"""A child process that answers requests, and ends with the process that started it.
+
+Requests and answers are pickles on the standard input and output of the child. The system closes
+its standard input even if the parent is killed, and a child ends as soon as its input ends.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from pathlib import Path
+from queue import SimpleQueue
+from typing import Any, BinaryIO
+
+FOLDER = Path(__file__).parents[2]
+"""The folder that contains the package."""
+
+
+def can_start() -> bool:
+    """Return whether this Python can start another Python."""
+    return bool(sys.executable) and not getattr(sys, "frozen", False)
+
+
+class ChildProcess:
+    """A process of the same Python that runs a function of this package.
+
+    Parameters
+    ----------
+    function : callable
+        A function of a module; it calls `connect_to_parent`.
+    environment : mapping of str to str, optional
+        Variables to set in addition to those of this process.
+    """
+
+    def __init__(
+        self, function: Callable[[], None], environment: Mapping[str, str] | None = None
+    ) -> None:
+        paths = [str(FOLDER), *filter(None, [os.environ.get("PYTHONPATH")])]
+        module, name = function.__module__, function.__name__
+        self._process = subprocess.Popen(
+            [sys.executable, "-c", f"from {module} import {name}; {name}()"],
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(paths), **(environment or {})},
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+        )
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        self.pid = self._process.pid
+        self._requests, self.answers = self._process.stdin, self._process.stdout
+
+    def send(self, request: object) -> None:
+        """Send a request; raise `OSError` if the process has ended."""
+        pickle.dump(request, self._requests, protocol=5)
+        self._requests.flush()
+
+    def kill(self) -> None:
+        """End the process at once; reading its answers then raises `EOFError`."""
+        self._process.kill()
+
+    def end(self) -> int:
+        """Close the input of the process, wait until it ends, and return its exit code."""
+        with self._process, suppress(OSError):
+            self._requests.close()
+        return self._process.returncode
+
+
+def connect_to_parent() -> tuple[SimpleQueue[Any], BinaryIO]:
+    """Return, in a child process, the queue of requests and the stream for answers.
+
+    A separate thread reads the requests, so that the process can end while it works.
+    """
+    if hasattr(os, "nice"):
+        os.nice(5)  # the dashboard and its browser have priority
+    answers = os.fdopen(os.dup(1), "wb", 0)
+    os.dup2(2, 1)  # output of libraries is not sent to the parent
+    requests: SimpleQueue[Any] = SimpleQueue()
+    threading.Thread(target=_read, args=(sys.stdin.buffer, requests), daemon=True).start()
+    return requests, answers
+
+
+def _read(stream: BinaryIO, requests: SimpleQueue[Any]) -> None:
+    """Read requests until the end of the stream, then end this process."""
+    with suppress(EOFError, OSError, pickle.UnpicklingError):
+        while True:
+            requests.put(pickle.load(stream))
+    os._exit(0)

@@ -1,0 +1,139 @@
+"""Uploads are read by another process; a file that it does not survive is refused."""
+
+from __future__ import annotations
+
+import io
+import os
+import threading
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ccwsim import CCWSIMError
+from ccwsim.io import inspect, isolated, read_training_image
+from ccwsim.io.isolated import IsolatedFile
+from ccwsim.io.limits import MIB, UPLOAD_LIMITS
+from ccwsim.io.opening import open_file, whole_shape
+
+CSV = b"x,y,facies\n1,2,0\n3,4,1\n"
+SMALL = replace(UPLOAD_LIMITS, memory=200 * MIB, seconds=3.0)
+
+
+def isolated_file(content: bytes = CSV, name: str = "a.csv", limits=SMALL) -> IsolatedFile:
+    return IsolatedFile(content, name, f"{name} {os.urandom(4).hex()}", limits)
+
+
+def endless(file):
+    while True:
+        sum(range(1000))
+
+
+def large(file):
+    return len(np.ones(400 * MIB, np.uint8))
+
+
+def falls(file):
+    os._exit(7)
+
+
+def broken(file):
+    raise KeyError("a fault of the program")
+
+
+def n_calls(file):
+    with open(file.read().decode(), "a") as log:
+        log.write("x")
+    time.sleep(0.3)
+    return "read"
+
+
+def refuses(file):
+    n_calls(file)
+    raise CCWSIMError("the file is refused")
+
+
+def test_a_file_is_read_as_in_this_process():
+    buffer = io.BytesIO()
+    np.save(buffer, np.arange(12).reshape(3, 4) % 3)
+    apart = isolated_file(buffer.getvalue(), "ti.npy")
+    assert np.array_equal(read_training_image(apart).array, read_training_image(buffer).array)
+    assert whole_shape(apart) == (3, 4)
+    assert inspect(isolated_file()) == replace(inspect(io.BytesIO(CSV)), name="a.csv")
+
+
+def test_an_error_of_a_reader_is_the_same_error():
+    with pytest.raises(CCWSIMError, match=r"a\.bin has an unknown format"):
+        open_file(isolated_file(b"%PDF\x00\x01", "a.bin"))
+    with pytest.raises(CCWSIMError, match="more than 3"):
+        open_file(isolated_file(limits=replace(SMALL, cells=3)))
+
+
+@pytest.mark.parametrize(
+    ("reader", "said"),
+    [
+        (endless, "takes longer than 3 s to read"),
+        (large, "needs more than 200 MB"),
+        (falls, "ends the process that reads it"),
+    ],
+)
+def test_a_file_that_its_reader_does_not_survive_is_refused(reader, said):
+    with pytest.raises(CCWSIMError, match=f"^a.csv .*{said}.*; cut"):
+        isolated_file().read_with(reader)
+    assert inspect(isolated_file()).is_table  # the next file meets a new process
+
+
+def test_a_fault_of_the_program_is_told_as_one():
+    with pytest.raises(RuntimeError, match="KeyError: 'a fault of the program'"):
+        isolated_file().read_with(broken)
+
+
+@pytest.mark.parametrize("reader", [n_calls, refuses])
+def test_a_file_is_read_once_by_all_who_ask(reader, tmp_path):
+    file = isolated_file(str(tmp_path / "log").encode())
+    seen = []
+
+    def ask():
+        try:
+            seen.append(file.read_with(reader))
+        except CCWSIMError as error:
+            seen.append(str(error))
+
+    threads = [threading.Thread(target=ask) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    ask()
+    assert len(seen) == 5
+    assert len(set(seen)) == 1
+    assert (tmp_path / "log").read_text() == "x"
+
+
+def test_other_files_are_read_while_one_takes_long():
+    def read_long():
+        with pytest.raises(CCWSIMError, match="takes longer"):
+            isolated_file().read_with(endless)
+
+    long = threading.Thread(target=read_long)
+    long.start()
+    assert inspect(isolated_file()).is_table
+    assert long.is_alive()
+    long.join()
+
+
+def test_processes_are_kept_warm_and_used_again():
+    isolated_file().read_with(os_pid)
+    first = isolated_file().read_with(os_pid)
+    assert isolated_file().read_with(os_pid) == first != os.getpid()
+
+
+def os_pid(file):
+    return os.getpid()
+
+
+def test_without_another_process_files_are_read_here(monkeypatch):
+    monkeypatch.setattr(isolated, "can_start", lambda: False)
+    assert isolated_file().read_with(os_pid) == os.getpid()
+    assert inspect(isolated_file()).is_table
