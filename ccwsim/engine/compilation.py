@@ -46,10 +46,9 @@ IDLE_SECONDS = 5.0
 """Seconds without a request after which a compiling process ends."""
 POLL_SECONDS = 0.1
 NOW, SOON, LATER = 0, 1, 2
-"""Urgency of a request: a call needs the kernel now, will need the kernel soon, or may need the
-kernel later."""
+"""Urgency of a request: a call waits for the kernel, will soon need it, or may need it later."""
 ENTRY_KERNELS = {"simulate_patches", "resimulate_windows", "repair_windows", "change_cells"}
-"""Names of the kernels that take longest to compile; every realization calls them."""
+"""Names of the kernels of a realization that take longest to compile."""
 OPTIMIZING = 0.5
 """Time to optimize a kernel, divided by the time to infer the types in the kernel."""
 
@@ -225,8 +224,7 @@ def _of_this_process() -> _Compilers:
 def _can_compile_apart() -> bool:
     """Return whether other processes may compile kernels for this process.
 
-    A worker process compiles its kernels itself, because otherwise each worker would start several
-    processes.
+    Worker processes compile kernels themselves; otherwise each would start several processes.
     """
     is_main = multiprocessing.parent_process() is None and FOLDER_VARIABLE not in os.environ
     kept = bool(FOLDER) and numba_hooks.are_known() and not getattr(config, "DISABLE_JIT", 0)
@@ -241,7 +239,7 @@ def ask_for(work: Callable[[], object], urgency: int = LATER) -> list[CompileReq
     if not _can_compile_apart():
         work()
         return []
-    requests: dict[CompileRequest, None] = {}  # an ordered set
+    requests: dict[CompileRequest, None] = {}  # a dictionary as an ordered set
     compilers = _of_this_process()
 
     def ask(kernel: Kernel, signature: tuple[Any, ...]) -> None:
@@ -329,7 +327,7 @@ def serve() -> None:
     requests: SimpleQueue[tuple[str, str, tuple[Any, ...]]] = SimpleQueue()
     threading.Thread(target=_read, args=(sys.stdin.buffer, requests), daemon=True).start()
     gc.freeze()
-    gc.disable()  # saves a tenth of the time; this process ends soon
+    gc.disable()  # saves 10 % of the time; this process ends soon
     with event.install_listener("numba:compile", _Listener(answers)):
         while True:
             module, name, signature = requests.get()

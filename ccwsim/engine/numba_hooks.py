@@ -29,8 +29,7 @@ def are_known(version: str = numba.__version__) -> bool:
 class _LinkedLibrary(codegen.JITCodeLibrary):
     """The unoptimized code of a part of kernels, for linking into kernels.
 
-    The code is optimized only in kernels. By default, Numba would also optimize the part
-    separately.
+    The code is optimized only in kernels; Numba would otherwise optimize it separately too.
     """
 
     def _optimize_final_module(self) -> None:
@@ -167,8 +166,7 @@ def is_on_disk(dispatcher: Any, signature: Any) -> bool:
 def ask_first(dispatcher: Any, ask: Callable[[tuple[Any, ...]], None]) -> None:
     """Make a kernel call `ask(signature)` before it compiles a signature that is not on disk.
 
-    If `ask` has written the code to disk, the code is loaded. If `ask` raises, the kernel is not
-    run.
+    Code that `ask` writes to disk is loaded. If `ask` raises an error, the kernel is not run.
     """
     compile_here = dispatcher.compile
 

@@ -73,7 +73,7 @@ def orient_image(
     running = running_sums(pyramid.sums, level, template)
     size = tuple(t >> n for t, n in zip(template, level, strict=True))
     places = tuple(n - t + 1 for n, t in zip(pyramid.sums.shape[1:], size, strict=True))
-    proportions = np.array(study.training_image.proportions)  # writable, as kernels expect
+    proportions = np.array(study.training_image.proportions)  # kernels need a writable array
     margin = np.zeros(n_facies)
     if steers(study):
         margin = margin_weights(pyramid.sums, size, prod(template), proportions)  # type: ignore[arg-type]
@@ -82,7 +82,7 @@ def orient_image(
 
 
 def steers(study: Study) -> bool:
-    """Return whether each realization has random target proportions towards which it is steered.
+    """Return whether realizations are steered towards random target proportions.
 
     Proportions are not steered if patches must stay near the same relative location in the image,
     because the location then determines proportions.
@@ -125,7 +125,7 @@ class PreparedImage:
             if scale == 0:
                 indices = self.study.training_image.indices
                 oriented = to_path(indices.reshape(in_layers(indices.shape)), orientation)
-                return np.array(oriented, order="C")  # writable, as kernels expect
+                return np.array(oriented, order="C")  # kernels need a writable array
             finer, coarser = (self.lengths[s].along(orientation) for s in (scale - 1, scale))
             return upgrid(self.scaled(orientation, scale - 1), finer.cells_of(coarser))
 

@@ -56,8 +56,7 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
 
 TERMS_PER_CALL = 500_000_000
-"""Number of terms of scores computed between two reports of progress, some hundredths of a
-second."""
+"""Number of terms of scores computed between two reports of progress."""
 MAX_PATCHES_PER_CALL = 512
 SLACK = 8
 """Maximum number of wrong cells by which a candidate may exceed the best location, without data and
@@ -73,13 +72,12 @@ TARGET_SPREAD = 0.7
 """Spread of the target proportions of maps, divided by the spread between pieces of the image. The
 ratio is below 1 because proportions of maps also vary around the target."""
 WEIGHT_OF_MORE_FACIES = 2
-"""Factor of the weights of data for three or more facies, because fewer locations then honour
-data."""
+"""Factor of the weights of data for three or more facies: fewer locations then honour data."""
 DATUM_FACTOR = 25
 """Factor of the weights of data if data are not honoured exactly, as in the authors' code."""
 MAX_KEPT = 2**20
-"""Maximum number of cells for which a data array without data is reused by other realizations.
-Storing larger arrays would take too much memory."""
+"""Maximum number of cells of an empty data array that is stored for other realizations. Larger
+arrays would use too much memory."""
 RASTER_SHARE, REPAIR_SHARE = 0.7, 0.85
 """Progress at which local re-simulation begins (if there are data) and at which seam repair begins,
 as assumed shares of the time of a realization."""

@@ -35,8 +35,7 @@ from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
 
 Report = Callable[[float], None]
-"""Function called as report(share) with the finished share of the work, 0 … 1. It may raise an
-error to stop."""
+"""Function called with the finished share of the work, 0 … 1; it may raise an error to stop."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,7 +204,7 @@ def walk_through(study: Study, watch: Watch) -> None:
 
 
 def _tiny(study: Study) -> Study:
-    """Return a copy of a study with a tiny grid; if the study has data, the new data conflict."""
+    """Return a copy of a study with a tiny grid and, if the study has data, conflicting data."""
     shape = (8,) * len(study.grid.shape)
     cells = np.argwhere(np.ones(shape)) if study.hard_data.n else np.empty((0, len(shape)), int)
     codes = study.training_image.codes[[0, -1]][cells.sum(axis=1) % 2]

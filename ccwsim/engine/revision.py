@@ -40,8 +40,7 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
     Returns
     -------
     Ensemble
-        Ensemble with the seed and parameters of `ensemble`; `cpu_seconds` includes only the
-        re-simulation.
+        Ensemble with unchanged seed and parameters; `cpu_seconds` includes only the re-simulation.
 
     Raises
     ------

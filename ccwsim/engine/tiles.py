@@ -176,8 +176,8 @@ def simulate_patches(first, last, inputs, work, simulated, rng):
     for number in range(first, last):  # line 4: patches in the order of the path
         box = box_of(patches[number], search.overlap)
         # Lines 5, 6: the first patch has no overlap, so all scores are 0. Ties are broken at
-        # random, so the candidates are random locations. Lines 8, 9: the coefficients of the
-        # overlap, here block sums
+        # random, so the candidates are random locations.
+        # Lines 8, 9: the coefficients of the overlap, here block sums
         n_groups = overlap_terms(grid, box, block, oriented.running, work.terms)
         # Line 10: CCW scores
         cached_overlap_energies(oriented.squares, box, block, work.energies, work.energies_of)

@@ -1,11 +1,10 @@
 """Seam repair by changing the facies of single cells (not in the paper).
 
-Unseen patterns are patterns that are absent from the training image. At the seams of patches, many
-unseen patterns are due to single cells, for example a notch in a boundary. For each unseen pattern,
-one cell of the pattern is changed; the change that leaves the fewest unseen patterns is chosen. If
-no single change helps, a tabu search (Glover 1989) changes several cells one after another, even if
-unseen patterns increase at first. The changes up to the best state are then retained. Cells with
-data do not change.
+Unseen patterns are patterns that are absent from the training image. At seams, single cells cause
+many unseen patterns, for example a notch in a boundary. For each unseen pattern, the change of one
+cell that leaves the fewest unseen patterns is chosen. If no single change helps, a tabu search
+(Glover 1989) changes several cells one after another, even if unseen patterns increase at first.
+The changes up to the best state are retained. Cells with data do not change.
 """
 
 from __future__ import annotations
@@ -39,7 +38,7 @@ STAYS = 4
 """Number of changes of a tabu search during which a changed cell must not change again, unless the
 change leads to a new best state."""
 LONGEST = 4000
-"""Maximum number of changes of a tabu search, and of unseen patterns among which it chooses."""
+"""Maximum number of changes of a tabu search, and of unseen patterns from which it selects."""
 
 
 class RepairedPart(NamedTuple):
@@ -103,7 +102,7 @@ def repair_cells(
 
 
 def ends_of_walks(volume: bool, share: float) -> tuple[int, int]:
-    """Return the limits of tabu searches, like `FURTHER` and `PATIENCE`.
+    """Return the limits of tabu searches that correspond to `FURTHER` and `PATIENCE`.
 
     `share` is the share of cells with data for searches that start at data, 0 for other searches.
     """
@@ -333,10 +332,9 @@ def walk(first, ends, patterns, part, rng):
 def next_change(first, n_changed, better, patterns, part, rng):
     """Return a cell to change, its new facies, and the number of added unseen patterns.
 
-    The change is chosen at random among the changes that add the fewest unseen patterns; the number
-    added may be negative or positive. A recently changed cell is chosen only if the change adds
-    fewer than `better` unseen patterns; `better` is at most 0. The facies is UNKNOWN if no cell can
-    change.
+    The change is chosen at random among the changes that add the fewest unseen patterns, possibly a
+    negative number. A recently changed cell changes only if this adds fewer than `better` unseen
+    patterns; `better` is at most 0. The facies is UNKNOWN if no cell can change.
     """
     cells, aside = part.facies, part.aside
     n_aside, n_equal = np.uint64(len(aside)), 0
@@ -420,7 +418,7 @@ def forget(cell, patterns, part):
 
 @part_of_kernel
 def source_beside(target, place):
-    """Return a source that continues the source of a neighbour; −1 if facies differ."""
+    """Return a source that continues a neighbour's source; −1 if no such source has the facies."""
     image, sources, (z, y, x) = target.image, target.sources, place
     (mz, my, mx), (nz, ny, nx) = image.shape, sources.shape
     for a in range(6):

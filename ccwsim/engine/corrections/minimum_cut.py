@@ -77,9 +77,9 @@ def make_flow(template: Triple) -> FlowWorkspace:
 
 @part_of_kernel
 def minimum_cut(grid, data, image, place, box, flow, keep_mask):
-    """Mark the cells of a box that stay old in `keep_mask`; return the cost of the cut.
+    """Mark in `keep_mask` the cells of a box that stay old; return the cost of the cut.
 
-    The arguments are those of `keep_old`.
+    The arguments are documented in `keep_old`.
     """
     row, layer = box.nx + 2, (box.nx + 2) * (box.ny + 2)
     back, down, below = np.uint64(-1), np.uint64(-row), np.uint64(-layer)

@@ -32,7 +32,7 @@ MAX_PLACES = 4000
 N_TARGETS = 50
 """Number of random targets from which the variance of targets is estimated."""
 FEW = 5
-"""Number of columns of data as which the image counts when the variance of columns is estimated."""
+"""Number of columns to which the image is equivalent when the variance of columns is estimated."""
 CONTRADICTED = 4
 """Squared difference between the proportions of data and image, in squared standard errors, above
 which data contradict the image."""
@@ -95,7 +95,7 @@ def draw_target(
 ) -> NDArray[np.float64]:
     """Return random target proportions, shape (n_facies,), that vary like pieces of the image.
 
-    The target comes from a random piece of the training image, a quarter as long and wide. The
+    The target is derived from a random piece of the training image, a quarter as long and wide. The
     difference between the proportions of the piece and of the image is scaled to the difference
     expected for a piece as large as the grid. The piece has as many layers as the grid (at most all
     layers of the image), because proportions differ most between layers.

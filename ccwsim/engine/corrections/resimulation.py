@@ -45,7 +45,7 @@ MIN_SIZE = 4
 MIN_SIZE_ISOLATED = 8
 """Side, in cells, of the smallest window around an isolated datum."""
 TOLERANCE = 0.12
-"""Maximum share of wrong cells in the ring of a window, the overlap on all its sides."""
+"""Maximum share of wrong cells in the ring (the overlap on all sides) of a window."""
 TOLERANCE_SMALLEST = 0.5
 """Maximum share of wrong cells in the ring of the smallest window. If no patch fits, the cell of
 the datum is forced to the facies of the datum."""
@@ -55,8 +55,7 @@ RARE = 0.002
 """Share of the training image's cells of a facies that count as isolated, because few cells around
 them have the same facies."""
 MAX_COMPARED = 3000
-"""Maximum number of compared locations, chosen at random from the locations that honour the
-data."""
+"""Maximum number of compared locations, chosen at random among locations that honour the data."""
 MAX_COMPARED_VOLUME = 1000
 """Maximum number of compared locations in a volume. When this number is reached, the rest of the
 image is not searched."""
@@ -126,14 +125,14 @@ def resimulate(
     report: Callable[[float], None] = lambda share: None,
     on_window: OnWindow | None = None,
 ) -> NDArray[np.int16]:
-    """Honour the data of a realization, in place; return their status, shape (n,).
+    """Honour the data of a realization, in place; return the data status, shape (n,).
 
     First, windows around data that are not honoured are re-simulated; window sizes decrease from
     the size of the template. Second, if no patch fits the smallest window, the cell of the datum is
     forced to the facies of the datum. Third, larger windows around isolated data are re-simulated.
-    A datum is isolated if fewer cells of its facies surround the datum than `isolated_below`, by
-    facies index, states. `report` is called with the finished share of the windows and may raise an
-    error to stop. `cells` has the shape (n, 3); `Ensemble.data_status` documents the status.
+    A datum is isolated if fewer than `isolated_below[facies]` cells around the datum have its
+    facies. `report` is called with the finished share of the windows and may raise an error to
+    stop. `cells` has the shape (n, 3); `Ensemble.data_status` documents the status.
     """
     image, grid, sources = target.image, target.grid, target.sources
     places = tuple(cells.T)
@@ -206,7 +205,7 @@ def largest_window(
 def _halved(size: Triple, smallest: int) -> list[Triple]:
     """Return the sizes of windows, halved repeatedly down to `smallest` rows and columns.
 
-    If a window has many layers, the layers are divided by 4 before rows and columns are halved.
+    If a window has many layers, their number is divided by 4 before rows and columns are halved.
     """
     nz, side = size[0], size[1]
     sizes: list[Triple] = []
@@ -273,10 +272,9 @@ def _layers_around(image: NDArray[np.uint8]) -> int:
 def resimulate_windows(target, cells, size, tolerance, anyway, most, rng, work, fits):
     """Re-simulate windows of one size around the data at `cells`, shape (n, 3).
 
-    `tolerance` is the maximum share of wrong cells in the ring; `most` is the approximate maximum
-    number of locations to compare. If `anyway` is false, data that the grid honours are skipped.
-    `fits`, shape (n,), is set to True if a patch fits the window or the grid already honours the
-    datum.
+    `tolerance` is the maximum share of wrong cells in the ring; about `most` locations are
+    compared. If `anyway` is false, data that the grid honours are skipped. `fits`, shape (n,), is
+    set to True if a patch fits the window or the grid already honours the datum.
     """
     image, _, _, data, grid, sources, _ = target
     for i in range(len(cells)):
@@ -476,8 +474,7 @@ def draw_numbers(rng, sample, numbers):
 
     `sample` has the number of marked locations, the approximate number of locations to compare, and
     `by_chance` (see `Target`). If `by_chance` is true, a random number is drawn for each marked
-    location, which takes longer. Otherwise a random number is drawn only for each location to
-    compare.
+    location; otherwise only for each location to compare, which is faster.
     """
     n_places, most, by_chance = sample
     n, chosen, share = np.int64(0), np.int64(0), most / n_places

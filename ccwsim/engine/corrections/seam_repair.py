@@ -1,4 +1,4 @@
-"""Seam repair: windows with unseen patterns are simulated anew (not in the paper).
+"""Seam repair: windows with unseen patterns are re-simulated (not in the paper).
 
 Even the best cut between two patches can cause unseen patterns: dead ends and shapes that are
 absent from the training image. A window around unseen patterns is replaced by a patch that fits the
@@ -69,8 +69,7 @@ N_BEST_DATA = 8
 LEAST, LEAST_VOLUME = 3, 4
 """Minimum number of unseen patterns in a repaired window."""
 MAX_COMPARED = 500
-"""Maximum number of locations compared for a window with data. All of these locations honour the
-data."""
+"""Maximum number of locations, all honouring the data, that are compared for a window with data."""
 LOCATIONS = 12_500
 """Approximate number of locations in a volume that are compared for each window."""
 CHANGE = 0.1
@@ -195,8 +194,7 @@ def repair_seams(
     rng: np.random.Generator,
     report: Callable[[float], None] = lambda share: None,
 ) -> int:
-    """Repair at most `most` windows of a realization in place; return the number of replaced
-    windows.
+    """Repair at most `most` windows in place; return the number of replaced windows.
 
     Windows with `forced` cells, shape (n, 3), are not changed. `report` is called with the finished
     share of the windows and may raise an error to stop.

@@ -26,8 +26,7 @@ share numbers, and an unseen pattern may be missed."""
 HASH, HASH_OF_ROWS, HASH_OF_LABELS = 0x9E3779B1, 0x85EBCA6B, 0xC2B2AE35
 """Factors of the hash of a pattern: odd numbers with irregular bits."""
 EVERY = 2
-"""Distance between the searched rows of patterns of a map. Dead ends span several rows, so every
-second row is enough."""
+"""Distance between searched rows of patterns of a map. Dead ends span several rows."""
 ROWS_AT_ONCE = 64
 """Number of rows of the training image whose patterns are marked together."""
 STRIPS_PER_CALL = 64

@@ -1,2 +1,1 @@
-"""The steps of Algorithm 1, one file for each step; `ccwsim.engine.tiles` calls the steps in
-order."""
+"""The steps of Algorithm 1, one file per step; `ccwsim.engine.tiles` calls the steps in order."""

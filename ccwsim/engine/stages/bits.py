@@ -170,9 +170,8 @@ def _n_bytes(high):
 def n_different(cells, shape, place, strips, limit):
     """Return the number of cells of `strips` that differ from a location of the image.
 
-    Counting may end at `limit`. `cells` is the raveled array `square_bits` of the image; `shape` is
-    the shape of `square_bits`. Raveling the array for each location would take longer than
-    counting.
+    Counting may end at `limit`. `cells` is the raveled array `square_bits` of the image, because
+    raveling takes longer than counting; `shape` is the shape of `square_bits`.
     """
     tz, ty, tx = place
     n_planes, mz, my, mx = shape

@@ -16,9 +16,8 @@ from numpy.typing import NDArray
 from ccwsim.engine.kernels import part_of_kernel
 
 SEGMENT = 32
-"""Number of scores in a segment. The minimum of each segment is stored, so most scores are read
-only once. Of n segments, each has every n-th score, so vector instructions process many segments at
-once."""
+"""Number of scores in a segment. Segment minima are stored, so most scores are read only once. Of n
+segments, each has every n-th score, so vector instructions process many segments at once."""
 COUNTED = 2**14
 """Maximum number of scores counted at once, which fits into the smallest type of scores."""
 
@@ -109,8 +108,7 @@ def best_places(scores, rng, ranking):
     minima, segments, good, values, places = ranking
     k, n_parts = len(places), len(minima)
     segment_minima(scores, minima)
-    # k segments have a score of at most the k-th smallest minimum, so the k-th best score is not
-    # higher
+    # k segments have a minimum of at most this value, so the k-th best score is not higher
     least = kth_smallest(minima, n_parts, min(k, n_parts))
     if n_parts < k:
         for x in range(len(scores)):

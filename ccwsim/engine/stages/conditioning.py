@@ -32,11 +32,9 @@ class Weights(NamedTuple):
 
 
 SPARSE = Weights(missed=40, held=8, ahead=4, slack=6, everywhere=False)
-"""Weights for tiles that are not split. The overlap has more weight than in split tiles, to
-preserve shapes."""
+"""Weights for tiles that are not split, with more weight on the overlap to preserve shapes."""
 DENSE = Weights(missed=100, held=20, ahead=4, slack=2, everywhere=True)
-"""Weights for split tiles, in which dense data determine the shapes and few locations fit the
-data."""
+"""Weights for split tiles: dense data determine the shapes, and few locations fit the data."""
 KEEP_OLD, TAKE_NEW = 1, 2
 """The side of a cut on which a cell must be: the cell stays old or gets the facies of the patch."""
 MAX_DATA = 10
@@ -72,7 +70,7 @@ def data_grid(
 def place_data(
     cells: NDArray[np.int64], facies: NDArray[np.uint8], shape: Triple, keep: bool = True
 ) -> PlacedData:
-    """Return data on a grid of `shape`; `cells`, shape (n, 3), have indices `facies`, shape (n,).
+    """Return data on a grid of `shape`; `cells` has shape (n, 3), `facies` (indices) shape (n,).
 
     If `keep` is false, the data only condition the search.
     """

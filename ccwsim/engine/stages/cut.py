@@ -18,8 +18,7 @@ from ccwsim.engine.stages.conditioning import KEEP_OLD, TAKE_NEW, forced_side
 from ccwsim.engine.stages.path import BOTTOM, LEFT, RIGHT, TOP, UNKNOWN, Triple
 
 BROKEN = 1 << 16
-"""Cost of a datum that the cut does not honour; it exceeds the cost of any boundary without
-data."""
+"""Cost of a datum that the cut does not honour; it exceeds any cost without data."""
 MAX_BIT_COST = 32
 """Cost below which the search for a boundary uses bits, for all boundaries of a line at once."""
 
@@ -105,9 +104,9 @@ def _bit(words, c):
 def bit_boundary(cut, n, m):
     """Fill `cut.path` like `boundary` without data, if the cost is less than MAX_BIT_COST.
 
-    Return whether the cost is less than MAX_BIT_COST. For each cost 0, 1, 2 …, the boundaries that
-    can be reached with this cost are computed; the bits of a word are the boundaries of a line. m
-    must be at most 63.
+    Return whether `cut.path` was filled. For each cost 0, 1, 2 …, the boundaries that can be
+    reached with this cost are computed; the bits of a word are the boundaries of a line. m must be
+    at most 63.
     """
     error, reached, path = cut.error, cut.reached, cut.path
     one, last, full = np.uint64(1), np.uint64(m - 1), ~np.uint64(0) >> np.uint64(63 - m)
@@ -151,7 +150,7 @@ def _next(boundaries):
 
 @part_of_kernel
 def keep_old(grid, data, image, place, box, cut):
-    """Mark the cells of a box that stay old in `cut.keep_mask`.
+    """Mark in `cut.keep_mask` the cells of a box that stay old.
 
     `data` comes from `data_grid`. `grid` and `data` have the shape (nz, ny, nx), `image` has the
     shape (mz, my, mx).

@@ -55,7 +55,7 @@ class Box(NamedTuple):
 
 @part_of_kernel
 def inside_overlap(box):
-    """Return first and last + 1 of the layers, rows and columns of a box inside its overlap."""
+    """Return start and end of the layers, rows and columns of a box that are not in its overlap."""
     return (
         box.oz if box.sides & BELOW else 0,
         box.nz - box.oz if box.sides & ABOVE else box.nz,

@@ -298,7 +298,7 @@ Fate = Literal["drawn", "candidate", "fraction", "slack", "copy", "data", "locat
 
 
 class PlaceFate(NamedTuple):
-    """One location, and whether it was drawn at random or why it was rejected.
+    """One location, and whether it was chosen at random or why it was rejected.
 
     Attributes
     ----------

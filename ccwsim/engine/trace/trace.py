@@ -92,8 +92,7 @@ def resimulated_windows(
 MAX_CHECKPOINTS = 24
 """Maximum number of checkpoints of a trace; a checkpoint is as large as the grid."""
 MAX_CHECKPOINT_BYTES = 64_000_000
-"""Maximum total size of checkpoints in bytes. Large grids have fewer checkpoints, but at least
-4."""
+"""Maximum total size of checkpoints in bytes; a trace has at least 4 checkpoints."""
 MIN_INTERVAL = 8
 """Minimum number of patches between two checkpoints."""
 
@@ -349,8 +348,7 @@ class Trace:
     ) -> tuple[NDArray[np.number[Any]], NDArray[np.bool_]]:
         """Return the scores of all locations, and a mask of locations excluded as continuations.
 
-        In the workspace, excluded locations have the worst score; the returned scores are the real
-        scores.
+        In the workspace, excluded locations have the worst score; the real scores are returned.
         """
         scores = self._stepper.work.scores.copy()
         copies = np.zeros(scores.shape, bool)
