@@ -316,7 +316,7 @@ def _end(process: subprocess.Popen[bytes]) -> None:
 def serve() -> None:
     """Compile the kernels that another process requests, until standard input is closed.
 
-    A separate thread reads the requests, so that this process can end while it compiles.
+    A separate thread reads the requests, so that this process can end during a compilation.
     """
     if os.path.basename(FOLDER) != NAME:
         return  # the source has changed since the requesting process started

@@ -164,7 +164,7 @@ def is_on_disk(dispatcher: Any, signature: Any) -> bool:
 
 
 def ask_first(dispatcher: Any, ask: Callable[[tuple[Any, ...]], None]) -> None:
-    """Make a kernel call `ask(signature)` before it compiles a signature that is not on disk.
+    """Patch `dispatcher` to call `ask(signature)` before compiling code that is not on disk.
 
     Code that `ask` writes to disk is loaded. If `ask` raises an error, the kernel is not run.
     """

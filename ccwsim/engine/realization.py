@@ -93,7 +93,7 @@ def honour_data(
 ) -> NDArray[np.int16]:
     """Re-simulate around data that a realization does not honour, in place; return the data status.
 
-    If `exact_data` is off, such data are only marked as wrong. `resimulate` calls `on_window`.
+    If `exact_data` is off, wrong data are only marked. `resimulate` calls `on_window`.
     """
     cells = study.hard_data.cells
     if not (study.parameters.exact_data and study.hard_data.n):

@@ -63,7 +63,7 @@ class Search(NamedTuple):
     datum_cost: float  # factor of the weights of data that are not honoured
     slack_cost: float  # factor of the slack near data
     missed: int  # cost, in refinement, of a datum not honoured, in wrong cells
-    location_cost: float  # cost of a location at the other end of the image
+    location_cost: float  # cost of a location at the opposite end of the image
     location_axes: tuple[float, float, float]  # weight of each axis in `location_cost`
     # if False, data only condition the search by blocks, so locations chosen for data are not
     # shifted

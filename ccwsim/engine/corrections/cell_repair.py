@@ -418,7 +418,7 @@ def forget(cell, patterns, part):
 
 @part_of_kernel
 def source_beside(target, place):
-    """Return a source that continues a neighbour's source; −1 if no such source has the facies."""
+    """Return a source that continues a neighbour's source; −1 if the facies would differ."""
     image, sources, (z, y, x) = target.image, target.sources, place
     (mz, my, mx), (nz, ny, nx) = image.shape, sources.shape
     for a in range(6):

@@ -1,13 +1,13 @@
 """The exact minimum cut of a patch of a volume, computed as the maximum flow from old to new cells.
 
-A cut passes between two neighbouring cells if one stays old and the other becomes new. The cost of
-such a pair is the number of its cells, 0 to 2, whose facies differ between old and new; a cell
-beyond the overlap counts like its neighbour. The cost of the cheapest cut equals a maximum flow
-(Ford and Fulkerson 1956), which is computed by the method of Boykov and Kolmogorov (2004). A tree
-of old cells and a tree of new cells grow until they touch. Flow is then sent from the root of the
-old tree to the root of the new tree. A cell that loses the link to its tree gets another parent or
-leaves the tree. Cells that add no cost on either side of the cut are omitted. The capacities of
-data are so large that the cheapest cut honours all data that do not conflict.
+A cut passes between two neighbouring cells if one stays old and the other becomes new. A cut
+between two cells costs 1 for each cell whose facies differ between old and new; a cell beyond the
+overlap counts like its neighbour. The cost of the cheapest cut equals a maximum flow (Ford and
+Fulkerson 1956), which is computed by the method of Boykov and Kolmogorov (2004). A tree of old
+cells and a tree of new cells grow until they touch. Flow is then sent from the root of the old tree
+to the root of the new tree. A cell that loses the link to its tree gets another parent or leaves
+the tree. Cells that add no cost on either side of the cut are omitted. The capacities of data are
+so large that the cheapest cut honours all data that do not conflict.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ FREE, OF_OLD, OF_NEW, INACTIVE = 0, 1, 2, 3
 marks cells that are omitted."""
 ROOT, ORPHAN, NONE = 6, 7, 8
 """Values of `parent` for a cell without a parent: the cell is a root, was cut off from a tree, or
-is in no tree. Other values of `parent` are one of six directions."""
+is in no tree. Other values of `parent` are directions, 0 to 5."""
 FAR = 1 << 30
 
 
@@ -279,7 +279,7 @@ def _largest_flow(n, steps, flow):
 
 @part_of_kernel
 def _augment(old, new, meets, steps, flow):
-    """Send flow from root to root, over the link in direction `meets` from `old` to `new`.
+    """Send flow between two roots through the link from `old` to `new` in direction `meets`.
 
     Return the number of cells that the flow cuts off from their tree, and the amount of flow.
     """

@@ -156,8 +156,8 @@ def draw_between(
 
     The weights depend on the variance between pieces of the image and the variance between columns
     of data. Columns are resampled with replacement, so that the target reflects the uncertainty of
-    data. Return None if data contradict the image, for example because wells were drilled where one
-    facies was expected.
+    data. Return None if data contradict the image, for example because wells were preferentially
+    drilled into one facies.
     """
     n = len(data.weights)
     mean = data.weights @ data.shares

@@ -22,7 +22,7 @@ SIDE_VOLUME, SPACING_VOLUME = 3, 1
 """Side of a pattern in a volume, and spacing of the cells in a pattern."""
 NUMBER_BITS, NUMBER_BITS_VOLUME = 22, 24
 """Number of bits of a pattern number. If there are more possible patterns than numbers, patterns
-share numbers, and an unseen pattern may be missed."""
+share numbers, and an unseen pattern may be overlooked."""
 HASH, HASH_OF_ROWS, HASH_OF_LABELS = 0x9E3779B1, 0x85EBCA6B, 0xC2B2AE35
 """Factors of the hash of a pattern: odd numbers with irregular bits."""
 EVERY = 2
@@ -89,9 +89,8 @@ def unseen_places(
 ) -> NDArray[np.int64]:
     """Return the mean position of the unseen patterns in each part of a grid, shape (n, 3).
 
-    Parts are half as long as a window. Parts with fewer than `least` unseen patterns are omitted;
-    the others are sorted by decreasing number of unseen patterns. `report` may raise an error to
-    stop.
+    Parts are half as long as a window. Parts with at least `least` unseen patterns are returned,
+    sorted by decreasing number of unseen patterns. `report` may raise an error to stop.
     """
     part = tuple(max(n // 2, 1) for n in window)
     ends = tuple(n - r for n, r in zip(grid.shape, patterns.reach, strict=True))

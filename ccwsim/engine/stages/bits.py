@@ -168,7 +168,7 @@ def _n_bytes(high):
 
 @inlined_part_of_kernel
 def n_different(cells, shape, place, strips, limit):
-    """Return the number of cells of `strips` that differ from a location of the image.
+    """Return the number of cells in which `strips` and a location of the image differ.
 
     Counting may end at `limit`. `cells` is the raveled array `square_bits` of the image, because
     raveling takes longer than counting; `shape` is the shape of `square_bits`.

@@ -19,7 +19,7 @@ SEGMENT = 32
 """Number of scores in a segment. Segment minima are stored, so most scores are read only once. Of n
 segments, each has every n-th score, so vector instructions process many segments at once."""
 COUNTED = 2**14
-"""Maximum number of scores counted at once, which fits into the smallest type of scores."""
+"""Maximum number of scores counted at once; the count fits into the smallest type of scores."""
 
 
 class Ranking(NamedTuple):
@@ -203,7 +203,7 @@ def place_of(number, n_places, block):
 
 @part_of_kernel
 def rule_out_continuations(box, before, patches, locations, block, reach, scores):
-    """Set the worst score for locations near the verbatim continuation of a patch beside a box.
+    """Set the worst score for locations that continue a neighbouring patch almost verbatim.
 
     Otherwise the training image would be copied patch after patch, because continuations fit best.
     `before`, shape (4,), has the numbers of the neighbouring patches, −1 for none. `patches`, shape

@@ -24,9 +24,9 @@ from ccwsim.engine.stages.path import UNKNOWN, RasterPath, Triple
 class Weights(NamedTuple):
     """Costs of data when a location is chosen, in wrong cells of overlap."""
 
-    missed: int  # cost of a missed datum (not honoured by the patch) in the template
-    held: int  # cost of a missed datum that the overlap honours, so the cut can honour it
-    ahead: int  # cost of a missed datum in the co-template; later patches can honour it
+    missed: int  # cost of a datum in the template that the patch does not honour
+    held: int  # cost of a datum that the overlap, but not the patch, honours
+    ahead: int  # cost of a datum in the co-template that the image does not honour
     slack: int  # largest difference in score between a candidate and the best location
     everywhere: bool  # if False, search only the share with the best overlaps
 
@@ -43,7 +43,7 @@ of `ScaledLengths.max_data` is higher for maps with a large overlap."""
 MAX_TERMS = 1024
 """Maximum number of data that are compared with locations in one pass."""
 MAX_COUNTED = 255
-"""Maximum number of missed data that a byte can count."""
+"""Maximum number that a byte can count."""
 N_CLASSES = 256
 
 
@@ -154,13 +154,13 @@ def _data_of_parts(
 
 
 class Misses(NamedTuple):
-    """Workspace to count the data that the patch at each location would miss."""
+    """Workspace to count, for each location, the data that the patch would not honour."""
 
     # shape (6, n), with a column for each datum: index of the image cell that is compared with the
     # datum at location 0; numbers of layers, rows and columns of locations at which the compared
     # cell is in the image; facies of the datum; cost of the datum
     terms: NDArray[np.int64]
-    counts: NDArray[np.uint8]  # number of data that each location misses, in rows of the image
+    counts: NDArray[np.uint8]  # number of data not honoured, in rows of the image
     # column of each entry of `counts`, to mask columns beyond the end of the image without a loop
     # over rows; empty if column numbers do not fit into a byte
     column_of: NDArray[np.uint8]
@@ -206,7 +206,7 @@ def data_ahead(data, box, times):
 def forced_side(old, new, datum):
     """Return KEEP_OLD or TAKE_NEW if only the old or only the new facies of a cell honours a datum.
 
-    Return 0 if the cell has no datum, or if old and new facies both honour or both miss the datum.
+    Return 0 if the cell has no datum, or if the cut does not matter for the datum.
     """
     if datum == UNKNOWN or (old == datum) == (new == datum):
         return 0
@@ -215,13 +215,14 @@ def forced_side(old, new, datum):
 
 @part_of_kernel
 def add_missed(phases, grid, data, box, times, proportions, weights, datum_cost, work, totals):
-    """Add the cost of data that the patch would miss to the score of every location.
+    """Add the cost of data that the patch would not honour to the score of every location.
 
     The co-template begins at the first cell of the box; its lengths are `times` the lengths of the
     box. Beyond the end of the training image, the cost of a datum is multiplied by 1 minus the
     proportion of its facies; `proportions` has the shape (n_facies,). `weights` are multiplied by
-    `datum_cost`, the score of one wrong cell of overlap. `phases` comes from `Pyramid`, `work` from
-    `make_misses`. `grid` has the shape (nz, ny, nx), `totals` the shape of locations.
+    `datum_cost`, the score of one wrong cell of overlap. `phases` is a field of `Pyramid`;
+    `make_misses` creates `work`. `grid` has the shape (nz, ny, nx), and `totals` has one value per
+    location.
     """
     uz, uy, ux, mz, my, mx = phases.shape
     nz, ny, nx = totals.shape
@@ -279,12 +280,12 @@ def _expect(work, layers, rows, columns, cost):
 
 @part_of_kernel
 def _count_misses(cells, my, mx, terms, n, work, totals):
-    """Add the costs of `n` data to the totals of locations that miss the data; reset the costs.
+    """Add the costs of `n` data to the totals of locations that do not honour the data.
 
-    Missed data are counted in bytes, for 32 locations at once. If all costs are multiples of the
-    smallest cost and the sum fits into a byte, all data are counted together. Otherwise data with
-    the smallest cost are counted first, then the remaining data. All rows of a layer are scanned in
-    one loop over `cells`, because single rows are short.
+    Finally, reset the costs to 0. Data are counted in bytes, for 32 locations at once. If all costs
+    are multiples of the smallest cost and the sum fits into a byte, all data are counted together.
+    Otherwise data with the smallest cost are counted first, then the remaining data. All rows of a
+    layer are scanned in one loop over `cells`, because single rows are short.
     """
     (nz, ny, nx), flat = totals.shape, totals.reshape(-1)
     counts, column_of = work.counts, work.column_of

@@ -175,8 +175,8 @@ def _keep_old(grid, data, image, place, box, cut, flow):
 def _cut_strips(grid, data, image, place, box, cut, keep_mask):
     """Cut a layer strip by strip; cells that stay old in a strip count as old in later strips.
 
-    The cuts of two strips therefore join in corners. `grid`, `data`, `image` and `keep_mask` are
-    single layers with two axes.
+    The cuts of two strips thus join in corners. `grid`, `data`, `image` and `keep_mask` are single
+    layers with two axes.
     """
     for side in (LEFT, TOP, RIGHT, BOTTOM):
         if not box.sides & side:
@@ -199,7 +199,7 @@ def _cut_strips(grid, data, image, place, box, cut, keep_mask):
 def _compare(grid, data, image, place, box, upright, far, cut, keep_mask):
     """Fill `cut.error` for a strip; return whether any cell differs and if any has a datum.
 
-    A cell that an earlier strip marked as old is old on both sides of the boundary: no error.
+    A cell that an earlier strip marked as old causes no error, because it stays old anyway.
     """
     _, ty, tx = place
     n, m = (box.ny, box.ox) if upright else (box.nx, box.oy)

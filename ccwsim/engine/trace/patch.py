@@ -23,7 +23,7 @@ ONE_KIND = {
     "held": Weights(0, 1, 0, 0, False),
     "ahead": Weights(0, 0, 1, 0, False),
 }
-"""Weights with which `add_missed` counts only missed data of one kind."""
+"""Weights with which `add_missed` counts data of only one kind."""
 
 
 class SeenDatum(NamedTuple):
@@ -56,7 +56,7 @@ class DataTerms:
     slack : int
         Largest difference in score between a candidate and the best location.
     weights : Weights
-        Costs of a missed datum, in wrong cells of overlap.
+        Costs of a datum that is not honoured, in wrong cells of overlap.
     reach : int
         Side of the co-template in cells.
     """

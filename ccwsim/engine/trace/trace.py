@@ -24,7 +24,7 @@ from ccwsim.model.study import Study
 
 
 class ResimulatedWindow(NamedTuple):
-    """A re-simulated window around a datum, in grid coordinates; a single cell if forced.
+    """A re-simulated window around a datum, or one forced cell, in grid coordinates.
 
     Attributes
     ----------
@@ -100,7 +100,7 @@ MIN_INTERVAL = 8
 class Checkpoint(NamedTuple):
     """The state of a realization before a patch.
 
-    Sources are not included, because simulating a patch again writes equal sources.
+    Sources are not stored, because simulating a patch again restores its sources.
     """
 
     grid: NDArray[np.uint8]
