@@ -64,7 +64,7 @@ class FlowWorkspace(NamedTuple):
 
 
 def make_flow(template: Triple) -> FlowWorkspace:
-    """Return the workspace for boxes of at most `template` cells; `template` may be empty."""
+    """Return the workspace to cut boxes of at most `template` cells."""
     nz, ny, nx = template
     n = (nz + 2) * (ny + 2) * (nx + 2) if nz else 0
     state, beside, tree, parent = (np.zeros(n, np.uint8) for _ in range(4))

@@ -124,7 +124,7 @@ def proportions_of_data(
     proportions: NDArray[np.float64],
     grid_shape: Triple,
 ) -> DataProportions:
-    """Return proportions of data; `cells`, shape (n, 3), and `facies`, shape (n,), are the data.
+    """Return the proportions of data at `cells`, shape (n, 3), with `facies`, shape (n,).
 
     A column is a vertical well in a volume or a single datum in a map. Columns that are close
     together have smaller weights.

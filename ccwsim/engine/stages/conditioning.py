@@ -266,7 +266,7 @@ def add_missed(phases, grid, data, box, times, proportions, weights, datum_cost,
 
 @part_of_kernel
 def _expect(work, layers, rows, columns, cost):
-    """Add a cost to all locations that are not in the first `layers`, `rows` and `columns`."""
+    """Add a cost to all locations outside the first `layers`, `rows` and `columns`."""
     beyond, changes = work.beyond, work.changes
     for corner in range(1, 8):
         z = layers if corner & 4 else 0
@@ -284,7 +284,7 @@ def _count_misses(cells, my, mx, terms, n, work, totals):
 
     Finally, reset the costs to 0. Data are counted in bytes, for 32 locations at once. If all costs
     are multiples of the smallest cost and the sum fits into a byte, all data are counted together.
-    Otherwise data with the smallest cost are counted first, then the remaining data. All rows of a
+    If not, data with the smallest cost are counted first, then the remaining data. All rows of a
     layer are scanned in one loop over `cells`, because single rows are short.
     """
     (nz, ny, nx), flat = totals.shape, totals.reshape(-1)

@@ -197,7 +197,7 @@ def _cut_strips(grid, data, image, place, box, cut, keep_mask):
 
 @part_of_kernel
 def _compare(grid, data, image, place, box, upright, far, cut, keep_mask):
-    """Fill `cut.error` for a strip; return whether any cell differs and if any has a datum.
+    """Fill `cut.error` for a strip; return whether cells differ and whether cells have data.
 
     A cell that an earlier strip marked as old causes no error, because it stays old anyway.
     """

@@ -158,8 +158,8 @@ def make_path(
 ) -> RasterPath:
     """Return the path over a grid; all arguments except `grid_shape` are along the path's axes.
 
-    The first tile begins `offset` cells before the grid. Random offsets prevent seams at the same
-    cells in all realizations, which would be visible in the mean of the realizations.
+    The first tile begins `offset` cells before the grid. Without random offsets, all realizations
+    would have seams at the same cells, and the mean of the realizations would show the seams.
     """
     shape = along_path(grid_shape, orientation)
     covered = [n + before for n, before in zip(shape, offset, strict=True)]
