@@ -1,1 +1,1 @@
-"""The simulation of one realization: Algorithm 1 of the paper, its stages and its trace."""
+"""Simulate one realization by Algorithm 1 of the paper, and trace the algorithm step by step."""

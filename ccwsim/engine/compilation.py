@@ -1,9 +1,9 @@
 """Compile kernels in other processes, in parallel, and read the code from disk.
 
-The compiler holds the interpreter lock, so a server that compiled in a thread would send no page
-in the meantime. A call of a kernel that is not on disk waits for these processes; `ask_for`
-requests all kernels of a computation at once. If no process can be started, or nothing can be
-written, the kernel is compiled in this process.
+Numba holds the interpreter lock while compiling, so a server that compiled in a thread could not
+answer requests. A call of a kernel that is not on disk waits until a compiling process has written
+the kernel. `ask_for` requests all kernels of a computation at once. If no process can be started,
+or no file can be written, the calling process compiles the kernel.
 """
 
 from __future__ import annotations
@@ -36,37 +36,37 @@ from ccwsim.jobs.child import ChildProcess, can_start, connect_to_parent
 from ccwsim.system.machine import n_cores
 
 MAX_PROCESSES = 3
-"""Maximum number of processes. More processes would not finish earlier, because the largest kernel
-takes a third of the total time."""
+"""Maximum number of compiling processes. More processes would not finish earlier, because compiling
+the largest kernel takes a third of the total time."""
 IDLE_SECONDS = 5.0
-"""Seconds after which a process without work ends."""
+"""Seconds without a request after which a compiling process ends."""
 POLL_SECONDS = 0.1
 NOW, SOON, LATER = 0, 1, 2
-"""Urgency of a request: a call waits for the kernel now, will come soon, or may come later."""
+"""Urgency of a request: a call waits for the kernel, will soon need it, or may need it later."""
 ENTRY_KERNELS = {"simulate_patches", "resimulate_windows", "repair_windows", "change_cells"}
-"""The kernels of a realization that take long to compile."""
+"""Names of the kernels of a realization that take longest to compile."""
 OPTIMIZING = 0.5
-"""The time to optimize a kernel, divided by the time to infer the types of its functions."""
+"""Time to optimize a kernel, divided by the time to infer the types in the kernel."""
 
 
 Kernel = Any
-"""A `Kernel` of `kernels`, which imports this file."""
+"""The class `kernels.Kernel`; it cannot be imported here, because `kernels` imports this file."""
 _walk: ContextVar[Callable[[Kernel, tuple[Any, ...]], None] | None] = ContextVar(
     "walk", default=None
 )
 
 
 class MissingKernelError(Exception):
-    """Raised in a walk to end the call of a missing kernel."""
+    """Raised inside `walk` to end the call of a missing kernel."""
 
 
 @contextmanager
 def walk(on_missing: Callable[[Kernel, tuple[Any, ...]], None]) -> Iterator[None]:
     """Run a computation only to list its missing kernels.
 
-    `on_missing(kernel, signature)` is called for each missing kernel. The kernel is not run: it
-    returns 0 and leaves its arrays unchanged. Only a kernel that makes arrays is run, in plain
-    Python. With small arrays, a walk therefore takes almost no time.
+    `on_missing(kernel, signature)` is called for each missing kernel. Kernels are not run: each
+    call returns 0 and leaves the arrays unchanged. Only kernels that allocate arrays are run, in
+    plain Python. With small arrays, the computation therefore takes almost no time.
     """
     token = _walk.set(on_missing)
     try:
@@ -81,12 +81,12 @@ def is_walking() -> bool:
 
 
 def compile_missing(kernel: Kernel, signature: tuple[Any, ...]) -> None:
-    """Wait until another process has compiled a kernel that a call needs, if that is possible.
+    """Wait until another process has compiled a kernel, if other processes can compile kernels.
 
     Raises
     ------
     MissingKernelError
-        In a walk, which only records the kernel.
+        If called inside `walk`, which only records missing kernels.
     """
     if on_missing := _walk.get():
         on_missing(kernel, signature)
@@ -97,7 +97,7 @@ def compile_missing(kernel: Kernel, signature: tuple[Any, ...]) -> None:
 
 
 class CompilationProgress(NamedTuple):
-    """Progress of the compilation that calls wait for."""
+    """Progress of the compilation of the kernels for which calls are waiting."""
 
     n_done: int
     n: int
@@ -105,7 +105,7 @@ class CompilationProgress(NamedTuple):
 
 
 class CompileRequest:
-    """A request to compile a kernel for one signature, the types of its arguments."""
+    """A request to compile a kernel for one signature, that is, for given types of arguments."""
 
     def __init__(self, kernel: Kernel, signature: tuple[Any, ...], urgency: int) -> None:
         self.kernel, self.signature, self.urgency = kernel, signature, urgency
@@ -114,14 +114,14 @@ class CompileRequest:
 
     @property
     def share(self) -> float:
-        """Share of the work that is done, 0 … 1."""
+        """Share of the compilation that is finished, 0 … 1."""
         if self.ended.is_set():
             return 1.0
         return min(self.n_typed / self.n_functions, 1.0) / (1 + OPTIMIZING)
 
 
 class _Compilers:
-    """The processes that compile for this process, each with a thread that sends it requests."""
+    """The processes that compile kernels for this process, with one thread for each process."""
 
     def __init__(self) -> None:
         self.pid = os.getpid()
@@ -133,7 +133,7 @@ class _Compilers:
         self._n_asked = self._n_running = self._n_idle = 0
 
     def ask(self, kernel: Kernel, signature: tuple[Any, ...], urgency: int) -> CompileRequest:
-        """Return the request for a kernel; processes compile more urgent requests first."""
+        """Return the request for a kernel; add a new request to the queue if necessary."""
         with self._changed:
             key = f"{kernel.__module__}.{kernel.__name__}", signature
             request = self._requests.get(key)
@@ -149,7 +149,7 @@ class _Compilers:
             return request
 
     def await_all(self, requests: list[CompileRequest], check: Callable[[], None]) -> None:
-        """Wait until all requests have ended; `check` is called regularly and may raise."""
+        """Wait until all requests have ended; `check` is called regularly and may raise errors."""
         with self._changed:
             if all(request.ended.is_set() for request in self.awaited):
                 self.awaited, self.since = [], time.monotonic()
@@ -166,7 +166,7 @@ class _Compilers:
             self._give_up()
 
     def _serve(self) -> None:
-        """Send requests to one process until no request is left, or the process ends."""
+        """Send requests to one process until the queue is empty or the process ends."""
         process = None
         try:
             process = _start_process()
@@ -185,7 +185,7 @@ class _Compilers:
                 process.end()
 
     def _next(self) -> CompileRequest | None:
-        """Return the largest of the most urgent requests; None if none comes in IDLE_SECONDS."""
+        """Return the most urgent request, or None if there is no request within IDLE_SECONDS."""
         with self._changed:
             while True:
                 while self._queue:
@@ -201,7 +201,7 @@ class _Compilers:
                     return None
 
     def _give_up(self) -> None:
-        """End all requests: no other process runs, so calls compile in this process."""
+        """End all requests if no compiling process runs; this process then compiles kernels."""
         while self._queue:
             heapq.heappop(self._queue)[-1].ended.set()
 
@@ -210,7 +210,7 @@ _compilers = _Compilers()
 
 
 def _of_this_process() -> _Compilers:
-    """Return the compilers of this process, which are replaced after a fork."""
+    """Return the `_Compilers` of this process; a forked process gets a new object."""
     global _compilers
     if _compilers.pid != os.getpid():
         _compilers = _Compilers()
@@ -218,10 +218,9 @@ def _of_this_process() -> _Compilers:
 
 
 def _can_compile_apart() -> bool:
-    """Return whether other processes may compile for this one.
+    """Return whether other processes may compile kernels for this process.
 
-    A worker process compiles its kernels itself; otherwise each of many workers would start several
-    more processes.
+    Worker processes compile kernels themselves; otherwise each would start several processes.
     """
     is_main = multiprocessing.parent_process() is None and FOLDER_VARIABLE not in os.environ
     kept = bool(FOLDER) and numba_hooks.are_known() and not getattr(config, "DISABLE_JIT", 0)
@@ -229,14 +228,14 @@ def _can_compile_apart() -> bool:
 
 
 def ask_for(work: Callable[[], object], urgency: int = LATER) -> list[CompileRequest]:
-    """Find all missing kernels of a computation by a walk, and return requests for them.
+    """Find all missing kernels of a computation by `walk`, and return requests to compile them.
 
-    If no other process can compile them, the computation is run here, which compiles them.
+    If no other process can compile kernels, run the computation, which compiles its kernels.
     """
     if not _can_compile_apart():
         work()
         return []
-    requests: dict[CompileRequest, None] = {}  # an ordered set
+    requests: dict[CompileRequest, None] = {}  # a dictionary as an ordered set
     compilers = _of_this_process()
 
     def ask(kernel: Kernel, signature: tuple[Any, ...]) -> None:
@@ -248,13 +247,13 @@ def ask_for(work: Callable[[], object], urgency: int = LATER) -> list[CompileReq
 
 
 def await_all(requests: list[CompileRequest], check: Callable[[], None] = lambda: None) -> None:
-    """Wait until kernels are compiled; `check` is called regularly, and may raise to stop."""
+    """Wait until kernels are compiled; `check` is called regularly and may raise errors."""
     if requests:
         _of_this_process().await_all(requests, check)
 
 
 def compilation() -> CompilationProgress | None:
-    """Return the progress of the compilation that calls wait for; None if no call waits."""
+    """Return the progress of the compilation if calls wait for kernels; otherwise None."""
     compilers = _of_this_process()
     requests = list(compilers.awaited)
     n_done = sum(request.ended.is_set() for request in requests)
@@ -269,7 +268,7 @@ def compilation() -> CompilationProgress | None:
 
 
 def must_compile() -> bool:
-    """Return whether the disk lacks any of the kernels that every study needs."""
+    """Return whether any kernel that every study needs is missing on disk."""
     files = Path(FOLDER).rglob("*.nbc") if FOLDER else ()
     return not {file.name.split(".")[1].rsplit("-", 1)[0] for file in files} >= ENTRY_KERNELS
 
@@ -287,7 +286,7 @@ def _let_compile(process: ChildProcess, request: CompileRequest) -> None:
     process.send((kernel.__module__, kernel.__name__, request.signature))
     while (byte := process.answers.read(1)) != b"\n":
         if not byte:
-            raise BrokenPipeError("the process that compiles has ended")
+            raise BrokenPipeError("the compiling process has ended")
         request.n_typed += 1
 
 
@@ -297,17 +296,17 @@ def serve() -> None:
         return  # the source has changed since the other process was started
     requests, answers = connect_to_parent()
     gc.freeze()
-    gc.disable()  # saves a tenth of the time; the process ends soon
+    gc.disable()  # saves 10 % of the time; this process ends soon
     with event.install_listener("numba:compile", _Listener(answers)):
         while True:
             module, name, signature = requests.get()
-            with suppress(Exception):  # the other process finds no code and gets the error itself
+            with suppress(Exception):  # the requesting process gets the error too
                 getattr(import_module(module), name).dispatcher.compile(signature)
             answers.write(b"\n")
 
 
 class _Listener(event.Listener):
-    """Writes a byte for each function that is compiled."""
+    """Listener that writes one byte for each compiled function."""
 
     def __init__(self, stream: BinaryIO) -> None:
         self.stream = stream

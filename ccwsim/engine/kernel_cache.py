@@ -1,7 +1,7 @@
-"""Keep compiled kernels between runs, in a folder named after the content of all kernels.
+"""Store compiled kernels on disk, in a folder named after the content of all kernels.
 
-The code of a kernel includes the kernels that it calls. Therefore, if any file with kernels or the
-way of compiling changes, all kernels are compiled anew into a new folder.
+The code of a kernel includes the functions that the kernel calls. If any file with kernels or the
+way of compiling changes, all kernels are therefore recompiled into a new folder.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ import numba
 
 PACKAGE = Path(__file__).parents[1]
 FOLDER_VARIABLE = "_CCWSIM_KERNELS"
-"""Environment variable with the folder of kernels, for a process that compiles for another."""
+"""Environment variable that contains the folder of kernels, for compiling processes."""
 DECORATED = re.compile(rb"^@\w*kernel$", re.MULTILINE)
 UNUSED_DAYS = 7
-"""Folders of other versions are removed after this number of days without use."""
+"""Number of days without use after which folders of other versions are removed."""
 
 
 def _digest_of_sources(package: Path = PACKAGE) -> str:
@@ -36,17 +36,17 @@ def _digest_of_sources(package: Path = PACKAGE) -> str:
 
 
 SOURCE = _digest_of_sources()
-"""Digest of the content of all files with kernels."""
+"""Digest of all files that contain kernels."""
 NAME = f"kernels-{SOURCE}-numba{numba.__version__}"
-"""Name of the folder of compiled kernels."""
+"""Name of the folder that contains the compiled kernels."""
 
 
 def _cache_folder() -> str:
-    """Return the folder of compiled kernels: beside the package, or in the cache of the user.
+    """Return the folder of compiled kernels: beside the package, or in the user's cache folder.
 
-    If neither folder can be written to, for example in a read-only container, precompiled kernels
-    are copied to a temporary folder, because Numba needs a folder that it can write to. Return ""
-    if that is impossible too.
+    If neither folder is writable, for example in a read-only container, precompiled kernels are
+    copied to a temporary folder, because Numba needs a writable folder. Return "" if no temporary
+    folder can be created.
     """
     if given := os.environ.get(FOLDER_VARIABLE):
         return given
@@ -64,7 +64,7 @@ def _cache_folder() -> str:
         return ""
     atexit.register(shutil.rmtree, temporary, ignore_errors=True)
     folder = Path(temporary) / NAME
-    for file in warm[0].rglob("*.nb[ic]") if warm else ():  # shutil.copytree would copy modes
+    for file in warm[0].rglob("*.nb[ic]") if warm else ():  # shutil.copytree would copy file modes
         copy = folder / file.relative_to(warm[0])
         copy.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(file, copy)
@@ -72,26 +72,26 @@ def _cache_folder() -> str:
 
 
 def _is_writable(place: Path) -> bool:
-    """Return whether a folder can be written to, or made."""
+    """Return whether a folder is writable or can be created."""
     there = next(folder for folder in (place, *place.parents) if folder.exists())
     return os.access(there, os.W_OK | os.X_OK)
 
 
 FOLDER = _cache_folder()
-"""Folder of compiled kernels; empty if nothing can be written."""
+"""Folder of compiled kernels; an empty string if no folder is writable."""
 
 
 def note_use(folder: str) -> None:
-    """Record that a folder of kernels is used now."""
+    """Record the current time as the last use of a folder of kernels."""
     with suppress(OSError):
         os.utime(folder)
 
 
 def remove_unused(folder: str, days: float = UNUSED_DAYS) -> None:
-    """Remove folders of other versions beside a folder, unless used within the last `days`.
+    """Remove the folders of other versions beside `folder` that were not used for `days` days.
 
     A process records the use of its folder when it starts and when it compiles. A process that runs
-    longer than `days` has its kernels in memory, and recompiles missing kernels.
+    longer than `days` days has its kernels in memory and recompiles missing kernels.
     """
     own = Path(folder)
     for other in own.parent.glob("kernels-*"):

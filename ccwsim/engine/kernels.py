@@ -1,7 +1,7 @@
-"""Decorators that compile kernels, one decorator for each kind of function.
+"""Decorators that compile functions to kernels or to parts of kernels.
 
-Compiled kernels are kept between runs (see `kernel_cache`); missing kernels are compiled in
-parallel by other processes (see `compilation`).
+Compiled kernels are stored on disk (see `kernel_cache`). Other processes compile missing kernels in
+parallel (see `compilation`).
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class Kernel:
 
 
 def _functions_in(function: Callable[..., Any], seen: set[Any]) -> set[Any]:
-    """Return a function and all parts of kernels that it calls, directly or indirectly."""
+    """Return a function and all parts of kernels that the function calls, also indirectly."""
     seen.add(function)
     for name in function.__code__.co_names:
         part = function.__globals__.get(name)
@@ -56,26 +56,26 @@ def _functions_in(function: Callable[..., Any], seen: set[Any]) -> set[Any]:
 
 
 def kernel(function: Callable[..., Any]) -> Any:
-    """Compile a function to run without the interpreter lock; the code is kept between runs.
+    """Compile a function to run without the interpreter lock; the code is stored on disk.
 
-    Neither the function nor its parts may make arrays, because arrays are not reference-counted
-    (`_nrt=False`); this saves a third of the time of a patch. Views by slices and `reshape` are
-    allowed; `ravel` is not. The function changes arrays in place and returns at most a count.
+    The function and its parts must not allocate arrays. Without reference counting of arrays
+    (`_nrt=False`), a patch takes a third less time. Slices and `reshape` are allowed; `ravel` is
+    not. Results are written to arrays in place; the return value is at most a count.
     """
     return Kernel(function, _nrt=False)
 
 
 def allocating_kernel(function: Callable[..., Any]) -> Any:
-    """Compile a function as `kernel` does, but allow it to make arrays."""
+    """Compile a function like `kernel`, but allow the function to allocate arrays."""
     return Kernel(function)
 
 
 class part_of_kernel:  # noqa: N801 - a decorator
-    """A decorator for functions that only kernels call: they are compiled into these kernels.
+    """A decorator for a function that is compiled into the kernels that call the function.
 
-    Without the wrapper for calls from Python, compiling takes half the time. If only the kernels
-    optimize the function, compiling takes half of that. A call from Python, for example in a test,
-    compiles the function separately.
+    Compiling takes half the time without a wrapper for calls from Python, and a quarter if the
+    function is optimized only in kernels. A call from Python, for example in a test, compiles the
+    function separately.
 
     Examples
     --------
@@ -108,23 +108,23 @@ class part_of_kernel:  # noqa: N801 - a decorator
     def __call__(self, *values: Any, **named: Any) -> Any:
         if is_walking():
             return self.__wrapped__(*values, **named)
-        if self._alone is None:  # in a separate folder, because a cache would mix up both versions
+        if self._alone is None:  # separate folder: a cache confuses both versions
             self._alone = _compiled(self.__wrapped__, FOLDER and os.path.join(FOLDER, "alone"))
         return self._alone(*values, **named)
 
 
 class inlined_part_of_kernel(part_of_kernel):  # noqa: N801 - a decorator
-    """Like `part_of_kernel`, but each call is replaced by the code of the function (inlined).
+    """Like `part_of_kernel`, but each call is replaced by the code of the function (inlining).
 
-    This is for the functions that are called most often, because passing a few arrays takes longer
-    than comparing a hundred cells.
+    Use this decorator for the most frequently called functions, because passing a few arrays takes
+    longer than comparing a hundred cells.
     """
 
     options: ClassVar[dict[str, Any]] = {"inline": "always"}
 
     @property
     def targetoptions(self) -> dict[str, Any]:
-        """Options of the function; Numba reads in them that calls must be inlined."""
+        """Options of the function, in which Numba reads that calls must be inlined."""
         return self._part.targetoptions
 
     @property
@@ -134,15 +134,15 @@ class inlined_part_of_kernel(part_of_kernel):  # noqa: N801 - a decorator
 
 
 def _compiled(function: Callable[..., Any], folder: str, **options: Any) -> Any:
-    """Return Numba's compiled function; its code is kept in `folder`, unless that is empty."""
+    """Return Numba's compiled function; the code is stored in `folder` unless `folder` is ""."""
     options |= {"no_cfunc_wrapper": True, "error_model": "numpy"}
     if not folder or numba_hooks.are_known():
         dispatcher = njit(nogil=True, **options)(function)
         if folder and hasattr(dispatcher, "_cache"):  # absent if NUMBA_DISABLE_JIT is set
             numba_hooks.keep_in(folder, dispatcher)
         return _with_robust_cache(dispatcher)
-    others = getattr(config, "CACHE_DIR")  # noqa: B009 - made at run time, unknown to checkers
-    # Numba reads this folder when a function is decorated; other packages keep their own folder.
+    others = getattr(config, "CACHE_DIR")  # noqa: B009 - defined at run time, unknown to type checkers
+    # Numba reads CACHE_DIR when a function is decorated; it is reset later for other packages.
     setattr(config, "CACHE_DIR", folder)  # noqa: B010
     try:
         return _with_robust_cache(njit(nogil=True, cache=True, **options)(function))
@@ -151,7 +151,7 @@ def _compiled(function: Callable[..., Any], folder: str, **options: Any) -> Any:
 
 
 def _with_robust_cache(dispatcher: Any) -> Any:
-    """Recompile a kernel whose files are damaged; Numba itself would fail on them every time."""
+    """Make a kernel recompile if its files are damaged; otherwise Numba would fail every time."""
     cache = getattr(dispatcher, "_cache", None)  # absent if NUMBA_DISABLE_JIT is set
     if cache is None:
         return dispatcher
@@ -162,7 +162,7 @@ def _with_robust_cache(dispatcher: Any) -> Any:
             return load(*arguments)
         except Exception as error:  # damaged pickles raise all kinds of errors
             name = dispatcher.py_func.__name__
-            _log.warning("Compiled kernel %s on disk is damaged (%r): recompiled.", name, error)
+            _log.warning("Kernel %s on disk is damaged (%r) and is recompiled.", name, error)
             with suppress(OSError):
                 cache.flush()
             return None

@@ -10,22 +10,22 @@ from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
 from ccwsim.model.parameters import Parameters, legal_sizes
 
 USUAL_OVERLAP = 448
-"""Number of cells in the overlap of a patch with T 32 and OR 8, which give weights of data of 1."""
+"""Number of overlap cells of a patch with T = 32 and OR = 8, for which data have a weight of 1."""
 
 
 class ScaledLengths(NamedTuple):
-    """Lengths along three axes, in cells of a scale. Along z of a map, T is 1; OR and J are 0."""
+    """Lengths along z, y and x, in cells of a scale. Along z of a map, T is 1; OR and J are 0."""
 
     template: Triple
     overlap: Triple
     level: Triple  # the wavelet level minus `scales`
     scales: Triple = (0, 0, 0)  # number of times that each axis is up-gridded
     volume: bool = False
-    weight_of_data: float = 1.0  # factor of the weights of data and of slack; depends on overlap
+    weight_of_data: float = 1.0  # factor of weights of data and of slack
 
     @property
     def block(self) -> Triple:
-        """Number of cells of a coefficient along each axis."""
+        """Number of cells in the block of a coefficient, along each axis."""
         z, y, x = self.level
         return 2**z, 2**y, 2**x
 
@@ -37,7 +37,7 @@ class ScaledLengths(NamedTuple):
 
     @property
     def step(self) -> Triple:
-        """Number of cells from one patch to the next along each axis, T − OR."""
+        """Number of cells from a patch to the next patch along each axis, T − OR."""
         (tz, ty, tx), (oz, oy, ox) = self.template, self.overlap
         return tz - oz, ty - oy, tx - ox
 
@@ -45,8 +45,7 @@ class ScaledLengths(NamedTuple):
     def max_data(self) -> float:
         """Maximum number of data per patch; a tile with more data is split.
 
-        In a map a larger overlap raises the limit; in a volume it does not, as patches with a
-        larger overlap do not fit more data at once.
+        In maps, but not in volumes, the limit increases with the overlap.
         """
         return MAX_DATA * (1.0 if self.volume else self.weight_of_data)
 
@@ -56,7 +55,7 @@ class ScaledLengths(NamedTuple):
         return self._replace(template=t, overlap=o, level=j, scales=scales)
 
     def cells_of(self, coarser: ScaledLengths) -> Triple:
-        """Return the number of cells of this scale in a cell of a coarser one, along each axis."""
+        """Return the number of cells, along each axis, in a cell of a coarser scale."""
         z, y, x = (b - a for a, b in zip(self.scales, coarser.scales, strict=True))
         return 2**z, 2**y, 2**x
 
@@ -66,9 +65,9 @@ def lengths_of(
 ) -> tuple[ScaledLengths, ...]:
     """Return the lengths along a path at each scale, the finest first.
 
-    Only "ms-ccsim" has more than one scale. `shape` is the shape of the grid. `template` is the
-    template drawn for a realization; both are along the axes of the grid. An axis with a lower
-    level is up-gridded fewer times, so that no axis is coarser than its level.
+    Only "ms-ccsim" has more than one scale. `shape` is the shape of the grid; `template` is the
+    template of a realization along the axes of the grid. An axis is up-gridded at most as many
+    times as its wavelet level.
 
     Examples
     --------
@@ -96,10 +95,10 @@ def lengths_of(
 
 
 def templates(p: Parameters, shape: tuple[int, ...]) -> list[Triple]:
-    """Return all templates that realizations may have for an image of `shape`.
+    """Return all templates that realizations can have for an image of `shape`.
 
-    In a volume, all sides of the template change by about the same share. A side along z with fewer
-    than MIN_TEMPLATE layers does not change.
+    In a volume, all sides of the template change by about the same factor. A side with fewer than
+    MIN_TEMPLATE layers does not change.
 
     Examples
     --------

@@ -1,8 +1,8 @@
-"""MS-CCSIM: patches of the coarsest scale are placed again at each finer scale.
+"""MS-CCSIM: search at the coarsest scale, then place the same patches at each finer scale.
 
-This is the method of Tahmasebi, Sahimi and Caers (2014), with which the paper compares its method
-(section 5.4). Images are up-gridded instead of transformed. The search fills the coarsest grid;
-each finer scale places the same patches near the locations chosen at the next coarser scale.
+The paper compares its method with this method of Tahmasebi, Sahimi and Caers (2014) in section 5.4.
+Images are up-gridded instead of transformed by wavelets. The search fills the coarsest grid. Each
+finer scale places the same patches near the locations chosen at the next coarser scale.
 """
 
 from __future__ import annotations
@@ -29,15 +29,15 @@ CELLS_PER_CALL = 100_000_000
 
 
 class ScaleInputs(NamedTuple):
-    """Inputs of one scale."""
+    """Inputs to place patches at one scale."""
 
     patches: NDArray[np.int64]  # shape (n, 10): made by `make_patches`, in cells of this scale
     image: NDArray[np.uint8]  # shape (nz, ny, nx)
     square_bits: NDArray[np.uint64]  # shape (n_planes, nz, ny, n_words)
     data: PlacedData
     overlap: Triple
-    block: Triple  # number of cells of this scale, along each axis, in a cell of the coarser scale
-    missed: int  # cost of a missed datum, in wrong cells
+    block: Triple  # cells of this scale in a cell of the coarser scale, along each axis
+    missed: int  # cost of a datum not honoured, in wrong cells
     refine: bool
 
 
@@ -49,7 +49,7 @@ def place_at_finer_scales(
     keep_sources: bool,
     watch: Watch,
 ) -> Simulated:
-    """Return the grid of the finest scale; `simulated` is the grid of the coarsest scale."""
+    """Place patches at each finer scale; return the grid of the finest scale."""
     p, orientation, patches = study.parameters, plan.path.orientation, plan.inputs.patches
     n = len(patches)
     at_once = min(max(CELLS_PER_CALL // prod(plan.lengths[0].template), 1), MAX_PATCHES_PER_CALL)
@@ -72,8 +72,8 @@ def place_at_finer_scales(
 def refine_patches(first, last, inputs, placing, simulated):
     """Place patches `first` to `last` − 1 near their locations at the coarser scale.
 
-    On entry, `simulated.locations`, shape (n, 3), has the locations at the coarser scale. If
-    `inputs.refine` is false, patches stay at these locations.
+    `simulated.locations`, shape (n, 3), contains the locations at the coarser scale and is updated.
+    If `inputs.refine` is false, patches stay at the locations of the coarser scale.
     """
     patches, image, square_bits, data, overlap, block, missed, refine = inputs
     grid, locations = simulated.grid, simulated.locations

@@ -1,7 +1,7 @@
-"""Hooks into private parts of Numba that speed up compiling; no other file uses private parts.
+"""Hooks into the private interface of Numba that speed up compiling.
 
-They are used only with the minor version of Numba they were tested with. With other versions
-kernels are compiled in Numba's usual way, which is slower but gives the same code.
+Only this file uses the private interface, and only with the tested minor version of Numba. With
+other versions, Numba compiles kernels in the usual way, which is slower but gives the same results.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ from numba import types
 from numba.core import caching, codegen, compiler
 
 TESTED = "0.68"
-"""Minor version of Numba whose private parts are known."""
+"""Minor version of Numba with which the hooks were tested."""
 
 
 def are_known(version: str = numba.__version__) -> bool:
-    """Return whether the private parts of a version of Numba were tested."""
+    """Return whether the hooks were tested with a version of Numba."""
     return version.split(".")[:2] == TESTED.split(".")
 
 
 class _LinkedLibrary(codegen.JITCodeLibrary):
-    """The unoptimized code of a part of kernels, which is optimized only in the kernels.
+    """The unoptimized code of a part of kernels, for linking into kernels.
 
-    Otherwise Numba would optimize and translate each part once separately and again in each kernel.
+    The code is optimized only in kernels; Numba would otherwise optimize it separately too.
     """
 
     def _optimize_final_module(self) -> None:
@@ -45,7 +45,7 @@ class _LinkedLibrary(codegen.JITCodeLibrary):
 
     @property
     def codegen(self) -> Any:
-        """A stand-in without effect, because parts never use Numba's Python environment."""
+        """A replacement without effect, because parts never use Numba's Python environment."""
         return SimpleNamespace(set_env=lambda name, environment: None)
 
 
@@ -53,16 +53,16 @@ class LinkedCompiler(compiler.CompilerBase):
     """A `pipeline_class` that compiles a part without the steps that kernels do not need."""
 
     def define_pipelines(self) -> list[Any]:
-        """Return the usual passes of Numba, for a library that is only linked."""
+        """Return the usual compiler passes of Numba, applied to a `_LinkedLibrary`."""
         state = self.state
         state.library = _LinkedLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
         return [compiler.DefaultPassBuilder.define_nopython_pipeline(state)]
 
 
 def type_without_literals(dispatcher: Any) -> None:
-    """Compile a part once for all integers, not again for each constant argument.
+    """Compile a part of kernels once per integer type, not once per constant argument.
 
-    LLVM still uses the constant if it inlines the part.
+    If LLVM inlines the part, LLVM still uses the constant.
     """
     template_of = dispatcher.get_call_template
 
@@ -74,7 +74,7 @@ def type_without_literals(dispatcher: Any) -> None:
 
 
 class _Locator(caching._CacheLocator):
-    """The location of a kernel. It depends on the content of all kernels, not on path and date."""
+    """The cache location of a kernel: a folder named after the content of all kernels."""
 
     def __init__(self, function: Callable[..., Any], folder: str) -> None:
         self._path = os.path.join(folder, function.__module__)
@@ -92,10 +92,10 @@ class _Locator(caching._CacheLocator):
 
 
 class _Files:
-    """The files of one function, two for each signature, so that processes can write at once.
+    """The cache files of one function: two files for each signature.
 
-    Numba itself has one index for all signatures. If two processes changed this index at the same
-    time, a process could load code of the wrong signature.
+    Numba's default is one index file for all signatures. If two processes changed this index at the
+    same time, a process could load code for a wrong signature.
     """
 
     def __init__(self, path: str, base: str, stamp: str) -> None:
@@ -112,7 +112,7 @@ class _Files:
         return self._pair(key).load(key)
 
     def has(self, key: Any) -> bool:
-        """Return whether code for a key is on disk; it may still be damaged."""
+        """Return whether code for a key is on disk; the code may be damaged."""
         pair = self._pair(key)
         try:
             name = pair._load_index().get(key)
@@ -121,13 +121,13 @@ class _Files:
         return name is not None and os.path.exists(pair._data_path(name))
 
     def flush(self) -> None:
-        """Forget all signatures."""
+        """Delete the index files of all signatures."""
         for file in Path(self._path).glob(f"{self._base}.*.nbi"):
             file.unlink(missing_ok=True)
 
 
 class _Cache(caching.FunctionCache):
-    """Numba's cache of one function, in our own folder and files."""
+    """Numba's cache of one function, with the folder of `_Locator` and the files of `_Files`."""
 
     _cache_file: Any
 
@@ -148,25 +148,25 @@ class _Cache(caching.FunctionCache):
 
 
 def keep_in(folder: str, dispatcher: Any) -> None:
-    """Keep the compiled code of a function in a folder named after the content of all kernels.
+    """Store the compiled code of a function in a folder named after the content of all kernels.
 
-    The code is then also found after a checkout was moved or copied, from a second environment and
-    in the layers of a container image. Numba adds the processor and the Python version to its key.
+    The code remains valid if the checkout is moved or copied, for example into a container image.
+    Numba adds the processor and the Python version to the key.
     """
     dispatcher._cache = _Cache(dispatcher.py_func, folder)
 
 
 def is_on_disk(dispatcher: Any, signature: Any) -> bool:
-    """Return whether the code for a signature is on disk, or loaded."""
+    """Return whether the code for a signature is loaded or on disk."""
     return signature in dispatcher.overloads or dispatcher._cache.has(
         signature, dispatcher.targetctx
     )
 
 
 def ask_first(dispatcher: Any, ask: Callable[[tuple[Any, ...]], None]) -> None:
-    """Call `ask(signature)` before a call compiles code that is not on disk.
+    """Patch `dispatcher` to call `ask(signature)` before compiling code that is not on disk.
 
-    Code that is on disk afterwards is loaded; if `ask` raises, so does the call.
+    Code that `ask` writes to disk is loaded. If `ask` raises an error, the kernel is not run.
     """
     compile_here = dispatcher.compile
 

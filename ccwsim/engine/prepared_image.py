@@ -1,4 +1,4 @@
-"""The training image prepared for the search, in each orientation of the path (section 4.2)."""
+"""The training image, prepared for the search in each orientation of the path (section 4.2)."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from ccwsim.model.study import Study
 from ccwsim.system.lru_cache import LruCache
 
 KEPT_BYTES = 500_000_000
-"""Maximum size, in bytes, of the prepared parts of an image that other realizations can use."""
+"""Maximum total size, in bytes, of the prepared parts of an image that are stored in memory."""
 
 
 class OrientedImage(NamedTuple):
@@ -44,22 +44,22 @@ class OrientedImage(NamedTuple):
 
     @property
     def n_places(self) -> int:
-        """Number of locations."""
+        """Number of possible locations of a patch in the image."""
         return prod(self.places)
 
 
 def orient_image(
     study: Study, image: NDArray[np.uint8], lengths: ScaledLengths, may_split: bool
 ) -> OrientedImage:
-    """Return an image prepared for the search; it is in path coordinates, at the searched scale.
+    """Return the prepared `image`, which is in path coordinates at the searched scale.
 
-    `lengths` are along the path, in cells of the image; `may_split` allows tiles to be split.
+    `lengths` are along the axes of the path; `may_split` tells whether tiles may be split.
     """
     p, n_facies = study.parameters, study.training_image.n_facies
     template, overlap, level = lengths.template, lengths.overlap, lengths.level
     correlation = p.similarity == "correlation"
     one_plane = not correlation and n_facies <= 2
-    check_stop()  # each step takes a second for an image of many million cells
+    check_stop()  # each of the following steps takes a second for an image of many million cells
     pyramid = build_pyramid(image, level, 1 if one_plane else n_facies)
     if max(level) and not p.exact_data:
         blocks = np.broadcast_to(upgrid(pyramid.image, lengths.block), pyramid.phases.shape)
@@ -73,7 +73,7 @@ def orient_image(
     running = running_sums(pyramid.sums, level, template)
     size = tuple(t >> n for t, n in zip(template, level, strict=True))
     places = tuple(n - t + 1 for n, t in zip(pyramid.sums.shape[1:], size, strict=True))
-    proportions = np.array(study.training_image.proportions)  # writable, as kernels expect
+    proportions = np.array(study.training_image.proportions)  # kernels need a writable array
     margin = np.zeros(n_facies)
     if steers(study):
         margin = margin_weights(pyramid.sums, size, prod(template), proportions)  # type: ignore[arg-type]
@@ -82,32 +82,32 @@ def orient_image(
 
 
 def steers(study: Study) -> bool:
-    """Return whether proportions are steered to a target that is drawn for each realization.
+    """Return whether realizations are steered towards random target proportions.
 
-    They are not steered if patches stay near their own location in a layer, because the location
-    then decides proportions.
+    Proportions are not steered if patches must stay near the same relative location in the image,
+    because the location then determines proportions.
     """
     p, several = study.parameters, study.training_image.n_facies > 1
     return several and not p.draws_as_published and not p.match_proportions
 
 
 class PreparedImage:
-    """The prepared training image that all realizations of a study share.
+    """The prepared training image, which all realizations of a study share.
 
-    Parts are made when they are needed; two threads may make the same part. The most recently used
-    parts are kept; their total size is at most KEPT_BYTES.
+    Parts are computed when needed; two threads may compute the same part. The most recently used
+    parts, up to KEPT_BYTES in total, remain in memory.
     """
 
     def __init__(self, study: Study) -> None:
         self.study = study
         self.lengths = lengths_of(study.parameters, study.grid.shape)
-        """Lengths at each scale, along the axes of the grid, with the default template."""
+        """Lengths at each scale, along the axes of the grid, for the default template."""
         self._parts: LruCache[Any] = LruCache(max_bytes=KEPT_BYTES)
 
     def oriented(self, orientation: int, template: Triple) -> OrientedImage:
         """Return the image in one orientation, at the searched scale.
 
-        `template` is given along the axes of the grid.
+        `template` has the lengths along the axes of the grid.
         """
 
         def make() -> OrientedImage:
@@ -125,7 +125,7 @@ class PreparedImage:
             if scale == 0:
                 indices = self.study.training_image.indices
                 oriented = to_path(indices.reshape(in_layers(indices.shape)), orientation)
-                return np.array(oriented, order="C")  # writable, as kernels expect
+                return np.array(oriented, order="C")  # kernels need a writable array
             finer, coarser = (self.lengths[s].along(orientation) for s in (scale - 1, scale))
             return upgrid(self.scaled(orientation, scale - 1), finer.cells_of(coarser))
 
@@ -160,7 +160,7 @@ class PreparedImage:
         return self.part(("proportions of data",), make)
 
     def part(self, key: tuple[Any, ...], make: Callable[[], Any]) -> Any:
-        """Return a prepared part by its key; make it if it is not kept."""
+        """Return a prepared part by its key; call `make` if the part is not in memory."""
         return self._parts.get_or_make(key, make)
 
     @cached_property

@@ -1,7 +1,7 @@
-"""The raster pass of a realization: its plan, and the simulation of the searched scale.
+"""The raster pass of a realization: draw the plan, then simulate the searched scale.
 
-Section 4.1 and Algorithm 1, lines 3 and 4; `tiles` has lines 5 to 14. Only "ms-ccsim" searches a
-scale that is coarser than the grid: see `multiscale`.
+This file implements section 4.1 and Algorithm 1, lines 3 and 4; `tiles` implements lines 5 to 14.
+Only "ms-ccsim" searches a scale that is coarser than the grid (see `multiscale`).
 """
 
 from __future__ import annotations
@@ -56,38 +56,35 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
 
 TERMS_PER_CALL = 500_000_000
-"""Number of terms of scores between two reports of progress, which take some hundredths of a
-second."""
+"""Number of terms of scores computed between two reports of progress."""
 MAX_PATCHES_PER_CALL = 512
 SLACK = 8
-"""Without data, a candidate may have this number of wrong cells more than the best location. The
-number is for an overlap of 448 cells and grows in proportion to the overlap."""
+"""Maximum number of wrong cells by which a candidate may exceed the best location, without data and
+for an overlap of 448 cells. The limit is proportional to the overlap."""
 N_DRAWN = 2
-"""Number of locations drawn per patch without data; the best after refinement is used."""
+"""Number of random locations per patch without data; the best after refinement is used."""
 REACH = 4
-"""Locations are excluded if they are within this number of cells, or within one block if that is
-larger, of the verbatim continuation of a patch."""
+"""Distance from the verbatim continuation of a patch, in cells but at least one block, up to which
+locations are excluded."""
 FEW_LOCATIONS = 100
-"""Continuations are not excluded if the number of locations is below this number plus 4 K."""
+"""Number of locations, in addition to 4 K, below which continuations are not excluded."""
 TARGET_SPREAD = 0.7
 """Spread of the target proportions of maps, divided by the spread between pieces of the image. The
-ratio is below 1 because maps also vary around their targets."""
+ratio is below 1 because proportions of maps also vary around the target."""
 WEIGHT_OF_MORE_FACIES = 2
-"""Factor of the weights of data if there are three facies or more, because fewer locations then
-honour data, and each datum is more informative."""
+"""Factor of the weights of data for three or more facies: fewer locations then honour data."""
 DATUM_FACTOR = 25
-"""Factor of the weights of data that are not honoured exactly, as in the authors' code."""
+"""Factor of the weights of data if data are not honoured exactly, as in the authors' code."""
 MAX_KEPT = 2**20
-"""Maximum number of cells of a grid without data that is kept for other realizations. For small
-grids, making this array takes long compared with the patches; for large grids, keeping it takes too
-much memory."""
+"""Maximum number of cells of an empty data array that is stored for other realizations. Larger
+arrays would use too much memory."""
 RASTER_SHARE, REPAIR_SHARE = 0.7, 0.85
-"""Shares of the time of a realization that the progress bar assumes: the share before local
-re-simulation begins (if there are data), and the share before seam repair begins."""
+"""Progress at which local re-simulation begins (if there are data) and at which seam repair begins,
+as assumed shares of the time of a realization."""
 
 
 class Plan(NamedTuple):
-    """The inputs of a realization, drawn before its first patch is simulated."""
+    """The inputs of a realization, fixed before the first patch is simulated."""
 
     path: RasterPath
     lengths: tuple[ScaledLengths, ...]  # lengths along the path at each scale, the finest first
@@ -96,14 +93,14 @@ class Plan(NamedTuple):
     totals: type[np.signedinteger]  # from `totals_of`
 
     def workspace(self) -> PatchWorkspace:
-        """Return the arrays that are needed to simulate the patches."""
+        """Return the workspace to simulate the patches."""
         return make_workspace(self.inputs.oriented, self.inputs.search, self.data[-1], self.totals)
 
 
 def make_plan(
     study: Study, template: Triple, image: PreparedImage, rng: np.random.Generator
 ) -> Plan:
-    """Draw origin and direction of the path (Algorithm 1, line 3); orient all inputs along it."""
+    """Draw a random origin and direction of the path (Algorithm 1, line 3); orient all inputs."""
     p = study.parameters
     volume = len(study.grid.shape) == 3
     drawn = int(rng.integers(48 if volume else N_ORIENTATIONS)) if p.random_path else 0
@@ -155,7 +152,7 @@ def _scaled(shape: Triple, lengths: ScaledLengths) -> Triple:
 def reported_calls(
     study: Study, n_scales_done: int, n: int, at_once: int, watch: Watch
 ) -> Iterator[int]:
-    """Yield the first patch of each call, after reporting the progress of the raster pass."""
+    """Report progress, then yield the number of the first patch, for each call of the kernel."""
     share = (RASTER_SHARE if study.hard_data.n else REPAIR_SHARE) / (study.parameters.scale + 1)
     for first in range(0, n, at_once):
         watch.report(share * (n_scales_done + first / n))
@@ -186,7 +183,7 @@ def _patches(
             return patches, np.zeros((len(patches), 0), np.int64)
         return patches, patches_before(patches, path)
 
-    if len(splits) == 1:  # then all paths with the same numbers of tiles have the same patches
+    if len(splits) == 1:  # without splits, equal numbers of tiles give equal patches
         key = "patches", path.tiles, path.order, fine.template, fine.overlap
         patches, before = image.part(key, lambda: make(np.zeros(prod(path.tiles), np.int64)))
     else:
@@ -200,9 +197,9 @@ def _patches(
 
 
 def _offset(p: Parameters, lengths: tuple[ScaledLengths, ...], rng: np.random.Generator) -> Triple:
-    """Draw the distance between the first tile and the grid, in whole cells of the coarsest scale.
+    """Return the random distance from the first tile to the grid, a multiple of a coarse cell.
 
-    The distance along z is 0 if the location of patches in the image must match their height.
+    The distance along z is 0 if patches must stay near their relative height in the image.
     """
     if p.draws_as_published or not p.random_path:
         return 0, 0, 0
@@ -214,7 +211,7 @@ def _offset(p: Parameters, lengths: tuple[ScaledLengths, ...], rng: np.random.Ge
 def _steering(
     study: Study, image: PreparedImage, oriented: OrientedImage, rng: np.random.Generator
 ) -> Steering:
-    """Draw the target proportions of a realization."""
+    """Return random target proportions of a realization."""
     unsteered = Steering(oriented.proportions, oriented.margin, 0.0)
     if not steers(study):
         return unsteered
@@ -231,7 +228,7 @@ def _steering(
 
 
 def totals_of(image: PreparedImage) -> type[np.signedinteger]:
-    """Return the type of scores with the costs of data and location, for a prepared image."""
+    """Return the integer type for scores plus the costs of data and location."""
     study, p = image.study, image.study.parameters
     oriented = image.oriented(0, image.lengths[0].template)
     search = _search(image, image.lengths, oriented, 0)
@@ -249,10 +246,10 @@ def _data_at(
     lengths: tuple[ScaledLengths, ...],
     scale: int,
 ) -> PlacedData:
-    """Return the data in path coordinates at a scale, or no data if the scale needs none.
+    """Return the data of a scale in path coordinates; empty if the scale does not use data.
 
-    If data only condition the search, they are used only at the searched scale; each datum is then
-    placed in the first cell of its block.
+    If `exact_data` is off, only the searched scale uses data, and each datum is placed in the first
+    cell of its block.
     """
     p, shape = study.parameters, _scaled(path.full, lengths[scale])
     if not study.hard_data.n or (not p.exact_data and scale < p.scale):
@@ -271,7 +268,7 @@ def _data_at(
 def to_grid(
     simulated: Simulated, path: RasterPath, study: Study
 ) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:
-    """Return a realization in grid coordinates; its sources are flat indices in the original TI."""
+    """Return facies and sources in grid coordinates; sources are flat indices in the TI."""
     grid, sources, shape = simulated.grid, simulated.sources, in_layers(study.training_image.shape)
     if sources.size:
         numbers = np.arange(prod(shape), dtype=np.int32).reshape(shape)
@@ -294,16 +291,16 @@ def _search(
 ) -> Search:
     """Return the parameters of the search, in cells of the searched (coarsest) grid."""
     p, coarse = image.study.parameters, lengths[-1]
-    planes = 1 if len(oriented.pyramid.sums) == 1 else 2  # number of planes with a wrong cell
-    # A coarse cell stands for 4^scale cells; 2^scale of them are along a boundary. If it cost as
-    # much as 1 cell, shapes would break. If it cost as much as 4^scale cells, most data would need
-    # local re-simulation.
+    planes = 1 if len(oriented.pyramid.sums) == 1 else 2  # number of planes a wrong cell changes
+    # A coarse cell represents 4^scale cells, of which 2^scale cells are along a boundary. With the
+    # cost of 1 cell, shapes would break. With the cost of 4^scale cells, most data would need local
+    # re-simulation.
     cell_cost = prod(coarse.block) * planes / 2**p.scale
     weight_of_data = coarse.weight_of_data
     if planes > 1 and not p.published_draw:
         weight_of_data *= WEIGHT_OF_MORE_FACIES
-    # In a volume few locations continue neighbouring patches. These locations are not excluded;
-    # instead, the slack is reduced.
+    # In a volume, continuations are not excluded, because few locations continue neighbouring
+    # patches. The slack is smaller instead.
     slack = SLACK * coarse.weight_of_data * (0.75 if coarse.volume else 1.0)
     far = _overlap_of_location(image.lengths[0]) / 4**p.scale
     z, y, x = along_path(p.location_weights, orientation)
@@ -332,14 +329,14 @@ def _search(
 
 
 def _overlap_of_location(lengths: ScaledLengths) -> int:
-    """Return the cost of a location at the other end of the image, in wrong cells of overlap."""
+    """Return the cost of a location at the opposite end of the image, in wrong cells of overlap."""
     if not lengths.volume:
         return 2 * lengths.template[1] * lengths.overlap[1]
     return overlap_cells(lengths.template, lengths.overlap)
 
 
 def draw_template(p: Parameters, shape: tuple[int, ...], rng: np.random.Generator) -> Triple:
-    """Return T along z, y and x, drawn within the limits of `template_variation` if that is set."""
+    """Return T along z, y and x; if `template_variation` is positive, T is random."""
     if p.template_variation == 0:
         return p.along(shape).template
     sizes = templates(p, shape)

@@ -1,4 +1,4 @@
-"""One realization of a study: Algorithm 1, then our corrections."""
+"""Simulate one realization of a study by Algorithm 1, then apply corrections."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
 
 Report = Callable[[float], None]
-"""Called as report(share) with the finished share of the work, 0 … 1; may raise to stop."""
+"""Function called with the finished share of the work, 0 … 1; it may raise an error to stop."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +43,7 @@ class Realization:
     """One realization of a study."""
 
     indices: NDArray[np.uint8]  # facies indices, shape of the grid
-    sources: NDArray[np.int32]  # the same shape, or empty: see `Ensemble.sources`
+    sources: NDArray[np.int32]  # shape of the grid, or empty: see `Ensemble.sources`
     data_status: NDArray[np.int16]  # shape (n_data,): see `Ensemble.data_status`
     cpu_seconds: float = 0.0  # CPU time of the simulating thread
 
@@ -53,7 +53,7 @@ def simulate_realization(
 ) -> Realization:
     """Return realization `number` of a study: raster pass, local re-simulation, seam repair.
 
-    Its random numbers depend only on the seed of the study and on `number`.
+    The random numbers depend only on the seed of the study and on `number`.
     """
     before = time.thread_time()
     rng = random_numbers(study.seed, number)
@@ -91,9 +91,9 @@ def honour_data(
     report: Report = lambda share: None,
     on_window: OnWindow | None = None,
 ) -> NDArray[np.int16]:
-    """Re-simulate locally around data that a realization misses, in place; return the data status.
+    """Re-simulate around data that a realization does not honour, in place; return the data status.
 
-    If `exact_data` is off, missed data are only marked as wrong. `resimulate` explains `on_window`.
+    If `exact_data` is off, wrong data are only marked. `resimulate` calls `on_window`.
     """
     cells = study.hard_data.cells
     if not (study.parameters.exact_data and study.hard_data.n):
@@ -108,7 +108,7 @@ def honour_data(
 
 
 def repairs(study: Study) -> bool:
-    """Return whether the seams of realizations of a study are repaired."""
+    """Return whether seams are repaired in the realizations of a study."""
     p = study.parameters
     exact = p.exact_data or not study.hard_data.n
     return p.repair_seams and exact and study.training_image.n_facies > 1
@@ -124,11 +124,11 @@ def repair(
     data_status: NDArray[np.int16],
     report: Report = lambda share: None,
 ) -> None:
-    """Repair the seams of a realization in place, after its data are honoured, if `repairs(study)`.
+    """Repair the seams of a realization in place if `repairs(study)`; data must be honoured before.
 
-    Windows are simulated anew first; then walks change single cells. Because volumes and studies
-    with data have many unseen patterns, their single cells are also changed before the windows are
-    simulated, so that fewer windows are needed.
+    First, windows are re-simulated. Second, tabu searches change single cells. In volumes and in
+    studies with data, which have many unseen patterns, single cells are also changed before windows
+    are re-simulated, because fewer windows are then needed.
     """
     if not repairs(study):
         return
@@ -157,7 +157,7 @@ def repair(
 def target_of(
     study: Study, image: PreparedImage, indices: NDArray[np.uint8], sources: NDArray[np.int32]
 ) -> Target:
-    """Return the target of corrections, which views a realization and its sources as volumes."""
+    """Return the target of corrections, with views of a realization and its sources as volumes."""
     shape = in_layers(study.grid.shape)
     data = data_grid(in_three(study.hard_data.cells), study.facies_of_data, shape)
     sources = sources.reshape(shape if sources.size else (0, 0, 0))
@@ -181,12 +181,12 @@ def is_compiled(study: Study, image: PreparedImage) -> bool:
 
 
 def is_ready() -> bool:
-    """Return whether this process has the kernels of at least one study, compiled or from disk."""
+    """Return whether this process has run the kernels of at least one study."""
     return bool(_compiled)
 
 
 def compile_kernels(study: Study, image: PreparedImage, watch: Watch) -> None:
-    """Run each kernel of a study once on a tiny grid, so that later times exclude compilation."""
+    """Run all kernels of a study on a tiny grid, so that measured times exclude compilation."""
     if is_compiled(study, image):
         return
     await_all(ask_for(lambda: walk_through(study, watch), SOON), watch.check)
@@ -204,7 +204,7 @@ def walk_through(study: Study, watch: Watch) -> None:
 
 
 def _tiny(study: Study) -> Study:
-    """Return a copy of a study with a tiny grid and, if it has data, data that conflict."""
+    """Return a copy of a study with a tiny grid and, if the study has data, conflicting data."""
     shape = (8,) * len(study.grid.shape)
     cells = np.argwhere(np.ones(shape)) if study.hard_data.n else np.empty((0, len(shape)), int)
     codes = study.training_image.codes[[0, -1]][cells.sum(axis=1) % 2]
@@ -213,7 +213,7 @@ def _tiny(study: Study) -> Study:
 
 
 def _specialization(study: Study, image: PreparedImage) -> tuple[object, ...]:
-    """Return the properties of a study that decide which kernels are run and with which types."""
+    """Return the properties of a study that determine which kernels are run with which types."""
     p = study.parameters
     template = p.along(study.grid.shape).template
     oriented = image.oriented(0, template)

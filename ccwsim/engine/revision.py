@@ -22,12 +22,12 @@ from ccwsim.system.machine import n_cores
 
 
 def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> Ensemble:
-    """Return an ensemble that honours edited data; only cells around missed data are re-simulated.
+    """Return an ensemble that honours edited data by local re-simulation around these data.
 
-    Realizations change in windows of at most the template size around each datum that they do not
-    honour yet; removing a datum changes no cell. Use `simulate` to condition realizations on all
-    data from the beginning. If `Parameters.exact_data` is off, nothing is re-simulated, and wrong
-    data are only marked.
+    Realizations change only in windows around data that they do not honour; a window is at most as
+    large as the template. Removing a datum changes no cell. Use `simulate` to condition
+    realizations on all data from the beginning. If `Parameters.exact_data` is off, no window is
+    re-simulated; data that are not honoured are only marked as wrong.
 
     Parameters
     ----------
@@ -35,12 +35,12 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
     hard_data : HardData, pair, table or array_like
         All data, old and new, in any form that `HardData.of` accepts.
     n_workers : int, optional
-        Number of threads; one per core by default.
+        Number of threads; by default the number of cores.
 
     Returns
     -------
     Ensemble
-        Ensemble with the same seed and parameters; `cpu_seconds` counts only the re-simulation.
+        Ensemble with unchanged seed and parameters; `cpu_seconds` includes only the re-simulation.
 
     Raises
     ------
@@ -84,7 +84,7 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
             return
         forced = data_status[number] == FORCED
         origin = sources[number]
-        if forced.any() and not origin.size:  # sources show which forced cells a window replaces
+        if forced.any() and not origin.size:  # to see if a window replaces a forced cell
             origin = np.zeros(study.grid.shape, np.int32)
             origin[tuple(hard_data.cells[forced].T)] = -1
         target = target_of(study, image, indices[number], origin)
@@ -109,7 +109,7 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
 
 
 def _status_before(ensemble: Ensemble, hard_data: HardData) -> NDArray[np.int16]:
-    """Return the status that each datum had in the ensemble before the edit; 0 for new data."""
+    """Return the status of each datum in the ensemble before the edit; 0 for new data."""
     before = {datum: k for k, datum in enumerate(ensemble.hard_data.triples)}
     data_status = np.zeros((ensemble.n, hard_data.n), np.int16)
     for k, datum in enumerate(hard_data.triples):

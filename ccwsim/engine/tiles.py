@@ -1,7 +1,7 @@
 """The compiled simulation loop: patch after patch along the path (Algorithm 1, lines 4 to 14).
 
-Template and overlap are the paper's T and OR. Not in the paper: refinement of locations, and the
-draw towards target proportions.
+Template and overlap are T and OR of the paper. Refinement of locations and steering towards target
+proportions are not in the paper.
 """
 
 from __future__ import annotations
@@ -53,30 +53,31 @@ class Search(NamedTuple):
 
     template: Triple  # T
     overlap: Triple  # OR
-    block: Triple  # number of cells of a coefficient along each axis, 2^J
+    block: Triple  # number of cells of a coefficient, 2^J, along each axis
     n_candidates: int  # K
     co_template: int  # CT, as a number of templates
-    share: float  # share of locations searched near data: the locations with the best overlaps
+    share: float  # share of locations (with the best overlaps) that are searched near data
     refine: bool
-    match: bool  # whether proportions are matched to the proportions of the training image
+    match: bool  # whether proportions are matched to the training image
     cell_cost: float  # score of one wrong cell of overlap
-    datum_cost: float  # factor of the weights of missed data
+    datum_cost: float  # factor of the weights of data that are not honoured
     slack_cost: float  # factor of the slack near data
-    missed: int  # cost of a missed datum in refinement, in wrong cells
-    location_cost: float  # cost of a location at the other end of the image
+    missed: int  # cost, in refinement, of a datum not honoured, in wrong cells
+    location_cost: float  # cost of a location at the opposite end of the image
     location_axes: tuple[float, float, float]  # weight of each axis in `location_cost`
-    # if False, data are compared by blocks, so locations chosen for data must not be shifted
+    # if False, data only condition the search by blocks, so locations chosen for data are not
+    # shifted
     exact: bool
-    slack: int  # without data: largest difference in score from the best location; −1: no limit
-    n_drawn: int  # number of locations drawn without data; the best after refinement is used
+    slack: int  # maximum difference in score from the best location without data; −1: none
+    n_drawn: int  # number of random locations without data, of which the best is used
     reach: Triple  # number of blocks around the continuation of a patch that are excluded
 
 
 class PatchInputs(NamedTuple):
-    """Inputs of the simulation loop, common to all patches of a realization."""
+    """Inputs of the simulation loop, shared by all patches of a realization."""
 
     patches: NDArray[np.int64]  # shape (n, 10): made by `make_patches`
-    # shape (n, 4): made by `patches_before`; shape (n, 0) if continuations of patches may be drawn
+    # shape (n, 4): made by `patches_before`; shape (n, 0) if continuations are not excluded
     before: NDArray[np.int64]
     oriented: OrientedImage
     data: PlacedData
@@ -85,7 +86,7 @@ class PatchInputs(NamedTuple):
 
 
 class PlacingWorkspace(NamedTuple):
-    """Workspace to refine the location of a patch, cut it and paste it."""
+    """Workspace to refine the location of a patch, cut the patch and paste it."""
 
     strips: Strips
     at_stake: NDArray[np.int64]  # shape (n, 4): made by `data_at_stake`
@@ -93,19 +94,19 @@ class PlacingWorkspace(NamedTuple):
 
 
 class PatchWorkspace(NamedTuple):
-    """Workspace of the simulation loop; it also shows how the last patch was chosen.
+    """Workspace of the simulation loop, which also shows how the last patch was chosen.
 
-    It is made in Python, because kernels make no arrays.
+    Python code allocates this workspace, because kernels allocate no arrays.
     """
 
     scores: NDArray[np.number[Any]]  # shape (nz, ny, nx) of locations
-    totals: NDArray[np.signedinteger]  # the same shape: scores plus the costs of data and location
-    energies: NDArray[np.number[Any]]  # the same shape: ΣA² over the overlap
+    totals: NDArray[np.signedinteger]  # shape of `scores`: scores plus costs of data and location
+    energies: NDArray[np.number[Any]]  # shape of `scores`: ΣA² over the overlap
     energies_of: NDArray[np.int64]  # shape (4,): lengths and sides of the overlap of `energies`
     terms: Terms
     ranking: Ranking  # ranking of the scores
-    total_ranking: Ranking  # ranking of the totals, with the same array `places`
-    # shape (3,): number of candidates, number of draws, index of the location that is used
+    total_ranking: Ranking  # ranking of the totals; shares `places` with `ranking`
+    # shape (3,): number of candidates, number of random locations, index of the used location
     choice: NDArray[np.int64]
     after: NDArray[np.int64]  # shape (n_facies,), for `closest_to_target`
     tilt: NDArray[np.float64]  # shape (n_facies,), for `draw_towards`
@@ -117,17 +118,17 @@ class PatchWorkspace(NamedTuple):
 class Simulated(NamedTuple):
     """Results of the simulation loop, in path coordinates."""
 
-    # shape (nz, ny, nx) of all whole tiles: facies indices, UNKNOWN in cells not simulated yet
+    # shape (nz, ny, nx), all tiles: facies indices, UNKNOWN in cells that are not simulated yet
     grid: NDArray[np.uint8]
-    sources: NDArray[np.int32]  # same shape: flat index in the oriented TI; empty if not recorded
+    sources: NDArray[np.int32]  # shape of `grid`: flat index in the TI; empty if not recorded
     counts: NDArray[np.int64]  # shape (n_facies,): cells of each facies; empty if not counted
-    locations: NDArray[np.int32]  # shape (n_patches, 3): location of each in the oriented TI
+    locations: NDArray[np.int32]  # shape (n_patches, 3): locations in the oriented TI
 
 
 def make_workspace(
     oriented: OrientedImage, search: Search, data: PlacedData, totals: type[np.signedinteger]
 ) -> PatchWorkspace:
-    """Return the workspace for patches; `totals` is the type of scores plus costs."""
+    """Return the workspace for patches; `totals` is the type for scores plus costs."""
     kind, shape, n = oriented.squares.dtype, oriented.places, oriented.n_places
     template, n_facies = search.template, len(oriented.proportions)
     ranking, others = (make_ranking(n, search.n_candidates, each) for each in (kind, totals))
@@ -160,7 +161,7 @@ def make_placing(
 
 @part_of_kernel
 def box_of(p, overlap):
-    """Return the box of a patch `p`, which is a row of `make_patches`."""
+    """Return the box of patch `p`, a row of the array from `make_patches`."""
     return Box(p[0], p[1], p[2], p[3], p[4], p[5], p[6], overlap[0], overlap[1], overlap[2])
 
 
@@ -172,11 +173,11 @@ def simulate_patches(first, last, inputs, work, simulated, rng):
     grid, block, scores, placing = simulated.grid, search.block, work.scores, work.placing
     places, n_places = work.ranking.places, (scores.shape[1], scores.shape[2])
     coarse = block[0] > 1 or block[1] > 1 or block[2] > 1
-    for number in range(first, last):  # line 4: locations of the path
+    for number in range(first, last):  # line 4: patches in the order of the path
         box = box_of(patches[number], search.overlap)
-        # Lines 5, 6: the first patch has no overlap. All its scores are 0 and ties are broken at
-        # random, so that its candidates are random locations.
-        # Lines 8, 9: the overlap and its coefficients, here block sums
+        # Lines 5, 6: the first patch has no overlap, so all scores are 0. Ties are broken at
+        # random, so the candidates are random locations.
+        # Lines 8, 9: the coefficients of the overlap, here block sums
         n_groups = overlap_terms(grid, box, block, oriented.running, work.terms)
         # Line 10: CCW scores
         cached_overlap_energies(oriented.squares, box, block, work.energies, work.energies_of)
@@ -195,7 +196,7 @@ def simulate_patches(first, last, inputs, work, simulated, rng):
             n = conditional_candidates(box, has_data, is_split, slack, grid, inputs, work, rng)
         else:
             n = unconditional_candidates(scores, slack, work.ranking, rng)
-        # Line 12: random draw; not in the paper: refinement of the location
+        # Line 12: random choice; not in the paper: refinement of the location
         refine = search.refine and coarse and (search.exact or not data_ahead(data, box, 1))
         at_stake = placing.at_stake[:0]
         if refine:
@@ -220,12 +221,12 @@ def simulate_patches(first, last, inputs, work, simulated, rng):
         cut_and_paste(number, box, place, image, data, placing.cut, simulated)
 
 
-@inlined_part_of_kernel  # without inlining it takes a tenth longer at level 1
+@inlined_part_of_kernel  # without inlining, simulation takes 10 % longer at level 1
 def unconditional_candidates(scores, slack, ranking, rng):
     """Fill `ranking.places` with the K best locations; return the number of candidates.
 
-    `slack` is the largest difference in score between a candidate and the best location, −1 for no
-    limit; `scores` has the shape (nz, ny, nx) of locations.
+    `slack` is the maximum difference in score between a candidate and the best location (−1: no
+    limit). `scores` has the shape (nz, ny, nx) of locations.
     """
     flat, places = scores.reshape(-1), ranking.places
     best_places(flat, rng, ranking)
@@ -234,10 +235,10 @@ def unconditional_candidates(scores, slack, ranking, rng):
 
 @inlined_part_of_kernel
 def conditional_candidates(box, has_data, is_split, slack, grid, inputs, work, rng):
-    """Do as `unconditional_candidates`, with the costs of missed data and of location (Fig. 5).
+    """Fill `total_ranking.places` by scores plus costs (Fig. 5); return the number of candidates.
 
-    `has_data` tells whether the co-template contains data; if not, only the location has a cost.
-    `is_split` tells whether the patch is part of a split tile. `grid` has the shape (nz, ny, nx).
+    `has_data` is true if the co-template contains data; otherwise only the location has a cost.
+    `is_split` is true if the patch is a part of a split tile. `grid` has the shape (nz, ny, nx).
     """
     _, _, oriented, data, search, _ = inputs
     weights = DENSE if is_split else SPARSE
@@ -257,7 +258,7 @@ def conditional_candidates(box, has_data, is_split, slack, grid, inputs, work, r
 
 @part_of_kernel
 def draw(n, box, inputs, counts, work, rng):
-    """Return the index of one of the first n candidates, drawn towards the target proportions."""
+    """Return the index of a random candidate, steered towards the target proportions."""
     _, _, oriented, _, search, steering = inputs
     block, n_places = search.block, (work.scores.shape[1], work.scores.shape[2])
     candidates = work.ranking.places[:n]
@@ -276,7 +277,7 @@ def draw(n, box, inputs, counts, work, rng):
 
 @part_of_kernel
 def cut_and_paste(number, box, place, image, data, cut, simulated):
-    """Paste a patch of `image`, which has the shape (mz, my, mx), and record its location."""
+    """Paste a patch of `image`, shape (mz, my, mx), along the cut and record its location."""
     grid, sources, counts, locations = simulated
     keep_old(grid, data.required, image, place, box, cut)
     paste(image, place, box, cut.keep_mask, counts, grid, sources)

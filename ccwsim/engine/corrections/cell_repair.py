@@ -1,10 +1,10 @@
 """Seam repair by changing the facies of single cells (not in the paper).
 
-At the seams of patches, single cells cause many unseen patterns: a step in a boundary, a notch, an
-isolated cell. For each unseen pattern, one of its cells is changed; the change that leaves the
-fewest unseen patterns is chosen. If no single change helps, a walk changes several cells one after
-another, even if unseen patterns increase at first; its changes up to the best state are kept. This
-is tabu search (Glover 1989). Cells with data do not change.
+Unseen patterns are patterns that are absent from the training image. At seams, single cells cause
+many unseen patterns, for example a notch in a boundary. For each unseen pattern, the change of one
+cell that leaves the fewest unseen patterns is chosen. If no single change helps, a tabu search
+(Glover 1989) changes several cells one after another, even if unseen patterns increase at first.
+The changes up to the best state are retained. Cells with data do not change.
 """
 
 from __future__ import annotations
@@ -24,48 +24,48 @@ from ccwsim.engine.stages.candidates import draw_index, place_of
 from ccwsim.engine.stages.path import UNKNOWN, Box, Triple
 
 PART, PART_VOLUME = (1, 64, 512), (16, 32, 128)
-"""Layers, rows and columns of a part of a grid. Parts are small enough to fit into the cache."""
+"""Layers, rows and columns of a part of a grid. A part fits into the processor's cache."""
 PARTS_PER_CALL = 64
 FURTHER, FURTHER_VOLUME = 3, 14
-"""A walk ends if its unseen patterns exceed the number in its best state by more than this."""
+"""Number of unseen patterns above the best state at which a tabu search ends."""
 PATIENCE, PATIENCE_VOLUME = 20, 40
-"""A walk ends after this number of changes without a new best state."""
+"""Number of changes without a new best state after which a tabu search ends."""
 FURTHER_DATA, PATIENCE_DATA, SHARE_OF_DATA = 200, 2000, 0.001
-"""Values of FURTHER and PATIENCE for walks in volumes that start at data, if at most SHARE_OF_DATA
-of the cells have data. They are high because few changes suit both image and data. Such patterns
-are rare, so these walks take little time. With more data the values decrease to those above."""
+"""Values of FURTHER and PATIENCE for tabu searches in volumes that start at data, if at most
+SHARE_OF_DATA of the cells have data. The values are high because few changes suit both image and
+data. With more data the values decrease to FURTHER_VOLUME and PATIENCE_VOLUME."""
 STAYS = 4
-"""Number of later changes during which a changed cell must stay. It may change earlier only if this
-leads to a new best state of the walk."""
+"""Number of changes of a tabu search during which a changed cell must not change again, unless the
+change leads to a new best state."""
 LONGEST = 4000
-"""Maximum number of changes of a walk; also maximum number of patterns from which it chooses."""
+"""Maximum number of changes of a tabu search, and of unseen patterns from which it selects."""
 
 
 class RepairedPart(NamedTuple):
-    """A part of a grid, raveled. On each side it has a margin as wide as the reach of patterns.
+    """A part of a grid, raveled, with margins as wide as the reach of patterns.
 
-    Arrays have one element per cell unless a shape is given. Patterns are identified by the index
-    of their first cell.
+    Arrays without a documented shape have one element per cell. The index of a pattern is the index
+    of the first cell of the pattern.
     """
 
     shape: Triple  # shape including the margin
     facies: NDArray[np.uint8]  # UNKNOWN beyond the grid
-    is_free: NDArray[np.bool_]  # whether a cell may change: not in the margin, without a datum
+    is_free: NDArray[np.bool_]  # True if a cell may change: no datum, not in the margin
     is_inside: NDArray[np.uint8]  # 1 if all cells of a pattern are in the grid
-    rows: NDArray[np.uint32]  # numbers of rows of patterns
+    rows: NDArray[np.uint32]  # numbers that identify rows of patterns
     line: NDArray[np.uint32]  # workspace of `number_run`
-    numbers: NDArray[np.uint32]  # numbers of patterns
+    numbers: NDArray[np.uint32]  # numbers that identify patterns
     is_unseen: NDArray[np.uint8]  # 1 for an unseen pattern
     unseen: NDArray[np.uint32]  # indices of the unseen patterns
     n_unseen: NDArray[np.uint8]  # number of unseen patterns that contain a cell
-    was_tried: NDArray[np.bool_]  # whether a cell was tried and no other facies helps
-    stays: NDArray[np.uint16]  # number of changes of the walk until which a cell must stay
-    near: NDArray[np.uint64]  # shape (LONGEST,): patterns from which a walk chooses
-    changed: NDArray[np.uint64]  # shape (LONGEST,): cells that a walk changed, in order
+    was_tried: NDArray[np.bool_]  # True if no other facies of a cell helps
+    stays: NDArray[np.uint16]  # number of changes until which a cell must stay
+    near: NDArray[np.uint64]  # shape (LONGEST,): patterns among which a tabu search chooses
+    changed: NDArray[np.uint64]  # shape (LONGEST,): cells that a tabu search changed, in order
     before: NDArray[np.uint8]  # shape (LONGEST,): facies of these cells before the change
     aside: NDArray[np.uint64]  # shape (n_neighbours,): index steps to neighbours, modulo 2⁶⁴
     steps: NDArray[np.uint64]  # shape (n,): index steps from the first to each cell of a pattern
-    weights: NDArray[np.uint32]  # shape (n,): factors of these cells in the number of a pattern
+    weights: NDArray[np.uint32]  # shape (n,): factors of these cells in a pattern's number
 
 
 def repair_cells(
@@ -77,10 +77,11 @@ def repair_cells(
 ) -> int:
     """Change single cells of a realization, in place; return the number of changes.
 
-    If `walks` is true, walks start from unseen patterns for which no single change helps; only
-    walks use `rng`. `patterns` must be patterns of adjacent cells. A changed cell gets a source
-    that continues a neighbour's source if the training image has the new facies there; otherwise
-    the source is −1. `report` is called with the finished share of the work; it may raise to stop.
+    If `walks` is true, tabu searches start at unseen patterns for which no single change helps;
+    only tabu searches use `rng`. `patterns` must be patterns of adjacent cells. The source of a
+    changed cell continues the source of a neighbour if the training image has the new facies at
+    that location; otherwise the source is −1. `report` is called with the finished share of the
+    work and may raise an error to stop.
     """
     shape = target.grid.shape
     if any(r >= n for r, n in zip(patterns.reach, shape, strict=True)):
@@ -101,9 +102,9 @@ def repair_cells(
 
 
 def ends_of_walks(volume: bool, share: float) -> tuple[int, int]:
-    """Return the limits of walks, `FURTHER` and `PATIENCE`.
+    """Return the limits of tabu searches that correspond to `FURTHER` and `PATIENCE`.
 
-    `share` is the share of cells with data for walks that start at data, and 0 for other walks.
+    `share` is the share of cells with data for searches that start at data, 0 for other searches.
     """
     if not volume:
         return FURTHER, PATIENCE
@@ -143,9 +144,9 @@ def cell_weights(patterns: Patterns) -> NDArray[np.uint32]:
 def change_cells(target, patterns, firsts, lengths, part, rng, walks, ends, ends_at_data):
     """Change cells in parts of the grid; return the number of changes.
 
-    `firsts`, shape (n, 3), are the first cells of the parts. Parts have the lengths `lengths`; the
-    last parts may be shorter, because the grid ends. Walks that start at data have the limits
-    `ends_at_data`, other walks the limits `ends`.
+    `firsts`, shape (n, 3), are the first cells of the parts. `lengths` are the lengths of a part;
+    parts at the end of the grid may be shorter. `ends_at_data` are the limits of tabu searches that
+    start at data, `ends` the limits of other tabu searches.
     """
     n_changed = 0
     for i in range(len(firsts)):
@@ -175,7 +176,7 @@ def change_cells(target, patterns, firsts, lengths, part, rng, walks, ends, ends
 
 @part_of_kernel
 def box_of(first, origin, patterns, part):
-    """Return the box, in the grid, of a pattern of a part."""
+    """Return the box of grid cells that a pattern of a part covers."""
     z, y, x = place_of(np.int64(first), (part.shape[1], part.shape[2]), (1, 1, 1))
     nz, ny, nx = patterns.cells
     return Box(origin[0] + z, origin[1] + y, origin[2] + x, nz, ny, nx, 0, 0, 0, 0)
@@ -185,7 +186,7 @@ def box_of(first, origin, patterns, part):
 def write_back(n, target, origin, part):
     """Copy the first `n` changed cells of a part to the grid; return the number of differences.
 
-    Some of these cells may equal the grid, because a walk may change a cell and change it back.
+    Some changed cells may equal the grid, because a tabu search may change a cell back.
     """
     _, ny, nx = part.shape
     n_different = 0
@@ -203,7 +204,7 @@ def write_back(n, target, origin, part):
 
 @part_of_kernel
 def copy_part(grid, data, origin, lengths, patterns, part):
-    """Copy a part of the grid and its margin; `origin` is the first cell of the margin."""
+    """Copy a part and its margin from the grid; `origin` is the first cell of the margin."""
     nz, ny, nx = part.shape
     (reach_z, reach_y, reach_x), (z0, y0, x0) = patterns.reach, origin
     facies, is_free, is_inside = part.facies, part.is_free, part.is_inside
@@ -233,7 +234,7 @@ def copy_part(grid, data, origin, lengths, patterns, part):
 
 @part_of_kernel
 def find_unseen_patterns(patterns, part):
-    """Number all patterns of a part and list the unseen patterns; return the length of the list."""
+    """Number all patterns of a part, list the unseen patterns, and return their count."""
     numbers, rows, steps = part.numbers, part.rows, part.steps
     is_unseen, n_unseen, was_tried = part.is_unseen, part.n_unseen, part.was_tried
     size, base = np.uint64(len(numbers)), patterns.row_base
@@ -269,8 +270,8 @@ def find_unseen_patterns(patterns, part):
 def best_change(first, patterns, part):
     """Return the change of one cell of a pattern that leaves the fewest unseen patterns.
 
-    The cell gets the facies of a neighbour. If no change reduces unseen patterns, the new facies is
-    UNKNOWN.
+    The cell gets the facies of a neighbour. The new facies is UNKNOWN if no change reduces the
+    number of unseen patterns.
     """
     cells, aside = part.facies, part.aside
     n_aside = np.uint64(len(aside))
@@ -296,9 +297,9 @@ def best_change(first, patterns, part):
 
 @part_of_kernel
 def walk(first, ends, patterns, part, rng):
-    """Walk from an unseen pattern, changing cell after cell; return the number of kept changes.
+    """Run a tabu search from an unseen pattern; return the number of retained changes.
 
-    The kept changes, at the beginning of `part.changed`, reduce the number of unseen patterns.
+    The retained changes are listed first in `part.changed`; they reduce unseen patterns.
     """
     further, patience = ends
     near, changed, before = part.near, part.changed, part.before
@@ -329,11 +330,11 @@ def walk(first, ends, patterns, part, rng):
 
 @part_of_kernel
 def next_change(first, n_changed, better, patterns, part, rng):
-    """Return a cell of a pattern, its new facies, and the number of unseen patterns this adds.
+    """Return a cell to change, its new facies, and the number of added unseen patterns.
 
-    The change is drawn among the changes that add the fewest unseen patterns; this number may be
-    positive. A cell that must stay changes only if this adds fewer than `better` unseen patterns;
-    `better` is at most 0. The facies is UNKNOWN if no cell can change.
+    The change is chosen at random among the changes that add the fewest unseen patterns, possibly a
+    negative number. A recently changed cell changes only if this adds fewer than `better` unseen
+    patterns; `better` is at most 0. The facies is UNKNOWN if no cell can change.
     """
     cells, aside = part.facies, part.aside
     n_aside, n_equal = np.uint64(len(aside)), 0
@@ -363,7 +364,7 @@ def next_change(first, n_changed, better, patterns, part, rng):
 
 @part_of_kernel
 def n_unseen_after(cell, facies, limit, patterns, part):
-    """Count the unseen patterns around a cell after a change; counting may end at `limit`."""
+    """Count the unseen patterns that contain a cell after a change; counting may end at `limit`."""
     change = np.uint32(patterns.labels[facies] - patterns.labels[part.facies[cell]])
     numbers, is_inside, steps, weights = part.numbers, part.is_inside, part.steps, part.weights
     n = np.int64(0)
@@ -378,9 +379,9 @@ def n_unseen_after(cell, facies, limit, patterns, part):
 
 @part_of_kernel
 def change_cell(cell, facies, n_near, patterns, part):
-    """Give a cell of a part another facies, and update the unseen patterns.
+    """Change the facies of a cell of a part, and update the unseen patterns.
 
-    New unseen patterns are added to `part.near` after its first `n_near`; return its new length.
+    Append new unseen patterns to the first `n_near` entries of `part.near`; return the new length.
     """
     numbers, is_unseen, n_unseen, steps = part.numbers, part.is_unseen, part.n_unseen, part.steps
     change = np.uint32(patterns.labels[facies] - patterns.labels[part.facies[cell]])
@@ -405,7 +406,7 @@ def change_cell(cell, facies, n_near, patterns, part):
 
 @part_of_kernel
 def forget(cell, patterns, part):
-    """Reset `was_tried` of all cells that share a pattern with a cell, and of their neighbours."""
+    """Reset `was_tried` of the cells that share a pattern with a cell or its neighbours."""
     (nz, ny, nx), (reach_z, reach_y, reach_x) = part.shape, patterns.reach
     z, y, x = place_of(np.int64(cell), (ny, nx), (1, 1, 1))
     for near_z in range(max(z - reach_z - 1, 0), min(z + reach_z + 2, nz)):
@@ -417,7 +418,7 @@ def forget(cell, patterns, part):
 
 @part_of_kernel
 def source_beside(target, place):
-    """Return the source of a cell that continues a neighbour's source, or −1 if facies differ."""
+    """Return a source that continues a neighbour's source; −1 if the facies would differ."""
     image, sources, (z, y, x) = target.image, target.sources, place
     (mz, my, mx), (nz, ny, nx) = image.shape, sources.shape
     for a in range(6):

@@ -1,13 +1,13 @@
-"""The exact minimum cut of a patch of a volume, found as the maximum flow from old to new cells.
+"""The exact minimum cut of a patch of a volume, computed as the maximum flow from old to new cells.
 
-A cut passes between two neighbouring cells if one stays old and the other becomes new. Each such
-pair costs the number of its cells, 0 to 2, that differ between old and new; a cell beyond the
-overlap counts like its neighbour. The cost of the cheapest cut is a maximum flow (Ford and
-Fulkerson 1956). It is found by the method of Boykov and Kolmogorov (2004). Two trees of cells grow
-until they meet: one starts at the old cells, the other at the new cells. Flow is sent along the
-path between their roots. Cells that this cuts off from their tree look for another parent. Only
-cells that differ and cells between them take part, because other cells cost nothing on either side.
-Data are capacities so large that the cheapest cut honours all data that do not conflict.
+A cut passes between two neighbouring cells if one stays old and the other becomes new. A cut
+between two cells costs 1 for each cell whose facies differ between old and new; a cell beyond the
+overlap counts like its neighbour. The cost of the cheapest cut equals a maximum flow (Ford and
+Fulkerson 1956), which is computed by the method of Boykov and Kolmogorov (2004). A tree of old
+cells and a tree of new cells grow until they touch. Flow is then sent from the root of the old tree
+to the root of the new tree. A cell that loses the link to its tree gets another parent or leaves
+the tree. Cells that add no cost on either side of the cut are omitted. The capacities of data are
+so large that the cheapest cut honours all data that do not conflict.
 """
 
 from __future__ import annotations
@@ -32,39 +32,39 @@ from ccwsim.engine.stages.path import (
 )
 
 SAME, DIFFERS, ALL_NEW, ALL_OLD, NOTHING = 0, 1, 2, 3, 4
-"""States of cells. The first two are in the overlap: old and new facies are equal, or they differ.
-The others are beyond the overlap: all new, all old, or no cell."""
+"""States of cells. SAME and DIFFERS are cells in the overlap whose old and new facies are equal or
+different. Beyond the overlap, all cells are new, all are old, or there is no cell."""
 BROKEN_CELL = 1 << 20
-"""Cost of a datum that a cut would break: more than all seams of a patch."""
+"""Cost of a datum that the cut does not honour; it exceeds the cost of all seams of a patch."""
 FREE, OF_OLD, OF_NEW, INACTIVE = 0, 1, 2, 3
-"""Tree of a cell: no tree yet, the tree of the old cells, or the tree of the new cells. Inactive
-cells take no part."""
+"""Tree to which a cell belongs: none yet, the tree of old cells, or the tree of new cells. INACTIVE
+marks cells that are omitted."""
 ROOT, ORPHAN, NONE = 6, 7, 8
-"""Values of `parent` for cells without a parent: the cell is a root; it was cut off from its tree;
-it is in no tree. Other values are one of the six directions."""
+"""Values of `parent` for a cell without a parent: the cell is a root, was cut off from a tree, or
+is in no tree. Other values of `parent` are directions, 0 to 5."""
 FAR = 1 << 30
 
 
 class FlowWorkspace(NamedTuple):
-    """Workspace for the cut of a box of n cells, including a margin of one cell on each side."""
+    """Workspace to cut a box of n cells, which include a margin of one cell on each side."""
 
     state: NDArray[np.uint8]  # shape (n,)
-    beside: NDArray[np.uint8]  # shape (n,): how many of the six neighbours differ
+    beside: NDArray[np.uint8]  # shape (n,): number of neighbours that DIFFER
     capacity: NDArray[np.uint8]  # shape (8 * n,): capacity of each link, see `_link`
     # shape (n,): remaining capacity, from the old cells if positive, to the new cells if negative
     rest: NDArray[np.int32]
     tree: NDArray[np.uint8]  # shape (n,)
     parent: NDArray[np.uint8]  # shape (n,): direction of the parent
     distance: NDArray[np.int32]  # shape (n,): number of steps to the root of the tree
-    time: NDArray[np.int32]  # shape (n,): time when `distance` was counted
-    cells: NDArray[np.uint32]  # shape (n,): cells that take part
+    time: NDArray[np.int32]  # shape (n,): time when `distance` was computed
+    cells: NDArray[np.uint32]  # shape (n,): cells that are not omitted
     queue: NDArray[np.uint32]  # shape (n,), circular: cells whose neighbours are to be visited
     is_queued: NDArray[np.bool_]  # shape (n,)
-    orphans: NDArray[np.uint32]  # shape (n,): cells that were cut off
+    orphans: NDArray[np.uint32]  # shape (n,): cells that were cut off from their tree
 
 
 def make_flow(template: Triple) -> FlowWorkspace:
-    """Return the workspace for boxes of at most `template` cells; `template` may be empty."""
+    """Return the workspace to cut boxes of at most `template` cells."""
     nz, ny, nx = template
     n = (nz + 2) * (ny + 2) * (nx + 2) if nz else 0
     state, beside, tree, parent = (np.zeros(n, np.uint8) for _ in range(4))
@@ -79,7 +79,7 @@ def make_flow(template: Triple) -> FlowWorkspace:
 def minimum_cut(grid, data, image, place, box, flow, keep_mask):
     """Mark in `keep_mask` the cells of a box that stay old; return the cost of the cut.
 
-    The arguments are those of `keep_old`.
+    The arguments are documented in `keep_old`.
     """
     row, layer = box.nx + 2, (box.nx + 2) * (box.ny + 2)
     back, down, below = np.uint64(-1), np.uint64(-row), np.uint64(-layer)
@@ -91,7 +91,7 @@ def minimum_cut(grid, data, image, place, box, flow, keep_mask):
     for k in range(n):
         u = np.uint64(flow.cells[k])
         if flow.tree[u] == OF_OLD and flow.state[u] == DIFFERS:
-            for a in range(6):  # an omitted cell joins the one neighbour that differs
+            for a in range(6):  # an omitted cell joins its only neighbour that differs
                 v = u + steps[a]
                 if flow.state[v] == SAME and flow.beside[v] < 2:
                     flow.tree[v] = OF_OLD
@@ -107,7 +107,7 @@ def minimum_cut(grid, data, image, place, box, flow, keep_mask):
 
 @part_of_kernel
 def _mark_states(grid, image, place, box, flow):
-    """Set the state of each cell of the box and of the margin around it."""
+    """Set the state of each cell of the box and of the margin around the box."""
     tz, ty, tx = place
     low_z, high_z, low_y, high_y, low_x, high_x = inside_overlap(box)
     below, above = box.sides & BELOW, box.sides & ABOVE
@@ -144,7 +144,7 @@ def _mark_states(grid, image, place, box, flow):
 
 @part_of_kernel
 def _count_beside(box, row, layer, flow):
-    """Count the neighbours of each cell of the box that differ between old and new."""
+    """Count, for each cell of the box, the neighbours whose facies differ between old and new."""
     state, beside, n = flow.state, flow.beside, np.uint64(box.nx)
     for z in range(1, box.nz + 1):
         for y in range(1, box.ny + 1):
@@ -162,9 +162,9 @@ def _count_beside(box, row, layer, flow):
 
 @part_of_kernel
 def _make_graph(grid, data, image, place, box, steps, flow):
-    """Set the capacities of the cells that differ and their neighbours.
+    """Set the link capacities of all cells that take part in the cut.
 
-    Return the number of these cells, and the flow that passes through only one cell.
+    Return the number of cells that take part, and the flow that passes through only one cell.
     """
     tz, ty, tx = place
     state, n, total = flow.state, 0, np.int64(0)
@@ -210,9 +210,9 @@ def _link(u, a):
 
 @part_of_kernel
 def _largest_flow(n, steps, flow):
-    """Send all flow from old to new cells; return the flow through several cells.
+    """Send the maximum flow from old to new cells; return the flow through several cells.
 
-    In the end, the tree of the old cells contains all cells that additional flow could reach.
+    At the end, the tree of the old cells contains all cells that additional flow could reach.
     """
     tree, parent, distance, time = flow.tree, flow.parent, flow.distance, flow.time
     capacity, queue, is_queued = flow.capacity, flow.queue, flow.is_queued
@@ -255,7 +255,7 @@ def _largest_flow(n, steps, flow):
                 meets = a
                 break
             elif time[v] <= time[u] and distance[v] > distance[u]:
-                parent[v] = a ^ 1  # this path to the root is shorter
+                parent[v] = a ^ 1  # the path from `v` to the root through `u` is shorter
                 time[v], distance[v] = time[u], distance[u] + 1
         if meets < 0:
             is_queued[u] = False
@@ -279,9 +279,9 @@ def _largest_flow(n, steps, flow):
 
 @part_of_kernel
 def _augment(old, new, meets, steps, flow):
-    """Send flow from root to root, over the link in direction `meets` from `old` to `new`.
+    """Send flow between two roots through the link from `old` to `new` in direction `meets`.
 
-    Return the number of cells that this cuts off from their tree, and the amount of flow.
+    Return the number of cells that the flow cuts off from their tree, and the amount of flow.
     """
     capacity, parent, rest, orphans = flow.capacity, flow.parent, flow.rest, flow.orphans
     amount, u = np.int32(capacity[_link(old, meets)]), old
@@ -329,9 +329,9 @@ def _augment(old, new, meets, steps, flow):
 
 @part_of_kernel
 def _adopt(u, n_orphans, tail, n_queued, now, steps, flow):
-    """Give an orphan the parent in its tree that is nearest to the root, or free it.
+    """Link an orphan to a neighbour near the root of its tree, or free the orphan.
 
-    Return the number of orphans, and the end and length of the queue.
+    Return the new number of orphans, and the end and the length of the queue of active cells.
     """
     tree, parent, distance, time = flow.tree, flow.parent, flow.distance, flow.time
     capacity, queue = flow.capacity, flow.queue
@@ -344,7 +344,7 @@ def _adopt(u, n_orphans, tail, n_queued, now, steps, flow):
         if left == 0:
             continue
         steps_up, w = 0, v
-        while True:  # go up to the root, or to a cell with a known distance
+        while True:  # follow parents to the root, or to a cell whose distance is up to date
             if time[w] == now:
                 steps_up += distance[w]
                 break

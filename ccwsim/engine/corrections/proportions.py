@@ -1,8 +1,8 @@
-"""Facies proportions: the draw among candidates is steered to a target (not in the paper).
+"""Steer the choice among candidates towards target proportions of facies (not in the paper).
 
-Each realization has a target; patches that bring it closer to this target are drawn more often.
-Targets vary as much as the proportions of pieces of the training image that are as large as the
-grid. Hard data make this variation smaller.
+Each realization has target proportions; patches that bring the realization closer to the target are
+more likely. Targets vary as much as proportions vary between pieces of the training image that are
+as large as the grid. Hard data reduce this variation.
 """
 
 from __future__ import annotations
@@ -19,23 +19,23 @@ from ccwsim.engine.stages.path import Triple
 from ccwsim.engine.stages.similarity import box_sums, summed_up
 
 N_COMPARED = 3
-"""Number of candidates compared by proportions. If more are compared, proportions match sooner and
+"""Number of candidates compared by proportions. With more candidates, proportions match sooner, but
 patches vary less."""
 GAIN = 800.0
-"""Strength of the steering. If a facies exceeds its target by the share s of the grid, a patch of
-only this facies is less likely by a factor of e^(−GAIN s)."""
+"""Strength of the steering: if a facies exceeds its target by a share s of the grid, a patch with
+only that facies is less likely by a factor of e^(−GAIN s)."""
 PART = 4
 """Length of the image divided by the length of the pieces from which the spread of proportions is
 estimated."""
 MAX_PLACES = 4000
 """Approximate number of grid cells for which the nearest column of data is searched."""
 N_TARGETS = 50
-"""Number of targets drawn to estimate their variance."""
+"""Number of random targets from which the variance of targets is estimated."""
 FEW = 5
-"""In the estimated variance of columns, the image counts as this number of columns of data."""
+"""Number of columns to which the image is equivalent when the variance of columns is estimated."""
 CONTRADICTED = 4
-"""Squared distance between data and image, in squared standard errors, above which data contradict
-the image."""
+"""Squared difference between the proportions of data and image, in squared standard errors, above
+which data contradict the image."""
 MAX_LOCATIONS = 50_000
 """Approximate maximum number of locations from which margin weights are estimated."""
 MAX_STEPS = 50
@@ -44,7 +44,7 @@ ACCURATE = 1e-7
 
 
 class Steering(NamedTuple):
-    """Target proportions of a realization; with a gain of 0 nothing is steered."""
+    """Target proportions of a realization; a gain of 0 turns steering off."""
 
     target: NDArray[np.float64]  # shape (n_facies,)
     margin: NDArray[np.float64]  # shape (n_facies,): made by `margin_weights`
@@ -54,12 +54,12 @@ class Steering(NamedTuple):
 def margin_weights(
     sums: NDArray[np.integer[Any]], size: Triple, cells: int, proportions: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return λ, shape (n_facies,), for which drawn patches have the proportions of the image.
+    """Return λ, shape (n_facies,), for which random patches have the proportions of the image.
 
-    Patches of `size` blocks and `cells` cells are drawn from all locations. The probability is
-    proportional to exp(−λ·f), where f are the proportions of the patch; λ is found by Newton's
-    method. With λ = 0 the margins of the image would count less, because few patches cover them.
-    `sums` are block sums; two facies have one plane.
+    Patches of `size` blocks and `cells` cells are chosen at random from all locations. The
+    probability of a patch is proportional to exp(−λ·f), with the proportions f of the patch; λ is
+    computed by Newton's method. With λ = 0 the margins of the image would be under-represented,
+    because few patches cover the margins. `sums` are block sums; two facies have one plane.
     """
     shares = _shares(sums, size) / cells
     target = proportions[-shares.shape[1] :]
@@ -79,7 +79,7 @@ def margin_weights(
 
 
 def _shares(sums: NDArray[np.integer[Any]], size: Triple) -> NDArray[np.float64]:
-    """Return the proportions in patches of `size` blocks, shape (n_locations, n_planes)."""
+    """Return the proportions in all patches of `size` blocks, shape (n_locations, n_planes)."""
     planes = []
     for plane in sums:
         counts = box_sums(summed_up(plane.astype(np.int64)), size, (0, 0, 0), size).ravel()
@@ -93,12 +93,12 @@ def draw_target(
     grid_shape: tuple[int, ...],
     rng: np.random.Generator,
 ) -> NDArray[np.float64]:
-    """Draw target proportions, shape (n_facies,), that vary like pieces of the image.
+    """Return random target proportions, shape (n_facies,), that vary like pieces of the image.
 
-    The target comes from a random piece of the training image, a quarter as long and wide. The
-    difference between its proportions and the proportions of the image is scaled to the difference
-    expected for a piece as large as the grid. The piece has as many layers as the grid, or all
-    layers of the image if it has fewer, because proportions differ most between layers.
+    The target is derived from a random piece of the training image, a quarter as long and wide. The
+    difference between the proportions of the piece and of the image is scaled to the difference
+    expected for a piece as large as the grid. The piece has as many layers as the grid (at most all
+    layers of the image), because proportions differ most between layers.
     """
     parts = [-(-m // PART) for m in image.shape]
     parts[:-2] = image.shape[:-2]
@@ -110,11 +110,11 @@ def draw_target(
 
 
 class DataProportions(NamedTuple):
-    """Proportions of hard data in each column of cells that has data."""
+    """Proportions of hard data in each column of cells with data."""
 
     shares: NDArray[np.float64]  # shape (n, n_facies)
     weights: NDArray[np.float64]  # shape (n,): share of the grid that is nearest to each column
-    natural: float  # variance of targets from `draw_target`, summed over the facies
+    natural: float  # variance of the targets of `draw_target`, summed over the facies
 
 
 def proportions_of_data(
@@ -124,10 +124,10 @@ def proportions_of_data(
     proportions: NDArray[np.float64],
     grid_shape: Triple,
 ) -> DataProportions:
-    """Return the proportions of data; `cells` has the shape (n, 3), `facies` (indices) (n,).
+    """Return the proportions of data at `cells`, shape (n, 3), with `facies`, shape (n,).
 
-    A column is a vertical well in a volume or a datum in a map. If columns are close to others,
-    they count less.
+    A column is a vertical well in a volume or a single datum in a map. Columns that are close
+    together have smaller weights.
     """
     _, ny, nx = grid_shape
     columns, of_datum = np.unique(cells[:, 1] * nx + cells[:, 2], return_inverse=True)
@@ -136,7 +136,7 @@ def proportions_of_data(
     step = max(int(np.sqrt(ny * nx / MAX_PLACES)), 1)
     rows, across = np.mgrid[step // 2 : ny : step, step // 2 : nx : step]
     places = np.column_stack([rows.ravel(), across.ravel()])
-    from scipy.spatial import KDTree  # the import takes a quarter of a second; only data need it
+    from scipy.spatial import KDTree  # SciPy takes 0.25 s to import; only data need it
 
     _, nearest = KDTree(np.column_stack(np.divmod(columns, nx))).query(places)
     weights = np.bincount(nearest, minlength=len(columns)) / len(places)
@@ -152,12 +152,12 @@ def draw_between(
     data: DataProportions,
     rng: np.random.Generator,
 ) -> NDArray[np.float64] | None:
-    """Return a target between the target drawn for the image and the proportions of hard data.
+    """Return a weighted mean of the random `target` and the proportions of hard data.
 
-    Image and data are weighted by their certainty, which is estimated from the variance between
-    pieces of the image and between columns of data. Columns are resampled with replacement, so that
-    the target varies as much as data are uncertain. Return None if data contradict the image: they
-    may come from other geology, or from wells drilled at locations where a facies was expected.
+    The weights depend on the variance between pieces of the image and the variance between columns
+    of data. Columns are resampled with replacement, so that the target reflects the uncertainty of
+    data. Return None if data contradict the image, for example because wells were preferentially
+    drilled into one facies.
     """
     n = len(data.weights)
     mean = data.weights @ data.shares
@@ -174,9 +174,9 @@ def draw_between(
 
 @part_of_kernel
 def draw_towards(running, candidates, box, block, n_places, steering, counts, tilt, chances, rng):
-    """Draw a candidate, with a probability proportional to exp(−λ·f), and return its index.
+    """Return the index of a random candidate, with a probability proportional to exp(−λ·f).
 
-    λ grows with the excess of a facies over its target; f are the proportions of the candidate.
+    λ increases with the excess of a facies over its target; f are the proportions of the candidate.
     `candidates`, shape (n,), are numbers of locations. `n_places` has the numbers of rows and
     columns of locations. `running` comes from `running_sums`. `counts`, shape (n_facies,), has the
     number of simulated cells of each facies. `tilt`, shape (n_facies,), and `chances`, shape (n,),
@@ -188,7 +188,7 @@ def draw_towards(running, candidates, box, block, n_places, steering, counts, ti
     for k in range(len(counts)):
         excess = counts[k] - steering.target[k] * n
         tilt[k] = steering.margin[k] + steering.gain * excess
-    if n_planes == 1:  # then only facies 1 is counted
+    if n_planes == 1:  # for two facies, block sums count only facies 1
         tilt[0] = tilt[1] - tilt[0] if len(counts) > 1 else 0.0
     cells, least, flat = box.nz * box.ny * box.nx, np.inf, running.reshape(-1)
     mz, my, mx = running.shape[2:]
@@ -222,10 +222,10 @@ def draw_towards(running, candidates, box, block, n_places, steering, counts, ti
 
 @part_of_kernel
 def closest_to_target(image, candidates, box, block, n_places, proportions, counts, after, rng):
-    """Draw a few candidates; return the index of the one that brings proportions nearest to target.
+    """Choose N_COMPARED random candidates; return the index of the candidate closest to the target.
 
-    `draw_towards` explains the other arguments; `image` has the shape (mz, my, mx); `after`, with
-    the shape (n_facies,), is workspace.
+    `image` has the shape (mz, my, mx); `after`, with the shape (n_facies,), is workspace; the other
+    arguments are documented in `draw_towards`.
     """
     chosen = np.int64(0)
     smallest = np.inf

@@ -15,13 +15,13 @@ from ccwsim.engine.stages.path import UNKNOWN, inside_overlap
 
 @part_of_kernel
 def refine_place(image, square_bits, box, block, place, strips, at_stake, missed):
-    """Return the misfit, layer, row and column of the location near `place` that fits best.
+    """Return the misfit, layer, row and column of the best location near `place`.
 
-    The misfit is the number of wrong cells in the overlap (`strips` from `take_strips`), plus
-    `missed` for each missed datum of `at_stake`. `data_at_stake` makes `at_stake`, shape (n, 4).
-    `image` has the shape (mz, my, mx), `square_bits` (n_planes, mz, my, n_words). `place` and
-    `block` are (z, y, x); `place` is a multiple of `block`. Shifts of half a block are tried first,
-    then shifts half as long, down to 1 cell.
+    The misfit is the number of wrong cells in the overlap, plus `missed` for each datum in
+    `at_stake` that the patch does not honour. `strips` come from `take_strips`; `at_stake`, shape
+    (n, 4), comes from `data_at_stake`. `image` has the shape (mz, my, mx), `square_bits` (n_planes,
+    mz, my, n_words). `place` and `block` are (z, y, x); `place` is a multiple of `block`. Shifts of
+    half a block are tried first, then shorter shifts, halved each time, down to 1 cell.
     """
     best_z, best_y, best_x = place
     words, shape = square_bits.reshape(-1), square_bits.shape
@@ -49,10 +49,10 @@ def refine_place(image, square_bits, box, block, place, strips, at_stake, missed
 
 @part_of_kernel
 def data_at_stake(grid, data, box, at_stake):
-    """Fill `at_stake` with the data of a box that the cut cannot keep; return their number.
+    """Fill `at_stake` with data of a box that only the patch can honour; return their number.
 
-    Columns of `at_stake`, shape (n, 4), are layer, row and column in the box, and facies. Data that
-    the grid honours in the overlap are omitted.
+    The columns of `at_stake`, shape (n, 4), are layer, row and column in the box, and facies. Data
+    that the grid already honours in the overlap are omitted, because the cut can keep these cells.
     """
     low_z, _, low_y, _, low_x, _ = inside_overlap(box)
     shape, n = data.facies.shape, 0
@@ -75,7 +75,7 @@ def data_at_stake(grid, data, box, at_stake):
 
 @part_of_kernel
 def _misfit(image, words, shape, at_stake, missed, place, strips, limit):
-    """Count wrong cells in the overlap and missed data; counting may end at `limit`."""
+    """Return the misfit of a location (see `refine_place`); counting may end at `limit`."""
     tz, ty, tx = place
     wrong = np.int64(0)
     for i in range(len(at_stake)):

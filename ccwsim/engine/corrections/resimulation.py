@@ -1,9 +1,9 @@
-"""Local re-simulation of windows around data that the raster pass missed (not in the paper).
+"""Local re-simulation around data that the raster pass did not honour (not in the paper).
 
-A window is replaced by a patch of the training image that honours *every* datum in it and is cut
-into the grid on all sides. Honoured data stay honoured, because both the old cell and the new cell
-of such a datum honour it. If no patch fits well, the window is halved; in a volume its layers are
-reduced first, because wells have their data along z.
+A window is replaced by a patch of the training image that honours *every* datum in the window and
+is cut into the grid on all sides. A datum that the grid honours stays honoured, because the patch
+honours the datum too. If no patch fits well, the window is halved. In a volume the number of layers
+is reduced first, because the data of a well are aligned along z.
 """
 
 from __future__ import annotations
@@ -41,57 +41,59 @@ from ccwsim.engine.stages.path import (
 from ccwsim.model.ensemble import FORCED
 
 MIN_SIZE = 4
-"""Side of the smallest window, in cells."""
+"""Side, in cells, of the smallest re-simulated window."""
 MIN_SIZE_ISOLATED = 8
-"""Side of the smallest window around an isolated datum, in cells."""
+"""Side, in cells, of the smallest window around an isolated datum."""
 TOLERANCE = 0.12
-"""Maximum share of wrong cells in the ring of a window."""
+"""Maximum share of wrong cells in the ring (the overlap on all sides) of a window."""
 TOLERANCE_SMALLEST = 0.5
-"""Tolerance of the smallest window; if it does not fit, the cell of the datum is forced."""
+"""Maximum share of wrong cells in the ring of the smallest window. If no patch fits, the cell of
+the datum is forced to the facies of the datum."""
 TOLERANCE_ISOLATED = 0.18
-"""Tolerance of windows around an isolated datum."""
+"""Maximum share of wrong cells in the ring of a window around an isolated datum."""
 RARE = 0.002
-"""Share of the cells of a facies in the training image that would be isolated if they were data:
-the cells with the fewest cells of their facies around them."""
+"""Share of the training image's cells of a facies that count as isolated, because few cells around
+them have the same facies."""
 MAX_COMPARED = 3000
-"""Maximum number of compared locations. They are chosen at random from all that honour the data."""
+"""Maximum number of compared locations, chosen at random among locations that honour the data."""
 MAX_COMPARED_VOLUME = 1000
-"""Maximum number of compared locations in a volume, whose windows have many more cells. When enough
-locations are found, the rest of the image is not searched."""
+"""Maximum number of compared locations in a volume. When this number is reached, the rest of the
+image is not searched."""
 LOCATIONS_AT_ONCE = 100_000
-"""Number of locations of a volume that are searched at a time. After each part of the search, the
-locations that honour the data are counted."""
+"""Number of locations of a volume that are searched between two counts of the locations that honour
+the data."""
 THIN = 2
-"""Minimum number of layers of a window, unless the volume has fewer."""
+"""Minimum number of layers of a window, unless the volume has fewer layers."""
 N_BEST = 4
-"""Number of the best locations among which the patch is drawn."""
+"""Number of best locations from which the patch is chosen at random."""
 DENSE = 0.75
-"""If more than this share of cells has data, patterns of data are looked up before a search."""
+"""Share of cells with data above which no search starts if the data form an unseen pattern."""
 LOCATIONS_PER_CALL = 10_000_000
-"""Number of locations compared between two checks for a stop: some hundredths of a second."""
+"""Number of locations compared between two checks for a stop, some hundredths of a second apart."""
 NO_PATTERNS = Patterns(
     *(np.empty(0, np.uint8), (1, 1, 1), 1, (0, 0, 0)),
     *(np.empty(0, np.uint32), np.uint32(0), np.uint32(0), 0),
 )
 OnWindow = Callable[[int, Triple, bool], None]
-"""Called as on_window(datum, lengths, fits) after each window; a forced cell has lengths of 1."""
+"""Function called as on_window(datum, lengths, fits) after each window. For a forced cell, all
+lengths are 1."""
 
 
 class Target(NamedTuple):
-    """A realization to correct, and the training image; `grid` and `sources` change in place.
+    """A realization to correct, and its training image; `grid` and `sources` change in place.
 
     All arrays have three axes, z, y and x; in a map the first axis has length 1.
     """
 
     image: NDArray[np.uint8]  # shape (mz, my, mx): training image, facies indices
     bits: NDArray[np.uint64]  # shape (n_planes, mz, my, n_words): made by `to_bits`
-    square_bits: NDArray[np.uint64]  # the same shape: made by `to_square_bits`
+    square_bits: NDArray[np.uint64]  # shape of `bits`: made by `to_square_bits`
     data: NDArray[np.uint8]  # shape (nz, ny, nx): all data, from `data_grid`
     grid: NDArray[np.uint8]  # shape (nz, ny, nx): the realization
-    # shape (nz, ny, nx) or empty: flat index in the TI for each cell; −1 if it was set singly
+    # shape (nz, ny, nx) or empty: flat index in the TI for each cell; −1 for a cell changed singly
     sources: NDArray[np.int32]
-    # if True, each location is compared with a fixed probability, as in the published draw; if
-    # False, one location of every few is compared
+    # if True, each location is compared with a fixed probability (as in the published draw); if
+    # False, one location out of each group of a few is compared
     by_chance: bool = False
 
 
@@ -107,7 +109,7 @@ class WindowWorkspace(NamedTuple):
     """Workspace for windows up to a maximum size."""
 
     honouring: Honouring
-    patterns: Patterns  # patterns of adjacent cells; NO_PATTERNS if data are not dense
+    patterns: Patterns  # patterns of adjacent cells, or NO_PATTERNS if data are not dense
     best: NDArray[np.int64]  # shape (N_BEST, 4): misfit, layer, row and column of a location
     strips: Strips
     cut: CutWorkspace
@@ -123,14 +125,14 @@ def resimulate(
     report: Callable[[float], None] = lambda share: None,
     on_window: OnWindow | None = None,
 ) -> NDArray[np.int16]:
-    """Honour the data of a realization, in place; return their status, shape (n,).
+    """Honour the data of a realization, in place; return the data status, shape (n,).
 
-    First, windows around missed data are simulated anew, from the size of the template down.
-    Second, the cell of a datum is forced if no patch fits even the smallest window. Third, larger
-    windows around isolated data are simulated anew. A datum is isolated if the number of cells of
-    its facies around it is less than `isolated_below` at its facies index. `report` is called with
-    the finished share of the windows, and may raise to stop. `cells` has the shape (n, 3);
-    `Ensemble.data_status` explains the status.
+    First, windows around data that are not honoured are re-simulated; window sizes decrease from
+    the size of the template. Second, if no patch fits the smallest window, the cell of the datum is
+    forced to the facies of the datum. Third, larger windows around isolated data are re-simulated.
+    A datum is isolated if fewer than `isolated_below[facies]` cells around the datum have its
+    facies. `report` is called with the finished share of the windows and may raise an error to
+    stop. `cells` has the shape (n, 3); `Ensemble.data_status` documents the status.
     """
     image, grid, sources = target.image, target.grid, target.sources
     places = tuple(cells.T)
@@ -145,7 +147,7 @@ def resimulate(
         np.empty((N_BEST, 4), np.int64),
         make_strips(target.square_bits, (nz, ny, nx)),
         make_cut((nz, ny, nx), tuple(max(1, n // 4) for n in (nz, ny, nx))),  # type: ignore[arg-type]
-        np.zeros(0, np.int64),  # cells by facies are not counted
+        np.zeros(0, np.int64),  # cells of each facies are not counted
     )
     most = MAX_COMPARED_VOLUME if volume else MAX_COMPARED
     sizes = _halved((nz, ny, nx), MIN_SIZE)
@@ -187,7 +189,7 @@ def resimulate(
 
 
 def make_honouring(bits: NDArray[np.uint64]) -> Honouring:
-    """Return the arrays for all locations of an image; they take memory only when written to."""
+    """Return uninitialized arrays for all locations of an image."""
     mask = np.empty(bits.shape[1:], np.uint64)
     return Honouring(mask, np.empty(64 * mask.size, np.int32))
 
@@ -195,16 +197,15 @@ def make_honouring(bits: NDArray[np.uint64]) -> Honouring:
 def largest_window(
     template: Triple, image_shape: tuple[int, ...], grid_shape: tuple[int, ...]
 ) -> Triple:
-    """Return the lengths of the first window: a square template, cut to image and grid."""
+    """Return the lengths of the first window: a square template that fits into image and grid."""
     side = min(*template[1:], *image_shape[1:], *grid_shape[1:])
     return min(template[0], image_shape[0], grid_shape[0]), side, side
 
 
 def _halved(size: Triple, smallest: int) -> list[Triple]:
-    """Return a window and its halves, down to `smallest` rows and columns.
+    """Return the sizes of windows, halved repeatedly down to `smallest` rows and columns.
 
-    If windows have many layers, windows with a quarter of the layers are tried before rows and
-    columns are halved.
+    If a window has many layers, their number is divided by 4 before rows and columns are halved.
     """
     nz, side = size[0], size[1]
     sizes: list[Triple] = []
@@ -218,7 +219,7 @@ def _halved(size: Triple, smallest: int) -> list[Triple]:
 
 
 def isolated_datum_thresholds(image: NDArray[np.uint8]) -> NDArray[np.float64]:
-    """Return the thresholds of `own_counts`, below which data are isolated, by facies index."""
+    """Return, by facies index, the thresholds of `own_counts` below which data are isolated."""
     thresholds = np.zeros(256)
     for index in range(int(image.max()) + 1):
         marked = image == index
@@ -229,7 +230,7 @@ def isolated_datum_thresholds(image: NDArray[np.uint8]) -> NDArray[np.float64]:
 
 
 def _counts_around(marked: NDArray[np.bool_], layers: int) -> NDArray[np.uint8]:
-    """Return `own_counts` of all cells of one facies, summed along one axis after another."""
+    """Return `own_counts` for all cells of one facies by summing along each axis in turn."""
     counts = marked.astype(np.uint8)
     for axis, reach in enumerate((layers, 2, 2)):
         wide = np.pad(counts, [(reach * (a == axis),) * 2 for a in range(3)], mode="edge")
@@ -242,10 +243,10 @@ def _counts_around(marked: NDArray[np.bool_], layers: int) -> NDArray[np.uint8]:
 
 @allocating_kernel
 def own_counts(grid, cells, layers=0):
-    """Count, around each of the `cells`, shape (n, 3), the cells of the same facies.
+    """Count the cells of the same facies around each of the `cells`, shape (n, 3).
 
-    Cells are counted in squares of 5 × 5 cells: in the layer of the cell, in `layers` layers below
-    it and in `layers` layers above it. Beyond the grid, the edge of the grid is repeated.
+    Cells are counted in a square of 5 × 5 cells, in the layer of the cell and in `layers` layers
+    below and above. Beyond the grid, the edge of the grid is repeated.
     """
     last_z, last_y, last_x = grid.shape[0] - 1, grid.shape[1] - 1, grid.shape[2] - 1
     counts = np.zeros(len(cells), np.int64)
@@ -269,11 +270,11 @@ def _layers_around(image: NDArray[np.uint8]) -> int:
 
 @kernel
 def resimulate_windows(target, cells, size, tolerance, anyway, most, rng, work, fits):
-    """Simulate anew the windows of one size around the data at `cells`, shape (n, 3).
+    """Re-simulate windows of one size around the data at `cells`, shape (n, 3).
 
-    At most the share `tolerance` of the ring may be wrong; at most about `most` locations are
+    `tolerance` is the maximum share of wrong cells in the ring; about `most` locations are
     compared. If `anyway` is false, data that the grid honours are skipped. `fits`, shape (n,), is
-    set to True if a patch fits the window or the datum is honoured already.
+    set to True if a patch fits the window or the grid already honours the datum.
     """
     image, _, _, data, grid, sources, _ = target
     for i in range(len(cells)):
@@ -301,8 +302,8 @@ def resimulate_windows(target, cells, size, tolerance, anyway, most, rng, work, 
 def fitting_windows(target, box, limit, most, rng, honouring, strips, best):
     """Fill `best`, shape (n, 4), with the best locations that honour all data in a box.
 
-    Return the number of these locations. At most `limit` cells of the ring may be wrong; about
-    `most` locations are compared; `honouring` and `strips` are workspace.
+    Return the number of locations in `best`. At most `limit` cells of the ring may be wrong; at
+    most about `most` locations are compared; `honouring` and `strips` are workspace.
     """
     image, bits, square_bits, data, grid, _, by_chance = target
     rows = (image.shape[0] - box.nz + 1) * (image.shape[1] - box.ny + 1)
@@ -326,20 +327,20 @@ def fitting_windows(target, box, limit, most, rng, honouring, strips, best):
 
 @part_of_kernel
 def window_around(z, y, x, size, shape):
-    """Return the window of a size around a cell, with overlaps on all sides within the grid."""
+    """Return a window around a cell, with an overlap on each side that is inside the grid."""
     nz, ny, nx = size
     z0, y0 = first_cell(z, nz, shape[0]), first_cell(y, ny, shape[1])
     x0 = first_cell(x, nx, shape[2])
     sides = (LEFT if x0 > 0 else 0) | (TOP if y0 > 0 else 0) | (BELOW if z0 > 0 else 0)
     sides |= (RIGHT if x0 + nx < shape[2] else 0) | (BOTTOM if y0 + ny < shape[1] else 0)
     sides |= ABOVE if z0 + nz < shape[0] else 0
-    oz = max(1, nz // 4) if nz > 2 else 0  # in one or two layers nothing would be inside a ring
+    oz = max(1, nz // 4) if nz > 2 else 0  # otherwise no cell would be inside the ring
     return Box(z0, y0, x0, nz, ny, nx, sides, oz, max(1, ny // 4), max(1, nx // 4))
 
 
 @part_of_kernel
 def first_cell(middle, size, length):
-    """Return the first cell of a window of `size` cells around `middle`, within `length` cells."""
+    """Return the first cell of a window of `size` cells around `middle` on an axis."""
     return min(max(middle - size // 2, 0), length - size)
 
 
@@ -365,12 +366,12 @@ def is_unknown(data, box, y, x, patterns):
 
 @part_of_kernel
 def honouring_places(bits, data, box, shape, part, mask):
-    """Mark in `mask` the locations of the TI whose window honours all data; return their number.
+    """Mark in `mask` the TI locations whose patch honours all data; return the number of marks.
 
     `bits`, shape (n_planes, mz, my, n_words), are the bits of the TI, whose shape is `shape`.
     Location (z, y, x) is bit x % 64 of word x // 64 of row y of layer z. `part` has the first row
-    of locations to search and the number of rows. Rows are counted over all layers; after the last
-    row comes the first. The search ends as soon as no location is left, so few data are read.
+    of locations to search and the number of rows. Rows are numbered through all layers and wrap
+    after the last row. The search ends as soon as no location is marked, usually after a few data.
     """
     n_planes, full = len(bits), ~np.uint64(0)
     nz, ny, nx = shape[0] - box.nz + 1, shape[1] - box.ny + 1, shape[2] - box.nx + 1
@@ -415,14 +416,14 @@ def honouring_places(bits, data, box, shape, part, mask):
 
 @part_of_kernel
 def row_of(number, layers, rows):
-    """Return layer and row of a row of locations, given its number, which wraps at the last row."""
+    """Return layer and row of a row of locations by its number, which wraps after the last row."""
     number %= layers * rows
     return number // rows, number % rows
 
 
 @part_of_kernel
 def next_row(z, y, layers, rows):
-    """Return layer and row of the next row of locations, faster than `row_of`, which divides."""
+    """Return layer and row of the next row of locations, without the slow division of `row_of`."""
     if y + 1 < rows:
         return z, y + 1
     return (z + 1 if z + 1 < layers else 0), np.int64(0)
@@ -430,11 +431,11 @@ def next_row(z, y, layers, rows):
 
 @part_of_kernel
 def best_windows(square_bits, shape, honouring, box, part, strips, sample, limit, rng, best):
-    """Fill `best` with (misfit, layer, row, column) of the locations whose ring fits best.
+    """Fill `best` with the misfit, layer, row and column of the locations whose ring fits best.
 
-    Return the number of these locations. Only marked locations with at most `limit` wrong cells are
-    used; `sample` is explained in `draw_numbers`, `part` in `honouring_places`. Among equal
-    locations the first is kept, so the search begins at a random location.
+    Return the number of locations in `best`. Only marked locations with at most `limit` wrong cells
+    are used. `sample` is documented in `draw_numbers`, `part` in `honouring_places`. If locations
+    fit equally, the location read first is used; the search therefore begins at a random location.
     """
     mask, numbers = honouring
     layers, rows, columns = shape[0] - box.nz + 1, shape[1] - box.ny + 1, shape[2] - box.nx + 1
@@ -443,7 +444,7 @@ def best_windows(square_bits, shape, honouring, box, part, strips, sample, limit
     n_numbers = draw_numbers(rng, sample, numbers)
     n, one, words = 0, np.uint64(1), square_bits.reshape(-1)
     worst = limit + 1
-    passed, looked = np.int64(0), np.int64(0)  # numbers of marked and of compared locations
+    passed, looked = np.int64(0), np.int64(0)  # numbers of marked and compared locations
     for k in range(n_rows):
         pz, py = row_of(first_row + (start_row + k) % n_rows, layers, rows)
         for half in range(2):
@@ -469,11 +470,11 @@ def best_windows(square_bits, shape, honouring, box, part, strips, sample, limit
 
 @part_of_kernel
 def draw_numbers(rng, sample, numbers):
-    """Fill `numbers` with the numbers of the marked locations to compare; return their count.
+    """Fill `numbers` with the marked locations to compare; return the count of these locations.
 
-    `sample` has the number of marked locations, the approximate number to compare, and `by_chance`
-    (see `Target`). If `by_chance` is true, a random number is drawn for each marked location, which
-    takes longer. Otherwise a random number is drawn only for each location to compare.
+    `sample` has the number of marked locations, the approximate number of locations to compare, and
+    `by_chance` (see `Target`). If `by_chance` is true, a random number is drawn for each marked
+    location; otherwise only for each location to compare, which is faster.
     """
     n_places, most, by_chance = sample
     n, chosen, share = np.int64(0), np.int64(0), most / n_places
@@ -483,7 +484,7 @@ def draw_numbers(rng, sample, numbers):
         return n_places
     if by_chance:
         for k in range(n_places):
-            numbers[n] = k  # overwritten by the next location if this one is not chosen
+            numbers[n] = k  # overwritten by the next location if this location is not chosen
             n += np.int64(rng.random() < share)
         return n
     while True:
@@ -496,7 +497,7 @@ def draw_numbers(rng, sample, numbers):
 
 @part_of_kernel
 def _take(best, n, worst, misfit, pz, py, px):
-    """Add a location to the best; return their number and the smallest misfit that is rejected."""
+    """Add a location to `best`; return its length and the smallest misfit that is rejected."""
     at = n
     if n < len(best):
         n += 1

@@ -1,9 +1,9 @@
-"""Seam repair: windows with unseen patterns are simulated anew (not in the paper).
+"""Seam repair: windows with unseen patterns are re-simulated (not in the paper).
 
-Even the best cut between two patches can leave dead ends and shapes that are absent from the
-training image. Windows around such unseen patterns are replaced by a patch that fits their
-surroundings and is cut in on all sides, if this reduces the number of unseen patterns. The patch
-and the old grid both honour every datum in the window.
+Even the best cut between two patches can cause unseen patterns: dead ends and shapes that are
+absent from the training image. A window around unseen patterns is replaced by a patch that fits the
+surroundings, if this patch reduces the number of unseen patterns. The patch is cut into the grid on
+all sides. If the grid honours a datum in the window, the patch honours the datum too.
 """
 
 from __future__ import annotations
@@ -63,42 +63,41 @@ from ccwsim.engine.stages.similarity import (
 )
 
 N_BEST = 2
-"""Number of the best locations that are tried."""
+"""Number of best locations that are tried for a window."""
 N_BEST_DATA = 8
-"""Number of the best locations that are tried in volumes with data, where fewer fit well."""
+"""Number of best locations that are tried for a window in a volume with data."""
 LEAST, LEAST_VOLUME = 3, 4
-"""Minimum number of unseen patterns in a window that is repaired."""
+"""Minimum number of unseen patterns in a repaired window."""
 MAX_COMPARED = 500
-"""Maximum number of compared locations for a window. All of them honour the data of the window."""
+"""Maximum number of locations, all honouring the data, that are compared for a window with data."""
 LOCATIONS = 12_500
-"""Approximate number of locations of a volume that are compared for a window."""
+"""Approximate number of locations in a volume that are compared for each window."""
 CHANGE = 0.1
-"""Cost, in unseen patterns, of each cell by which a window changes the cell count of a facies."""
+"""Cost, in unseen patterns, of each cell that changes from one facies to another."""
 WINDOWS_A_TILE, WINDOWS_A_TILE_DATA = 0.125, 1.0
-"""Maximum number of repaired windows of a map per tile, without data and with data. The windows
-with the most unseen patterns are repaired, because the others matter little. In volumes, whose
-seams are surfaces, all windows are repaired."""
+"""Maximum number of repaired windows per tile of a map, without and with data. Windows with the
+most unseen patterns are repaired first. In volumes, all windows are repaired."""
 WINDOWS_PER_CALL = 256
 
 
 class Repair(NamedTuple):
-    """Inputs of seam repair: the training image, prepared for windows of one size."""
+    """Inputs of seam repair: the training image prepared for windows of one size."""
 
     patterns: Patterns
     side_by_side: Patterns  # patterns of adjacent cells
     window: Triple
     ring: Triple  # width of the overlap of a window, along each axis
     block: Triple
-    shift_block: Triple  # block within which locations are refined: equal along y and x
+    shift_block: Triple  # block for refinement of locations: equal lengths along y and x
     running: NDArray[np.unsignedinteger[Any]]  # made by `running_sums`
     energy: NDArray[np.number[Any]]  # shape (nz, ny, nx) of locations: ΣA² of the ring
     least: int  # minimum number of unseen patterns in a window
 
 
 class RepairWorkspace(NamedTuple):
-    """Workspace for seam repair, used for each window in turn."""
+    """Workspace for seam repair, which all windows share."""
 
-    scores: NDArray[np.number[Any]]  # shape (nz, ny, nx) of locations compared for each window
+    scores: NDArray[np.number[Any]]  # shape (nz, ny, nx) of the compared locations
     terms: Terms
     ranking: Ranking
     best: NDArray[np.int64]  # shape (n, 4): misfit, layer, row and column of locations to try
@@ -108,19 +107,19 @@ class RepairWorkspace(NamedTuple):
     cut: CutWorkspace
     best_mask: NDArray[np.bool_]  # shape of a window: the mask of the best cut
     trial: NDArray[np.uint8]  # a window and the cells within reach of its patterns
-    rows: NDArray[np.uint32]  # the same shape: numbers of rows of patterns
+    rows: NDArray[np.uint32]  # shape of `trial`: numbers of rows of patterns
     numbers: NDArray[np.uint32]  # numbers of the patterns of a layer
     counts: NDArray[np.int64]  # shape (n_facies,): cells of each facies that a patch adds
     no_sources: NDArray[np.int32]  # empty
 
 
 def window_lengths(template: Triple, room: Triple) -> tuple[Triple, Triple, Triple]:
-    """Return window, ring and block for a template, if image and grid have at least `room` cells.
+    """Return window, ring and block lengths for a template; `room` limits the window.
 
     In a map, windows are half as long as the template, and rings are a quarter as wide as a window.
     In a volume, windows have two layers and 3/8 of the rows and columns of the template, because
-    more locations fit thin windows. Windows and rings consist of whole blocks. Along a short axis
-    the window has all cells and no ring.
+    more locations fit thin windows. Windows and rings consist of whole blocks. Along a short axis,
+    the window includes all cells and has no ring.
     """
     volume = template[0] > 1
     n_layers = min(THIN if volume else 1, room[0])
@@ -195,10 +194,10 @@ def repair_seams(
     rng: np.random.Generator,
     report: Callable[[float], None] = lambda share: None,
 ) -> int:
-    """Repair at most `most` windows of a realization in place; return the number of changes.
+    """Repair at most `most` windows in place; return the number of replaced windows.
 
     Windows with `forced` cells, shape (n, 3), are not changed. `report` is called with the finished
-    share of the windows, and may raise to stop.
+    share of the windows and may raise an error to stop.
     """
     patterns, window = repair.patterns, repair.window
     places = unseen_places(target.grid, patterns, window, repair.least, report)[:most]
@@ -215,7 +214,7 @@ def repair_seams(
 
 @kernel
 def repair_windows(target, repair, places, forced, rng, work):
-    """Repair windows around the cells `places`, shape (n, 3); return the number of changes."""
+    """Repair windows around `places`, shape (n, 3); return the number of replaced windows."""
     image, _, _, data, grid, sources, _ = target
     nz, ny, nx = repair.window
     oz, oy, ox = repair.ring
@@ -245,7 +244,7 @@ def repair_windows(target, repair, places, forced, rng, work):
         least, chosen = float(before), (np.int64(-1), np.int64(0), np.int64(0))
         for number in range(n):
             if volume and work.best[number, 0] > before:
-                continue  # such a misfit hardly ever reduces unseen patterns
+                continue  # a location with this misfit hardly ever reduces unseen patterns
             place = work.best[number, 1], work.best[number, 2], work.best[number, 3]
             keep_old(grid, data, image, place, box, work.cut)
             mask, change = work.cut.keep_mask, 0
@@ -296,11 +295,11 @@ def has_data(data, box):
 
 @part_of_kernel
 def well_fitting_windows(target, box, repair, rng, work):
-    """Fill `work.best` with the locations whose ring fits best; return their number.
+    """Fill `work.best` with the locations whose ring fits best; return the number of locations.
 
-    This is the search for a patch with an overlap on all sides: locations are compared by block
-    sums, then refined. The search starts at a random layer of locations and covers all layers of
-    `work.scores`.
+    Locations are compared by block sums, then refined, like the locations of a patch with an
+    overlap on all sides. The search starts at a random layer of locations and covers as many layers
+    as `work.scores` has.
     """
     image, _, square_bits, _, grid, _, _ = target
     running, scores, places = repair.running, work.scores, work.ranking.places
@@ -326,7 +325,7 @@ def well_fitting_windows(target, box, repair, rng, work):
 
 @part_of_kernel
 def surroundings(grid, box, patterns, trial):
-    """Copy to `trial` a box and all cells that share a pattern with it; return the larger box."""
+    """Copy a box and all cells that share patterns with it to `trial`; return the larger box."""
     reach_z, reach_y, reach_x = patterns.reach
     z0, y0, x0 = max(box.z0 - reach_z, 0), max(box.y0 - reach_y, 0), max(box.x0 - reach_x, 0)
     nz = min(box.z0 + box.nz + reach_z, grid.shape[0]) - z0

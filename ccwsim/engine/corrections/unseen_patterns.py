@@ -1,7 +1,7 @@
-"""Patterns of a realization that are absent from the training image (not in the paper).
+"""Find patterns of a realization that are absent from the training image (not in the paper).
 
-Each pattern has a number, and a table of bits tells whether the image has that pattern. Therefore
-a realization is searched in one pass, and a window is searched in a microsecond.
+Each pattern has a number, and a table of bits marks the numbers of the image's patterns. A
+realization is therefore searched in one pass, and a window in a microsecond.
 """
 
 from __future__ import annotations
@@ -17,38 +17,38 @@ from ccwsim.engine.kernels import kernel, part_of_kernel
 from ccwsim.engine.stages.path import Box, Triple
 
 SIDE, SPACING = 4, 2
-"""Patterns of a map have 4 × 4 cells, two cells apart, which is wide enough to show dead ends."""
+"""Side of a pattern in a map, and spacing of the cells in a pattern."""
 SIDE_VOLUME, SPACING_VOLUME = 3, 1
-"""Patterns of a volume have 3 × 3 × 3 cells side by side."""
+"""Side of a pattern in a volume, and spacing of the cells in a pattern."""
 NUMBER_BITS, NUMBER_BITS_VOLUME = 22, 24
-"""Number of bits of a pattern number. If more patterns than numbers are possible, some patterns
-share a number, and an unseen pattern may be taken for a known pattern."""
+"""Number of bits of a pattern number. If there are more possible patterns than numbers, patterns
+share numbers, and an unseen pattern may be overlooked."""
 HASH, HASH_OF_ROWS, HASH_OF_LABELS = 0x9E3779B1, 0x85EBCA6B, 0xC2B2AE35
-"""Hash factors: odd numbers with irregular bits."""
+"""Factors of the hash of a pattern: odd numbers with irregular bits."""
 EVERY = 2
-"""Only every second row of patterns of a map is searched, because dead ends span several rows."""
+"""Distance between searched rows of patterns of a map. Dead ends span several rows."""
 ROWS_AT_ONCE = 64
 """Number of rows of the training image whose patterns are marked together."""
 STRIPS_PER_CALL = 64
 
 
 class Patterns(NamedTuple):
-    """The patterns of the training image."""
+    """The patterns of the training image, and the factors that give a pattern its number."""
 
     known: NDArray[np.uint8]  # bit n % 8 of byte n // 8 is set if the image has pattern n
     cells: Triple  # number of cells of a pattern along each axis
     spacing: int  # distance from cell to cell
     reach: Triple  # distance from the first cell to the last cell along each axis
     labels: NDArray[np.uint32]  # shape (256,): labels of facies, in order of first occurrence
-    base: np.uint32  # the cells of a row are the digits of a number to this base
-    row_base: np.uint32  # the numbers of rows are the digits of a pattern's number to this base
+    base: np.uint32  # base of the number whose digits are the cells of a row
+    row_base: np.uint32  # base of a pattern's number, whose digits are rows
     shift: int  # right shift of the number of a pattern
 
 
 def known_patterns(image: NDArray[np.uint8], spacing: int | None = None) -> Patterns:
     """Return the patterns of an image of shape (nz, ny, nx).
 
-    Cells of a pattern are `spacing` apart; the default is the spacing for seam repair.
+    Neighbouring cells of a pattern are `spacing` cells apart; by default as in seam repair.
     """
     volume = len(image) > 1
     side, usual = (SIDE_VOLUME, SPACING_VOLUME) if volume else (SIDE, SPACING)
@@ -60,7 +60,7 @@ def known_patterns(image: NDArray[np.uint8], spacing: int | None = None) -> Patt
     known = np.zeros(2 ** (bits - 3), np.uint8)
     base = np.uint32(n_facies if exact else HASH)
     row_base = np.uint32(n_facies ** cells[2] if exact else HASH_OF_ROWS)
-    # Labels make results independent of the numbering of facies, even if patterns share a number
+    # Labels make results independent of the numbering of facies, even if patterns share numbers
     first = [int(np.argmax(image.ravel() == facies)) for facies in range(n_facies)]
     labels, numbers = np.zeros(256, np.uint32), np.arange(n_facies, dtype=np.uint32)
     labels[np.argsort(first)] = numbers * np.uint32(1 if exact else HASH_OF_LABELS)
@@ -75,7 +75,7 @@ def known_patterns(image: NDArray[np.uint8], spacing: int | None = None) -> Patt
 def _pattern_buffers(
     patterns: Patterns, shape: tuple[int, ...]
 ) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]:
-    """Return workspace for the numbers of rows and patterns that begin in a box of `shape`."""
+    """Return workspace for the numbers of all rows and patterns that begin in a box of `shape`."""
     wide = [n + r for n, r in zip(shape, patterns.reach, strict=True)]
     return np.zeros(wide, np.uint32), np.zeros(wide[2], np.uint32)
 
@@ -89,8 +89,8 @@ def unseen_places(
 ) -> NDArray[np.int64]:
     """Return the mean position of the unseen patterns in each part of a grid, shape (n, 3).
 
-    Parts are half as long as a window. Only parts with at least `least` unseen patterns are
-    returned, sorted by their number, largest first. `report` may raise to stop.
+    Parts are half as long as a window. Parts with at least `least` unseen patterns are returned,
+    sorted by decreasing number of unseen patterns. `report` may raise an error to stop.
     """
     part = tuple(max(n // 2, 1) for n in window)
     ends = tuple(n - r for n, r in zip(grid.shape, patterns.reach, strict=True))
@@ -113,7 +113,7 @@ def unseen_places(
 
 @part_of_kernel
 def number_rows(cells, box, patterns, rows, line):
-    """Fill `rows` with the numbers of the rows of all patterns that begin in a box.
+    """Fill `rows` with the number of each row of a pattern that begins in a box.
 
     `cells` and `rows` have three axes; `line` is workspace for a row of cells.
     """
@@ -127,7 +127,7 @@ def number_rows(cells, box, patterns, rows, line):
 
 @part_of_kernel
 def number_run(cells, first, rows, to, n, patterns, line):
-    """Number the rows of `n` patterns side by side; cells and rows are raveled."""
+    """Number the first rows of `n` adjacent patterns; `cells` and `rows` are raveled."""
     first, to = np.uint64(first), np.uint64(to)
     for x in range(np.uint64(n + patterns.reach[2])):
         line[x] = patterns.labels[cells[first + x]]
@@ -141,7 +141,7 @@ def number_run(cells, first, rows, to, n, patterns, line):
 
 @part_of_kernel
 def number_patterns(rows, z, y, nx, patterns, numbers):
-    """Fill `numbers` with the numbers of the patterns whose first row is row y of layer z."""
+    """Fill `numbers` with the numbers of all patterns that begin in row y of layer z."""
     flat, spacing, factor = rows.reshape(-1), patterns.spacing, patterns.row_base
     for x in range(np.uint64(nx)):
         numbers[x] = 0
@@ -155,7 +155,7 @@ def number_patterns(rows, z, y, nx, patterns, numbers):
 
 @part_of_kernel
 def is_known(patterns, number):
-    """Return whether the image has the pattern with a number."""
+    """Return whether the image contains the pattern with this number."""
     n = number >> np.uint32(patterns.shift)
     return patterns.known[n >> np.uint32(3)] >> (n & np.uint32(7)) & 1
 
@@ -182,9 +182,9 @@ def mark_known(image, patterns, rows, numbers):
 def find_unseen(grid, patterns, part, n_parts, every, first, last, rows, numbers, sums):
     """Count the unseen patterns of the parts of strips `first` to `last` − 1 of a grid.
 
-    A strip is a row of parts along x; every `every`-th row of patterns is searched. For each part
-    `sums`, shape (n_parts, 4), gets the number of unseen patterns and the sums of their layers,
-    rows and columns.
+    A strip is a row of parts along x. One in `every` rows of patterns is searched. The columns of
+    `sums`, shape (n_parts, 4), are the number of unseen patterns of a part and the sums of the
+    layers, rows and columns of unseen patterns.
     """
     end_z = grid.shape[0] - patterns.reach[0]
     end_y = grid.shape[1] - patterns.reach[1]
@@ -207,11 +207,11 @@ def find_unseen(grid, patterns, part, n_parts, every, first, last, rows, numbers
 
 @part_of_kernel
 def n_unseen(cells, box, patterns, rows, numbers, limit):
-    """Count the unseen patterns in a box; `cells` has a copy of the box at its first cell.
+    """Count the unseen patterns in a box; `cells` is a copy of the grid around the box.
 
-    Counting may end at `limit`. The rows of a layer are numbered as one run, because single rows of
-    a window are short. `cells` and the workspace `rows` have the same shape; the workspace
-    `numbers` has room for one layer.
+    Counting may end at `limit`. All rows of a layer are processed in one loop, because single rows
+    of a window are short. `cells` and the workspace `rows` have the same shape; the workspace
+    `numbers` has one layer.
     """
     n, width, nz, ny, nx = 0, cells.shape[2], box.nz, box.ny, box.nx
     run = (ny - 1 - patterns.reach[1]) * width + nx - patterns.reach[2]

@@ -1,1 +1,1 @@
-"""The steps of Algorithm 1, one file each; `ccwsim.engine.tiles` calls them in their order."""
+"""The steps of Algorithm 1, one file per step; `ccwsim.engine.tiles` calls the steps in order."""

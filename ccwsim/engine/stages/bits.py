@@ -1,8 +1,8 @@
-"""Facies as bits, so that 64 cells are compared at once.
+"""Facies indices stored as bits, to compare 64 cells at once.
 
-A word of plane b holds bit b of the facies indices of 64 cells. Two cells differ if they differ in
-any plane. A word may hold 64 cells in a row; it serves to compare one cell with 64 adjacent
-locations. Or it may hold a square of 8 × 8 cells; it serves to compare the square with a location.
+A word of plane b contains bit b of the facies indices of 64 cells. Two cells differ if their bits
+differ in any plane. Words with 64 cells of a row serve to compare one cell with 64 adjacent
+locations. Words with a square of 8 × 8 cells serve to compare the square with one location.
 """
 
 from __future__ import annotations
@@ -16,24 +16,24 @@ from ccwsim.engine.kernels import inlined_part_of_kernel, part_of_kernel
 from ccwsim.engine.stages.path import Triple, inside_overlap
 
 SIDE = 8
-"""Side, in cells, of a square. The bits of a square make a word."""
+"""Side, in cells, of a square whose bits fill a word."""
 FIRST_ROW = 0x0101010101010101
-"""The bits of the first row of a square."""
+"""Word in which the bits of the first row of a square are set."""
 
 
 class Strips(NamedTuple):
-    """The overlap of a box in squares of cells, to compare it with locations."""
+    """The overlap of a box in squares of cells, to compare the overlap with locations."""
 
-    # shape (n,): first word of each square, counted from the first word of a location
+    # shape (n,): index of the first word of each square, relative to the first word of a location
     offsets: NDArray[np.uint64]
     # shape (n * n_planes,): facies of the cells, all planes of one square after another
     words: NDArray[np.uint64]
-    mask: NDArray[np.uint64]  # shape (n,): bits of the cells of each square in the overlap
-    n: NDArray[np.int64]  # shape (1,): number of squares in use
+    mask: NDArray[np.uint64]  # shape (n,): bits of the cells in the overlap
+    n: NDArray[np.int64]  # shape (1,): number of squares
 
 
 def to_bits(image: NDArray[np.uint8]) -> NDArray[np.uint64]:
-    """Return the bits of facies indices, row by row; shape (n_planes, nz, ny, n_words).
+    """Return the bits of facies indices by rows, shape (n_planes, nz, ny, n_words).
 
     A row has one extra word, so that 64 bits can be read starting at any cell.
     """
@@ -46,11 +46,11 @@ def to_bits(image: NDArray[np.uint8]) -> NDArray[np.uint64]:
 
 
 def to_square_bits(image: NDArray[np.uint8]) -> NDArray[np.uint64]:
-    """Return the bits of facies indices in squares, shape (n_planes, nz, ny, n_words).
+    """Return the bits of facies indices by squares, shape (n_planes, nz, ny, n_words).
 
-    Byte x of row y holds the cells (y, x) to (y + 7, x). The eight bytes that start at byte x hold
-    a square: cell (y + i, x + j) is bit 8 j + i. A row has one extra word, so that a square can be
-    read starting at any cell.
+    Byte x of row y contains the cells (y, x) to (y + 7, x). The eight bytes from byte x on contain
+    a square, in which cell (y + i, x + j) is bit 8 j + i. A row has one extra word, so that a
+    square can be read starting at any cell.
     """
     nz, ny, nx = image.shape
     planes = _n_planes(image)
@@ -70,7 +70,7 @@ def _n_planes(image: NDArray[np.uint8]) -> int:
 
 
 def make_strips(square_bits: NDArray[np.uint64], size: Triple) -> Strips:
-    """Return empty strips for boxes of at most `size` cells."""
+    """Return uninitialized `Strips` for boxes of at most `size` cells."""
     nz, ny, nx = size
     n = nz * -(-ny // SIDE) * -(-nx // SIDE)
     words = np.zeros(n * len(square_bits), np.uint64)
@@ -107,7 +107,7 @@ def take_strips(grid, box, square_bits, strips):
                         continue
                     own = np.uint64(((box.z0 + z) * rows + box.y0 + y) * columns + box.x0 + x0)
                     facies = np.uint64(0)
-                    if width == SIDE:  # the compiler unrolls a loop of known length
+                    if width == SIDE:  # the compiler unrolls a loop of constant length
                         for x in range(np.uint64(SIDE)):
                             facies |= np.uint64(cells[own + x]) << (x << np.uint64(3))
                     else:
@@ -141,10 +141,10 @@ def n_bits(word):
 
 @part_of_kernel
 def nth_bit(word, n):
-    """Return the position of the set bit number n (from 0, lowest first) of a word.
+    """Return the position of set bit number n of a word, counted from 0 from the lowest set bit.
 
-    Branches are avoided because the processor could not predict them. Running sums of the bits of
-    each byte give the byte; its bits are spread to bytes, and their running sums give the bit.
+    Running sums of the numbers of set bits per byte give the byte; running sums within the byte
+    give the bit. The code has no branches, because the processor could not predict branches.
     """
     ones, high = np.uint64(FIRST_ROW), np.uint64(0x8080808080808080)
     before, one = np.uint64(n), np.uint64(1)
@@ -162,16 +162,16 @@ def nth_bit(word, n):
 
 @part_of_kernel
 def _n_bytes(high):
-    """Return 8 times the number of bytes whose highest bit is set; no other bit may be set."""
+    """Return 8 times the number of bytes whose highest bit is set; all other bits must be 0."""
     return (high >> np.uint64(7)) * np.uint64(FIRST_ROW) >> np.uint64(56) << np.uint64(3)
 
 
 @inlined_part_of_kernel
 def n_different(cells, shape, place, strips, limit):
-    """Return the number of cells of `strips` that differ from a location of the image.
+    """Return the number of cells in which `strips` and a location of the image differ.
 
-    Counting may end at `limit`. `cells` are the raveled `square_bits` of the image; `shape` is the
-    shape of `square_bits`, because raveling them for each location would take longer than counting.
+    Counting may end at `limit`. `cells` is the raveled array `square_bits` of the image, because
+    raveling takes longer than counting; `shape` is the shape of `square_bits`.
     """
     tz, ty, tx = place
     n_planes, mz, my, mx = shape

@@ -1,9 +1,9 @@
-"""The K best locations and the draw among them (section 4.4, Fig. 3 e; Algorithm 1, lines 11, 12).
+"""The K best locations and the random choice (section 4.4, Fig. 3 e; Algorithm 1, lines 11, 12).
 
-Not in the paper: locations are excluded if their score is much worse than the best score. Without
-data, locations are also excluded if they merely continue a neighbouring patch as the training image
-does. With a `location_weight`, patches stay near their own location. Locations are numbered by
-layer, row and column.
+Not in the paper: Locations are excluded if their score is much worse than the best score. Without
+data, locations are also excluded if they only continue the copy of the training image in a
+neighbouring patch. A `location_weight` favours patches from the same relative location in the
+training image. Locations are numbered by layer, row and column.
 """
 
 from __future__ import annotations
@@ -16,17 +16,16 @@ from numpy.typing import NDArray
 from ccwsim.engine.kernels import part_of_kernel
 
 SEGMENT = 32
-"""Number of scores in a segment. The minimum of each segment is kept, so most scores are read only
-once. If there are n segments, each has every n-th score, so vector instructions compare the scores
-of many segments at once."""
+"""Number of scores in a segment. Segment minima are stored, so most scores are read only once. Of n
+segments, each has every n-th score, so vector instructions process many segments at once."""
 COUNTED = 2**14
-"""Maximum count that fits the smallest type of scores."""
+"""Maximum number of scores counted at once; the count fits into the smallest type of scores."""
 
 
 class Ranking(NamedTuple):
-    """Workspace to find the K best of n scores."""
+    """Workspace to select the K best of n scores."""
 
-    minima: NDArray[np.number[Any]]  # shape (n_segments(n),), with the type of the scores
+    minima: NDArray[np.number[Any]]  # shape (n_segments(n),), in the type of the scores
     segments: NDArray[np.int64]  # shape (n_segments(n),): segments with good scores
     good: NDArray[np.int64]  # shape (n,): numbers of the locations with good scores
     values: NDArray[np.number[Any]]  # shape (n,): scores of these locations
@@ -34,7 +33,7 @@ class Ranking(NamedTuple):
 
 
 def make_ranking(n: int, k: int, kind: Any) -> Ranking:
-    """Return the workspace to find the k best of n scores of a type."""
+    """Return the workspace to select the k best of n scores of a type."""
     segments = np.zeros(n_segments(n), np.int64)
     good, places = np.zeros(n, np.int64), np.zeros(k, np.int64)
     return Ranking(segments.astype(kind), segments, good, good.astype(kind), places)
@@ -47,7 +46,7 @@ def n_segments(n: int) -> int:
 
 @part_of_kernel
 def draw_index(rng, n):
-    """Return a random integer from 0 to n − 1, all equally likely."""
+    """Return a uniformly distributed random integer from 0 to n − 1."""
     return min(np.int64(rng.random() * n), n - 1)
 
 
@@ -55,7 +54,7 @@ def draw_index(rng, n):
 def kth_smallest(values, n, k):
     """Return the k-th smallest of the first n values, which must be integers.
 
-    The range of values is bisected: the values in half of it are counted, without branches.
+    The range of values is bisected repeatedly, and the values in half of the range are counted.
     """
     low = high = values[0]
     for i in range(n):
@@ -72,10 +71,10 @@ def kth_smallest(values, n, k):
 
 @part_of_kernel
 def n_up_to(row, limit):
-    """Count the scores of a row that are at most `limit`, which must fit the type of the scores.
+    """Count the values of `row` that are at most `limit`; `limit` must fit into the type of `row`.
 
-    Up to COUNTED scores at once are counted in the type of the scores, because vector instructions
-    would handle half as many scores if the type were wider.
+    COUNTED values at a time are counted in the type of `row`, because vector instructions process
+    fewer values of a wider type.
     """
     limit, total = row.dtype.type(limit), np.int64(0)
     for first in range(0, len(row), COUNTED):
@@ -100,15 +99,16 @@ def segment_minima(scores, minima):
 
 @part_of_kernel
 def best_places(scores, rng, ranking):
-    """Fill `ranking.places` with the K best locations; ties for the last ranks are drawn at random.
+    """Fill `ranking.places` with the K best locations; break ties for the last ranks at random.
 
-    Using the first of many equal locations would favour one corner of the training image. `scores`,
-    shape (n,), are raveled. Locations better than the K-th best come first.
+    Always using the first of many equal locations would favour one corner of the training image.
+    `scores`, shape (n,), are raveled. Locations with a better score than the K-th best location are
+    listed first.
     """
     minima, segments, good, values, places = ranking
     k, n_parts = len(places), len(minima)
     segment_minima(scores, minima)
-    # the k-th best score is at most the k-th smallest minimum, because k segments go that low
+    # k segments have a minimum of at most this value, so the k-th best score is not higher
     least = kth_smallest(minima, n_parts, min(k, n_parts))
     if n_parts < k:
         for x in range(len(scores)):
@@ -118,7 +118,7 @@ def best_places(scores, rng, ranking):
     for s in range(n_parts):
         segments[n_chosen] = s
         n_chosen += np.int64(minima[s] <= limit)
-    for first in range(0, len(scores), n_parts):  # visits locations in their order
+    for first in range(0, len(scores), n_parts):  # visits locations in increasing order
         for i in range(n_chosen):
             x = first + segments[i]
             if x < len(scores) and scores[x] <= limit:
@@ -144,10 +144,10 @@ def best_places(scores, rng, ranking):
 
 @part_of_kernel
 def keep_within(scores, places, slack):
-    """Move the locations within `slack` of the best to the front of `places`; return their number.
+    """Move the locations within `slack` of the best score to the front; return their number.
 
-    Few locations fit hard data. The K-th best location may then be much worse than the best, and
-    drawing it would break shapes without adding useful variation.
+    If few locations fit hard data, the K-th best location may be much worse than the best location.
+    Choosing the K-th best location would then break shapes.
     """
     limit = scores[places[0]]
     for k in range(1, len(places)):
@@ -164,12 +164,13 @@ def keep_within(scores, places, slack):
 
 @part_of_kernel
 def add_location(box, shape, cost, axes, totals):
-    """Add the cost of the distance from a box's own location to the score of each location.
+    """Add to each score the cost of the distance between box and location, as relative positions.
 
-    This is for nonstationary images, which section 5.9 names as a limit of the method. `shape` is
-    the shape of the grid. Positions in grid and image are shares of the way from one end to the
-    other. A location costs `cost` times its squared distance, and thus `cost` at the other end of
-    an axis; `axes` has the weight of each axis. `totals` has the shape (nz, ny, nx) of locations.
+    This cost is for nonstationary images, which section 5.9 names as a limit of the method.
+    Relative positions in grid and image are 0 at the first end of an axis and 1 at the other end.
+    The cost of a location is `cost` times the squared difference in relative position. `axes` has
+    the weight of each axis, `shape` is the shape of the grid, and `totals` has the shape (nz, ny,
+    nx) of locations.
     """
     nz, ny, nx = totals.shape
     layer = box.z0 / max(shape[0] - box.nz, 1) * (nz - 1)
@@ -187,7 +188,7 @@ def add_location(box, shape, cost, axes, totals):
 
 @part_of_kernel
 def place_of(number, n_places, block):
-    """Return layer, row and column, in cells, of a location by its number.
+    """Return layer, row and column, in cells, of the location with a number.
 
     `n_places` is the number of rows and columns of locations.
     """
@@ -202,11 +203,11 @@ def place_of(number, n_places, block):
 
 @part_of_kernel
 def rule_out_continuations(box, before, patches, locations, block, reach, scores):
-    """Give the worst score to locations near the verbatim continuation of patches beside a box.
+    """Set the worst score for locations that continue a neighbouring patch almost verbatim.
 
-    `before`, shape (4,), has the numbers of these patches, −1 for none; `patches`, shape (n, 10),
-    and `locations`, shape (n, 3), belong to the realization. Continuations fit best. If they could
-    be drawn, the training image would be copied patch after patch.
+    Otherwise the training image would be copied patch after patch, because continuations fit best.
+    `before`, shape (4,), has the numbers of the neighbouring patches, −1 for none. `patches`, shape
+    (n, 10), and `locations`, shape (n, 3), include all patches of the realization.
     """
     worst = scores.dtype.type(2 ** (8 * scores.itemsize - 1) - 1)
     for number in before:

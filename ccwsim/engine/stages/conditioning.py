@@ -1,10 +1,11 @@
-"""Hard data in the template and the co-template condition the choice (section 4.4, Fig. 5).
+"""Condition the choice of locations on data in template and co-template (section 4.4, Fig. 5).
 
-The paper searches the locations one after another, sorted by score. Not in the paper: weights of
-data relative to the overlap, a limit on the scores of candidates, smaller patches for dense data.
+The paper searches the locations one after another, sorted by score. Not in the paper are weights of
+data relative to the overlap, a limit on the scores of candidates, and smaller patches for dense
+data.
 
-Data are compared cell by cell, at full resolution, with every location of the training image,
-because coefficients of a coarse level contain little information on single cells.
+Data are compared with single cells of the training image at full resolution, because coefficients
+of a coarse level contain little information on single cells.
 """
 
 from __future__ import annotations
@@ -21,29 +22,28 @@ from ccwsim.engine.stages.path import UNKNOWN, RasterPath, Triple
 
 
 class Weights(NamedTuple):
-    """Costs of data in the choice of a location, in wrong cells of overlap."""
+    """Costs of data when a location is chosen, in wrong cells of overlap."""
 
-    missed: int  # cost of a datum in the template that the patch would miss
-    held: int  # cost if the overlap honours the missed datum, so that the cut can keep its cell
-    ahead: int  # cost of a missed datum in the co-template, which later patches can still honour
+    missed: int  # cost of a datum in the template that the patch does not honour
+    held: int  # cost of a datum that the overlap, but not the patch, honours
+    ahead: int  # cost of a datum in the co-template that the image does not honour
     slack: int  # largest difference in score between a candidate and the best location
-    everywhere: bool  # search all locations, not only the share with the best overlaps
+    everywhere: bool  # if False, search only the share with the best overlaps
 
 
 SPARSE = Weights(missed=40, held=8, ahead=4, slack=6, everywhere=False)
-"""Weights for whole tiles. The overlap matters more than in split tiles, so that shapes stay whole;
-local re-simulation honours the remaining data."""
+"""Weights for tiles that are not split, with more weight on the overlap to preserve shapes."""
 DENSE = Weights(missed=100, held=20, ahead=4, slack=2, everywhere=True)
-"""Weights for split tiles, where dense data show the shapes already and few locations fit them."""
+"""Weights for split tiles: dense data determine the shapes, and few locations fit the data."""
 KEEP_OLD, TAKE_NEW = 1, 2
-"""The sides of a cut."""
+"""The side of a cut on which a cell must be: the cell stays old or gets the facies of the patch."""
 MAX_DATA = 10
-"""Maximum number of data per patch; a tile with more is split into smaller patches. The limit is
-higher for maps with a larger overlap than usual (`ScaledLengths.max_data`)."""
+"""Maximum number of data per patch; a tile with more data is split into smaller patches. The limit
+of `ScaledLengths.max_data` is higher for maps with a large overlap."""
 MAX_TERMS = 1024
-"""Maximum number of data counted in one pass."""
+"""Maximum number of data that are compared with locations in one pass."""
 MAX_COUNTED = 255
-"""Maximum number of misses that a byte can count."""
+"""Maximum number that a byte can count."""
 N_CLASSES = 256
 
 
@@ -53,15 +53,15 @@ class PlacedData(NamedTuple):
     facies: NDArray[np.uint8]  # shape (nz, ny, nx): made by `data_grid`
     columns: NDArray[np.int64]  # shape (n,): column of each datum, sorted by layer and row
     first: NDArray[np.int64]  # shape (nz * ny + 1,): index in `columns` of the first datum of a row
-    # shape (nz, ny, nx): data that refinement and cut must keep. They are equal to `facies`, or
-    # UNKNOWN everywhere if data only condition the search
+    # shape (nz, ny, nx): data that refinement and cut must honour, equal to `facies`; UNKNOWN
+    # everywhere if data only condition the search
     required: NDArray[np.uint8]
 
 
 def data_grid(
     cells: NDArray[np.int64], facies: NDArray[np.uint8], shape: tuple[int, ...]
 ) -> NDArray[np.uint8]:
-    """Return a grid of `shape` with the facies index of each datum; UNKNOWN in other cells."""
+    """Return a grid of `shape` with the facies index of each datum; other cells are UNKNOWN."""
     data = np.full(shape, UNKNOWN, np.uint8)
     data[tuple(cells.T)] = facies
     return data
@@ -70,7 +70,7 @@ def data_grid(
 def place_data(
     cells: NDArray[np.int64], facies: NDArray[np.uint8], shape: Triple, keep: bool = True
 ) -> PlacedData:
-    """Return data on a grid of `shape`; `cells` has the shape (n, 3), `facies` (indices) (n,).
+    """Return data on a grid of `shape`; `cells` has shape (n, 3), `facies` (indices) shape (n,).
 
     If `keep` is false, the data only condition the search.
     """
@@ -86,10 +86,10 @@ def place_data(
 def legal_splits(template: Triple, overlap: Triple, volume: bool = False) -> list[Triple]:
     """Return the numbers of parts, along each axis, into which a tile can be split.
 
-    Parts have the overlap of whole tiles: n parts of (T − OR) / n + OR cells cover the T cells of
-    a tile. The overlap is at most half of a part. Rows and columns have equal numbers of parts;
-    layers have the largest possible number up to this. Tiles of a volume are first halved along
-    only one axis, for data along a well.
+    Parts have the overlap of tiles that are not split: n parts of (T − OR) / n + OR cells cover the
+    T cells of a tile. The overlap is at most half of a part. Rows and columns have equal numbers of
+    parts; layers have the largest possible number of parts up to this number. A tile of a volume
+    may also be halved along only one axis, for data along a well.
     """
     steps = [(t - o, o) for t, o in zip(template, overlap, strict=True)]
 
@@ -115,8 +115,8 @@ def split_tiles(
 ) -> NDArray[np.int64]:
     """Return, for each tile, the index of the first split with at most `max_data` data per part.
 
-    In a map the limit holds for the average number of data per part. In a volume it holds for the
-    fullest part, because all data of a well may be in one part.
+    In a map, `max_data` limits the average number of data per part. In a volume, `max_data` limits
+    the number of data in the fullest part, because all data of a well may be in one part.
     """
     split_of = np.full(prod(path.tiles), len(splits) - 1)
     if len(splits) == 1:
@@ -136,7 +136,7 @@ def split_tiles(
 def _data_of_parts(
     data: PlacedData, path: RasterPath, template: Triple, overlap: Triple, parts: Triple
 ) -> NDArray[np.int64]:
-    """Count the data in the fullest part of each tile, if all tiles are split into `parts`."""
+    """Count the data in the fullest part of each tile for tiles that are split into `parts`."""
     z, y = np.divmod(
         np.repeat(np.arange(len(data.first) - 1), np.diff(data.first)), len(data.facies[0])
     )
@@ -154,20 +154,20 @@ def _data_of_parts(
 
 
 class Misses(NamedTuple):
-    """Workspace to count the data that locations miss."""
+    """Workspace to count, for each location, the data that the patch would not honour."""
 
-    # shape (6, n), with a column for each datum: the cell of the image with which it is compared at
-    # location 0; the numbers of layers, rows and columns of locations for which that cell is in the
-    # image; the facies of the datum; the cost of the datum
+    # shape (6, n), with a column for each datum: index of the image cell that is compared with the
+    # datum at location 0; numbers of layers, rows and columns of locations at which the compared
+    # cell is in the image; facies of the datum; cost of the datum
     terms: NDArray[np.int64]
-    counts: NDArray[np.uint8]  # number of data that each location misses, in rows of the image
-    # column of each entry of `counts`, so that columns beyond the end of the image are masked
-    # without a loop over rows; empty if column numbers do not fit into a byte
+    counts: NDArray[np.uint8]  # number of data not honoured, in rows of the image
+    # column of each entry of `counts`, to mask columns beyond the end of the image without a loop
+    # over rows; empty if column numbers do not fit into a byte
     column_of: NDArray[np.uint8]
-    # shape (nz, ny, nx) of locations, 0 between patches: cost of data beyond the end of the image.
-    # Values are changes from one layer, row and column of locations to the next
+    # shape (nz, ny, nx) of locations, reset to 0 after each patch: cost of data beyond the end of
+    # the image, as differences between successive layers, rows and columns of locations
     beyond: NDArray[np.int64]
-    changes: NDArray[np.bool_]  # shape (nz, ny), False between patches: rows with nonzero `beyond`
+    changes: NDArray[np.bool_]  # shape (nz, ny): rows with nonzero `beyond`
     steps: NDArray[np.int64]  # shape (nx,): changes of the cost along a row
     row: NDArray[np.int64]  # shape (nx,): costs along a row
 
@@ -189,7 +189,7 @@ def make_misses(n_data: int, blocks: Triple, places: Triple) -> Misses:
 
 @part_of_kernel
 def data_ahead(data, box, times):
-    """Return whether any datum is in a box, after its lengths are multiplied by `times`."""
+    """Return whether any datum is in a box whose lengths are multiplied by `times`."""
     shape = data.facies.shape
     if len(data.columns) == 0:
         return False
@@ -204,9 +204,9 @@ def data_ahead(data, box, times):
 
 @part_of_kernel
 def forced_side(old, new, datum):
-    """Return the side of a cut that honours the datum of a cell: KEEP_OLD or TAKE_NEW.
+    """Return KEEP_OLD or TAKE_NEW if only the old or only the new facies of a cell honours a datum.
 
-    Return 0 if the cell has no datum, or if both sides or neither honour it.
+    Return 0 if the cell has no datum, or if the cut does not matter for the datum.
     """
     if datum == UNKNOWN or (old == datum) == (new == datum):
         return 0
@@ -215,13 +215,14 @@ def forced_side(old, new, datum):
 
 @part_of_kernel
 def add_missed(phases, grid, data, box, times, proportions, weights, datum_cost, work, totals):
-    """Add the cost of the missed data to the score of every location.
+    """Add the cost of data that the patch would not honour to the score of every location.
 
-    The co-template begins at the first cell of the box and has `times` its lengths. Beyond the end
-    of the training image, a datum is missed with a probability of 1 minus the proportion of its
-    facies; `proportions` has the shape (n_facies,). `weights` are multiplied by `datum_cost`, the
-    score of one wrong cell of overlap. `phases` comes from `Pyramid`, `work` from `make_misses`.
-    `grid` has the shape (nz, ny, nx), `totals` the shape of locations.
+    The co-template begins at the first cell of the box; its lengths are `times` the lengths of the
+    box. Beyond the end of the training image, the cost of a datum is multiplied by 1 minus the
+    proportion of its facies; `proportions` has the shape (n_facies,). `weights` are multiplied by
+    `datum_cost`, the score of one wrong cell of overlap. `phases` is a field of `Pyramid`;
+    `make_misses` creates `work`. `grid` has the shape (nz, ny, nx), and `totals` has one value per
+    location.
     """
     uz, uy, ux, mz, my, mx = phases.shape
     nz, ny, nx = totals.shape
@@ -265,7 +266,7 @@ def add_missed(phases, grid, data, box, times, proportions, weights, datum_cost,
 
 @part_of_kernel
 def _expect(work, layers, rows, columns, cost):
-    """Add a cost to all locations except those in the first `layers`, `rows` and `columns`."""
+    """Add a cost to all locations outside the first `layers`, `rows` and `columns`."""
     beyond, changes = work.beyond, work.changes
     for corner in range(1, 8):
         z = layers if corner & 4 else 0
@@ -279,12 +280,12 @@ def _expect(work, layers, rows, columns, cost):
 
 @part_of_kernel
 def _count_misses(cells, my, mx, terms, n, work, totals):
-    """Add the costs of `n` terms to the locations that miss them, and set the costs to 0.
+    """Add the costs of `n` data to the totals of locations that do not honour the data.
 
-    Misses are counted in bytes, for 32 locations at once. If all costs are multiples of the
-    smallest cost and a byte holds the sum, all terms are counted together. Otherwise the terms with
-    the smallest cost are counted first, then the others. All rows of a layer are scanned as one run
-    of `cells`, because single rows are short.
+    Finally, reset the costs to 0. Data are counted in bytes, for 32 locations at once. If all costs
+    are multiples of the smallest cost and the sum fits into a byte, all data are counted together.
+    If not, data with the smallest cost are counted first, then the remaining data. All rows of a
+    layer are scanned in one loop over `cells`, because single rows are short.
     """
     (nz, ny, nx), flat = totals.shape, totals.reshape(-1)
     counts, column_of = work.counts, work.column_of
@@ -338,9 +339,9 @@ def _count_misses(cells, my, mx, terms, n, work, totals):
 
 @part_of_kernel
 def _add_beyond(work, totals):
-    """Add the running sums of `beyond` to the scores of all locations, and clear `beyond`.
+    """Add the running sums of `beyond` to the scores of all locations, and reset `beyond` to 0.
 
-    The cost changes in few rows of locations; all other rows have the cost of the row before them.
+    The cost changes in few rows of locations; other rows have the cost of the previous row.
     """
     beyond, changes, steps, row = work.beyond, work.changes, work.steps, work.row
     (nz, ny, nx), flat = totals.shape, totals.reshape(-1)
@@ -369,9 +370,9 @@ def _add_beyond(work, totals):
 
 @part_of_kernel
 def start_totals(scores, share, totals):
-    """Fill `totals` with the scores; rule out all but the share `share` with the best overlaps.
+    """Copy scores to `totals`; rule out all locations except the share with the best overlaps.
 
-    Both arrays have the shape (n,). The limit is found by counting scores in 256 classes, because
+    Both arrays have the shape (n,). The limit is computed from a histogram of 256 classes, because
     sorting all scores would take longer than the search.
     """
     least = most = scores[0]
@@ -401,10 +402,10 @@ def start_totals(scores, share, totals):
 
 @part_of_kernel
 def ruled_out(totals):
-    """Return the cost of a location that is ruled out; it is higher than any other cost."""
+    """Return the cost of a ruled-out location, which is higher than any other cost."""
     return 1 << (15 * totals.itemsize // 2)
 
 
 def total_type(bound: float) -> type[np.signedinteger]:
-    """Return the smallest type for scores with costs up to `bound`, including ruled-out ones."""
+    """Return the smallest type for totals up to `bound` and for the cost of ruled-out locations."""
     return np.int32 if bound < 2**29 else np.int64

@@ -1,7 +1,7 @@
-"""The minimum error boundary cut (section 2) and the paste (section 4.4; Algorithm 1, line 14).
+"""The minimum error boundary cut (section 2) and pasting (section 4.4; Algorithm 1, line 14).
 
-Maps are cut strip by strip by dynamic programming. In volumes this method would leave steps from
-slice to slice, so volumes use the exact minimum cut (see `minimum_cut`).
+Maps are cut strip by strip by dynamic programming. Cutting a volume slice by slice would cause
+steps between slices; volumes therefore use the exact minimum cut (see `minimum_cut`).
 """
 
 from __future__ import annotations
@@ -18,25 +18,25 @@ from ccwsim.engine.stages.conditioning import KEEP_OLD, TAKE_NEW, forced_side
 from ccwsim.engine.stages.path import BOTTOM, LEFT, RIGHT, TOP, UNKNOWN, Triple
 
 BROKEN = 1 << 16
-"""Cost of a datum that a cut would break: more than any boundary that breaks no datum."""
+"""Cost of a datum that the cut does not honour; it exceeds any cost without data."""
 MAX_BIT_COST = 32
-"""If the cost is lower, boundaries are found with bits: all boundaries of a line at once."""
+"""Cost below which the search for a boundary uses bits, for all boundaries of a line at once."""
 
 
 class CutWorkspace(NamedTuple):
-    """Arrays for the cuts of one patch, large enough for each of its sides."""
+    """Workspace to cut a patch, large enough for the overlap on each side."""
 
-    keep_mask: NDArray[np.bool_]  # shape (nz, ny, nx): cells of the grid that stay as they are
-    # shape (n_words, size): cells that differ between old and new, for each line across the
-    # boundary; bit c % 64 of word c // 64 is the cell at a distance of c cells from the side
+    keep_mask: NDArray[np.bool_]  # shape (nz, ny, nx): cells of the grid that stay old
+    # shape (n_words, size): cells that differ between old and new, for each line of cells across
+    # the boundary; bit c % 64 of word c // 64 is the cell at a distance of c cells from the side
     error: NDArray[np.uint64]
     demand: NDArray[np.uint8]  # shape (size, overlap): `forced_side` of each cell
-    cost: NDArray[np.int64]  # shape (size, overlap + 1): cost of the best path to each boundary
-    # shape (MAX_BIT_COST + 2, size + 1): bit c of entry k is set if a cost of k − 2 is enough to
-    # reach boundary c of a line
+    cost: NDArray[np.int64]  # shape (size, overlap + 1): minimum cost up to each boundary
+    # shape (MAX_BIT_COST + 2, size + 1): bit c of row k is set if boundary c of a line can be
+    # reached with a cost of k − 2
     reached: NDArray[np.uint64]
     path: NDArray[np.int64]  # shape (size,): the chosen boundary of each line
-    flow: FlowWorkspace | None  # only for volumes; if None, the code for volumes is not compiled
+    flow: FlowWorkspace | None  # None for maps, to omit the code for volumes
 
 
 def make_cut(template: Triple, overlap: Triple) -> CutWorkspace:
@@ -55,11 +55,11 @@ def make_cut(template: Triple, overlap: Triple) -> CutWorkspace:
 
 @part_of_kernel
 def boundary(cut, n, m):
-    """Fill `cut.path` with the cheapest boundary through n lines of m cells.
+    """Fill `cut.path` with the boundary of minimum cost through n lines of m cells.
 
-    Boundary c of a line, 0 … m, keeps the old cells before c and takes the new cells from c on. The
-    cost of a boundary is the error in the cells on both of its sides. From line to line it moves by
-    at most one cell. The method is dynamic programming.
+    With boundary c of a line, 0 … m, cells before c stay old and cells from c on become new. The
+    cost of a boundary is the error in the two cells next to the boundary. Boundaries of
+    neighbouring lines differ by at most one cell. The method is dynamic programming.
     """
     demand, cost, path = cut.demand, cut.cost, cut.path
     for i in range(n):
@@ -102,10 +102,11 @@ def _bit(words, c):
 
 @part_of_kernel
 def bit_boundary(cut, n, m):
-    """Fill `cut.path` as `boundary` does without data, if the cost is less than MAX_BIT_COST.
+    """Fill `cut.path` like `boundary` without data, if the cost is less than MAX_BIT_COST.
 
-    Return whether the cost is less. For each cost 0, 1, 2 … the boundaries reached at that cost are
-    found; the bits of a word are all boundaries of a line. m must be at most 63.
+    Return whether `cut.path` was filled. For each cost 0, 1, 2 …, the boundaries that can be
+    reached with this cost are computed; the bits of a word are the boundaries of a line. m must be
+    at most 63.
     """
     error, reached, path = cut.error, cut.reached, cut.path
     one, last, full = np.uint64(1), np.uint64(m - 1), ~np.uint64(0) >> np.uint64(63 - m)
@@ -136,30 +137,30 @@ def bit_boundary(cut, n, m):
 
 @part_of_kernel
 def _sides(error, last):
-    """Return the errors before and after each boundary of a line whose last cell is `last`."""
+    """Return the error bits before and after each boundary of a line; `last` is the last cell."""
     one = np.uint64(1)
     return error << one | error & one, error | (error >> last) << (last + one)
 
 
 @part_of_kernel
 def _next(boundaries):
-    """Return the possible boundaries of the next line: boundaries move by at most one cell."""
+    """Return the boundaries of the next line that differ by at most one cell from `boundaries`."""
     return boundaries | boundaries << np.uint64(1) | boundaries >> np.uint64(1)
 
 
 @part_of_kernel
 def keep_old(grid, data, image, place, box, cut):
-    """Mark in `cut.keep_mask` the cells of a box in which the grid stays as it is.
+    """Mark in `cut.keep_mask` the cells of a box that stay old.
 
-    `data` is made by `data_grid`. `grid` and `data` have the shape (nz, ny, nx), `image` the shape
-    (mz, my, mx).
+    `data` comes from `data_grid`. `grid` and `data` have the shape (nz, ny, nx), `image` has the
+    shape (mz, my, mx).
     """
     _keep_old(grid, data, image, place, box, cut, cut.flow)
 
 
 @part_of_kernel
 def _keep_old(grid, data, image, place, box, cut, flow):
-    """Do what `keep_old` does. Numba omits a branch for None only if None is an argument itself."""
+    """Implement `keep_old`. Numba omits a branch for None only if an argument itself is None."""
     keep_mask = cut.keep_mask
     if flow is not None:
         minimum_cut(grid, data, image, place, box, flow, keep_mask)
@@ -172,10 +173,10 @@ def _keep_old(grid, data, image, place, box, cut, flow):
 
 @part_of_kernel
 def _cut_strips(grid, data, image, place, box, cut, keep_mask):
-    """Cut a layer strip by strip; cells kept by one strip are old for the next.
+    """Cut a layer strip by strip; cells that stay old in a strip count as old in later strips.
 
-    Thus the cuts meet in corners. `grid`, `data`, `image` and `keep_mask` are one layer each, with
-    the shape (ny, nx).
+    The cuts of two strips thus join in corners. `grid`, `data`, `image` and `keep_mask` are single
+    layers with two axes.
     """
     for side in (LEFT, TOP, RIGHT, BOTTOM):
         if not box.sides & side:
@@ -196,9 +197,9 @@ def _cut_strips(grid, data, image, place, box, cut, keep_mask):
 
 @part_of_kernel
 def _compare(grid, data, image, place, box, upright, far, cut, keep_mask):
-    """Fill `cut.error` for a strip; return whether any cell differs, and whether any has a datum.
+    """Fill `cut.error` for a strip; return whether cells differ and whether cells have data.
 
-    A cell that an earlier strip keeps stays old on both sides of the boundary, so it never differs.
+    A cell that an earlier strip marked as old causes no error, because it stays old anyway.
     """
     _, ty, tx = place
     n, m = (box.ny, box.ox) if upright else (box.nx, box.oy)
@@ -245,7 +246,7 @@ def _compare(grid, data, image, place, box, upright, far, cut, keep_mask):
 
 @part_of_kernel
 def _demand(grid, data, image, place, box, upright, far, cut):
-    """Fill `cut.demand` for a strip whose `cut.error` is known."""
+    """Fill `cut.demand` for a strip for which `cut.error` is filled."""
     _, ty, tx = place
     n, m = (box.ny, box.ox) if upright else (box.nx, box.oy)
     for i in range(n):
@@ -266,7 +267,7 @@ def _cell_of(i, c, box, upright, far):
 
 @part_of_kernel
 def n_of(cells, first, n_cells, facies):
-    """Count the cells of a facies in a row, in 16 bits: vectors hold more of smaller numbers."""
+    """Count the cells of a facies in a row, with 16-bit counts for faster vector instructions."""
     n, facies = np.int16(0), np.uint8(facies)
     for x in range(np.uint64(n_cells)):
         n = np.int16(n + (cells[first + x] == facies))
@@ -275,11 +276,11 @@ def n_of(cells, first, n_cells, facies):
 
 @part_of_kernel
 def paste(image, place, box, keep_mask, counts, grid, sources):
-    """Paste the patch at a location of the image into a box, except in cells of `keep_mask`.
+    """Paste the patch at a location of the image into a box, except in cells marked in `keep_mask`.
 
-    `image` has the shape (mz, my, mx), `grid` (nz, ny, nx). `counts`, shape (n_facies,), has the
-    number of cells of each facies. `sources`, with the shape of the grid, has flat indices in the
-    image. Both are updated unless they are empty.
+    `image` has the shape (mz, my, mx), `grid` (nz, ny, nx). `counts`, shape (n_facies,), is the
+    number of cells of each facies. `sources` has the shape of the grid and contains flat indices in
+    the image. `counts` and `sources` are updated unless they are empty.
     """
     tz, ty, tx = place
     cells, cells_new, keep = grid.reshape(-1), image.reshape(-1), keep_mask.reshape(-1)

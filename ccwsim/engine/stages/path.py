@@ -1,10 +1,10 @@
-"""Simulation grid, raster path and the overlaps of patches (section 4.1; Algorithm 1, lines 3, 4).
+"""The simulation grid, the raster path and the overlaps (section 4.1; Algorithm 1, lines 3, 4).
 
 A path has a random origin and a random direction. A map has 8 possible paths, the symmetries of a
-square. A volume has 48 = 8 × 2 × 3 paths, because layers go up or down and are the slowest, the
-middle or the fastest axis of the path. All stages work in *path coordinates*: every path starts at
-layer 0, row 0, column 0, so that the overlap is always below, at the top and on the left. For this,
-images are turned instead of the algorithm.
+square. A volume has 48 = 8 × 2 × 3 possible paths: layers are simulated upwards or downwards, and z
+is the slowest, middle or fastest axis of the path. All stages use *path coordinates*: every path
+starts at layer 0, row 0, column 0, and the overlap is always below, at the top and on the left. The
+images are rotated and reflected to match the path.
 """
 
 from __future__ import annotations
@@ -19,24 +19,24 @@ from ccwsim.engine.kernels import part_of_kernel
 
 T = TypeVar("T")
 Triple = tuple[int, int, int]
-"""Lengths, or a location, along z, y and x."""
+"""Type of lengths or coordinates along z, y and x."""
 UNKNOWN = 255
-"""Value of a cell that is not simulated yet or, in a grid of data, of a cell without a datum."""
+"""Value of a cell that is not simulated yet, and of a cell without a datum in a grid of data."""
 LEFT, TOP, BELOW, RIGHT, BOTTOM, ABOVE = 1, 2, 4, 8, 16, 32
 """Bits of the sides along which a box overlaps simulated cells."""
 L_SHAPE = LEFT | TOP
-"""The L-shaped overlap of a patch, beside the strips LEFT and TOP (Fig. 3 a–c)."""
+"""Bits of an L-shaped overlap, which consists of the strips LEFT and TOP (Fig. 3 a–c)."""
 N_ORIENTATIONS = 8
-"""Number of orientations of a map. An orientation is a sum of bits: 1 if the path starts at the
-last row, 2 if it starts at the last column, 4 if it runs along columns instead of rows."""
+"""Number of orientations of a path over a map. An orientation is a sum of bits: 1 for a start at
+the last row, 2 for a start at the last column, 4 for a path along columns instead of rows."""
 FROM_ABOVE = 8
-"""Bit of the orientation of a path that starts at the top layer."""
+"""Bit of the orientation for a path that starts at the top layer."""
 ORDERS = ((0, 1, 2), (1, 0, 2), (1, 2, 0))
-"""Axes of a path from the slowest to the fastest; they decide only the order of patches."""
+"""Possible orders of the axes of a path, from the slowest to the fastest axis."""
 
 
 class Box(NamedTuple):
-    """A block of cells in the simulation grid, with its overlap; in a map it has one layer."""
+    """A box of cells in the simulation grid, and its overlap; a box in a map has one layer."""
 
     # first layer, row and column
     z0: int
@@ -67,7 +67,7 @@ def inside_overlap(box):
 
 
 def in_layers(shape: tuple[int, ...]) -> Triple:
-    """Return the shape of a map or a volume with its number of layers, 1 in a map."""
+    """Return the shape of a map or volume with three axes; a map has one layer."""
     nz, ny, nx = (1, *shape)[-3:]
     return nz, ny, nx
 
@@ -100,7 +100,7 @@ def from_path(image: NDArray, orientation: int) -> NDArray:
 
 
 def along_path(lengths: tuple[T, T, T], orientation: int) -> tuple[T, T, T]:
-    """Return values along z, y and x of the grid in the order of the axes of the path."""
+    """Return values along z, y and x of the grid in the order of the path's axes."""
     z, y, x = lengths
     return (z, x, y) if orientation & 4 else (z, y, x)
 
@@ -140,12 +140,12 @@ def n_tiles(length: int, template_size: int, overlap_size: int) -> int:
 class RasterPath(NamedTuple):
     """A raster path over a grid."""
 
-    orientation: int  # 0 … 7 in a map, 0 … 15 in a volume
+    orientation: int  # sum of bits: 0 … 7 in a map, 0 … 15 in a volume
     order: int  # index in ORDERS
     shape: Triple  # shape of the grid in path coordinates
     tiles: Triple  # number of tiles along each axis
-    full: Triple  # number of cells that all tiles cover, at least `offset` + `shape`
-    offset: Triple = (0, 0, 0)  # cells from the beginning of the first tile to the grid
+    full: Triple  # number of cells that the tiles cover, at least `offset` + `shape`
+    offset: Triple = (0, 0, 0)  # number of cells from the beginning of the first tile to the grid
 
 
 def make_path(
@@ -158,8 +158,8 @@ def make_path(
 ) -> RasterPath:
     """Return the path over a grid; all arguments except `grid_shape` are along the path's axes.
 
-    The first tile begins `offset` cells before the grid. Without an offset, all realizations would
-    have their seams at the same cells, and the seams would show in the mean of the realizations.
+    The first tile begins `offset` cells before the grid. Without random offsets, all realizations
+    would have seams at the same cells, and the mean of the realizations would show the seams.
     """
     shape = along_path(grid_shape, orientation)
     covered = [n + before for n, before in zip(shape, offset, strict=True)]
@@ -170,7 +170,7 @@ def make_path(
 
 
 def in_order(path: RasterPath) -> NDArray[np.int64]:
-    """Return the numbers of the tiles, by layer, row and column, in the order of the path."""
+    """Return the numbers of the tiles (by layer, row and column) in the order of the path."""
     numbers = np.arange(prod(path.tiles)).reshape(path.tiles)
     return numbers.transpose(ORDERS[path.order]).ravel()
 
@@ -185,7 +185,7 @@ def make_patches(
     """Return the patches in the order of the path, shape (n, 10).
 
     The columns are: first layer, row and column; number of layers, rows and columns; sides of the
-    overlap (0 for the first patch); index of the split of its tile; number of the tile; number of
+    overlap (0 for the first patch); index of the split of the tile; number of the tile; number of
     the part of the tile. `step` (T − OR) and `overlap` are along the path. `splits` comes from
     `legal_splits`, `split_of` from `split_tiles`.
     """
@@ -206,18 +206,18 @@ def make_patches(
 
 
 def _side_bits(overlap: Triple) -> NDArray[np.int64]:
-    """Return the bit of the side before a patch along each axis, 0 without overlap on that side."""
+    """Return BELOW, TOP and LEFT, or 0 for an axis without overlap."""
     return np.array([BELOW, TOP, LEFT]) * (np.array(overlap) > 0)
 
 
 def clip_patches(
     patches: NDArray[np.int64], path: RasterPath, overlap: Triple, block: Triple, cell_size: Triple
 ) -> NDArray[np.int64]:
-    """Return the patches of a path that begins before the grid, cut to whole blocks in the grid.
+    """Return the patches of a path, restricted to whole blocks that contain cells of the grid.
 
-    Simulating cells outside the grid would take time for nothing: in a volume of few tiles they are
-    a third of all cells or more. A patch that later patches would replace completely is omitted.
-    `cell_size` is the number of grid cells, along each axis, in a cell of the searched scale.
+    In a volume of few tiles, at least a third of all cells of patches are outside the grid. A patch
+    that later patches would replace completely is omitted. `cell_size` is the number of grid cells,
+    along each axis, in a cell of the searched scale.
     """
     size = np.multiply(block, cell_size)
     low = np.array(path.offset) // size * block
@@ -233,8 +233,8 @@ def clip_patches(
 def patches_before(patches: NDArray[np.int64], path: RasterPath) -> NDArray[np.int64]:
     """Return, for each patch of a map, the numbers of its earlier neighbours, shape (n, 4).
 
-    The neighbours are on the left, at the top and at two corners; −1 means that there is none.
-    Split tiles are omitted.
+    The neighbours are at the upper left, top, upper right and left; −1 means no neighbour. Split
+    tiles are omitted.
     """
     whole = patches[:, 7] == 0
     number_of = np.full(np.add(path.tiles[1:], 2), -1)  # with a margin of one tile

@@ -1,11 +1,11 @@
 """The wavelet pyramid of the training image (sections 3.1 and 4.2; Algorithm 1, lines 2 and 13).
 
-The Haar approximation at level J is 2^J times the mean of each block of 2^J × 2^J cells. It is thus
-proportional to the *sum* of the block. The search uses block sums; scores are exact, because block
-sums are small integers. A volume has one level for each axis.
+The Haar approximation at level J is 2^J times the mean of each block of 2^J × 2^J cells. The
+approximation is thus proportional to the *sum* of the block. The search uses block sums, because
+sums are small integers and give exact scores. A volume has one level for each axis.
 
-MS-CCSIM (Tahmasebi, Sahimi and Caers 2014) searches up-gridded images instead: each block becomes
-one cell of its majority facies, which works for any facies codes.
+MS-CCSIM (Tahmasebi, Sahimi and Caers 2014) searches up-gridded images instead, in which each block
+becomes one cell with the majority facies of the block.
 """
 
 from __future__ import annotations
@@ -29,15 +29,15 @@ class Pyramid(NamedTuple):
     image: NDArray[np.uint8]  # shape (nz, ny, nx): facies indices
     square_bits: NDArray[np.uint64]  # shape (n, nz, ny, n_words): made by `to_square_bits`
     # shape (n_planes, nz / 2^J, ny / 2^J, nx / 2^J): number of cells of each facies in each block,
-    # proportional to cA_J. Two facies need one plane.
+    # proportional to cA_J. Two facies need only one plane.
     sums: NDArray[np.unsignedinteger[Any]]
-    # shape (2^J, 2^J, 2^J, nz / 2^J, ny / 2^J, nx / 2^J): `phases[a, b, c, i, j, k]` is the cell
-    # [a, b, c] of block [i, j, k], so that the cells [a, b, c] of all blocks are contiguous
+    # shape (2^J, 2^J, 2^J, nz / 2^J, ny / 2^J, nx / 2^J): `phases[a, b, c, i, j, k]` is cell [a, b,
+    # c] of block [i, j, k]. The cells [a, b, c] of all blocks are thus contiguous
     phases: NDArray[np.uint8]
 
 
 def decompose(image: NDArray, level: int, wavelet: str = "haar") -> list[Any]:
-    """Return the DWT of an image in the form of `pywt.wavedec2`: [cA_J, details_J, …, details_1].
+    """Return the DWT of an image like `pywt.wavedec2`: [cA_J, details_J, …, details_1].
 
     Rows and columns that do not fill a block of 2^level cells are omitted.
     """
@@ -54,9 +54,9 @@ def decompose(image: NDArray, level: int, wavelet: str = "haar") -> list[Any]:
 def reconstruct(coefficients: list[Any], place: tuple[int, int], size: int) -> NDArray[np.float64]:
     """Return the patch at a location by the inverse DWT of its coefficients.
 
-    Section 4.4; Algorithm 1, line 13. For the Haar wavelet the result equals the slice of the
-    image. The simulation loop therefore copies the slice; this function serves to prove that both
-    are equal. `place` is in coefficients; the size of the patch, in cells, is a multiple of 2^J.
+    This function implements section 4.4 and Algorithm 1, line 13. For the Haar wavelet the result
+    equals the slice of the image, so the simulation loop copies the slice. `place` is in
+    coefficients; the size of the patch, in cells, is a multiple of 2^J.
     """
     level = len(coefficients) - 1
 
@@ -75,7 +75,7 @@ def reconstruct(coefficients: list[Any], place: tuple[int, int], size: int) -> N
 def build_pyramid(indices: NDArray[np.uint8], level: Triple, n_planes: int) -> Pyramid:
     """Return the pyramid of a training image in path coordinates.
 
-    For two facies, one plane that counts facies 1 is enough; otherwise each facies has a plane.
+    With two facies, one plane that counts facies 1 is enough; otherwise each facies has a plane.
 
     Raises
     ------
@@ -95,7 +95,7 @@ def build_pyramid(indices: NDArray[np.uint8], level: Triple, n_planes: int) -> P
 
 
 def cells_of_blocks(image: NDArray[np.uint8], block: Triple) -> NDArray[np.uint8]:
-    """Return the cells of all whole blocks of an image, in the order of `Pyramid.phases`."""
+    """Return the cells of all complete blocks of an image, in the order of `Pyramid.phases`."""
     (uz, uy, ux), (nz, ny, nx) = block, (n // u for n, u in zip(image.shape, block, strict=True))
     blocks = image[: nz * uz, : ny * uy, : nx * ux].reshape(nz, uz, ny, uy, nx, ux)
     return np.ascontiguousarray(blocks.transpose(1, 3, 5, 0, 2, 4))
@@ -112,9 +112,9 @@ def block_sums(phases: NDArray[np.uint8], n_planes: int) -> NDArray[np.unsignedi
 def upgrid(image, block_size):
     """Return the majority facies of each block of `block_size` cells along z, y and x.
 
-    In a tie, the result is the tied facies that comes first in the block, by layer, row and column.
-    Thus no facies is favoured, and a boundary along the middle of blocks stays straight. Cells that
-    do not fill a block are omitted.
+    In a tie, the result is the tied facies that occurs first in the block, by layer, row and
+    column. A boundary along the middle of blocks thus stays straight. Cells that do not fill a
+    block are omitted.
     """
     uz, uy, ux = block_size
     nz, ny, nx = image.shape[0] // uz, image.shape[1] // uy, image.shape[2] // ux
@@ -139,9 +139,9 @@ def upgrid(image, block_size):
 def upgrid_data(
     cells: NDArray[np.int64], facies: NDArray[np.uint8], block_size: Triple
 ) -> tuple[NDArray[np.int64], NDArray[np.uint8]]:
-    """Return the blocks of `block_size` cells with data, and the majority facies of their data.
+    """Return the blocks of `block_size` cells that contain data, and the majority facies of data.
 
-    In a tie, the result is the tied facies with the first datum, by layer, row and column.
+    In a tie, the result is the tied facies whose first datum is first by layer, row and column.
     """
     if max(block_size) == 1 or not len(cells):
         return cells, facies.astype(np.uint8)

@@ -1,18 +1,18 @@
-"""The CCW score map: scores of the fit between the overlap and each location of the TI.
+"""The CCW score map: how well the overlap fits each location of the training image (TI).
 
-Sections 3.2 and 4.3; Algorithm 1, lines 8 to 10. The paper compares the approximation coefficients
-cA_J of the overlap (OR) with the coefficients of the training image (TI). A Haar coefficient is a
-block sum times a constant, 2^−J in a map. In this file, A are the block sums of the TI and B the
-block sums of the overlap. All scores are exact, because block sums are small integers. The paper's
-CCW is the plain cross-correlation ΣA·B, whose largest value is best (similarity "correlation"). The
-authors' code and our default use the sum of squared differences, whose smallest value is best.
+This file implements sections 3.2 and 4.3, and Algorithm 1, lines 8 to 10. The paper compares the
+approximation coefficients cA_J of the overlap (OR) with the coefficients of the TI. A Haar
+coefficient is a block sum times a constant, 2^−J in a map. In this file, A are the block sums of
+the TI and B the block sums of the overlap. All scores are exact, because block sums are small
+integers. The paper's CCW is the cross-correlation ΣA·B, with the best fit at the maximum
+(similarity "correlation"). The authors' code and our default use the sum of squared differences
+(SSD), with the best fit at the minimum.
 
-The sum of squared differences over the coefficients of the overlap is ΣA² − 2·ΣA·B + ΣB². ΣA² (the
-*energy*) follows from running sums; ΣB² is the same for every location. ΣA·B is summed by parts:
-along a line of the overlap it is a sum of running sums of A, each multiplied by the change of B at
-that block. B changes at few blocks, because facies form bodies. Unsigned overflow is harmless if
-the result fits its type. Small types are used, because vector instructions process more small
-numbers at once.
+The SSD over the coefficients of the overlap is ΣA² − 2·ΣA·B + ΣB². ΣA² (the *energy*) is computed
+from running sums; ΣB² is equal for all locations. ΣA·B is computed by summation by parts: each
+change of B along a line of the overlap is multiplied by a running sum of A. There are few changes
+of B, because facies form bodies. Unsigned overflow is harmless if the result fits its type. Small
+types are used, because vector instructions process more small numbers at once.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ from ccwsim.engine.kernels import part_of_kernel
 from ccwsim.engine.stages.path import Triple, inside_overlap, overlap_cells
 
 ROWS_AT_ONCE = 16
-"""Number of rows of locations scored together. Loops are then long, but still fit in the cache."""
+"""Number of rows of locations scored in one loop, whose data fit into the processor's cache."""
 AT_ONCE = 4
-"""Number of terms that are added up in one pass over a run of locations."""
+"""Number of terms that are added in one loop over locations."""
 SCORE_TYPES = np.int16, np.int32, np.int64
 SUM_TYPES = np.uint16, np.uint32, np.uint64
 
@@ -37,7 +37,7 @@ SUM_TYPES = np.uint16, np.uint32, np.uint64
 def score_type(
     level: Triple, template: Triple, overlap: Triple, correlation: bool = False
 ) -> type[np.signedinteger[Any]]:
-    """Return the smallest type that holds every score.
+    """Return the smallest type into which every score fits.
 
     The largest score is the sum of squares over the largest overlap, doubled for a correlation.
     """
@@ -46,7 +46,7 @@ def score_type(
 
 
 def sum_type(level: Triple, template: Triple) -> type[np.unsignedinteger[Any]]:
-    """Return the smallest type that holds ΣA·B along one line of a template.
+    """Return the smallest type into which ΣA·B along one line of a template fits.
 
     Examples
     --------
@@ -63,8 +63,7 @@ def running_sums(
     """Return block sums, their running sums along x, and their running sums along y.
 
     The shape is (3, n_planes, nz, ny + 1, nx + 1) for block sums of shape (n_planes, nz, ny, nx).
-    Running sums may overflow, but differences between them are exact if they fit the type,
-    `sum_type`.
+    Running sums may overflow, but differences are exact if they fit the type `sum_type`.
     """
     kind, (n_planes, nz, ny, nx) = sum_type(level, template), sums.shape
     running = np.zeros((3, n_planes, nz, ny + 1, nx + 1), kind)
@@ -79,7 +78,7 @@ def running_squares(
 ) -> NDArray[np.number[Any]]:
     """Return the running sums of A² along three axes, in the type of the scores, by `summed_up`.
 
-    Running sums may overflow, but the sum over a box of blocks is exact if it fits the type.
+    Running sums may overflow, but sums over boxes of blocks are exact if they fit the type.
     """
     return summed_up(np.square(sums.astype(np.int64)).sum(axis=0)).astype(kind)
 
@@ -98,7 +97,7 @@ def summed_up(values: NDArray[np.int64]) -> NDArray[np.int64]:
 def box_sums(
     table: NDArray[np.int64], size: Triple, first: Triple, last: Triple
 ) -> NDArray[np.int64]:
-    """Return, for each window of `size` values, the sum of its part from `first` to `last`.
+    """Return the sum of values `first` to `last` − 1 of each window of `size` values.
 
     `table` comes from `summed_up`.
     """
@@ -124,7 +123,7 @@ def overlap_energies(squares, box, block, energies):
             own = np.uint64((z * ny + y) * nx)
             for x in range(np.uint64(nx)):
                 flat[own + x] = 0
-            for corner in range(8):  # sum over the box minus the sum over cells outside the overlap
+            for corner in range(8):  # sum over the box minus sum over the box without overlap
                 inside = corner & 4 != 0
                 first_z = low_z // block[0] if inside else 0
                 first_y = low_y // block[1] if inside else 0
@@ -141,9 +140,10 @@ def overlap_energies(squares, box, block, energies):
 
 @part_of_kernel
 def cached_overlap_energies(squares, box, block, energies, energies_of):
-    """Fill `energies` as `overlap_energies` does, unless the previous box had the same overlap.
+    """Fill `energies` like `overlap_energies`, unless the previous box had an equal overlap.
 
-    `energies_of`, shape (4,), has the layers, rows, columns and sides of the previous box.
+    `energies_of`, shape (4,), has the numbers of layers, rows, columns and the sides of the
+    previous box.
     """
     lengths = box.nz, box.ny, box.nx, box.sides
     same = True
@@ -155,21 +155,21 @@ def cached_overlap_energies(squares, box, block, energies, energies_of):
 
 
 class Terms(NamedTuple):
-    """The terms of ΣA·B over the overlap of a patch, in groups whose sums fit their type."""
+    """The terms of ΣA·B over the overlap of a patch, in groups whose sums fit the type."""
 
     offsets: NDArray[np.int64]  # index of each term in the raveled running sums, for location 0
     weights: NDArray[np.unsignedinteger[Any]]  # factor of each term
     ends: NDArray[np.int64]  # end of each group
-    sums: NDArray[np.unsignedinteger[Any]]  # sums of a group, for several rows of locations
+    sums: NDArray[np.unsignedinteger[Any]]  # sums of a group, for ROWS_AT_ONCE rows of locations
     largest: int  # largest sum that fits the type
 
 
 def make_terms(
     running: NDArray[np.unsignedinteger[Any]], template: Triple, overlap: Triple, block: Triple
 ) -> Terms:
-    """Return the arrays for the terms of patches with at most this overlap."""
+    """Return the arrays for the terms of patches; `overlap` is the maximum overlap."""
     n_blocks = running.shape[1] * (overlap_cells(template, overlap) // prod(block))
-    # A line has at most one term per block, but needs room for two, because groups are padded.
+    # A line has at most one term per block, but workspace for two terms and for padding.
     n = (3 + AT_ONCE) * n_blocks + 2
     sums = np.zeros(ROWS_AT_ONCE * running.shape[4], running.dtype)
     largest = int(min(np.iinfo(running.dtype).max, np.iinfo(np.int64).max))
@@ -182,8 +182,7 @@ def overlap_terms(grid, box, block, running, terms):
     """Fill `terms` with the terms of ΣA·B for the overlap of a box; return the number of groups.
 
     The block sums B are counted in `grid`, shape (nz, ny, nx); `running` comes from `running_sums`.
-    Lines are as long as possible: they run along x in rows that consist only of overlap, and along
-    y in the other rows.
+    Lines are as long as possible: along x in rows that consist only of overlap, otherwise along y.
     """
     n = n_groups = held = np.int64(0)
     _, n_planes, mz, my, mx = running.shape
@@ -218,7 +217,7 @@ def overlap_terms(grid, box, block, running, terms):
                     n_groups, held = n_groups + 1, np.int64(0)
                 n, total = line_terms(grid, cells, block, plane + first_facies, sums, n, terms)
                 held += total * uz * uy * ux
-    if held > 0:  # otherwise there are no terms after the last group
+    if held > 0:  # if there are terms after the last complete group
         terms.ends[n_groups] = fill_up(n, terms)
         n_groups += 1
     return n_groups
@@ -237,10 +236,10 @@ def fill_up(n, terms):
 def line_terms(grid, cells, block, facies, sums, n, terms):
     """Add the terms of a line of blocks after the first `n` terms; return the new number of terms.
 
-    There is a term for each block sum that is not 0, or for each change of B, whichever gives fewer
-    terms. `cells` has the first cell of the line, the number of cells from block to block and the
-    number of blocks. `sums` has the index of the first block sum, the distance to its running sum
-    and the distance from block to block. Also return the number of cells of the facies in the line.
+    There is a term for each nonzero block sum or for each change of B, whichever gives fewer terms.
+    `cells` is (first cell of the line, number of cells from block to block, number of blocks).
+    `sums` is (index of the first block sum, distance to the running sum of this block, distance
+    from block to block). Also return the number of cells of the facies in the line.
     """
     offsets, weights = terms.offsets, terms.weights
     (uz, uy, ux), (first, step, length), (at, behind, stride) = block, cells, sums
@@ -255,7 +254,7 @@ def line_terms(grid, cells, block, facies, sums, n, terms):
                 corner = np.uint64(first + k * step + (z * rows + y) * columns)
                 for x in range(np.uint64(ux)):
                     own += np.int64(values[corner + x] == facies)
-        # a term that is zero is overwritten by the next term
+        # the next term overwrites a zero term
         offsets[n_changed], weights[n_changed] = at + behind + k * stride, before - own
         offsets[n_own], weights[n_own] = at + k * stride, own
         n_changed += np.int64(own != before)
@@ -273,9 +272,9 @@ def line_terms(grid, cells, block, facies, sums, n, terms):
 def score_places(running, terms, n_groups, energy, scores):
     """Fill `scores` with SSD − ΣB² of every location, or −2·ΣA·B if `energy` is 0 (correlation).
 
-    `energy` and `scores` have the shape (nz, ny, nx) of locations. Several rows are summed as one
-    run, because single rows are short. Sums at the ends of rows belong to no location and are
-    dropped. Indices are unsigned, because a check for negative indices would prevent vectorization.
+    `energy` and `scores` have the shape (nz, ny, nx) of locations. Several rows are summed in one
+    loop, because single rows are short; sums beyond the last location of a row are discarded.
+    Indices are unsigned, because a check for negative indices would prevent vectorization.
     """
     nz, ny, nx = scores.shape
     my, mx = running.shape[3], running.shape[4]
@@ -320,5 +319,5 @@ def score_places(running, terms, n_groups, energy, scores):
 
 @part_of_kernel
 def _rows_at_once(nx, mx):
-    """Return the number of rows in a run: 1 if most of its sums would be dropped."""
+    """Return the number of rows summed in one loop; 1 if many sums would be discarded."""
     return ROWS_AT_ONCE if 4 * nx >= 3 * mx else 1

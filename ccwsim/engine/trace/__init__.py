@@ -1,4 +1,4 @@
-"""Trace a real run of a realization patch by patch, with the results of each step."""
+"""Trace the simulation of a realization patch by patch, with the results of each step."""
 
 from ccwsim.engine.trace.frames import Frame
 from ccwsim.engine.trace.patch import DataTerms, Patch, PlaceFate, SeenDatum, TracedPatch, fates

@@ -1,4 +1,4 @@
-"""Convert path coordinates, in which every path begins in the same corner, to grid coordinates."""
+"""Convert between grid coordinates and path coordinates, in which the path begins at cell 0."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ class Frame(NamedTuple):
     Attributes
     ----------
     orientation : int
-        0 … 15, see `ccwsim.engine.stages.path`.
+        Orientation of the path, 0 … 15 (see `ccwsim.engine.stages.path`).
     shape : pair or triple of int
         (Layers,) rows and columns in path coordinates.
     offset : pair or triple of int
-        Number of (layers,) rows and columns from the beginning of the path to the grid, or ().
+        Number of (layers,) rows and columns from the beginning of the path to the grid; () for 0.
     """
 
     orientation: int
@@ -42,7 +42,7 @@ class Frame(NamedTuple):
 
     @property
     def original_shape(self) -> tuple[int, ...]:
-        """(Layers,) rows and columns of the grid, or of the image."""
+        """Shape of the grid or image in grid coordinates: (layers,) rows and columns."""
         *layers, rows, columns = self.shape
         return (*layers, columns, rows) if self.orientation & 4 else self.shape
 
@@ -62,7 +62,7 @@ class Frame(NamedTuple):
         return self.turned(array[tuple(slice(start, start + n) for start, n in each)])
 
     def turned(self, part: NDArray) -> NDArray:
-        """Return a copy of a part of a map or volume in the orientation of the grid."""
+        """Return a copy of a part of a map or volume, in the orientation of the grid."""
         return np.ascontiguousarray(from_path(part, self.orientation))
 
     def cells_to_grid(self, cells: ArrayLike) -> NDArray[np.int64]:
@@ -72,7 +72,7 @@ class Frame(NamedTuple):
         return cells_from_path(in_three(inside), in_layers(self.shape), self.orientation)[:, -n:]
 
     def box_to_grid(self, first: Sequence[int], lengths: Sequence[int]) -> tuple[slice, ...]:
-        """Return a box in grid coordinates, without cells outside the map or volume.
+        """Return a box in grid coordinates, restricted to cells in the map or volume.
 
         Examples
         --------
@@ -86,12 +86,12 @@ class Frame(NamedTuple):
         return tuple(slice(start, last + 1) for start, last in each)
 
     def cell_to_path(self, *cell: int) -> tuple[int, ...]:
-        """Return the path coordinates of a cell, (layer,) row and column, of the grid."""
+        """Return the path coordinates of a grid cell, (layer,) row and column."""
         at = cells_to_path(np.array([cell]), self.original_shape, self.orientation)[0]
         return tuple((at + self._offset).tolist())
 
     def faces(self, sides: int = LEFT | TOP | BELOW) -> list[str]:
-        """Return the names, in the grid, of sides along the path: a sum of LEFT, TOP and BELOW.
+        """Return the names, such as "south", of `sides`, a sum of LEFT, TOP and BELOW.
 
         By default, return the sides at the corner in which the path begins.
 

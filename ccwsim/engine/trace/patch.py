@@ -1,4 +1,4 @@
-"""One patch of a realization: its choice, cut and paste, and why other locations were rejected."""
+"""One patch of a realization: choice, cut and paste, and the reasons to reject other locations."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ ONE_KIND = {
     "held": Weights(0, 1, 0, 0, False),
     "ahead": Weights(0, 0, 1, 0, False),
 }
-"""Weights for `add_missed` that count only missed data of one kind."""
+"""Weights with which `add_missed` counts data of only one kind."""
 
 
 class SeenDatum(NamedTuple):
     """A datum in the template or the co-template, in path coordinates.
 
-    `inside` tells whether the datum is in the template; `held` tells whether the overlap honours
-    it already.
+    `inside` is true if the datum is in the template; `held` is true if the overlap honours the
+    datum.
     """
 
     row: int
@@ -49,14 +49,14 @@ class DataTerms:
     ----------
     seen : tuple of SeenDatum
     missed, held, ahead : ndarray of int64, shape ([nz_places,] ny_places, nx_places)
-        Number of data that the patch at each location would miss: in the template, in the template
-        if the cut can keep them, and in the co-template.
+        Number of data that a patch from each location would not honour: in the template; in the
+        template, but honoured by the overlap; in the co-template.
     ruled_out : ndarray of bool, of the same shape
-        Locations that are not searched, because their overlaps are not among the best share.
+        True for locations that are not searched, because the overlap is not among the best share.
     slack : int
         Largest difference in score between a candidate and the best location.
     weights : Weights
-        Costs of a missed datum, in wrong cells of overlap.
+        Costs of a datum that is not honoured, in wrong cells of overlap.
     reach : int
         Side of the co-template in cells.
     """
@@ -71,7 +71,7 @@ class DataTerms:
     reach: int
 
     def without_layer(self) -> DataTerms:
-        """Return the terms for a map, whose locations have no layer."""
+        """Return the terms for a map, without the axis of layers."""
         kinds = {name: getattr(self, name)[0] for name in (*ONE_KIND, "ruled_out")}
         return replace(self, **kinds)
 
@@ -86,7 +86,7 @@ def data_terms(
     slack: int,
     totals: NDArray[np.signedinteger],
 ) -> DataTerms:
-    """Return the cost of data at each location; `grid` is the grid before the patch."""
+    """Return the costs of data at each location; `grid` is the grid before the patch."""
     misses = make_misses(data.columns.size, phases.shape[3:], totals.shape)  # type: ignore[arg-type]
     certain = np.ones(256)  # data beyond the end of the image cost nothing
     counts = {kind: np.zeros(totals.shape, np.int64) for kind in ONE_KIND}
@@ -124,17 +124,17 @@ class Patch(NamedTuple):
     number : int
         Number of the patch along the path, from 0.
     tile, part : int
-        Number of the tile; number of the patch in its tile if the tile is split.
+        Number of the tile, and number of the patch in a split tile.
     row, column : int
         Position of the tile.
     parts : int
         Number of parts, along each axis, into which the tile is split.
     split : int
-        Index of that split in `legal_splits`.
+        Index of the split of the tile in `legal_splits`.
     y0, x0, size : int
         First row, first column and side in cells.
     shape : int
-        Sides of the overlap: 0 none, 1 left, 2 top, 3 both; 4 is added for an overlap below.
+        Sides of the overlap: 0 none, 1 left, 2 top, 3 left and top; add 4 for an overlap below.
     z0, layers : int
         First layer, and number of layers; 0 and 1 in a map.
     """
@@ -156,7 +156,7 @@ class Patch(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class TracedPatch:
-    """How one patch was chosen, cut and pasted, in path coordinates.
+    """Record of how one patch was chosen, cut and pasted, in path coordinates.
 
     Shapes are given for a map; arrays of a volume have an additional first axis, for layers.
 
@@ -164,7 +164,7 @@ class TracedPatch:
     ----------
     patch : Patch
     box : Box
-        Position of the patch in the grid, and its overlap.
+        Position and overlap of the patch in the grid.
     before, after : ndarray of uint8, shape (ny, nx)
         The grid before and after the patch; UNKNOWN in cells that are not simulated yet.
     blocks : ndarray of int64, shape (n_planes, size / 2^J, size / 2^J)
@@ -178,17 +178,17 @@ class TracedPatch:
     places : ndarray of int64, shape (K, 2)
         The K best locations in blocks, the candidates first.
     n_candidates : int
-        Number of candidates: locations whose score is close enough to the best score to be drawn.
+        Number of candidates, which are the locations whose score is close enough to the best score.
     n_drawn : int
-        Number of locations drawn; the best of them after refinement is used.
+        Number of locations chosen at random, of which the best after refinement is used.
     drawn : int
-        Index in `places` of the location that is used.
+        Index of the used location in `places`.
     place : pair or triple of int
         Location of the patch after refinement, in cells.
     cells : ndarray of uint8, shape (size, size)
-        Cells of the image at that location.
+        Facies indices of the image at `place`.
     keep_mask : ndarray of bool, shape (size, size)
-        Cells of the grid that the cut keeps.
+        Cells of the grid that stay old.
     overlap : int
         Width of the overlap (OR) in cells.
     correlation : bool
@@ -196,13 +196,13 @@ class TracedPatch:
     slack : int or None
         Largest difference in score between a candidate and the best location; None for no limit.
     copies : ndarray of bool, shape of `scores`
-        Locations that are excluded because they only continue a neighbouring patch.
+        True for locations that are excluded because they only continue a neighbouring patch.
     steered : bool
-        Whether candidates are drawn towards target proportions.
+        Whether the choice among candidates is steered towards target proportions.
     data : DataTerms or None
-        Costs of hard data; None without data in the template and the co-template.
+        Costs of hard data; None if template and co-template contain no data.
     totals : ndarray of int64 or None
-        Scores plus the costs of data and location; None without such costs.
+        Scores plus the costs of data and location; None if there are no costs.
     """
 
     patch: Patch
@@ -235,7 +235,7 @@ class TracedPatch:
 
     @property
     def drawn_place(self) -> tuple[int, ...]:
-        """The drawn location in cells, before refinement."""
+        """The used location in cells, before refinement."""
         return tuple((self.places[self.drawn] * self._block_along).tolist())
 
     @property
@@ -263,33 +263,33 @@ class TracedPatch:
         """Haar coefficients cA_J of the overlap, NaN outside the overlap; shape of `blocks`."""
         steps = tuple(slice(None, None, n) for n in self._block_along)
         inside = self.in_overlap[steps]
-        # a part of a split tile may end within a block
+        # a part of a split tile may end inside a block
         inside = inside[tuple(slice(n) for n in self.blocks.shape[1:])]
         return np.where(inside, self.blocks / np.sqrt(np.prod(self._block_along)), np.nan)
 
     @property
     def error(self) -> NDArray[np.bool_]:
-        """Error surface of the cut: cells in the overlap that differ between patch and grid."""
+        """The error surface of the cut: cells in the overlap that differ between patch and grid."""
         return self.in_overlap & (self.old != self.cells)
 
     @property
     def block_size(self) -> int:
-        """Number of cells in a block along x: 2^J."""
+        """Number of cells in a block along x, 2^J."""
         return self.block[2]
 
     @cached_property
     def ccw(self) -> NDArray[np.float64]:
         """The CCW score of each location in wavelet coefficients, shape (ny_places, nx_places).
 
-        The score is the sum of squared differences between overlap and image (the smallest is
-        best) or their cross-correlation (the largest is best).
+        The score is the sum of squared differences between overlap and image (best at the minimum)
+        or the cross-correlation (best at the maximum).
         """
         sums = self.scores.astype(float)
         sums = -sums / 2 if self.correlation else sums + self.energy
         return sums / np.prod(self._block_along)
 
     def best_overlaps(self) -> NDArray[np.int64]:
-        """Return the K locations, in blocks, whose overlaps fit best, without the cost of data."""
+        """Return the K locations, in blocks, with the best scores, without costs of data."""
         order = np.argsort(self.scores, axis=None, kind="stable")[: len(self.places)]
         return np.stack(np.unravel_index(order, self.scores.shape), axis=1)
 
@@ -298,7 +298,7 @@ Fate = Literal["drawn", "candidate", "fraction", "slack", "copy", "data", "locat
 
 
 class PlaceFate(NamedTuple):
-    """The fate of one location.
+    """One location, and whether it was chosen at random or why it was rejected.
 
     Attributes
     ----------
@@ -307,14 +307,14 @@ class PlaceFate(NamedTuple):
     ccw : float
         CCW score of the location.
     missed, held, ahead : int
-        Number of data that the patch would miss: in the template, in the template if the overlap
-        honours them already, and in the co-template.
+        Number of data that the patch would not honour: in the template; in the template, but
+        honoured by the overlap; in the co-template.
     fate : str
-        "drawn", or "candidate" for a candidate that is not drawn. Reasons for a rejection:
-        "fraction": its overlap is not among the best share that is searched; "slack": its score is
-        too far from the best score; "copy": it only continues a neighbouring patch; "data": other
-        locations honour more data; "location": it is too far from the patch's own location;
-        "tie": it was rejected at random among equal locations.
+        "drawn" for the used location, "candidate" for other candidates, or the reason for a
+        rejection. "fraction": the overlap is not among the best share; "slack": the score is too
+        far from the best score; "copy": the location only continues a neighbouring patch; "data":
+        other locations honour more data; "location": the location is too far from the relative
+        position of the patch; "tie": other equal locations were chosen at random.
     """
 
     row: int
@@ -328,9 +328,9 @@ class PlaceFate(NamedTuple):
 
 
 def fates(step: TracedPatch) -> list[PlaceFate]:
-    """Return the fates of the K chosen locations and of the K locations with the best overlaps.
+    """Return the fates of the K locations with the best totals and the K with the best scores.
 
-    The drawn location comes first, then other candidates, then rejected ones, each sorted by score.
+    The order is: used location, other candidates, rejected locations, each sorted by score.
     """
     chosen = [tuple(place) for place in step.places.tolist()]
     fate_of: dict[tuple[int, ...], Fate]

@@ -1,4 +1,4 @@
-"""Trace a realization: the kernels of `realization` are called once per patch."""
+"""Trace a realization by calling the kernels of `realization` once per patch."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from ccwsim.model.study import Study
 
 
 class ResimulatedWindow(NamedTuple):
-    """A re-simulated window around a datum, in grid coordinates; one cell for a forced datum.
+    """A re-simulated window around a datum, or one forced cell, in grid coordinates.
 
     Attributes
     ----------
@@ -35,13 +35,13 @@ class ResimulatedWindow(NamedTuple):
     before, after : ndarray of uint8, shape (size, size)
         Facies indices before and after the re-simulation.
     sources : ndarray of int32, shape (size, size)
-        Flat index in the training image for each cell afterwards; −1 if the cell was set singly.
+        Flat index in the training image for each cell afterwards; −1 for a cell changed singly.
     fits : bool
-        Whether a patch was found that fits and honours all data; if not, no cell has changed.
+        Whether any patch fits and honours all data; otherwise no cell has changed.
     isolated : bool
-        Whether the datum was honoured, but isolated, before the re-simulation.
+        Whether the datum was already honoured, but isolated, before the re-simulation.
     layer : int
-        First layer; 0 in a map.
+        First layer of the window; 0 in a map.
     """
 
     datum: int
@@ -64,9 +64,9 @@ def resimulated_windows(
     sources: NDArray[np.int32],
     rng: np.random.Generator,
 ) -> tuple[list[ResimulatedWindow], NDArray[np.int16]]:
-    """Honour data as `honour_data` does; return all windows that were tried, and the data status.
+    """Honour data like `honour_data`; return all tried windows and the data status.
 
-    There is no window for a datum that an earlier window has honoured.
+    A datum that an earlier window has honoured has no window.
     """
     cells, last = study.hard_data.cells, grid.copy()
     windows: list[ResimulatedWindow] = []
@@ -90,9 +90,9 @@ def resimulated_windows(
 
 
 MAX_CHECKPOINTS = 24
-"""Maximum number of checkpoints of a trace; each is as large as the grid."""
+"""Maximum number of checkpoints of a trace; a checkpoint is as large as the grid."""
 MAX_CHECKPOINT_BYTES = 64_000_000
-"""Maximum size of all checkpoints in bytes. Large grids have fewer checkpoints, but at least 4."""
+"""Maximum total size of checkpoints in bytes; a trace has at least 4 checkpoints."""
 MIN_INTERVAL = 8
 """Minimum number of patches between two checkpoints."""
 
@@ -100,7 +100,7 @@ MIN_INTERVAL = 8
 class Checkpoint(NamedTuple):
     """The state of a realization before a patch.
 
-    The sources of cells are left out, because simulating a patch again writes the same sources.
+    Sources are not stored, because simulating a patch again restores its sources.
     """
 
     grid: NDArray[np.uint8]
@@ -123,11 +123,11 @@ class PatchStepper:
 
     @property
     def n_done(self) -> int:
-        """Number of patches that were simulated."""
+        """Number of patches that have been simulated."""
         return max([self._next, *self._checkpoints])
 
     def go_to(self, number: int) -> None:
-        """Bring the grid to its state before a patch."""
+        """Restore or simulate the grid before patch `number`."""
         if not self._next <= number < self._next + self._every:
             known = [k for k in self._checkpoints if k <= number]
             if known and (self._next > number or max(known) > self._next):
@@ -163,10 +163,10 @@ def _patches(plan: Plan) -> tuple[Patch, ...]:
 
 
 class Trace:
-    """One realization of a study, patch by patch, made by the kernels that `simulate` runs.
+    """One realization of a study, simulated patch by patch by the kernels of `simulate`.
 
-    Patches are simulated when they are requested. To go back, the simulation restarts at the
-    nearest earlier checkpoint, so any patch is available at once.
+    Patches are simulated when requested. For an earlier patch, the simulation restarts at the
+    nearest checkpoint before the patch, which takes little time.
 
     Parameters
     ----------
@@ -207,7 +207,7 @@ class Trace:
 
     @property
     def n_done(self) -> int:
-        """Number of patches that were simulated so far."""
+        """Number of patches that have been simulated so far."""
         return self._stepper.n_done
 
     def at(self, number: int) -> TracedPatch:
@@ -221,7 +221,7 @@ class Trace:
         Raises
         ------
         CCWSIMError
-            If there is no such patch.
+            If there is no patch with this number.
         """
         if not 0 <= number < len(self.patches):
             raise CCWSIMError(f"patch {number} is not one of 0 … {len(self.patches) - 1}")
@@ -252,7 +252,7 @@ class Trace:
 
     @property
     def windows(self) -> list[ResimulatedWindow]:
-        """The windows of local re-simulation, in the order in which they were tried."""
+        """The windows of local re-simulation, in the order of the attempts."""
         return self._finished[1]
 
     @property
@@ -266,10 +266,10 @@ class Trace:
         return self._finished[2]
 
     def reconstructed(self, step: TracedPatch, facies: int) -> NDArray[np.float64]:
-        """Return the indicator of a facies in the drawn patch, computed by the inverse DWT.
+        """Return the indicator of a facies in a patch, computed by the inverse DWT.
 
-        Algorithm 1, line 13, for maps only. The result is in path coordinates and has the shape
-        (n, n); n is the side of the patch, rounded down to whole blocks.
+        This method implements Algorithm 1, line 13, for maps only. The result, shape (n, n), is in
+        path coordinates; n is the side of the patch, rounded down to complete blocks.
         """
         if facies not in self._coefficients:
             image, level = self.oriented.pyramid.image[0] == facies, self._image.lengths[0].level
@@ -288,7 +288,7 @@ class Trace:
         )
 
     def _traced(self, p: Patch, before: NDArray[np.uint8], place: Triple) -> TracedPatch:
-        """Return a patch from the workspace after the patch was simulated."""
+        """Return the record of a patch from the workspace, after the patch was simulated."""
         work, search, pyramid = self._stepper.work, self.search, self.oriented.pyramid
         n_candidates, n_drawn, drawn = work.choice.tolist()
         inputs = self._stepper.plan.inputs
@@ -348,7 +348,7 @@ class Trace:
     ) -> tuple[NDArray[np.number[Any]], NDArray[np.bool_]]:
         """Return the scores of all locations, and a mask of locations excluded as continuations.
 
-        In the workspace, excluded locations have the worst score; here they get their real score.
+        In the workspace, excluded locations have the worst score; the real scores are returned.
         """
         scores = self._stepper.work.scores.copy()
         copies = np.zeros(scores.shape, bool)
@@ -364,7 +364,7 @@ class Trace:
 
 
 def check_traceable(parameters: Parameters) -> None:
-    """Raise an error if realizations of these parameters cannot be traced patch by patch."""
+    """Raise an error if realizations with these parameters cannot be traced patch by patch."""
     if parameters.scale:
         raise CCWSIMError(
             'the method "ms-ccsim" places each patch once per scale and cannot be traced patch by '
