@@ -49,22 +49,23 @@ MEANINGS = {
     "T by at most this share.",
     "match_proportions": "Prefer candidates that bring the facies proportions closer to the "
     "training image. All realizations then have nearly equal proportions. Off: proportions vary as "
-    "much between realizations as between equal-sized pieces of the image; more hard data bring "
-    "them closer to the proportions of the data.",
+    "much between realizations as between equal-sized pieces of the image; hard data bring "
+    "proportions closer to the data.",
     "published_draw": "Draw patches as published: the first patch begins at the corner of the "
     "grid, any of the K best locations may be drawn, and proportions are not controlled. Off: the "
     "first patch begins a random distance before the grid; locations that fit much worse than the "
     "best or merely continue the image are excluded; without data, two locations are drawn and the "
     "better one is used.",
     "repair_seams": "Change single cells and re-simulate windows if patches are joined in ways "
-    "absent from the training image, such as steps in a boundary or dead ends of channels. Turn it "
-    "off for the published method. If hard data are not honoured exactly, nothing is repaired.",
+    "absent from the training image, such as steps in a boundary or dead ends of channels. Switch "
+    "seam repair off for the published method. If hard data are not honoured exactly, nothing is "
+    "repaired.",
     "location_weight": "Strength of the preference for patches from the corresponding location in "
     "the training image, for images that change from one end to the other. At 1, a patch from the "
     "other end is used only if it fits better by a whole overlap; at 0, patches may come from "
     "anywhere. In a volume, (0.5, 0, 0) along z, y and x keeps only a vertical trend.",
     "refine": "Shift each drawn patch by up to 2^level − 1 cells to the location that fits best at "
-    "full resolution. This closes breaks caused by a coarse level.",
+    "full resolution. The shift closes breaks caused by a coarse level.",
     "exact_data": "Honour every datum at full resolution. Off, as in the published CCWSIM code: "
     "data are used only in the search on the coarse grid, and mismatches are not corrected.",
 }
