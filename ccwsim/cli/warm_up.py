@@ -11,13 +11,15 @@ from ccwsim.cli.options import quiet
 
 
 @click.command("warm-up")
-@click.option("--serve", is_flag=True, hidden=True, help="Compile for the process that started it.")
+@click.option(
+    "--serve", is_flag=True, hidden=True, help="Compile for the parent process of this command."
+)
 @quiet
 def command(quiet: bool, serve: bool) -> None:
-    """Compile the kernels now, for instance while an image is built.
+    """Compile the kernels now, for example while a container image is built.
 
-    Compiles all kernels that usual studies and the first screen of the dashboard need, in parallel
-    on up to three cores, and stores them. Kernels that are stored already take no time.
+    Compiles and stores all kernels that usual studies and the dashboard's first screen need, on up
+    to three cores. Stored kernels are not compiled again.
     """
     from ccwsim.engine import compilation
 
@@ -41,6 +43,6 @@ def command(quiet: bool, serve: bool) -> None:
         line.close()
         seconds = time.perf_counter() - start
         click.echo(
-            f"{len(requests)} compiled in {seconds:.1f} s; compiled kernels are kept in {FOLDER}",
+            f"{len(requests)} compiled in {seconds:.1f} s; compiled kernels are stored in {FOLDER}",
             err=True,
         )
