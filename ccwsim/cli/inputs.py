@@ -111,7 +111,7 @@ COLUMN_OPTIONS = {
     "well": ("--hard-well", "of --hard-data contains the well names, for a volume"),
     "depth_from": ("--hard-from", "is the upper depth of well intervals, for a volume"),
     "depth_to": ("--hard-to", "is the lower depth of well intervals, for a volume"),
-    "depth": ("--hard-depth", "is the depth of data in wells; '' for no column"),
+    "depth": ("--hard-depth", "is the depth of data in wells; '' for none"),
     "collar_well": ("--collar-well", "of --collars contains the well names"),
     "collar_length": ("--collar-length", "of --collars contains well lengths; '' for none"),
     "survey_well": ("--survey-well", "of --surveys contains the well names"),

@@ -53,7 +53,7 @@ def in_group(group: str) -> Callable[..., Callable[[Any], Any]]:
 
 
 def check_writable(path: str) -> None:
-    """Raise an error if a file cannot be written; call this before a long run."""
+    """Raise an error if a file cannot be written; called before a long run."""
     folder = Path(path).parent
     if not folder.is_dir():
         raise CCWSIMError(f"{path}: there is no folder {folder}; create it first")

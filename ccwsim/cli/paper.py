@@ -82,7 +82,7 @@ def command(
 
 
 def check_report(path: str) -> None:
-    """Raise an error if the report cannot be written; call this before a long run."""
+    """Raise an error if the report cannot be written; called before a long run."""
     if Path(path).suffix.lower() not in (".html", ".htm"):
         raise CCWSIMError(f"{path}: the report is HTML; call it {Path(path).stem or 'report'}.html")
     check_writable(path)

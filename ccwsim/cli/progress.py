@@ -49,13 +49,13 @@ class ProgressLine:
                 self._waiting = text
 
     def write(self, line: str) -> None:
-        """Write a line above the bar."""
+        """Write a line above the progress bar."""
         with suppress(OSError):
             self.clear()
             print(line, file=self._stream, flush=True)
 
     def clear(self) -> None:
-        """Remove the bar until the next call."""
+        """Remove the progress bar until the next call."""
         if self._bar is not None:
             self._bar.clear()
         elif self._waiting:
@@ -64,7 +64,7 @@ class ProgressLine:
             self._waiting = ""
 
     def close(self) -> None:
-        """Remove the bar permanently."""
+        """Remove the progress bar permanently."""
         with suppress(OSError):
             self.clear()
             if self._bar is not None:

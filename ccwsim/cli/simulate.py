@@ -106,7 +106,7 @@ def executor_of(options: Any) -> Iterator[Any]:
 
 
 def check_output(path: str) -> None:
-    """Raise an error if a file cannot be written; call this before a long run."""
+    """Raise an error if an output file cannot be written; called before a long run."""
     from ccwsim.io.atomic import format_of
     from ccwsim.io.realizations import FORMATS
 

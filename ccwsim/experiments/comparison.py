@@ -99,7 +99,7 @@ class Comparison:
     """Result for settings simulated with the same training image, data, grid and seed."""
 
     names: tuple[str, ...]
-    ensembles: tuple[Ensemble, ...]  # by setting; realization r has one seed in all
+    ensembles: tuple[Ensemble, ...]  # by setting; realizations r have equal seeds
     # keys: facies code, statistic of `STATISTICS`, direction; only for requested facies
     curves: Mapping[tuple[int, str, str], ComparedCurves] = field(default_factory=dict)
     anodi: Anodi | None = None  # None until computed, or if `problem` gives a reason

@@ -41,11 +41,11 @@ SPREADS = {
 }
 """Functions that return the standard deviation of an error over realizations."""
 PATTERN_TOLERANCE = 0.1
-"""Maximum relative difference from the smallest pattern distance that counts as equal."""
+"""Maximum relative difference between two pattern distances that count as equal."""
 TAU_TOLERANCE = 0.03
-"""Maximum difference from the smallest error of τ(h) that counts as equal."""
+"""Maximum difference between two errors of τ(h) that count as equal."""
 PROPORTION_TOLERANCE = 0.1
-"""Maximum difference from the smallest worst proportion error that counts as equal."""
+"""Maximum difference between two relative errors of proportions that count as equal."""
 MAX_COPIED = 4
 """Maximum size in templates of a copied piece, which is 5 to 13 at K = 1 and up to 3 at K = 5."""
 EQUALLY_GOOD = (
@@ -55,7 +55,7 @@ EQUALLY_GOOD = (
 MAX_NAMED = 4
 """Maximum number of settings that a sentence names."""
 DOUBT = 2.0
-"""Number of standard errors from which two settings count as different."""
+"""Minimum number of standard errors by which two different settings differ."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,7 +23,7 @@ ON_PAPER = ("#1B1F24", "#0072B2", "#00805C", "#9A5CB4")
 ON_INK = ("#ECE9E2", "#56B4E9", "#2FC39B", "#D39BE6")
 DASHES = ("solid", "dash", "dot", "dashdot")
 SYMBOLS = ("circle", "square", "triangle-up", "cross")
-"""Colours (in two themes), dashes and symbols of four settings; red is for the training image."""
+"""Colours (in two themes), dashes and symbols of four compared settings."""
 
 
 @dataclass(frozen=True)

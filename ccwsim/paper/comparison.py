@@ -219,7 +219,7 @@ def _in_search_only(study: Sampled) -> list[Judgement]:
 
 
 def stone_wall(run: ExperimentRun) -> Outcome:
-    """Run both methods with about 300 data at levels 1 and 3, as published and by default."""
+    """Run CCWSIM and MS-CCSIM with about 300 data at levels 1 and 3, in two variants."""
     run.expect(9)
     image, side = run.inputs.image("stone wall"), run.extent.side(512)
     shape, n = (side, side), run.extent.n_few

@@ -87,7 +87,7 @@ class ExperimentRun:
         n: int = 1,
         workers: int | None = None,
     ) -> Ensemble:
-        """Simulate as one step of the experiment."""
+        """Simulate realizations and count the simulation as one step of the experiment."""
 
         def inside(fraction: float, n_done: int) -> None:
             self.progress(min((self._done + fraction) / self._steps, 1.0))

@@ -61,7 +61,7 @@ def paper_parameters(
 def published(
     run: ExperimentRun, image: TrainingImage, name: str, shape: tuple[int, int]
 ) -> NDArray | None:
-    """Return the realizations of a published code if that code simulated the same study."""
+    """Return realizations of a published code, or None if the code simulated another study."""
     if not run.inputs.is_own(image_named(name)):
         return None
     found = run.inputs.published(name, image)

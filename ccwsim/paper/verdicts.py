@@ -1,8 +1,9 @@
 """Verdicts that compare our numbers with the paper's numbers.
 
 Two numbers are *alike* if they differ by less than a factor of `ALIKE`. The *order* of a ratio is
-below 1, above 1, or equal to 1 within `NOISE`, the precision of a median of a few times. Two ratios
-agree if they are alike and of equal order, or differ by less than a factor of `NOISE`.
+below 1, above 1, or equal to 1 up to a factor of `NOISE`, which is the precision of our median CPU
+times. Two ratios agree if they are alike and of equal order, or differ by less than a factor of
+`NOISE`.
 """
 
 from __future__ import annotations
@@ -50,7 +51,7 @@ def compared(ours: float, theirs: float, *, more_is_better: bool, alike: float =
 
 
 def order_of(ratio: float, noise: float = NOISE) -> int:
-    """Return −1 for a ratio below 1, 1 for a ratio above 1, and 0 if it is within the noise of 1.
+    """Return −1 for a ratio below 1, 1 for a ratio above 1, and 0 for a ratio close to 1.
 
     Examples
     --------

@@ -30,7 +30,7 @@ _PATTERNS = {"count": r"-?\d{1,18}", "whole": r"-?\d{1,9}", "number": r"\d{1,9}(
 
 @dataclass(frozen=True)
 class FieldSpec:
-    """One row of the table of fields.
+    """One row of the table of a study's fields.
 
     In volumes, fields of kind sizes or lengths have a third number, along z. Fields of kind whole
     or number may have three, written in the order x, y, z and stored in the order z, y, x.

@@ -203,7 +203,7 @@ CHOICES = [
     (
         [numbers(*FIRST), numbers(*SECOND, share=-0.4), POOR, NEXT],
         0,
-        "1 setting is worse in proportions: a facies is off by 40 % or more, with the best setting by 1 %",
+        "a facies is off by 40 % or more, with the best setting by 1 %",
     ),
 ]
 
@@ -220,7 +220,8 @@ def test_settings_that_the_spread_cannot_tell_apart_are_named_with_the_fastest(f
     choice = recommended(judged(found, each))
     names = "T 8 · level 2; T 16 · level 2; T 8 · level 1"
     assert choice.reason.startswith(
-        f"These cannot be told apart by 3 realizations each: {names}. The fastest setting is T 8 · level 2, 3"
+        f"These cannot be told apart by 3 realizations each: {names}. "
+        "The fastest setting is T 8 · level 2, 3"
     )
     assert (choice.index, choice.alike) == (1, (1, 3, 0))
     apart = [{**one, "pattern_spread": 0.01, "proportion_spread": 0.01} for one in each]
