@@ -16,9 +16,7 @@ from ccwsim.ui.study.study_column import study_column
 
 def simulate_page(state: State) -> None:
     """Show the study on the left and the results on the right."""
-    start_run_if_needed(
-        state, live=state.live
-    )  # start the run first, to simulate while the page is drawn
+    start_run_if_needed(state, live=state.live)  # the run continues while the page is drawn
     if not state.live:
         study_column(state)
     draw_opened(state)

@@ -57,11 +57,7 @@ IMAGE_OPTIONS: Options = {
         {"metavar": "NXxNY[xNZ]", "type": sizes},
         "columns x rows of the image, if its file does not contain them (classic GSLIB)",
     ),
-    "slice_index": (
-        "--slice",
-        {"metavar": "N", "type": int},
-        "slice number in a 3-D image, from 0",
-    ),
+    "slice_index": ("--slice", {"metavar": "N", "type": int}, "slice index in a 3-D image, from 0"),
     "crop": (
         "--crop",
         {"metavar": "R C NY NX", "type": int, "nargs": 4},

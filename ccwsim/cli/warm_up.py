@@ -11,9 +11,7 @@ from ccwsim.cli.options import quiet
 
 
 @click.command("warm-up")
-@click.option(
-    "--serve", is_flag=True, hidden=True, help="Compile for the parent process of this command."
-)
+@click.option("--serve", is_flag=True, hidden=True, help="Compile for the parent process.")
 @quiet
 def command(quiet: bool, serve: bool) -> None:
     """Compile the kernels now, for example while a container image is built.

@@ -118,7 +118,7 @@ def _canonical(p: Parameters) -> Parameters:
 
 
 def value_of(p: Parameters, name: str) -> Any:
-    """Return the value of a parameter in `RANGED`; None without a value along z."""
+    """Return the value of a parameter in `RANGED`, or None for a z value of a map."""
     along_z = name.endswith(ALONG_Z)
     own = getattr(p, name.removesuffix(ALONG_Z))
     if name.startswith("wavelet_level") and p.method == "ccsim":

@@ -225,7 +225,7 @@ def pareto_front(times: ArrayLike, errors: ArrayLike) -> NDArray[np.int64]:
     """
     t, e = np.asarray(times, dtype=float), np.asarray(errors, dtype=float)
     if t.shape != e.shape or t.ndim != 1:
-        raise CCWSIMError(f"{t.size} times and {e.size} errors: give one of each per setting")
+        raise CCWSIMError(f"{t.size} times and {e.size} errors: give one pair per setting")
     front: list[int] = []
     best = np.inf
     for k in np.lexsort((e, t)):

@@ -78,8 +78,8 @@ def curves_chart(
     """Return a chart of the curves of an ensemble or several settings, with a red training image.
 
     The chart of one ensemble has grey realizations, a grey band and a dark median. The chart of up
-    to four named settings has a coloured band and a dashed median for each setting. Give charts
-    that are compared the same `y_range`.
+    to four named settings has a band and a median for each setting. Give charts that are compared
+    the same `y_range`.
 
     Examples
     --------

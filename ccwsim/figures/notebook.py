@@ -122,7 +122,7 @@ def data_chart(data: HardData) -> go.Figure:
 
 
 def _middle(shape: Sequence[int]) -> tuple[tuple[int, ...], str]:
-    """Return the index and a description of the middle layer; both are empty for a map."""
+    """Return the index and a description of the middle layer of a volume, or empty values."""
     if len(shape) == 2:
         return (), ""
     layer = shape[0] // 2
@@ -130,7 +130,7 @@ def _middle(shape: Sequence[int]) -> tuple[tuple[int, ...], str]:
 
 
 def _middle_of_data(data: HardData) -> tuple[NDArray[np.bool_], str]:
-    """Return a mask of the data in the middle layer with data, and a note that names the layer."""
+    """Return a mask of the data to draw (one layer of a volume), and a note on the layer."""
     if data.n_dimensions == 2:
         return np.ones(data.n, bool), ""
     layers = np.unique(data.cells[:, 0])

@@ -99,7 +99,7 @@ def slices_png(
 
 
 def _with_wells(section: VolumeSlice, colours: Sequence[str], scale: int) -> Image.Image:
-    """Return a section with hard data as framed cells; the discs of a well's data would overlap."""
+    """Return a section with hard data as framed cells, because discs along a well would overlap."""
     nobody = Dots(np.empty((0, 2), np.int64), [], np.empty(0, bool))
     picture = data_map(section.indices, colours, nobody, scale)
     pen, dots = ImageDraw.Draw(picture), section.dots

@@ -34,7 +34,7 @@ class Extent:
         return self.name != "quick"
 
     def side(self, wanted: int) -> int:
-        """Return the side of one of the paper's grids, but at most `largest_side`.
+        """Return `side`, the side of one of the paper's grids, but at most `largest_side`.
 
         Examples
         --------

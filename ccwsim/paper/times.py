@@ -128,7 +128,7 @@ def _growth(by_level: dict[int, list[Timing]]) -> Judgement:
     powers = {level: growth(times).exponent for level, times in by_level.items()}
     each = ", ".join(f"{power:.2f} (level {level})" for level, power in powers.items())
     worst = max(abs(power - 1) for power in powers.values())
-    claim = "Fig. 13: CPU times of five grids; only the number of the largest grid is available."
+    claim = "Fig. 13: CPU times of five grids; only the time of the largest grid is available."
     found = f"Time is proportional to the number of cells to the power {each}."
     return verdicts.judged(claim, found, "linear" if worst <= LINEAR else "not linear")
 

@@ -71,7 +71,5 @@ def folded_layers(shape: Shape, rng: RandomState) -> NDArray[np.uint8]:
     tops, codes = [float(-DEEPEST_FOLD)], [int(beds.randint(4))]
     while tops[-1] < nz + DEEPEST_FOLD:
         tops.append(tops[-1] + beds.uniform(2.5, 6.5))
-        codes.append(
-            (codes[-1] + 1 + int(beds.randint(3))) % 4
-        )  # the facies differs from the bed below
+        codes.append((codes[-1] + 1 + int(beds.randint(3))) % 4)  # unlike the bed below
     return np.array(codes, np.uint8)[np.searchsorted(tops, depth)]
