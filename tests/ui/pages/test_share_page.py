@@ -130,7 +130,7 @@ def test_a_project_that_cannot_be_opened_leaves_the_study(tmp_path):
     layers = TrainingImage(np.arange(40 * 40 * 40).reshape(40, 40, 40) % 2)
     volume = Project(Study(layers, Grid(2, 2, nz=20_000), Parameters((8, 16, 16), (2, 4, 4), 1)))
     for content, said in (
-        (b"no", "is no project"),
+        (b"no", "is not a project"),
         (project_as_bytes(volume), "20000 cells along a side"),
         (project_as_bytes(large), "command line|--proj"),
     ):
