@@ -1,7 +1,7 @@
 """Read arrays of numbers from MATLAB files, versions 5 to 7.
 
-`scipy.io.loadmat` does not check sizes and types: a few changed bytes in a file can crash the
-process. This reader follows chapter 1 of "MAT-File Format" by MathWorks.
+`scipy.io.loadmat` does not check sizes and types, so a few changed bytes can crash the process.
+This reader follows chapter 1 of "MAT-File Format" by MathWorks.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _MATRIX, _COMPRESSED = 14, 15
 _NUMERIC_CLASSES = range(6, 16)
 _COMPLEX = 0x08
 _START, _BLOCK = 2000, 4 * 2**20
-"""Bytes to unpack to read the header of a packed variable; bytes to unpack in each step."""
+"""Bytes to unpack for the header of a packed variable, and bytes to unpack in each step."""
 
 
 def read_matlab(content: bytes, name: str) -> DataFile:
@@ -71,7 +71,7 @@ def read_matlab(content: bytes, name: str) -> DataFile:
 
 
 def _as_grid(array: NDArray) -> NDArray:
-    """Return an array with the slices along the first axis; in MATLAB they are along the last."""
+    """Move the slices of an array from the last axis (MATLAB's order) to the first axis."""
     return array.reshape((1, *array.shape)) if array.ndim == 2 else np.moveaxis(array, 2, 0)
 
 
@@ -139,7 +139,7 @@ def _element(content: memoryview, at: int, order: str, name: str) -> tuple[int, 
 def _shape_and_name(
     content: memoryview, order: str, name: str
 ) -> tuple[tuple[int, ...], str, int] | None:
-    """Return shape, name and start of the values of a matrix; None if it is not a real grid."""
+    """Return shape, name and start of values of a matrix; None if the matrix is not a real grid."""
     _, flags, at = _element(content, 0, order, name)
     _, sizes, at = _element(content, at, order, name)
     if len(flags) < 4 or len(sizes) % 4:

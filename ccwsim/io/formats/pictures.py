@@ -1,8 +1,7 @@
 """Convert pictures (PNG, JPEG, TIFF, GIF, BMP) to facies, and facies to pictures.
 
-Comments, colour profiles, camera data and extra frames can be huge or take hours to decode. They
-are therefore removed before a picture is decoded. Structures that no program writes, such as
-thousands of scans, raise an error.
+Comments, colour profiles, camera data and extra frames can be huge or take hours to decode, so they
+are removed before decoding. Implausible structures, such as thousands of scans, raise an error.
 """
 
 from __future__ import annotations
@@ -108,8 +107,8 @@ def picture_facies(
         colours, places = distinct_colours(picture.rgb)
         if len(colours) > MAX_COLOURS:
             raise CCWSIMError(
-                f"{picture.name} has {len(colours)} colours, as blur or smooth edges make; give "
-                "classes= (the number of facies) or a threshold on the grey value (0 to 255)"
+                f"{picture.name} has {len(colours)} colours, probably from blur or smooth edges; "
+                "give classes= (the number of facies) or a threshold on the grey value (0 to 255)"
             )
         return places.astype(np.int64)
     grey = grey_of(picture.rgb)
@@ -123,7 +122,7 @@ def picture_as_bytes(
     *,
     are_codes: bool = False,
 ) -> bytes:
-    """Return colour indices, shape (ny, nx), row 0 at the south, as a palette PNG, north up.
+    """Return a palette PNG (north up) of colour indices, shape (ny, nx), row 0 at the south.
 
     After the n colours, the palette contains white for gaps between maps. With `are_codes`, the
     file marks the indices as facies codes.
@@ -134,7 +133,7 @@ def picture_as_bytes(
     b'PNG'
     """
     if indices.min() < 0 or indices.max() > min(n_colours, 255):
-        raise CCWSIMError(f"a picture of {n_colours} colours cannot show {indices.max()}")
+        raise CCWSIMError(f"a picture of {n_colours} colours cannot show colour {indices.max()}")
     palette = np.vstack([colours_for(n_colours, colours), [[255, 255, 255]]])[:256]
     image = Image.fromarray(np.ascontiguousarray(indices[::-1].astype(np.uint8)))
     image.putpalette(palette.astype(np.uint8).tobytes())
@@ -173,7 +172,7 @@ def _on_white(image: Image.Image) -> NDArray[np.uint8]:
 
 
 MAX_COLOURS = 16
-"""Maximum number of colours that are facies; more colours indicate blur or shading."""
+"""Maximum number of colours that count as facies; more colours indicate blur or shading."""
 
 GREY = 24
 """Maximum difference between red, green and blue for a colour to count as grey."""
@@ -286,8 +285,8 @@ def facies_colours_of(picture: PictureFile, codes: NDArray[np.int64]) -> list[st
 def nearest_colours(rgb: NDArray[np.uint8], n: int) -> NDArray[np.int64]:
     """Return the facies of a picture reduced to n colours, numbered from dark to light.
 
-    The first colour is the most frequent one. Each further colour is frequent and differs much from
-    the colours already chosen. Lloyd's k-means on the histogram of colours then refines them.
+    The first colour is the most frequent colour. Each further colour is frequent and differs
+    strongly from the colours already chosen. Lloyd's k-means then refines the colours.
 
     Examples
     --------
@@ -357,7 +356,7 @@ _TIFF_SIZES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 6: 1, 7: 1, 8: 2, 9: 4, 10: 8, 11: 
 
 
 def bare_picture(content: bytes, name: str, keep_text: bytes = b"") -> bytes:
-    """Return a picture in the same format, but with only its first frame."""
+    """Return a picture reduced to its first frame, in the same format."""
     kinds = struct.error, IndexError, ValueError, OverflowError
     with broken(f"{name}: the picture is broken; save it again as PNG", *kinds):
         if content.startswith(b"\x89PNG"):
@@ -394,7 +393,7 @@ def _jpeg(content: bytes, name: str) -> bytes:
         while content[at + 1] == 0xFF:
             at += 1
         marker = content[at + 1]
-        if marker == 0xDA:  # first scan; after it there are only tables and scans
+        if marker == 0xDA:  # the first scan; only tables and scans follow
             scans = content.count(b"\xff\xda", at)
             if scans > MAX_SCANS:
                 raise _too_many(name, "scans", MAX_SCANS)
@@ -472,21 +471,21 @@ def _tiff(content: bytes, name: str) -> bytes:
     )
     sizes = [_TIFF_SIZES.get(int(e["kind"]), 0) * int(e["count"]) for e in entries]
     if sum(sizes) > len(content) + 4 * n:
-        raise CCWSIMError(f"{name}: the picture promises more than it has; save it again as PNG")
+        raise CCWSIMError(f"{name}: the picture is incomplete; save it again as PNG")
     values = {int(e["tag"]): _tiff_values(content, order, e) for e in entries}
     strips = values.get(279, values.get(325, []))
     tile = [*values.get(322, []), *values.get(323, [])]
     if set(values.get(259, [])) - set(_TIFF_PACKINGS):
-        raise CCWSIMError(f"{name}: its compression is not supported; save it as PNG")
+        raise CCWSIMError(f"{name}: this TIFF compression is not supported; save it as PNG")
     if len(strips) > MAX_STRIPS:
         raise _too_many(name, "strips", MAX_STRIPS)
     if sum(strips) > len(content) or prod(tile or [1]) > limits().cells:
-        raise CCWSIMError(f"{name}: the picture promises more than it has; save it again as PNG")
+        raise CCWSIMError(f"{name}: the picture is incomplete; save it again as PNG")
     return content
 
 
 def _tiff_values(content: bytes, order: str, entry: np.void) -> list[int]:
-    """Return the integers of an entry on compression or sizes; return [] for other entries."""
+    """Return the integers of a TIFF entry for compression or sizes; return [] for other entries."""
     kind, count = int(entry["kind"]), int(entry["count"])
     if kind not in (3, 4) or int(entry["tag"]) not in (259, 279, 322, 323, 325):
         return []
