@@ -19,13 +19,13 @@ from ccwsim.model.errors import CCWSIMError, shown
 MIB = 2**20
 
 MAX_VARIABLES = 1000
-"""Maximum number of variables in a file, because the user chooses one from a list."""
+"""Maximum number of variables in a file, from which a user can choose in a list."""
 
 PACKED_FREELY = 64 * MIB
-"""Unpacked bytes allowed at any ratio, because images of one facies compress extremely well."""
+"""Unpacked bytes allowed at any compression ratio; uniform images compress extremely well."""
 
 MAX_MEMBERS = 2000
-"""Maximum number of files in a zip; limited because Python creates an object for each of them."""
+"""Maximum number of files in a zip, for each of which Python creates an object."""
 
 
 @dataclass(frozen=True)
@@ -37,10 +37,10 @@ class FileLimits:
     ratio: float = inf  # unpacked bytes per packed byte, for parts larger than `PACKED_FREELY`
     cells: int = 4_000_000_000  # number of values of all variables, or pixels of a picture
     whole: int = 4_000_000_000  # like `cells`, for a file that is read only in part
-    points: int = 10_000_000  # number of hard data; each is checked during simulation and drawn
-    lines: int = 200_000_000  # number of lines of a text table; each becomes an object
-    line_bytes: int = 1024 * MIB  # bytes of one line, which becomes one object
-    fields: int = 100_000_000  # number of fields of a table that are read one by one
+    points: int = 10_000_000  # number of hard data, which are checked and plotted one by one
+    lines: int = 200_000_000  # number of lines of a text table, stored as objects
+    line_bytes: int = 1024 * MIB  # maximum number of bytes of a line
+    fields: int = 100_000_000  # number of fields of tables with text or empty fields
     seconds: float = inf  # maximum reading time
 
 
@@ -70,7 +70,7 @@ def limits() -> FileLimits:
 
 @contextmanager
 def limited(to: FileLimits) -> Iterator[None]:
-    """Apply limits to all readers inside the block; reading time is measured from its start.
+    """Apply limits to all readers inside the block; reading time counts from the block's start.
 
     Examples
     --------
@@ -96,7 +96,7 @@ def check_time(name: str) -> None:
 
 
 def check_cells(name: str, shape: tuple[int, ...], *, whole: bool = False) -> int:
-    """Return the number of values of a shape; raise an error if it is 0 or above the limit.
+    """Return the number of values of a shape; raise an error for 0 or too many values.
 
     With `whole`, the limit is higher, because only a part of the file is read.
     """
@@ -129,7 +129,7 @@ def check_packing(name: str, n_packed: int, n_bytes: int) -> None:
     """Raise an error if unpacking a file gives implausibly many bytes."""
     if n_bytes > PACKED_FREELY and n_bytes > limits().ratio * max(n_packed, 1):
         raise CCWSIMError(
-            f"{name}: {n_bytes} bytes packed into {n_packed} are implausible; save it uncompressed"
+            f"{name}: {n_bytes} bytes packed into {n_packed} are implausible; save uncompressed"
         )
 
 

@@ -58,13 +58,13 @@ class ServerLimits:
             )
 
     def __str__(self) -> str:
-        """Describe the largest allowed run; empty without limits."""
+        """Describe the largest allowed run; return an empty text if there are no limits."""
         parts = []
         if self.cells is not None:
             parts.append(f"{format_number(self.cells)} cells × realizations")
         if self.data is not None:
             parts.append(f"{self.data:,} hard data")
-        return f"This server takes up to {' and '.join(parts)} a run." if parts else ""
+        return f"This server allows up to {' and '.join(parts)} per run." if parts else ""
 
 
 def limits_of_environment() -> ServerLimits:
@@ -115,12 +115,12 @@ def admit(demand: Demand, promised: float = 0.0) -> None:
     free = free_bytes(limits)
     if free is None or demand.n_bytes <= free - promised:
         return
-    others = "" if demand.n_bytes > free else " now, beside other runs; wait for them or"
+    others = "" if demand.n_bytes > free else " now, beside other runs; wait for these runs, or"
     raise CCWSIMError(
-        f"this run needs about {format_bytes(demand.n_bytes)} of memory, and "
+        f"this run needs about {format_bytes(demand.n_bytes)} of memory, but "
         f"{format_bytes(max(free - promised, 0))} are free{others or ':'} ask for fewer "
         "realizations or a smaller grid, or use the command line with --output FILE.npy, which "
-        "keeps realizations on disk"
+        "writes realizations to disk"
     )
 
 

@@ -60,8 +60,7 @@ def classify(
     if classes is None and not are_codes(array):
         raise CCWSIMError(
             f"{label}: values from {array.min():g} to {array.max():g} look continuous; give a "
-            "threshold (values at or above it become 1), a number of classes of equal size, or a "
-            "list of class edges"
+            "threshold (values at or above it become 1), a number of classes, or class edges"
         )
     if asks_for_codes(classes):
         return as_integers(array, label)
@@ -70,7 +69,7 @@ def classify(
 
 
 def asks_for_codes(classes: Classes) -> bool:
-    """Return whether `classes` is None or "codes", so that the values stay unchanged.
+    """Return whether the values stay unchanged, because `classes` is None or "codes".
 
     Examples
     --------

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 STRAIGHT = 1e-6
-"""Minimum bend between two stations in radians; below it, the path counts as straight."""
+"""Minimum bend between two stations in radians; with a smaller bend, the path is straight."""
 
 
 class Stations(NamedTuple):
