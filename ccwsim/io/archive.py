@@ -71,6 +71,6 @@ def opened_archive(content: bytes, name: str) -> Iterator[Archive]:
             f"{name}: {entries} files in a zip are more than {MAX_MEMBERS}; save only the needed "
             "files"
         )
-    said = broken(f"{name}: the zip file is broken", remedy="get it again")
+    said = broken(f"{name}: the zip file is broken", remedy="get the file again")
     with said, zipfile.ZipFile(BytesIO(content)) as archive:
         yield Archive(archive, name)

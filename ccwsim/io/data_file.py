@@ -24,11 +24,11 @@ class DataFile:
 
     kind: str  # name of the format, for messages
     name: str  # name of the file in messages
-    # grids of shape (nz, ny, nx), stacks of volumes, or columns of a table, shape (n,)
+    # grids (nz, ny, nx), stacks of volumes, or columns of a table, shape (n,)
     variables: dict[str, NDArray]
     # whether the variables are columns of a table: points, or a grid of unknown size
     is_table: bool = False
-    # shape (n,): for each row of a table or text matrix, its line number in the file, from 1
+    # line number of each row of a table or text matrix in the file, from 1, shape (n,)
     lines: NDArray[np.int64] | None = None
     south_first: bool = True  # whether the first row is the south in this format
     asks_up: bool = False  # whether the user must check `south_first`

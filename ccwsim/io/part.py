@@ -75,7 +75,7 @@ def thinning(shape: tuple[int, int]) -> int:
 def largest_without_gaps(known: NDArray[np.bool_]) -> tuple[int, int, int, int]:
     """Return the largest rectangle without unknown cells: first row and column, rows, columns.
 
-    All four numbers are 0 if no cell is known. For each row, the largest rectangle under the
+    All four numbers are 0 if no cell has a value. For each row, the largest rectangle under the
     histogram of heights of known cells is computed in linear time.
     """
     ny, nx = known.shape

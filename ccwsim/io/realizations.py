@@ -102,7 +102,7 @@ def realizations_as_bytes(
         return _npz(ensemble)
     if kind == "png":
         if ensemble.grid.nz is not None:
-            raise CCWSIMError("a PNG holds maps, not volumes; write npz, vti or gslib")
+            raise CCWSIMError("a PNG can show maps, not volumes; write npz, vti or gslib")
         n_facies = ensemble.training_image.n_facies
         return picture_as_bytes(_sheet(ensemble.indices, n_facies), n_facies, colours)
     if kind == "nc":

@@ -226,7 +226,7 @@ def training_image_as_bytes(
     if kind == "png":
         if training_image.n_dimensions == 3:
             raise CCWSIMError(
-                "a PNG holds maps, not volumes: write one layer, TrainingImage(ti.array[k]), or "
+                "a PNG can show maps, not volumes; write one layer, TrainingImage(ti.array[k]), or "
                 "npy or sgems"
             )
         return _png(training_image, colours)

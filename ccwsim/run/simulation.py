@@ -113,7 +113,7 @@ def simulate(
     try:
         data_status, seconds = np.zeros((n, study.hard_data.n), np.int16), np.zeros(n)
     except (MemoryError, ValueError):
-        raise CCWSIMError(f"{n} realizations do not fit into memory; ask for fewer") from None
+        raise CCWSIMError(f"{n} realizations do not fit into memory; simulate fewer") from None
     with store_of(study, n, keep_sources, out) as store:
 
         def take(k: int, r: Realization) -> None:

@@ -87,9 +87,9 @@ class TestTrainingImages:
         np.testing.assert_array_equal(cio.read_grid(BytesIO(content), volume=True), CODES)
 
     def test_pictures_are_maps(self):
-        with pytest.raises(CCWSIMError, match="a picture, one layer"):
+        with pytest.raises(CCWSIMError, match="a picture with one layer"):
             read(sample.picture())
-        with pytest.raises(CCWSIMError, match="a PNG holds maps"):
+        with pytest.raises(CCWSIMError, match="a PNG can show maps"):
             cio.training_image_as_bytes(IMAGE, "png")
 
     def test_a_promise_that_does_not_hold_says_both_numbers(self):
@@ -145,7 +145,7 @@ class TestRealizations:
 
     @pytest.mark.parametrize("kind", ["png", "tif"])
     def test_formats_of_maps_say_what_to_write_instead(self, kind):
-        with pytest.raises(CCWSIMError, match="holds maps, not volumes"):
+        with pytest.raises(CCWSIMError, match="can show maps, not volumes"):
             cio.realizations_as_bytes(an_ensemble(), kind)
 
 

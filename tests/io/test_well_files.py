@@ -86,7 +86,7 @@ def test_columns_are_named():
     cells = points(text, x="b", y="d", facies="a", coordinates="cells")
     assert cells.places.tolist() == [[4, 2]]
     assert not cells.world
-    with pytest.raises(CCWSIMError, match="no variable 'e'; it has 'a', 'b', 'c', 'd'"):
+    with pytest.raises(CCWSIMError, match="no variable 'e'; choose from 'a', 'b', 'c', 'd'"):
         points(text, x="e")
     with pytest.raises(CCWSIMError, match="x and y are both 'a'"):
         points(text, x="a", y="a")
@@ -239,7 +239,7 @@ def test_points_that_no_grid_fits_are_said(places, options, message):
 def test_geojson_of_names_and_other_shapes():
     found = points(sample.geojson(["sand", "clay", None, "sand"]))
     assert (found.words, found.n_missing, found.counted) == (("clay", "sand"), 1, "feature")
-    with pytest.raises(CCWSIMError, match="feature 1: a LineString, where a Point is needed"):
+    with pytest.raises(CCWSIMError, match="feature 1: the geometry is a LineString, not a Point"):
         points(sample.geojson().replace(b'"Point"', b'"LineString"', 1))
     for broken in (
         b'{"features": 3}',
@@ -263,7 +263,7 @@ def test_geopackage_and_shapefile_read_alike(ending):
     content = sample.gis(ending)
     data = cio.read_hard_data(BytesIO(content), (3, 4))
     assert data.digest == cio.read_hard_data(BytesIO(sample.csv()), (3, 4)).digest
-    few, said = upload_limits({"CCWSIM_MAX_UPLOAD_POINTS": "3"}), "4 points of 2 columns are more"
+    few, said = upload_limits({"CCWSIM_MAX_UPLOAD_POINTS": "3"}), "4 points with 2 columns exceed"
     with limited(few), pytest.raises(CCWSIMError, match=said):
         cio.read_points(BytesIO(content))
     with pytest.raises(CCWSIMError, match="file"):
@@ -277,5 +277,5 @@ def test_without_pyogrio_the_package_is_named(monkeypatch):
 
 
 def test_a_shape_alone_says_what_it_lacks():
-    with pytest.raises(CCWSIMError, match=r"lacks its table \(.dbf\)"):
+    with pytest.raises(CCWSIMError, match=r"without its table \(.dbf\)"):
         points(b"\0\0\x27\x0a" + bytes(96))

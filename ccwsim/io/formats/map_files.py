@@ -72,7 +72,7 @@ def geotiff_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
     Raises `CCWSIMError` if rasterio is missing, codes do not fit a GeoTIFF, or maps are volumes.
     """
     if grid.nz is not None:
-        raise CCWSIMError("a GeoTIFF holds maps, not volumes; write vti, npz or gslib")
+        raise CCWSIMError("a GeoTIFF can show maps, not volumes; write vti, npz or gslib")
     rasterio = _package("tif")
     from rasterio.io import MemoryFile
 

@@ -98,7 +98,7 @@ def _unpacked(data: memoryview, left: int, order: str, name: str) -> bytes:
     try:
         start = stream.decompress(data, _START)
         if len(start) < 8:
-            raise CCWSIMError(f"{name} ends in the middle of a variable; get the whole file")
+            raise CCWSIMError(f"{name} ends in the middle of a variable; get a complete file")
         kind, size = np.frombuffer(start, order + "u4", count=2).tolist()
         if kind == _MATRIX:
             _shape_and_name(memoryview(start)[8:], order, name)
@@ -123,7 +123,7 @@ def _unpacked(data: memoryview, left: int, order: str, name: str) -> bytes:
 def _element(content: memoryview, at: int, order: str, name: str) -> tuple[int, memoryview, int]:
     """Return type, data and end of the element at byte `at`."""
     if at + 8 > len(content):
-        raise CCWSIMError(f"{name} ends in the middle of a variable; get the whole file")
+        raise CCWSIMError(f"{name} ends in the middle of a variable; get a complete file")
     first, second = np.frombuffer(content, order + "u4", count=2, offset=at).tolist()
     if first >> 16:  # short element: one word holds size and type, the next word holds the data
         size, start, end = first >> 16, at + 4, at + 8
@@ -132,7 +132,7 @@ def _element(content: memoryview, at: int, order: str, name: str) -> tuple[int, 
         kind, size, start = first, second, at + 8
         end = start + size + -size % 8
     if start + size > len(content) or (first >> 16 and size > 4):
-        raise CCWSIMError(f"{name} ends in the middle of a variable; get the whole file")
+        raise CCWSIMError(f"{name} ends in the middle of a variable; get a complete file")
     return kind, content[start : start + size], end
 
 

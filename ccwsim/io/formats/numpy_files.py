@@ -79,7 +79,7 @@ def read_npz(content: bytes, name: str) -> DataFile:
 
 
 def npz_arrays(content: bytes, name: str, kinds: Mapping[str, str]) -> dict[str, NDArray]:
-    """Return the members of an `.npz` file that `kinds` lists with their allowed NumPy kinds.
+    """Return members of an `.npz` file; `kinds` maps their names to the allowed NumPy kinds.
 
     Examples
     --------

@@ -111,7 +111,7 @@ def _tree(content: bytes, name: str) -> tuple[ElementTree.Element, _Appended]:
     if b"<!DOCTYPE" in content or b"<!ENTITY" in content:  # entities can expand hugely
         raise CCWSIMError(f"{name}: XML declarations in VTK files are not allowed; save it again")
     kinds = ElementTree.ParseError, ValueError, LookupError
-    with broken(f"{name}: the XML is broken", *kinds, remedy="get the whole file"):
+    with broken(f"{name}: the XML is broken", *kinds, remedy="get the complete file"):
         return ElementTree.fromstring(content), appended
 
 
@@ -142,7 +142,7 @@ class _Values:
             raise CCWSIMError(f"{name}: compression by {packed} is not supported; use zlib")
 
     def read(self, array: ElementTree.Element, n: int) -> NDArray:
-        """Return the n values of an array; raise an error if the array has another length."""
+        """Return the n values of an array; raise an error if there are more or fewer."""
         check_time(self._name)
         kind = np.dtype(self._order + TYPES[array.get("type", "")])
         form, raw = array.get("format", "ascii"), False
@@ -220,4 +220,4 @@ class _Values:
         )
 
     def _raise_end(self) -> NoReturn:
-        raise CCWSIMError(f"{self._name} ends in the middle of an array; get the whole file")
+        raise CCWSIMError(f"{self._name} ends in the middle of an array; get a complete file")

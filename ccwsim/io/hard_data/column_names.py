@@ -79,7 +79,7 @@ def place_columns(
     coordinates: str | None = None,
     taken: Sequence[str] = (),
 ) -> tuple[str, str, bool, list[str]]:
-    """Return the columns of x and y or of col and row, whether units are world units, and notes.
+    """Return two columns of coordinates, whether coordinates are in world units, and notes.
 
     Columns in `taken` already have another role, so they are not guessed as coordinates.
 

@@ -34,7 +34,7 @@ class PointColumns:
     """Name of the column of well names, only for a volume; "" for no column."""
     z: str | None = None
     """Name of the column of elevations, only for a volume. If the table has depths, these are
-    elevations of collars of vertical wells. With `coordinates="cells"`, name of the column of
+    elevations of collars of vertical wells. With `coordinates="cells"`, the column contains
     layers."""
     depth_from: str | None = None
     depth_to: str | None = None

@@ -73,11 +73,11 @@ class PlacedPoints:
     points: ImportedPoints
     """The imported points; an interval in a well has one point per cell."""
     cells: NDArray[np.int64]
-    """Shape (n, 2) or (n, 3): (layer,) row and column of each point, also outside the grid."""
+    """(Layer,) row and column of each point, also outside the grid; shape (n, 2) or (n, 3)."""
     facies: NDArray[np.int64]
-    """Shape (n,): facies codes; the code of an unknown name is the minimum of int64."""
+    """Facies codes, shape (n,); the code of an unknown name is the minimum of int64."""
     offsets: NDArray[np.float64]
-    """Shape (n,): distance of each point from the centre of its cell, in cells."""
+    """Distance of each point from the centre of its cell, in cells, shape (n,)."""
     outside: NDArray[np.int64]
     """Indices of points outside the grid."""
     unknown: NDArray[np.int64]
@@ -416,7 +416,7 @@ def _report(placed: PlacedPoints, keep: NDArray[np.bool_], ties: int) -> HardDat
             f"Cells with data of more than one facies: {len(placed.collisions)}; "
             f"{n_dropped - n_outside - n_unknown} of these {n_clashing} data were left out.",
         ),
-        (ties, f"Cells whose facies only the order of data in the file decided: {ties}."),
+        (ties, f"Cells of which only the data order in the file decided the facies: {ties}."),
         (n_repeated, f"Data that repeat another datum of their cell: {n_repeated}."),
         (
             placed.n_off_centre,

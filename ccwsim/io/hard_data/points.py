@@ -27,9 +27,9 @@ class ImportedPoints:
     """Coordinates, shape (n, 2) or (n, 3): x, y (and z) in world units if `world` is true,
     otherwise (layer,) row (from the south) and column."""
     values: NDArray[np.float64]
-    """Shape (n,): facies codes or values of a continuous variable, never NaN."""
+    """Facies codes or values of a continuous variable, shape (n,); never NaN."""
     lines: NDArray[np.int64]
-    """Shape (n,): the line number of each datum in the file; the first line has number 1."""
+    """The line number of each datum in the file, from 1, shape (n,)."""
     world: bool
     """Whether `places` are world coordinates."""
     counted: str
@@ -46,7 +46,7 @@ class ImportedPoints:
     grid: Grid | None = None
     """The grid of the file, if the file is a grid with gaps."""
     spans: NDArray[np.float64] | None = None
-    """Shape (n, 2): z of the bottom and the top of each interval in a vertical well; `places`
+    """Heights z of bottom and top of each interval in a vertical well, shape (n, 2); `places`
     contains the middle of each interval."""
     wells: Mapping[int, str] = field(default_factory=dict)
     """Well names by line number, if the file has well names (only for a volume)."""

@@ -173,7 +173,7 @@ def _of_table(file: DataFile, assigned: Assignment) -> ImportedPoints:
         along.append(z)
         if depths:
             names = " and ".join(depths)
-            notes.append(f"{roles['z']} is read as the height of the collar, and {names} as depth.")
+            notes.append(f"{roles['z']} is the height of the collar. Depths below it: {names}.")
     else:
         height = height_column(list(file.variables), roles["facies"])
         if height and len(np.unique(file.variables[height])) > 1:
