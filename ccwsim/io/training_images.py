@@ -77,7 +77,7 @@ def read_training_image(
         Index of the slice of a 3-D grid, from 0.
     crop : (row, column, n_rows, n_columns), optional
         Rectangle to cut from each layer. `row` (from the south) and `column` define the south-west
-        cell; `n_rows` and `n_columns` are in cells.
+        cell of the rectangle.
     every : int
         Keep only the middle cell of each square of `every` × `every` cells, in all layers.
     threshold, classes : optional

@@ -108,7 +108,7 @@ def test_files_cut_at_any_byte_are_never_read_as_something_else(name):
 @pytest.mark.parametrize("name", ["sgems", "geone", "esri"])
 def test_texts_that_end_early_say_so(name):
     content = SAMPLES[name].rstrip().rsplit(None, 1)[0]
-    with pytest.raises(CCWSIMError, match="promises"):
+    with pytest.raises(CCWSIMError, match="states"):
         cio.read_training_image(io.BytesIO(content))
 
 

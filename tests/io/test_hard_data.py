@@ -100,7 +100,7 @@ def test_a_collision_names_cell_lines_and_facies():
     inside = CROWDED.rsplit(b"\n", 3)[0]
     with pytest.raises(CCWSIMError) as caught:
         load(inside)
-    assert "row 0, column 0 (line 2 says 0, line 3 says 1, line 4 says 1)" in str(caught.value)
+    assert "row 0, column 0 (line 2: 0, line 3: 1, line 4: 1)" in str(caught.value)
 
 
 def test_an_outsider_is_named():
@@ -232,7 +232,7 @@ def test_continuous_data_need_the_edges_of_the_training_image():
         (b"row,col,facies\n1e300,2,0\n", "line 2: rows and columns must be"),
         (b"x,y,facies\n1e300,2,0\n", "line 2: the coordinates are too far"),
         (b"x,facies\n1,2\n", "needs columns x, y, facies or row, col, facies"),
-        (sample.geo_eas_points(b"9"), "promises 9 points in line 1, but 4 follow"),
+        (sample.geo_eas_points(b"9"), "states 9 points in line 1, but 4 follow"),
         (sample.geo_eas_points() + b"1 2 3\n", "19 values do not fill rows of 4 columns"),
         (sample.geo_eas_points() + b"1 2 3\n4\n", "line 11: 4 numbers are needed in every line"),
         (sample.picture(), "is a picture; hard data must be a table or a grid"),

@@ -141,7 +141,7 @@ class TestWells:
             (well("A,1,1,0,1,1", "well,x,y,z,to,facies"), "add a column from"),
             (well("A,1,1,0,3,2,1"), "line 2: the depth from 3 is below the depth to 2"),
             (well("A,1,1,0,,2,1\nA,1,1,0,2,3,1"), "line 2: a coordinate is missing"),
-            (well("A,1,1,0,0,1e300,1"), "absurdly far"),
+            (well("A,1,1,0,0,1e300,1"), "too far"),
             (well("3,4,1", "row,col,facies"), "no column of layers"),
             ("1 2 0\n3 4 1\n", "four: x, y, z and facies|no column of heights"),
         ],
@@ -152,7 +152,7 @@ class TestWells:
 
     def test_two_facies_in_a_cell_are_said_with_the_layer(self):
         rows = "A,350005,4505010,0,1,2,0\nB,350006,4505011,0,1,2,1"
-        with pytest.raises(CCWSIMError, match=r"layer 16, row 0, column 0 \(line 2 says 0, line 3"):
+        with pytest.raises(CCWSIMError, match=r"layer 16, row 0, column 0 \(line 2: 0, line 3"):
             read(well(rows))
         assert read(well(rows), on_collision="drop").n == 0
 

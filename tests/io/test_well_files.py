@@ -37,7 +37,7 @@ def test_a_german_spreadsheet_in_utm_with_names():
     assert found.lines.tolist() == [3, 4, 5]
     data = cio.read_hard_data(BytesIO(sample.in_utm()), UTM, SAND, facies_names={"ton": 0})
     assert data.facies.tolist() == [1, 1, 0]
-    with pytest.raises(CCWSIMError, match=r"line 4: .* no facies 'Ton'; say .*names=\{'Ton': 1\}"):
+    with pytest.raises(CCWSIMError, match=r"line 4: .* no facies 'Ton'; give .*names=\{'Ton': 1\}"):
         cio.read_hard_data(BytesIO(sample.in_utm()), UTM, SAND)
     left = cio.import_hard_data(BytesIO(sample.in_utm()), UTM, SAND, on_unknown="drop")
     assert (left.hard_data.n, left.n_unknown) == (2, 1)
@@ -72,7 +72,9 @@ def test_headers_are_guessed_and_heights_are_no_facies(header, heights):
 @pytest.mark.parametrize("height", ["z", "depth", "Elevation [m]", "Tiefe", "TVD"])
 def test_a_height_or_the_name_of_a_well_is_taken_only_when_named(height):
     text = f"x,y,{height},well\n1,2,3,W1\n"
-    with pytest.raises(CCWSIMError, match=r"no column that looks like facies .*name it \(facies="):
+    with pytest.raises(
+        CCWSIMError, match=r"no column that looks like facies .*name the column \(facies="
+    ):
         cio.read_points(BytesIO(text.encode()))
     assert "facies" not in preview(text).guess
     assert points(text, facies=height).values.tolist() == [3]
@@ -142,7 +144,7 @@ def test_absurd_names_are_refused(names):
 
 
 def test_two_names_in_one_cell_are_told():
-    with pytest.raises(CCWSIMError, match="line 2 says Sand, line 3 says clay"):
+    with pytest.raises(CCWSIMError, match="line 2: Sand, line 3: clay"):
         cio.read_hard_data(BytesIO(b"x,y,f\n0,0,Sand\n0,0,clay\n"), (2, 3), SAND)
 
 

@@ -82,7 +82,7 @@ def test_an_interval_without_length_has_no_cells(tilt):
     surveys = None if tilt is None else b"well,depth,azimuth,inclination\nB,0,9,%d\n" % tilt
     found = imported(intervals=b"well,from,to,facies\nB,2.4,2.4,1\n", surveys=surveys)
     assert found.hard_data.n == 0
-    assert any(note.startswith("Intervals") and "1." in note for note in found.notes)
+    assert any(note.startswith("Depth intervals") and "1." in note for note in found.notes)
 
 
 def test_a_length_may_be_known_of_some_wells_alone():

@@ -163,7 +163,7 @@ def _table(kind: str, name: str, points: list[Point]) -> DataFile:
     properties = dict.fromkeys(str(key) for point in points for key in point.values)
     keys = distinct_names(["x", "y", *properties])
     if len(keys) > MAX_VARIABLES:
-        raise CCWSIMError(f"{name}: {len(keys)} columns are more than {MAX_VARIABLES}")
+        raise CCWSIMError(f"{name}: {len(keys)} columns exceed the limit of {MAX_VARIABLES}")
     check_cells(name, (len(points), len(keys)))
     variables = {"x": np.array([p.x for p in points]), "y": np.array([p.y for p in points])}
     words: dict[str, tuple[str, ...]] = {}

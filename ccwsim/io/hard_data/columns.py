@@ -39,7 +39,7 @@ class PointColumns:
     depth_from: str | None = None
     depth_to: str | None = None
     depth: str | None = None
-    """Names of the columns of depths below z, only for a volume: from and to, or one depth."""
+    """Columns of depths below z, only for a volume: from and to, or one depth; "" for no column."""
     coordinates: str | None = None
     """Whether two columns with unclear names are x and y ("world"), or row and col ("cells")."""
     up: bool | None = None

@@ -327,7 +327,7 @@ def _points(
     n_empty = sum(not part.n for part in parts[1:])
     notes = parts[0].notes
     if n_empty:
-        notes += (f"Intervals too short to contain data of a cell: {n_empty}.",)
+        notes += (f"Depth intervals too short to contain data of a cell: {n_empty}.",)
     notes += _notes_on_paths(points, names, end, wells)
     arrays = {
         name: [getattr(part, name) for part in parts] for name in ("places", "values", "lines")
