@@ -1,4 +1,4 @@
-"""Batches of realizations: a few at a time are sent to workers and collected when they return."""
+"""Batches of realizations, which are sent to workers and collected a few at a time."""
 
 from __future__ import annotations
 
@@ -32,7 +32,8 @@ class BatchBackend:
     """Sends batches to an executor of `concurrent.futures`, which stays open.
 
     A request contains only the key of its study. If the worker lacks the study, the batch is sent
-    again with the study. `n_workers` applies if the executor does not tell its number of workers.
+    again with the study. `n_workers` applies only if the executor does not report its number of
+    workers.
     """
 
     def __init__(self, executor: Any, n_workers: int) -> None:
@@ -65,7 +66,7 @@ class BatchBackend:
         return self._flag.shares(numbers)
 
     def recovers(self, error: BaseException) -> bool:
-        """Return whether to send a failed batch again; raise `CCWSIMError` if this cannot help."""
+        """Return whether to resend a failed batch; raise `CCWSIMError` if resending cannot help."""
         if isinstance(error, BrokenExecutor):
             raise CCWSIMError(
                 "a worker process ended before its work was done, perhaps for lack of memory; "
@@ -133,7 +134,7 @@ class BatchRunner:
                 return
 
     def _receive(self, take: Take) -> None:
-        """Wait a moment for replies, and collect those that arrived."""
+        """Wait a moment for replies, and collect the replies that arrived."""
         done, _ = wait(self._out, POLL_SECONDS, FIRST_COMPLETED)
         for future in done:
             batch = self._out.pop(future)

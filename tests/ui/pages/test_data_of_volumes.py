@@ -189,7 +189,7 @@ def test_wells_in_tables_are_taken_as_soon_as_they_fit():
     assert [file.name for file in state.choices.data.files] == [
         "intervals.csv", "collars.csv", "surveys.csv"
     ]  # fmt: skip
-    assert "taken as vertical: 1 (A)" in captions(app)
+    assert "assumed vertical: 1 (A)" in captions(app)
     named(app.button, "undo").click().run()
     assert data_of(state.choices).n == 24
 

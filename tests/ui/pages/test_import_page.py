@@ -146,7 +146,7 @@ def test_facies_of_a_draft_keep_their_names_and_colours():
 
 def test_points_are_told_from_an_image():
     app = opened("import", imported("wells.csv", b"x,y,facies\n1,2,1\n3,4,0\n")).run()
-    assert "holds points" in texts(app)
+    assert "contains points" in texts(app)
     named(app.button, "image_keep").click().run()
     assert texts(app) == ""
     assert app.session_state[KEY].choices == STUDY

@@ -95,7 +95,7 @@ def test_a_depth_that_was_guessed_can_be_left_out():
     app = bring(launched(), "file", text)
     assert data_of(state_of(app).choices).triples == ((6, 2, 10, 1),)
     captions = " ".join(c.value for c in app.caption)
-    assert "z is the height of the collar, and depth below it." in captions
+    assert "z is the height of the collar. Depths below it: depth." in captions
     heads = list(app.dataframe[0].value.columns)
     assert {"well → well", "z → z", "depth → depth"} <= {*heads}
     choose(app, depth="")
