@@ -19,59 +19,59 @@ PER_AXIS = ("template_size", "overlap_size", "wavelet_level")
 """Parameters with one integer for all axes or, in a volume, three integers along z, y and x.
 `location_weight` likewise has one or three numbers."""
 MEANINGS = {
-    "template_size": "Side of the square patches in cells. Larger patches keep long shapes whole, "
-    "but fewer of them fit and the training image is copied more.",
+    "template_size": "Side of the square patches in cells. Larger patches keep long shapes intact, "
+    "but fewer of these patches fit into the training image, which is copied more.",
     "overlap_size": "Width of the overlap of neighbouring patches, in cells. A wider overlap joins "
     "shapes better and takes longer.",
-    "wavelet_level": "How often the Haar wavelet halves the resolution before overlaps are "
-    "compared. Higher is faster and coarser; 0 compares single cells. For ms-ccsim: how often the "
-    "images are coarsened.",
-    "n_candidates": "Number of best locations from which the patch is drawn. As published, K = 1 "
-    "copies large pieces of the training image; larger K copies less and fits less well. By "
-    "default only locations with at most 8 more wrong cells than the best are drawn (more with "
-    "wide overlaps), and in maps locations that merely continue the image are excluded: K then has "
-    "little effect; in volumes K = 1 copies more than K = 20. Near hard data the limit is 6 cells, "
-    "which often leaves one or two locations: with dense data K has little effect.",
+    "wavelet_level": "Number of times that the Haar wavelet halves the resolution before overlaps "
+    "are compared. A higher level is faster and coarser; level 0 compares single cells. For "
+    "ms-ccsim, the number of times that images are coarsened.",
+    "n_candidates": "Number of best locations from which the patch is chosen at random. As "
+    "published, K = 1 copies large pieces of the training image; a larger K copies less but fits "
+    "worse. By default, a location may have at most 8 more wrong cells than the best location "
+    "(more with wide overlaps). In maps, locations that merely continue the image are excluded, "
+    "and K has little effect. In volumes, K = 1 copies more than K = 20. Near hard data, the limit "
+    "is 6 cells, so dense data often leave only one or two locations.",
     "method": "ccwsim searches wavelet coefficients; ccsim searches single cells (level 0); "
     "ms-ccsim searches a coarsened image, then refines the locations scale by scale.",
-    "similarity": "How overlap and training image are compared: by the sum of squared differences "
-    "(the smallest is best), as in the authors' code; or by the plain cross-correlation of the "
-    "paper (the largest is best).",
-    "search_fraction": "With hard data, only this share of the locations, those with the best "
-    "overlaps, is searched for one that fits the data. A smaller share fits overlaps better, a "
-    "larger share fits more data at once.",
-    "co_template": "Number of template sizes ahead along the path in which hard data count; 1 "
-    "counts only data in the patch.",
-    "random_path": "Start each realization from a random corner along a random axis (8 ways), with "
-    "the first patch a random distance before the grid. Off: always from the south-west, along "
-    "rows.",
-    "template_variation": "Each realization draws its own template size, up to this share smaller "
-    "or larger than T.",
-    "match_proportions": "Among the candidates prefer patches that bring the facies proportions "
-    "towards those of the training image, so that all realizations have nearly equal proportions. "
+    "similarity": "Measure for comparing overlaps with the training image: the sum of squared "
+    "differences (smallest is best), as in the authors' code, or the plain cross-correlation "
+    "(largest is best), as in the paper.",
+    "search_fraction": "Share of the locations that is searched for a fit to hard data: the "
+    "locations with the best overlaps. A smaller share fits overlaps better, and a larger share "
+    "fits more data at once.",
+    "co_template": "Distance along the path, in template sizes, up to which the search considers "
+    "hard data; 1 considers only data in the patch.",
+    "random_path": "Start each realization at a random corner along a random axis (8 "
+    "combinations), with the first patch a random distance before the grid. Off: start at the "
+    "south-west corner, along rows.",
+    "template_variation": "Maximum relative difference between T and the random template size of "
+    "each realization.",
+    "match_proportions": "Prefer candidates that bring the facies proportions towards the "
+    "proportions of the training image, so that all realizations have nearly equal proportions. "
     "Off: proportions vary between realizations, as between equal-sized pieces of the image; with "
-    "more hard data they are nearer to the proportions of the data.",
-    "published_draw": "Draw patches as published: the first patch begins at the corner of the "
-    "grid, any of the K best locations may be drawn, and nothing steers the proportions. Off: the "
-    "first patch begins a random distance before the grid; locations that fit much worse than the "
-    "best or merely continue the image are excluded; without data two locations are drawn and the "
-    "better one is used.",
+    "more hard data, the proportions are nearer to the proportions of the data.",
+    "published_draw": "Choose patches as published: the first patch begins at the corner of the "
+    "grid, any of the K best locations may be chosen, and proportions are not controlled. Off: the "
+    "first patch begins a random distance before the grid. Locations that fit much worse than the "
+    "best location or merely continue the image are excluded. Without data, two locations are "
+    "chosen at random and the better location is used.",
     "repair_seams": "Change single cells and re-simulate windows if patches are joined in ways "
     "absent from the training image, such as steps in a boundary or dead ends of channels. Turn "
-    "it off for the published method. If hard data are not honoured exactly, nothing is repaired.",
-    "location_weight": "How strongly each patch is tied to its own location in the training image, "
-    "for images that change from one end to the other: at 1 a patch from the other end is used "
-    "only if it fits better by a whole overlap; 0 takes patches from anywhere. In a volume, "
-    "(0.5, 0, 0) along z, y and x keeps only a vertical trend.",
-    "refine": "Shift each drawn patch by up to 2^level − 1 cells to the location that fits best at "
-    "full resolution. This closes the breaks that a coarse level leaves.",
+    "it off for the published method. Seams are repaired only if data are honoured exactly.",
+    "location_weight": "Weight that ties each patch to its own location in the training image, for "
+    "images that change from one end to the other. At 0, patches come from anywhere. At 1, a patch "
+    "from the other end is used only if its fit is better by an entire overlap. In a volume, (0.5, "
+    "0, 0) along z, y and x reproduces only a vertical trend.",
+    "refine": "Shift each chosen patch by up to 2^level − 1 cells to the location that fits best "
+    "at full resolution. The shift closes breaks that a coarse level leaves.",
     "exact_data": "Honour every datum at full resolution. Off, as in the published CCWSIM code: "
-    "data condition only the search on the coarse grid; mismatches are not corrected.",
+    "data condition only the search on the coarse grid, and mismatches are not corrected.",
 }
 
 
 def _parameter(default: Any, symbol: str, matlab: str, allowed: str) -> Any:
-    """Return a field with its symbol in the paper and its name in the authors' code."""
+    """Return a dataclass field with the symbol in the paper and the name in the authors' code."""
     about = {"symbol": symbol, "matlab": matlab, "allowed": allowed}
     return field(default=default, metadata=about)
 
@@ -85,7 +85,7 @@ class Lengths(NamedTuple):
 
 
 def describe_weight(weight: Any) -> str:
-    """Return a location weight in words.
+    """Return a location weight as text.
 
     Examples
     --------
@@ -131,16 +131,16 @@ class Parameters:
 
     @property
     def scale(self) -> int:
-        """Number of times that images are coarsened: the largest level for "ms-ccsim", else 0."""
+        """Number of times that images are coarsened: the largest level for "ms-ccsim", or 0."""
         return max(_triple(self.level)) if self.method == "ms-ccsim" else 0
 
     @property
     def draws_as_published(self) -> bool:
-        """Whether patches are drawn as published: on request, or if a weight along y or x is set.
+        """Whether patches are chosen as published: on request, or with a weight along y or x.
 
-        Such a location weight keeps patches near their own location. Few other patches could then
-        be drawn, and the first patch must begin at the corner of the grid. With a weight only along
-        z, patches may come from any location at their own height.
+        A location weight along y or x keeps patches near their location in the image. Few other
+        patches can then be chosen, and the first patch must begin at the corner of the grid. With a
+        weight only along z, patches may come from any location at the same height.
         """
         return self.published_draw or max(self.location_weights[1:]) > 0
 
@@ -179,7 +179,7 @@ class Parameters:
             value = getattr(self, name)
             if isinstance(value, tuple):
                 raise CCWSIMError(
-                    f"{name} = {value} has a number along z, y and x, but the grid is a map: give "
+                    f"{name} = {value} has numbers along z, y and x, but the grid is a map: give "
                     f"one number, such as {max(value)}"
                 )
         return Lengths((1, *template[1:]), (0, *overlap[1:]), (0, *level[1:]))
@@ -205,7 +205,7 @@ def legal_sizes(level: int, smallest: int, largest: int) -> list[int]:
 
 
 def _checked(name: str, value: Any, default: Any) -> Any:
-    """Return the value of a parameter, or of its three axes, or raise an error that names it."""
+    """Return a parameter's value or three values, or raise an error that names the parameter."""
     if name in CHOICES:
         if not isinstance(value, str) or value not in CHOICES[name]:
             allowed = ", ".join(CHOICES[name])
@@ -221,7 +221,7 @@ def _checked(name: str, value: Any, default: Any) -> Any:
     if not along_axes or name not in (*PER_AXIS, "location_weight"):
         return _checked_number(name, value, *PARAMETERS[name])
     low, high = PARAMETERS[name]
-    lows = {"template_size": 1, "overlap_size": 0}.get(name, low), low, low  # z may be thin
+    lows = {"template_size": 1, "overlap_size": 0}.get(name, low), low, low  # thin volumes
     sides = zip(AXES[::-1], value, lows, strict=True)
     return tuple(_checked_number(f"{name} along {axis}", v, low, high) for axis, v, low in sides)
 
@@ -256,7 +256,7 @@ def _check_sizes(p: Parameters) -> None:
 
 
 def _check_axis(where: str, template: int, overlap: int, level: int) -> None:
-    """Check the sizes along one axis, or all axes if sizes are equal; z may have fewer cells."""
+    """Check the sizes along one axis, or along all axes if equal; z may have fewer cells."""
     thin = where == " along z"
     _check_size("Template", where, template, level, 1 if thin else MIN_TEMPLATE, MAX_TEMPLATE)
     least = 0 if thin and template < MIN_TEMPLATE else 1
@@ -292,8 +292,8 @@ def _documented() -> str:
 _DOCUMENTATION = """All parameters of a simulation, checked when the object is made.
 
 For a volume template_size, overlap_size and wavelet_level may each be three
-numbers, along z, y and x; one number holds for all axes. Along z a template may have
-only 1 cell (overlap 0), or 2 or 3 cells (overlap 0 or 1), as volumes are often thin.
+numbers, along z, y and x; one number applies to all axes. Volumes are often thin, so a
+template along z may have only 1 cell (overlap 0), or 2 or 3 cells (overlap 0 or 1).
 
 Parameters
 ----------

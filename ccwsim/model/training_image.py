@@ -1,4 +1,4 @@
-"""The training image: the map or volume of facies that realizations should look like."""
+"""The training image: the map or volume of facies whose patterns realizations reproduce."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ class TrainingImage:
 
     @classmethod
     def of(cls, image: TrainingImage | ArrayLike) -> TrainingImage:
-        """Return a training image unchanged, or make one from an array of facies codes.
+        """Return a training image unchanged, or make a training image from an array of codes.
 
         Examples
         --------
@@ -158,6 +158,6 @@ def _indices_in(codes: NDArray[np.int64], integers: NDArray[np.int64]) -> NDArra
     low, high = int(codes[0]), int(codes[-1])
     if high - low >= 2**16:
         return np.searchsorted(codes, integers).astype(np.uint8)
-    places = np.zeros(high - low + 1, np.uint8)  # codes are close together: a table is fast
+    places = np.zeros(high - low + 1, np.uint8)  # a table is fast for similar codes
     places[codes - low] = np.arange(len(codes))
     return places[integers - low]
