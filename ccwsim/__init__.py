@@ -2,7 +2,7 @@
 
 The method follows Bavandsavadkoohi, Gloaguen, Tokhmechi, Arab-Amiri and Giroux (2024).
 
-Public names and subpackages are imported on first use to keep the start of the command line fast.
+Public names and subpackages are imported on first use, so that the command line starts quickly.
 """
 
 from __future__ import annotations

@@ -199,7 +199,7 @@ def anodi(
     own = as_image(training_image, codes)
     stacks = {str(name): as_stack(images, own.codes) for name, images in named.items()}
     if not stacks:
-        raise CCWSIMError("no ensemble was given; ANODI needs at least one")
+        raise CCWSIMError("ANODI needs at least one ensemble")
     side, layers = size_of(own, size), layers_of(own, *stacks.values())
     rows = pyramid_histograms(own, None, side, factors, layers=layers)
     step = HISTOGRAM_SHARE / sum(len(stack) for stack in stacks.values())

@@ -13,7 +13,7 @@ from ccwsim.model.arrays import as_array, check_int
 from ccwsim.model.errors import CCWSIMError, shown
 
 TIE = 1e-9
-"""Minimum difference between shares; smaller differences are ties because of rounding errors."""
+"""Minimum difference between shares; smaller differences count as ties (rounding errors)."""
 
 
 def coarsened(

@@ -134,7 +134,7 @@ class Geobodies:
     def share_in(self, at_least: ArrayLike) -> NDArray[np.float64]:
         """Return the share of the facies in geobodies of at least `at_least` cells, shape (n, m).
 
-        `at_least` contains m sizes. The share is 1 for size 1, and NaN if the facies is absent.
+        `at_least` contains m sizes in cells. The share is NaN if the facies is absent.
 
         Examples
         --------

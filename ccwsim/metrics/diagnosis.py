@@ -270,7 +270,7 @@ def diagnose(training_image: TrainingImage | ArrayLike) -> Diagnosis:
         )
         if quarters.vertical_trend.any() and along_z[1] < image.shape[0]:
             weight = TREND_WEIGHT, 0.0, 0.0
-            why = "Upper and lower layers differ. The weight takes patches from similar heights."
+            why = "Upper and lower layers differ. The weight keeps patches at similar heights."
             advice = *advice, Advice("location_weight", weight, why)
     n_fit = templates_that_fit(image.shape, advice[1].value)
     boxes = wanted if vertical is None else (advice[1].value[0], wanted, wanted)
@@ -336,8 +336,8 @@ def _trend(ti: Stack, named: tuple[str, ...], found: Stationarity) -> str:
     facies = int(sizes.argmax())
     share, difference = proportions(ti)[0, facies], found.vertical_differences[facies]
     return (
-        f"The upper half of the layers has {share + difference:.0%} of {named[facies]}, the lower "
-        f"half {share - difference:.0%}: there is a vertical trend. Realizations reproduce this "
+        f"The upper half of the layers has {share + difference:.0%} of {named[facies]}, and the "
+        f"lower half has {share - difference:.0%}. Realizations reproduce this vertical "
         "trend only with templates of all layers or with a location weight along z."
     )
 
@@ -349,8 +349,8 @@ def _drift(ti: Stack, named: tuple[str, ...], found: Stationarity) -> str:
     part, facies = divmod(int(np.where(found.drifting, sizes, 0).argmax()), ti.n_facies)
     share, error = p[facies] + found.differences[part, facies], found.errors[part, facies]
     return (
-        f"The {PARTS[part]} has {share:.0%} of {named[facies]}, the whole image "
-        f"{proportions(ti)[0, facies]:.0%}, but chance explains ±{2 * error:.1%} at most: the "
+        f"The {PARTS[part]} has {share:.0%} of {named[facies]} and the whole image "
+        f"{proportions(ti)[0, facies]:.0%}. Because chance explains ±{2 * error:.1%} at most, the "
         "image is not stationary. Realizations mix patterns of all parts of the image, unless a "
         "location weight is used."
     )

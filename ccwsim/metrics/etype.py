@@ -51,7 +51,7 @@ def vertical_proportions(images: Images, codes: Codes | None = None) -> NDArray[
     if not stack.is_volumes:
         raise CCWSIMError(
             "proportions by layer need volumes, shape (nz, ny, nx) or (n, nz, ny, nx), not "
-            f"{len(stack)} of shape {stack.shape}"
+            f"{len(stack)} maps of shape {stack.shape}"
         )
     n = stack.n_facies
     counts = [

@@ -16,7 +16,7 @@ SILL_SHARE = 0.95
 PROMINENCE = 0.1
 """Minimum prominence of a peak of the correlation; lower peaks are noise."""
 THICK_SHARE = 0.95
-"""Minimum share of a facies that squares as wide as the facies is thick must cover."""
+"""Minimum share of a facies covered by squares whose side is the thickness of the facies."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +27,7 @@ class Spacing:
     correlation: NDArray[np.float64]
     """Correlation 1 − Σ γ / Σ sill, with sums over facies, shape (n_lags,)."""
     range: int | None
-    """First lag at which γ reaches 95 % of the sill; None if γ stays below 95 %."""
+    """First lag at which γ reaches 95 % of the sill; None if γ stays below this value."""
     spacing: int | None
     """Distance between features: the lag of the first peak of the correlation. None if there is no
     peak."""
@@ -76,7 +76,7 @@ class Granulometry:
     """Share of the facies' cells covered by squares of each size that are inside the facies."""
 
     def thickness(self, share: float = THICK_SHARE) -> int:
-        """Return the largest size that keeps at least `share` of the facies; 0 without facies."""
+        """Return the largest size that keeps at least `share` of the facies; 0 if absent."""
         return int(np.count_nonzero(self.kept >= share))
 
 

@@ -65,7 +65,7 @@ def euler_number(inside: NDArray[np.bool_], neighbours: int) -> int:
 
 
 def _alternating_sum(cells: NDArray[np.bool_], combine: np.ufunc, axis: int = 0) -> int:
-    """Return (number of cells) − (number of combined pairs), applied along each axis in turn."""
+    """Return the alternating sum (number of cells) − (number of combined pairs) over all axes."""
     if axis == cells.ndim:
         return int(np.count_nonzero(cells))
     lines = np.moveaxis(cells, axis, 0)

@@ -85,8 +85,8 @@ class Quality:
 def judge(ensemble: Ensemble, facies: int | None = None) -> Quality:
     """Judge an ensemble by patterns, connectivity, proportions, copying, data and CPU time.
 
-    Copied pieces are measured if the ensemble was simulated with `keep_sources`. `facies` is the
-    facies of τ(h), by default the last facies. Raises `CCWSIMError` for a too small grid.
+    Measuring copied pieces needs an ensemble with `sources`. τ(h) is computed for `facies`, by
+    default the last facies. Raises `CCWSIMError` for a grid smaller than a pattern.
 
     Examples
     --------

@@ -36,13 +36,13 @@ from ccwsim.model.training_image import TrainingImage
 MIN_SIDE, MAX_SIDE = 8, 512
 """Limits of a crop's side in cells: smaller crops contain no pattern, larger crops are slow."""
 MAX_CROP_CELLS = 2_000_000
-"""Maximum number of cells of a crop of a volume."""
+"""Maximum number of cells in a crop from a volume."""
 MAX_CROPS_ALONG = 4
 """Maximum number of crops along an axis; crops overlap by about half or less."""
 MAX_CROPS_ABOVE = 2
 """Maximum number of crops along z in a volume."""
 MIN_CROPS = 3
-"""Minimum number of crops with a value that is not NaN; with fewer, the value is not judged."""
+"""Minimum number of crops in which a value is not NaN; otherwise the value is not judged."""
 MAX_PIECES = 32
 """Maximum number of pieces; more would not help because the crops limit the precision."""
 CURVE_ERRORS, VALUE_ERRORS = 4.0, 2.0

@@ -20,7 +20,7 @@ from ccwsim.system.machine import n_cores
 N_AXES = 3
 """Axes of a volume: layers from the bottom, rows from the south, columns from the west."""
 CELLS_A_PIECE = 200_000_000
-"""Number of cells compared in some tenths of a second, between checks for cancellation."""
+"""Number of cells compared between two checks for cancellation (some tenths of a second)."""
 Result = TypeVar("Result")
 Fraction = Callable[[float], None]
 """Progress function, called as progress(fraction) in the caller's thread."""
@@ -38,7 +38,7 @@ class Stack:
 
     @property
     def n_facies(self) -> int:
-        """Number of facies, including those that do not occur."""
+        """Number of facies, including absent facies."""
         return len(self.codes)
 
     @property
@@ -71,7 +71,7 @@ def index_of(codes: NDArray[np.integer], code: int, name: str = "facies") -> int
 Images = Stack | Ensemble | TrainingImage | ArrayLike
 """Types of images; by default, the codes of an array are the values that occur in it."""
 Codes = ArrayLike
-"""Codes of all facies, including those that do not occur."""
+"""Codes of all facies, including absent facies."""
 
 
 def as_stack(images: Images, codes: Codes | None = None, n_axes: int = 2) -> Stack:

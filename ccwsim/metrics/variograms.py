@@ -100,7 +100,7 @@ def variogram_map(
 
 @allocating_kernel
 def _count_unequal(inside, offsets):
-    """Return for each lag the number of pairs with one cell in the facies and one outside."""
+    """Return for each lag the number of pairs with one cell in the facies and one cell outside."""
     nz, ny, nx = inside.shape
     counts = np.zeros(len(offsets), np.int64)
     for lag in range(len(offsets)):

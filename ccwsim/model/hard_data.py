@@ -147,7 +147,7 @@ class HardData:
             there = ", ".join(map(str, training_image.codes))
             raise CCWSIMError(
                 f"{len(unknown)} of {self.n} hard data have a facies that the training image does "
-                f"not have (only {there}): {_listed(self, unknown)}; recode or drop them"
+                f"not have (its facies are {there}): {_listed(self, unknown)}; recode or drop them"
             )
 
     def n_mismatched(self, realization: NDArray[np.integer]) -> int:

@@ -57,8 +57,8 @@ MEANINGS = {
     "best location or merely continue the image are excluded. Without data, two locations are "
     "chosen at random and the better location is used.",
     "repair_seams": "Change single cells and re-simulate windows if patches are joined in ways "
-    "absent from the training image, such as steps in a boundary or dead ends of channels. Turn "
-    "it off for the published method. Seams are repaired only if data are honoured exactly.",
+    "absent from the training image, such as steps in a boundary or dead ends of channels. The "
+    "published method has no repair. Seams are repaired only if data are honoured exactly.",
     "location_weight": "Weight that ties each patch to its own location in the training image, for "
     "images that change from one end to the other. At 0, patches come from anywhere. At 1, a patch "
     "from the other end is used only if its fit is better by an entire overlap. In a volume, (0.5, "

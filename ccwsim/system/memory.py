@@ -1,4 +1,4 @@
-"""The available memory of the machine, or of its container if that has less."""
+"""The available memory of the machine, or of the container if the container has less."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ VERSION_2 = "memory.max", "memory.current", "inactive_file"
 def free_memory(root: Path = ROOT) -> int | None:
     """Return the bytes available without swapping, or None if unknown.
 
-    This is the minimum over the machine and the control groups of this process.
+    The result is the minimum over the machine and the control groups of this process.
     """
     found = [_field(root / "proc/meminfo", "MemAvailable"), *_of_groups(root)]
     known = [free for free in found if free is not None]

@@ -39,7 +39,7 @@ def check_replaceable(path: str | os.PathLike[str]) -> Path:
     with unwritable(path):
         target = Path(os.path.realpath(path))
         if target.exists() and not target.is_file():
-            raise OSError("it is no file; give another path")
+            raise OSError("it is not a regular file; give another path")
         if target.exists() and not target.stat().st_mode & 0o222:
             raise OSError("it is read-only; make it writable or give another path")
     return target
@@ -66,7 +66,7 @@ class WholeFile:
             pass
 
     def commit(self) -> Path:
-        """Replace the target by the file, and return the path of the target."""
+        """Replace the target by the temporary file, and return the path of the target."""
         self.file.flush()
         os.fsync(self.file.fileno())
         self.file.close()
