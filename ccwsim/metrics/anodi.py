@@ -41,7 +41,7 @@ def classical_scaling(distances: NDArray[np.float64], n_dimensions: int = 2) -> 
     """Return coordinates of points whose distances approximate a symmetric matrix (Torgerson 1952).
 
     The coordinates are the eigenvectors of −½ J D² J, with J = I − 1/n, times the square roots of
-    the eigenvalues. An axis is flipped if its coordinate of largest magnitude is negative.
+    the eigenvalues. An axis is flipped if the coordinate of largest magnitude is negative.
 
     Examples
     --------
@@ -100,7 +100,8 @@ class Anodi:
         return self.ratio @ self.weights
 
     def relative(self, name: str, other: str) -> tuple[float, float, float]:
-        """Return the ratios name / other of `between` and `within`, and the quotient of the ratios.
+        """Return the ratios of `between` and `within` of `name` to `other`, and the ratios'
+        quotient.
 
         The two ratios are weighted means over resolutions. A quotient above 1 means that the
         ensemble `name` is better: its realizations vary more relative to their distance from the

@@ -110,7 +110,7 @@ class RunningCurves:
 
     @property
     def nbytes(self) -> int:
-        """Memory in bytes; it does not grow with the number of curves."""
+        """Memory in bytes, independent of the number of curves."""
         arrays = (self._counts, self._sums, self._smallest, self._largest)
         return sum(array.nbytes for array in arrays)
 

@@ -23,7 +23,7 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 
 MIN_ACROSS = 6
-"""Minimum number of templates along an image's smaller side; fewer cause copies of the image."""
+"""Minimum number of templates along an image's smaller side, to avoid copies of the image."""
 MIN_ACROSS_PERIOD = 4
 """Minimum number of templates along the smaller side of a periodic image."""
 MAX_ADVISED_LEVEL = 3
@@ -34,7 +34,7 @@ MIN_HALVED_LAYERS = 16
 MIN_LAYERS = 8
 """Minimum height of a template in layers, if the image has enough layers."""
 TREND_WEIGHT = 0.5
-"""Location weight along z for volumes with a vertical trend; larger weights hardly differ."""
+"""Location weight along z for volumes with a vertical trend; larger weights add little effect."""
 PERIODIC = 0.5
 """Minimum `Spacing.strength` at which an image is considered periodic."""
 

@@ -91,7 +91,7 @@ def granulometry(
     """Open a facies with squares of growing size (Matheron 1975), until no cell remains.
 
     Squares are inside the image and, in volumes, within layers. A geobody cut by the edge has the
-    thickness of its visible part, unless the image is extended.
+    thickness of the visible part, unless the image is extended.
 
     Parameters
     ----------
@@ -139,7 +139,8 @@ def granulometry(
 def _combined(
     operation: np.ufunc, mask: NDArray[np.bool_], size: int, axis: int
 ) -> NDArray[np.bool_]:
-    """Apply `operation` to runs of `size` cells along an axis; results are in the first cells."""
+    """Apply `operation` to runs of `size` cells along an axis, with the result in the first
+    cell."""
     length = 1
     mask = np.moveaxis(mask, axis, 0)
     while length < size:

@@ -143,7 +143,7 @@ def lags_within(
 def lags_that_fit(
     shape: tuple[int, ...], direction: Direction, lags: NDArray[np.int64]
 ) -> NDArray[np.int64]:
-    """Return the lags for which an image has pairs of cells.
+    """Return the lags at which an image has pairs of cells.
 
     Examples
     --------

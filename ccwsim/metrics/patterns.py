@@ -53,7 +53,7 @@ def pattern_histogram(
 ) -> PatternHistogram:
     """Count the patterns of size × size (× size) cells at all locations of an image exactly.
 
-    In a volume with fewer layers, patterns are as high as the volume.
+    In a volume with fewer than `size` layers, patterns are as high as the volume.
 
     Examples
     --------

@@ -43,7 +43,7 @@ SLOPES = 0.5
 
 @dataclass(frozen=True, eq=False)
 class Stationarity:
-    """Proportions and variograms of the quarters of an image, and their standard errors."""
+    """Proportions and variograms of the quarters of an image, with standard errors."""
 
     proportions: NDArray[np.float64]
     """Proportions of the quarters in the order of `QUARTERS`, shape (4, n_facies)."""

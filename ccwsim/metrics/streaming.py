@@ -93,7 +93,7 @@ class RunningStatistics:
 
     @property
     def nbytes(self) -> int:
-        """Memory in bytes; it does not grow with the number of realizations."""
+        """Memory in bytes, independent of the number of realizations."""
         curves = [self._shares, *self._gamma.values(), *self._tau.values()]
         return self._counts.nbytes + sum(c.nbytes for c in curves)
 

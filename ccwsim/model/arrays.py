@@ -64,7 +64,7 @@ def as_floats(values: ArrayLike, what: str) -> NDArray[np.float64]:
 
 
 def is_whole(value: object) -> TypeGuard[int]:
-    """Return whether a value is an integer; True and False are not.
+    """Return whether a value is an integer; True and False are not integers.
 
     Examples
     --------

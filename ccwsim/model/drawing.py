@@ -1,4 +1,4 @@
-"""Access to the module that draws images, data and ensembles; it is imported on first use."""
+"""Access to the module that draws images, data and ensembles, with import on first use."""
 
 from __future__ import annotations
 

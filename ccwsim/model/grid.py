@@ -198,7 +198,7 @@ class Grid:
             with np.errstate(over="ignore"):
                 places = (along - corner) / width
             if not (np.abs(places) < 2.0**62).all():
-                raise CCWSIMError("some points are too far from the grid; check their coordinates")
+                raise CCWSIMError("some points are too far from the grid; check the coordinates")
             places[places == n] = n - 1
             cells[:, -axis] = np.floor(places)
         return cells

@@ -71,7 +71,7 @@ class HardData:
         grid : Grid
             Grid of the data.
         training_image : TrainingImage, optional
-            Training image whose facies names, in any case, may replace codes in a pair or table.
+            Training image whose facies names, in upper or lower case, may replace codes.
 
         Examples
         --------

@@ -35,7 +35,7 @@ def used_memory(root: Path = ROOT, process: int | None = None) -> int | None:
 
 
 def give_back_memory() -> None:
-    """Return freed memory of this process to the system, if its C library can."""
+    """Return freed memory of this process to the system, if the C library can."""
     # glibc keeps freed memory in the arenas of threads and returns it only on request. Without this
     # call, a server would hold the memory of its largest run until the server ends.
     with suppress(OSError, AttributeError):
