@@ -19,54 +19,55 @@ PER_AXIS = ("template_size", "overlap_size", "wavelet_level")
 """Parameters with one integer for all axes or, in a volume, three integers along z, y and x.
 `location_weight` likewise has one or three numbers."""
 MEANINGS = {
-    "template_size": "Side of the square patches in cells. Larger patches keep long shapes intact, "
-    "but fewer of these patches fit into the training image, which is copied more.",
+    "template_size": "Side of the square patches in cells. Larger patches preserve long shapes, "
+    "but fewer templates fit into the training image, so larger pieces of it are copied.",
     "overlap_size": "Width of the overlap of neighbouring patches, in cells. A wider overlap joins "
     "shapes better and takes longer.",
     "wavelet_level": "Number of times that the Haar wavelet halves the resolution before overlaps "
     "are compared. A higher level is faster and coarser; level 0 compares single cells. For "
-    "ms-ccsim, the number of times that images are coarsened.",
-    "n_candidates": "Number of best locations from which the patch is chosen at random. As "
+    "ms-ccsim: number of times that the images are coarsened.",
+    "n_candidates": "Number of best locations from which the patch is drawn at random. As "
     "published, K = 1 copies large pieces of the training image; a larger K copies less but fits "
-    "worse. By default, a location may have at most 8 more wrong cells than the best location "
-    "(more with wide overlaps). In maps, locations that merely continue the image are excluded, "
-    "and K has little effect. In volumes, K = 1 copies more than K = 20. Near hard data, the limit "
-    "is 6 cells, so dense data often leave only one or two locations.",
+    "less well. By default, locations are excluded if they have over 8 more wrong cells than the "
+    "best (more with wide overlaps) or, in maps, merely continue the image. K then has little "
+    "effect, but in volumes K = 1 copies more than K = 20. Near hard data the limit is 6 cells, so "
+    "often only one or two locations remain: with dense data K has little effect.",
     "method": "ccwsim searches wavelet coefficients; ccsim searches single cells (level 0); "
     "ms-ccsim searches a coarsened image, then refines the locations scale by scale.",
-    "similarity": "Measure for comparing overlaps with the training image: the sum of squared "
-    "differences (smallest is best), as in the authors' code, or the plain cross-correlation "
-    "(largest is best), as in the paper.",
-    "search_fraction": "Share of the locations that is searched for a fit to hard data: the "
-    "locations with the best overlaps. A smaller share fits overlaps better, and a larger share "
-    "fits more data at once.",
-    "co_template": "Distance along the path, in template sizes, up to which the search considers "
-    "hard data; 1 considers only data in the patch.",
-    "random_path": "Start each realization at a random corner along a random axis (8 "
-    "combinations), with the first patch a random distance before the grid. Off: start at the "
-    "south-west corner, along rows.",
-    "template_variation": "Maximum relative difference between T and the random template size of "
-    "each realization.",
-    "match_proportions": "Prefer candidates that bring the facies proportions towards the "
-    "proportions of the training image, so that all realizations have nearly equal proportions. "
-    "Off: proportions vary between realizations, as between equal-sized pieces of the image; with "
-    "more hard data, the proportions are nearer to the proportions of the data.",
-    "published_draw": "Choose patches as published: the first patch begins at the corner of the "
-    "grid, any of the K best locations may be chosen, and proportions are not controlled. Off: the "
-    "first patch begins a random distance before the grid. Locations that fit much worse than the "
-    "best location or merely continue the image are excluded. Without data, two locations are "
-    "chosen at random and the better location is used.",
+    "similarity": "Score that compares overlap and training image: the sum of squared differences "
+    "(the smallest is best), as in the authors' code, or the plain cross-correlation of the paper "
+    "(the largest is best).",
+    "search_fraction": "Share of the locations that are searched for a fit to hard data: the "
+    "locations with the best overlaps. A smaller share gives better overlaps; a larger share "
+    "honours more data in the raster pass.",
+    "co_template": "Number of template sizes ahead along the path in which hard data count; 1 "
+    "counts only data in the patch.",
+    "random_path": "Start each realization in a random corner and along a random axis (8 ways). "
+    "The first patch begins a random distance before the grid. Off: always start in the "
+    "south-west, along rows.",
+    "template_variation": "Use a random template size for each realization, smaller or larger than "
+    "T by at most this share.",
+    "match_proportions": "Prefer candidates that bring the facies proportions closer to the "
+    "training image. All realizations then have nearly equal proportions. Off: proportions vary as "
+    "much between realizations as between equal-sized pieces of the image; hard data bring "
+    "proportions closer to the data.",
+    "published_draw": "Draw patches as published: the first patch begins at the corner of the "
+    "grid, any of the K best locations may be drawn, and proportions are not controlled. Off: the "
+    "first patch begins a random distance before the grid; locations that fit much worse than the "
+    "best or merely continue the image are excluded; without data, two locations are drawn and the "
+    "better one is used.",
     "repair_seams": "Change single cells and re-simulate windows if patches are joined in ways "
-    "absent from the training image, such as steps in a boundary or dead ends of channels. The "
-    "published method has no repair. Seams are repaired only if data are honoured exactly.",
-    "location_weight": "Weight that ties each patch to its own location in the training image, for "
-    "images that change from one end to the other. At 0, patches come from anywhere. At 1, a patch "
-    "from the other end is used only if its fit is better by an entire overlap. In a volume, (0.5, "
-    "0, 0) along z, y and x reproduces only a vertical trend.",
-    "refine": "Shift each chosen patch by up to 2^level − 1 cells to the location that fits best "
-    "at full resolution. The shift closes breaks that a coarse level leaves.",
+    "absent from the training image, such as steps in a boundary or dead ends of channels. Switch "
+    "seam repair off for the published method. If hard data are not honoured exactly, nothing is "
+    "repaired.",
+    "location_weight": "Strength of the preference for patches from the corresponding location in "
+    "the training image, for images that change from one end to the other. At 1, a patch from the "
+    "other end is used only if it fits better by a whole overlap; at 0, patches may come from "
+    "anywhere. In a volume, (0.5, 0, 0) along z, y and x keeps only a vertical trend.",
+    "refine": "Shift each drawn patch by up to 2^level − 1 cells to the location that fits best at "
+    "full resolution. The shift closes breaks caused by a coarse level.",
     "exact_data": "Honour every datum at full resolution. Off, as in the published CCWSIM code: "
-    "data condition only the search on the coarse grid, and mismatches are not corrected.",
+    "data are used only in the search on the coarse grid, and mismatches are not corrected.",
 }
 
 
