@@ -72,7 +72,7 @@ MEANINGS = {
 
 
 def _parameter(default: Any, symbol: str, matlab: str, allowed: str) -> Any:
-    """Return a field with its symbol in the paper and its name in the authors' code."""
+    """Return a dataclass field with the symbol in the paper and the name in the authors' code."""
     about = {"symbol": symbol, "matlab": matlab, "allowed": allowed}
     return field(default=default, metadata=about)
 
@@ -86,7 +86,7 @@ class Lengths(NamedTuple):
 
 
 def describe_weight(weight: Any) -> str:
-    """Return a location weight in words.
+    """Return a location weight as text.
 
     Examples
     --------
@@ -132,16 +132,16 @@ class Parameters:
 
     @property
     def scale(self) -> int:
-        """Number of times that images are coarsened: the largest level for "ms-ccsim", else 0."""
+        """Number of times that images are coarsened: the largest level for "ms-ccsim", or 0."""
         return max(_triple(self.level)) if self.method == "ms-ccsim" else 0
 
     @property
     def draws_as_published(self) -> bool:
-        """Whether patches are drawn as published: on request, or if a weight along y or x is set.
+        """Whether patches are chosen as published: on request, or with a weight along y or x.
 
-        Such a location weight keeps patches near their own location. Few other patches could then
-        be drawn, and the first patch must begin at the corner of the grid. With a weight only along
-        z, patches may come from any location at their own height.
+        A location weight along y or x keeps patches near their location in the image. Few other
+        patches can then be chosen, and the first patch must begin at the corner of the grid. With a
+        weight only along z, patches may come from any location at the same height.
         """
         return self.published_draw or max(self.location_weights[1:]) > 0
 
@@ -180,7 +180,7 @@ class Parameters:
             value = getattr(self, name)
             if isinstance(value, tuple):
                 raise CCWSIMError(
-                    f"{name} = {value} has a number along z, y and x, but the grid is a map: give "
+                    f"{name} = {value} has numbers along z, y and x, but the grid is a map: give "
                     f"one number, such as {max(value)}"
                 )
         return Lengths((1, *template[1:]), (0, *overlap[1:]), (0, *level[1:]))
@@ -206,7 +206,7 @@ def legal_sizes(level: int, smallest: int, largest: int) -> list[int]:
 
 
 def _checked(name: str, value: Any, default: Any) -> Any:
-    """Return the value of a parameter, or of its three axes, or raise an error that names it."""
+    """Return a parameter's value or three values, or raise an error that names the parameter."""
     if name in CHOICES:
         if not isinstance(value, str) or value not in CHOICES[name]:
             allowed = ", ".join(CHOICES[name])
@@ -222,7 +222,7 @@ def _checked(name: str, value: Any, default: Any) -> Any:
     if not along_axes or name not in (*PER_AXIS, "location_weight"):
         return _checked_number(name, value, *PARAMETERS[name])
     low, high = PARAMETERS[name]
-    lows = {"template_size": 1, "overlap_size": 0}.get(name, low), low, low  # z may be thin
+    lows = {"template_size": 1, "overlap_size": 0}.get(name, low), low, low  # thin volumes
     sides = zip(AXES[::-1], value, lows, strict=True)
     return tuple(_checked_number(f"{name} along {axis}", v, low, high) for axis, v, low in sides)
 
@@ -257,7 +257,7 @@ def _check_sizes(p: Parameters) -> None:
 
 
 def _check_axis(where: str, template: int, overlap: int, level: int) -> None:
-    """Check the sizes along one axis, or all axes if sizes are equal; z may have fewer cells."""
+    """Check the sizes along one axis, or along all axes if equal; z may have fewer cells."""
     thin = where == " along z"
     _check_size("Template", where, template, level, 1 if thin else MIN_TEMPLATE, MAX_TEMPLATE)
     least = 0 if thin and template < MIN_TEMPLATE else 1
@@ -293,8 +293,8 @@ def _documented() -> str:
 _DOCUMENTATION = """All parameters of a simulation, checked when the object is made.
 
 For a volume template_size, overlap_size and wavelet_level may each be three
-numbers, along z, y and x; one number holds for all axes. Along z a template may have
-only 1 cell (overlap 0), or 2 or 3 cells (overlap 0 or 1), as volumes are often thin.
+numbers, along z, y and x; one number applies to all axes. Volumes are often thin, so a
+template along z may have only 1 cell (overlap 0), or 2 or 3 cells (overlap 0 or 1).
 
 Parameters
 ----------
