@@ -101,11 +101,11 @@ def test_every_patch_shows_the_figures_of_the_core(choices):
         if step.patch.shape:
             n = int(step.error.sum())
             assert f"differ in {n} of {int(step.in_overlap.sum())}" in said
-            assert f"before it {int(step.keep_mask.sum())} cell" in said
+            assert f"Before the boundary {int(step.keep_mask.sum())} cell" in said
         if step.data is not None:
             inside = sum(datum.inside for datum in step.data.seen)
             assert f"{inside} dat" in said
-            assert f"cells of the very best: {step.n_candidates}." in said
+            assert f"cells of the best: {step.n_candidates}." in said
 
 
 def test_next_previous_and_the_ends():
@@ -222,7 +222,7 @@ def test_what_is_not_in_the_paper_is_marked():
     trace = trace_of(WITH_DATA)
     number = next(p.number for p in trace.patches if trace.at(p.number).data is not None)
     named(app.slider, "how_patch").set_value(number + 1).run()
-    assert source_of(seen(app), "of the very best") == "not in the paper"
+    assert source_of(seen(app), "cells of the best") == "not in the paper"
     assert source_of(app, "Of 5 data:").startswith("not in the paper")
     moved = next(
         p.number
@@ -230,7 +230,7 @@ def test_what_is_not_in_the_paper_is_marked():
         if not np.array_equal(trace.at(p.number).drawn_place, trace.at(p.number).place)
     )
     named(app.slider, "how_patch").set_value(moved + 1).run()
-    assert source_of(seen(app), "Refinement shifted it by") == "not in the paper"
+    assert source_of(seen(app), "Refinement shifted the patch by") == "not in the paper"
 
 
 def test_ms_ccsim_is_declined_in_words_with_a_way_out():
