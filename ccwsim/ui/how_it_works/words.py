@@ -103,12 +103,11 @@ def describe_path(trace: Trace) -> str:
     z, y, x = (t - o for t, o in zip(search.template, search.overlap, strict=True))
     return (
         f"The path starts in {way} "
-        f"({'random in each realization' if is_random else 'equal in all realizations'}). "
-        f"Patches of T = {along(search.template)} cells are placed T − OR = {along((z, y, x))} "
-        f"cells apart. So each patch overlaps earlier patches by OR = {along(search.overlap)} "
-        "cells, shown in full colour. "
-        f"{'Left' if volume else 'Click the grid to show a patch; left'} and right arrow keys "
-        "change the patch."
+        f"({'random in each realization' if is_random else 'equal in all realizations'}). Patches "
+        f"of T = {along(search.template)} cells are placed T − OR = {along((z, y, x))} cells "
+        f"apart. So each patch overlaps earlier patches by OR = {along(search.overlap)} cells, "
+        f"shown in full colour. {'Left' if volume else 'Click the grid to show a patch; left'} "
+        "and right arrow keys change the patch."
     )
 
 
@@ -163,8 +162,8 @@ def describe_scores(step: TracedPatch) -> str:
         )
     return (
         "The coefficients B of the overlap are compared with the coefficients A of the image at "
-        f"all {locations}: {how}. Bright locations fit well. The best value is {best:.4g}, the median "
-        f"of all {float(sorted(ccw.ravel())[ccw.size // 2]):.4g}."
+        f"all {locations}: {how}. Bright means a good fit. The best value is {best:.4g}, the "
+        f"median of all {float(sorted(ccw.ravel())[ccw.size // 2]):.4g}."
     )
 
 
@@ -222,10 +221,10 @@ def describe_inverse(step: TracedPatch, largest: float) -> str:
     size, n = len(step.cells), len(step.cells) // step.block_size
     shown = "0" if largest == 0 else f"{largest:.0e}"
     return (
-        f"The drawn patch has {n} × {n} approximation coefficients and their details. The "
-        f"inverse DWT restores all {size} × {size} cells; for Haar, the result equals the patch "
-        f"of the image (largest difference {shown}). So the patch has all details, although the "
-        "search compares only the approximation."
+        f"The drawn patch has {n} × {n} approximation coefficients and their details. The inverse "
+        f"DWT restores all {size} × {size} cells; for Haar, the result equals the patch of the "
+        f"image (largest difference {shown}). So the patch has all details, although the search "
+        "compares only the approximation."
     )
 
 

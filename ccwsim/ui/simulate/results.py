@@ -38,17 +38,17 @@ from ccwsim.ui.widgets.text import plain, step_note
 
 USUAL_WIDTH = 400
 PROPORTIONS_TITLE = 40
-"""Usual width of a realization and height of the proportions' title, both in pixels."""
-OLD_FILES = "Out of date: files are of the realizations that are shown and their settings."
+"""Usual width of a realization, and height of the title of the proportions chart, in pixels."""
+OLD_FILES = "Out of date: files contain the realizations on the page and their settings."
 MAP_KINDS = {"npz": "NumPy", "gslib": "GSLIB", "vti": "VTK", "tif": "GeoTIFF", "nc": "NetCDF"}
-"""Formats of maps; each is offered if its package is installed."""
+"""Formats of maps; a format is offered if the package it needs is installed."""
 MAPS_ALONE = ("tif",)
 """Formats that cannot hold a volume."""
 
 
 @st.fragment
 def draw_results(state: State) -> None:
-    """Draw all results of the latest run; choosing a realization redraws only the results."""
+    """Draw the results of the latest run; the choice of a realization redraws only the results."""
     with error_boundary():
         if state.ensemble is None:
             draw_ghost(state)
@@ -63,7 +63,9 @@ def _results(state: State, ensemble: Ensemble) -> None:
     with st.container(horizontal=True, vertical_alignment="center", key="facts_row"):
         draw_facts(ensemble)
         draw_downloads(state, ensemble, colours)
-    if ensemble.grid.nz is not None:  # two maps side by side, the image below them
+    if (
+        ensemble.grid.nz is not None
+    ):  # two maps side by side, with the training image below the maps
         with st.container(key="volumes"):
             middle, right = st.columns(2, gap="medium")
         beside = shares = None
@@ -90,7 +92,7 @@ def _results(state: State, ensemble: Ensemble) -> None:
 
 
 def image_width(ensemble: Ensemble) -> float:
-    """Return the width of the training image if a realization has width 1."""
+    """Return the width of the training image, relative to the width of a realization."""
     share = ensemble.training_image.shape[1] / ensemble.grid.nx
     return min(max(share, SMALLEST_IMAGE), 1.0)
 
@@ -106,7 +108,7 @@ def room_below_image(ensemble: Ensemble) -> bool:
 
 
 def draw_downloads(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw a menu of files; each file is made when it is chosen."""
+    """Draw a menu of files; a file is made when the user chooses it."""
     with st.popover("Download", key="downloads"):
         if not is_current(state):
             step_note(OLD_FILES)
@@ -119,7 +121,7 @@ def draw_downloads(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
 
 
 class Download(NamedTuple):
-    """A file to download, made when it is chosen."""
+    """A file to download, which is made when the user chooses it."""
 
     label: str
     key: str
