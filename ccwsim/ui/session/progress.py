@@ -46,7 +46,7 @@ def compilation_text() -> str:
 
 def compilation_to_come() -> str:
     """Return a note that kernels must compile first, or "" if all kernels are compiled already."""
-    return " First, the kernels are compiled, only once." if must_compile() else ""
+    return " Kernels are compiled first; this happens only once." if must_compile() else ""
 
 
 def format_duration(seconds: float) -> str:

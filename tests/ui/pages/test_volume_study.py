@@ -309,7 +309,7 @@ def test_an_uploaded_volume_is_taken_whole_and_one_layer_may_be(before: str) -> 
     assert state.image_draft is not None
     app = opened("import", state).run()
     assert not app.exception
-    assert "All 20 layers are used, as a volume; choose “one layer” for a map." in html(app)
+    assert "All 20 layers are used as a volume. For a map, choose “one layer”." in html(app)
     assert (image_of(app.session_state[KEY].image_draft).array == array).all()
     named(app.button_group, "ask_layers").set_value("one layer").run()
     assert not app.exception
