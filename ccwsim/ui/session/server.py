@@ -54,9 +54,7 @@ def forget(session: str) -> None:
             return
         kept = runtime._session_mgr.get_session_info(session)
         runtime.close_session(session)
-        if (
-            kept is not None
-        ):  # the event loop refers to the last session until another session starts
+        if kept is not None:  # the event loop refers to the last session until the next one starts
             kept.session.session_state.clear()
             kept.session.session_state._new_widget_state.widget_metadata.clear()
             kept.session._fragment_storage.clear()
@@ -107,9 +105,8 @@ class SessionMonitor:
     def look(self) -> None:
         """End the jobs of sessions closed `GRACE` seconds ago; drop sessions closed long ago."""
         now, to_live = self._clock(), config.get_option("server.disconnectedSessionTTL")
-        kept = max(
-            to_live - EARLY, min(GRACE, to_live / 2)
-        )  # Streamlit cannot close this session later
+        # Streamlit cannot close a session later
+        kept = max(to_live - EARLY, min(GRACE, to_live / 2))
         for session in list(self._sessions):
             if self._is_open(session):
                 self._left.pop(session, None)

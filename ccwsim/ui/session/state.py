@@ -28,9 +28,7 @@ class PastRun:
     choices: Choices
     ensemble: Ensemble
     reference: TrainingImage | None = None
-    at: datetime = field(
-        default_factory=lambda: datetime.now().astimezone()
-    )  # time at which the run ended
+    at: datetime = field(default_factory=lambda: datetime.now().astimezone())  # end of the run
 
     @property
     def key(self) -> str:
@@ -83,9 +81,8 @@ class State:
     """The state of a session."""
 
     choices: Choices = field(default_factory=Choices)  # the present study, whose files are readable
-    image_draft: ImageChoice | None = (
-        None  # choices not usable yet: a file is broken or needs an answer
-    )
+    # choices that are not usable yet: a file is broken or needs an answer
+    image_draft: ImageChoice | None = None
     visit_import: bool = False  # open the page Import because a file needs answers
     data_draft: DataChoice | None = None
     # requested and used values of parameters that are too large for the image (see `refitted`)

@@ -50,9 +50,7 @@ def go_back(state: State, key: str) -> None:
 
 def place_of(state: State) -> int:
     """Return the index of the run whose results are on the page, or −1 if none is."""
-    latest = (
-        state.ensemble and state.ensemble.indices
-    )  # the user may have renamed facies since the run
+    latest = state.ensemble and state.ensemble.indices  # facies may have been renamed since
     shown = [k for k, run in enumerate(state.runs.runs) if run.ensemble.indices is latest]
     return shown[0] if shown else -1
 

@@ -63,9 +63,7 @@ def _results(state: State, ensemble: Ensemble) -> None:
     with st.container(horizontal=True, vertical_alignment="center", key="facts_row"):
         draw_facts(ensemble)
         draw_downloads(state, ensemble, colours)
-    if (
-        ensemble.grid.nz is not None
-    ):  # two maps side by side, with the training image below the maps
+    if ensemble.grid.nz is not None:  # two maps side by side, with the image below them
         with st.container(key="volumes"):
             middle, right = st.columns(2, gap="medium")
         beside = shares = None

@@ -165,7 +165,7 @@ def test_the_setting_is_the_pages_own_until_it_is_used():
 
 def test_level_0_has_no_sub_bands_and_another_realization_another_path():
     app = launched(replace(SMALL, parameters=Parameters(16, 4, 0)))
-    assert "At level 0 the image is compared as it is" in text(app)
+    assert "At level 0 the cells of the image are compared" in text(app)
     assert "cH" not in text(app)
     origins = set()
     for number in range(1, 6):
@@ -209,7 +209,7 @@ def test_each_step_stands_beside_its_place_in_the_paper():
 
 def test_the_score_is_set_beside_the_papers():
     said = text(launched())
-    assert "The paper's CCW is the cross-correlation ΣA·B, the largest best" in said
+    assert "The paper uses the cross-correlation ΣA·B, whose largest value is best" in said
     assert "the authors' code takes the squared difference, as here" in said
     plain = replace(SMALL, parameters=replace(OWN, similarity="correlation"))
     assert "the paper's CCW, the cross-correlation ΣA·B; the largest fits best" in text(
