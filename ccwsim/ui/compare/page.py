@@ -189,10 +189,7 @@ def _draw_actions(state: State, k: int, n: int) -> None:
     with st.container(horizontal=True, gap="small", key=f"actions_{letter}"):
         help_ = "Use this setting in the study and open Simulate."
         if k:
-            help_ = (
-                "Use this setting in the study and open Simulate; the study's earlier setting "
-                "moves to this column."
-            )
+            help_ = "Swap this setting with the study's setting (A) and open Simulate."
         act: dict[str, Any] = {"on_click": use_setting, "args": (state, k)}
         if button("Use these", key=f"use_{letter}", help=help_, **act):
             go_to("pages/simulate.py", "The study has this setting now.")

@@ -193,9 +193,7 @@ def paint(state: State, axis: str, cells: Sequence[Cell], layers: range) -> None
     if brush == AS_SHOWN:
         ensemble = answer(state) or state.ensemble
         if ensemble is None or not fits(ensemble, state.choices):
-            page_state.message = (
-                "there is no realization from which to read a facies yet; choose a facies"
-            )
+            page_state.message = "there is no realization yet to read from; choose a facies"
             return
         shown = ensemble.realizations[min(state.shown, ensemble.n - 1)]
         changes = {cell: int(shown[cell]) for cell in wanted}

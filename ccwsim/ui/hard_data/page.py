@@ -111,9 +111,7 @@ def _draw(state: State) -> None:
     with middle, st.container(key="beside") if grid.nz is None else nullcontext():
         if ensemble is None:
             panel_title("Realizations and E-type")
-            step_note(
-                "Realizations appear here, and follow every edit, once the study is simulated."
-            )
+            step_note("After the first run, realizations are shown here and follow every edit.")
         elif ground == "e_type" and grid.nz is None:
             draw_realization(ensemble, colours, state.shown)
         else:
@@ -160,14 +158,8 @@ def describe_answer(state: State, answered: Ensemble | None) -> str:
     if not answered.revised:
         return text
     if not answered.parameters.exact_data:
-        return (
-            f"{text} Edits only condition the search of the next run, because “Honour data "
-            "exactly” is off."
-        )
-    return (
-        f"{text} The realization was re-simulated locally around your edits, until the run with "
-        "all data is finished."
-    )
+        return f"{text} “Honour data exactly” is off: edits only condition the next search."
+    return f"{text} Re-simulated locally around your edits, until the new run is finished."
 
 
 def _draw_ground_field(page_state: Editor) -> None:

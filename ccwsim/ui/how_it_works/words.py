@@ -176,10 +176,7 @@ def describe_draw(view: PatchView) -> str:
             "with a higher probability if it brings the proportions nearer to their target (not "
             "in the paper)"
         )
-    chance = (
-        f"The location is one of {n} candidates, {how}. This random choice makes realizations "
-        "differ."
-    )
+    chance = f"One of {n} candidates is drawn, {how}. This choice makes realizations differ."
     if n == 1:
         chance = "The location is the only candidate."
     elif step.n_drawn > 1:

@@ -151,9 +151,7 @@ def _draw_map(state: State, tried: Choices) -> None:
     svg = placement_svg(above, colours, tried.grid.shape[-2:])
     st.image(svg, alt="Positions of the data in the grid", width=520)
     if fitting is not None and n_out == n:
-        st.caption(
-            "No datum is in the study's grid. The frame shows a larger grid that contains the data."
-        )
+        st.caption("No datum is in the study's grid. The frame shows a larger grid.")
     elif n_out:
         st.caption(f"The frame shows the study's grid; {n_out} of {n} data are outside.")
 

@@ -170,10 +170,7 @@ def draw_layers(
     name = image.facies_names[facies]
     note = describe_layers(fit, name)
     if image.shape[0] != grid.nz:
-        note = (
-            f"training image with {image.shape[0]} layers scaled to the height of the grid, not "
-            "judged"
-        )
+        note = f"training image ({image.shape[0]} layers) scaled to the grid, not judged"
     chart = layers_chart(ensemble, facies, bundle, chart_theme(), height=height)
     alt = f"Share of {name} in each layer: training image, realizations, hard data"
     titled_chart("Vertical proportions", note, chart, "layers", alt)

@@ -219,10 +219,7 @@ def draw_ghost(state: State) -> None:
         text = "A field with the patterns of the training image that honours the data"
         ghost_panel(text, shape, "Realization", "ghost large")
     with right:
-        text = (
-            "The share of realizations in which a cell has a facies, that is, the probability of "
-            "the facies"
-        )
+        text = "The probability of a facies: the share of realizations that have it in a cell"
         ghost_panel(text, shape, "E-type")
 
 

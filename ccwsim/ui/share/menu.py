@@ -139,22 +139,16 @@ def _recipe(how: Recipe) -> None:
     with st.expander("This study in Python"):
         st.code(how.python.rstrip(), language="python")
         if how.python_needs_project:
-            step_note(
-                "The script reads the project file. Save the project in the folder of the script."
-            )
+            step_note("The script reads the project file. Save both in the same folder.")
     with st.expander("This study on the command line"):
         st.code(how.command, language="bash")
         if how.command_needs_project:
-            step_note(
-                "The command reads the project file. Save the project in the folder of the command."
-            )
+            step_note("The command reads the project file. Save the file in the current folder.")
 
 
 def _open(state: State) -> None:
     _title("Open a project")
-    step_note(
-        "A .ccwsim file, saved with “Save project” in the menu Share. The file replaces the study."
-    )
+    step_note("A .ccwsim file, saved with “Save project” under Share. It replaces the study.")
     file = st.file_uploader(
         "Open a project", type=["ccwsim"], key="share_open", label_visibility="collapsed"
     )

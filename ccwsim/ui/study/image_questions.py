@@ -252,7 +252,7 @@ def _ask_values(
     label = "Colours become facies by" if is_picture else "Values become facies by"
     chosen = {"value": way, "write": choose, "options": ways}
     chosen["help"] = (
-        "Drag a line, or type its value. Values at or above a limit belong to the next facies."
+        "Drag a line or type a limit. Values from a limit on belong to the next facies."
     )
     field(st.segmented_control, label, key="ask_values", **chosen)
     n = known.get("classes")

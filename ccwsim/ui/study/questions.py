@@ -382,9 +382,7 @@ def _ask_threshold(points: ImportedPoints, known: float | None, write: Write) ->
     def cut(value: float) -> None:
         write(threshold=float(value))
 
-    label = (
-        f"{plain(points.variable)} has values from {low:g} to {high:g}. Lowest value of facies 1?"
-    )
+    label = f"{plain(points.variable)} is from {low:g} to {high:g}. Lowest value of facies 1?"
     value: dict[str, Any] = {"value": known, "write": cut, "placeholder": f"such as {guess:g}"}
     field(st.number_input, label, key="ask_threshold", format="%g", **value)
     if known is None:

@@ -44,10 +44,7 @@ COPIES_OF_PARTS = 3
 """Maximum copies of the realizations in memory: earlier parts, next part, and all parts joined."""
 NEARLY_ALL = 0.7
 """Share of the remaining realizations from which on a part includes all remaining realizations."""
-MORE = (
-    "With more realizations, the uncertainty is estimated better, and the run takes "
-    "proportionally longer."
-)
+MORE = "More realizations estimate the uncertainty better and take proportionally longer."
 SAME_SEED = "The same seed gives the same realizations, on any machine."
 SimulateRange = Callable[[int, int, Progress, Cancel], Ensemble]
 """A function f(first, n, progress, cancel) that simulates realizations first … first + n − 1."""

@@ -81,14 +81,10 @@ def grid_step(state: State) -> None:
         with column:
             number = bound_to(grid, name, change, min_value=1, max_value=MAX_GRID_SIDE_OFFERED)
             number |= {"key": f"grid_{name}", "step": 8 if name == "nz" else 32}
-            number["help"] = (
-                f"{label} of the simulation grid. Time is proportional to the number of cells."
-            )
+            number["help"] = f"{label} of the simulation grid. Time grows with the number of cells."
             field(st.number_input, label, **number)
     with st.popover("World coordinates", key="grid_menu"):
-        st.caption(
-            "Used for data in world coordinates, on the axes of maps, and in exported files."
-        )
+        st.caption("Used for data in world coordinates, axes of maps and exported files.")
         for name, labels in WORLD.items():
             for k, label in enumerate(labels[:n_axes]):
                 _world_field(state, name, k, label)
@@ -177,9 +173,7 @@ def _trend_field(p: Parameters, change: Callable[..., None]) -> None:
         change(location_weight=(weight or TREND_WEIGHT, 0.0, 0.0) if alone else weight)
 
     alone = isinstance(p.location_weight, tuple) and not any(p.location_weights[1:])
-    tip = (
-        "The location weight applies only along z, so that patches keep their height in the image."
-    )
+    tip = "The location weight applies only along z: patches keep their height in the image."
     options = {"key": "p_vertical_trend", "value": alone, "write": write, "help": tip}
     field(st.checkbox, "Location weight only along z", **options)
 

@@ -111,9 +111,7 @@ def draw_page(state: State) -> None:
         if run is not None and run.going:
             follow_sweep(state, time.monotonic())
         elif run is not None and not is_current(run, state):
-            draw_out_of_date(
-                "the training image, data or grid of the study has changed. Sweep again."
-            )
+            draw_out_of_date("the study's training image, data or grid has changed. Sweep again.")
     with st.container(key="results"):
         if run is not None:
             _draw_found(state)
@@ -123,9 +121,7 @@ def draw_page(state: State) -> None:
                 _sweep_button(state, "sweep_first")
             if not problem_of(state):
                 plan = plan_of(state).fitting
-                panel_title(
-                    "Settings", "to be tried; one realization of each setting will appear here"
-                )
+                panel_title("Settings", "to be tried; a realization of each will appear here")
                 tiles = _to_come(plan, names_of(plan), "")
                 _draw_tiles(tiles, -1, state.choices.grid, lambda _: None)
     with st.container(key="run_bar"):

@@ -159,10 +159,7 @@ def describe_end(run: SweepRun) -> str:
         shown = "; these are shown." if n else "."
         sentences.append(f"Stopped after {n} of {found.n_asked} settings{shown}")
     if found.failed:
-        sentences.append(
-            f"Settings that could not be simulated: {len(found.failed)}. First reason: "
-            f"{found.failed[0][1]}."
-        )
+        sentences.append(f"{len(found.failed)} could not be simulated: {found.failed[0][1]}.")
     return " ".join(sentences)
 
 

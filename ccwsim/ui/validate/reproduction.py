@@ -167,10 +167,7 @@ def draw_directions(state: State, ensemble: Ensemble, colours: Sequence[str]) ->
     """Draw variogram and connectivity along a chosen direction, and the variogram maps."""
     page_state = state.page(Validation)
     options = bound_to(page_state, "azimuth", min_value=0, max_value=175, step=5, width=420)
-    help_ = (
-        "0 is N–S, 45 is NE–SW, 90 is E–W, 135 is NW–SE. A dotted line on the maps shows the "
-        "direction."
-    )
+    help_ = "0 is N–S, 45 is NE–SW, 90 is E–W, 135 is NW–SE. Maps show it as a dotted line."
     label = "Direction, degrees from north to east"
     field(st.slider, label, key="azimuth", help=help_, **options)
     azimuth = float(page_state.azimuth)
@@ -438,9 +435,7 @@ def draw_copying(state: State, ensemble: Ensemble, colours: Sequence[str]) -> No
                 "are connected without a seam."
             )
             if here.axis is not None:
-                step_note(
-                    "The share of cells at seams refers to the volume; the map shows the slice."
-                )
+                step_note("The share of seams refers to the volume; the map shows a slice.")
 
     panel(state, "reuse", statistics.copied(ensemble, r), draw)
 

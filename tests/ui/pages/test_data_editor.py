@@ -355,10 +355,10 @@ def test_a_local_answer_is_marked_and_replaced_by_a_run():
     state = studied()
     edit(state, (5, 6, 1), (30, 30, 0))
     app = opened(state)
-    assert "re-simulated locally around your edits" in said(app)
+    assert "Re-simulated locally around your edits" in said(app)
     state = rested(app)
     assert "2 of 2 data honoured" in said(app)
-    assert "re-simulated locally" not in said(app)
+    assert "Re-simulated locally" not in said(app)
     assert_of_study(state)
     assert state.page(Editor).local is None
 

@@ -295,7 +295,7 @@ def test_a_grid_of_other_layers_is_judged_but_by_layer(image):
     thin = simulate(image, (6, 20, 24), P, n_realizations=3)
     app = launched(ensemble=thin, seen=ALL)
     assert not texts(app)
-    assert "training image with 10 layers scaled to the height of the grid" in html(app)
+    assert "training image (10 layers) scaled to the grid" in html(app)
     assert "layers not judged" in html(app)
 
 
