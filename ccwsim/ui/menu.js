@@ -24,8 +24,7 @@
   look();
 })();
 
-// The address contains every change of the study, but “Back” leads to the previous page, not to the previous
-// change.
+// The address contains every change of the study, but “Back” leads to the previous page.
 (() => {
   if (history.pushesPages) return;
   history.pushesPages = history.pushState.bind(history);

@@ -46,7 +46,7 @@ OFF_MENU = (("Import", IMPORT_PAGE),)
 
 
 def show_page(title: str, body: Callable[[State], None]) -> None:
-    """Configure the page, draw its menu, and call `body` with the state of the session."""
+    """Configure the page, draw the menu, and call `body` with the state of the session."""
     st.set_page_config(
         page_title=f"{title} · CCWSIM",
         page_icon=str(ASSETS / "logo-mark.svg"),

@@ -104,7 +104,7 @@ def growth_lines(timings: Sequence[Timing]) -> list[str]:
 
 
 def describe_volumes(timings: Sequence[Timing]) -> str:
-    """Compare the times per cell of volumes and maps, each on its largest grid."""
+    """Compare the times per cell of volumes and of maps, on the largest grid of each."""
     found = by_setting(timings)
     both = [
         (setting, own[-1], found[(*setting[:2], False)][-1])
@@ -168,7 +168,9 @@ def describe_run(run: TimingRun | None) -> str:
         return ""
     image, p = run.training_image, max(run.cases, key=lambda c: len(c.grid_shape)).parameters
     template, overlap = map(_sizes, (p.template_size, p.overlap_size))
-    off = "" if p.exact_data else "; data condition the search only, wrong ones are not corrected"
+    off = (
+        "" if p.exact_data else "; data only condition the search, and mismatches are not corrected"
+    )
     return (
         f"Training image {pretty(image.name)}, {describe_shape(image.shape)} cells, "
         f"{image.n_facies} facies; template {template}, overlap {overlap}, K {p.n_candidates}"

@@ -109,10 +109,7 @@ def _draw_largest(state: State) -> None:
     options |= {"format_func": lambda side: f"{side} × {side}{layers}"}
     field(st.selectbox, "Largest grid", key=name, **bound_to(page_state, name), **options)
     if nz is not None:
-        tip = (
-            "Also time maps with as many cells as the volumes, simulated from the training "
-            "image's middle layer."
-        )
+        tip = "Also time maps with as many cells, from the training image's middle layer."
         field(st.checkbox, "Maps beside", key="maps", help=tip, **bound_to(page_state, "maps"))
 
 
@@ -158,7 +155,7 @@ def _draw_start(state: State, kind: Kind) -> None:
 
 
 def _describe_plan(state: State, kind: Kind) -> str:
-    """Describe the planned run; if a choice is missing, name it."""
+    """Describe the planned run, or name a missing choice."""
     page_state = state.page(Benchmark)
     try:
         cases = cases_of(state, kind)
@@ -174,7 +171,7 @@ def _describe_plan(state: State, kind: Kind) -> str:
 
 
 def _draw_part(state: State, kind: Kind) -> None:
-    """Draw a measurement with its description; update the drawing while it runs."""
+    """Draw a measurement with a description; update the drawing while the measurement runs."""
     step_note(_describe_plan(state, kind))
     run = getattr(state.page(Benchmark), kind)
 

@@ -159,7 +159,7 @@ def _draw_settings(state: State) -> None:
         letter = LETTERS[k]
         note = describe_setting(p, settings[0]) if k else "the study’s own"
         with column, st.container(key=f"setting_{letter}"):
-            draw_name(letter, "the same as A" if note == "the same" else note)
+            draw_name(letter, "identical to A" if note == "the same" else note)
             _draw_parameters(state, k, p)
             _draw_actions(state, k, len(settings))
 
@@ -296,7 +296,7 @@ def _draw_outlines(state: State) -> None:
 
 
 def draw_name(letter: str, note: str) -> None:
-    """Draw the letter of a setting in its colour, followed by the description `note`."""
+    """Draw the letter of a setting in the setting's colour, followed by the text `note`."""
     text = escape(note)
     html = f'<b>{letter}</b><span title="{text}">{text}</span>'
     st.html(f'<div class="setting" style="--own: {findings.colour_of(letter)}">{html}</div>')
@@ -364,7 +364,7 @@ def _draw_beside(found: Comparison) -> None:
 
 
 def draw_curves(state: State, found: Comparison) -> None:
-    """Draw the curves of the chosen facies; until they are computed, draw a note."""
+    """Draw the curves of the chosen facies or, until curves are computed, a note."""
     facies = state.facies
     name = found.ensembles[0].training_image.facies_names[facies]
     if not has_curves(found, facies):

@@ -50,9 +50,7 @@ from ccwsim.ui.widgets.theme import chart_theme, draw_style
 STYLE = Path(__file__).with_name("examples.css")
 VIEWS = {"studies": "Lecture plan", "quiz": "Quiz: which one is the training image?"}
 MAX_PICTURE_SIDE = 300
-"""Maximum number of cells along a side of a picture; of larger studies, only the south-west corner
-is shown.
-"""
+"""Maximum cells along a side of a picture; larger studies show only their south-west corner."""
 MAX_VOLUME_SIDE = 80
 """Maximum number of cells along a horizontal side of a volume in a picture."""
 N_TOGETHER = 20

@@ -1,4 +1,4 @@
-"""The state of the editor of hard data, its edits, undo and redo, and the results shown."""
+"""The state of the editor of hard data: edits, undo and redo, and the realizations shown."""
 
 from __future__ import annotations
 
@@ -205,7 +205,7 @@ def paint(state: State, axis: str, cells: Sequence[Cell], layers: range) -> None
 
 
 def fits(ensemble: Ensemble, choices: Choices) -> bool:
-    """Return whether an ensemble belongs to the study, apart from its hard data."""
+    """Return whether an ensemble belongs to the study if the hard data are ignored."""
     return (
         ensemble.grid == choices.grid
         and ensemble.parameters == choices.parameters

@@ -146,7 +146,7 @@ def _draw_actions(state: State, data: HardData) -> None:
 
 
 def describe_answer(state: State, answered: Ensemble | None) -> str:
-    """State which realization is shown and how it honours the data, or that a run is needed."""
+    """Describe how the realization shown honours the data, or state that a run is needed."""
     number = f"Realization {state.shown + 1}"
     if state.page(Editor).ground == "e_type" and answered is not state.ensemble:
         return "The E-type is from before your edits, until the run with all data is finished."

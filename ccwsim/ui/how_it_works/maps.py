@@ -1,4 +1,4 @@
-"""The maps and volumes of the page How it works."""
+"""The maps and volumes on the page How it works."""
 
 from __future__ import annotations
 
@@ -83,8 +83,7 @@ class PatchView:
         return Frame(self.trace.path.orientation, shape)
 
     def where(self, location: PlaceFate) -> str:
-        """Return the first image cell of a patch copied from a location, as text (x, y) or (x, y,
-        z).
+        """Return the first image cell of a patch at a location, as text (x, y) or (x, y, z).
 
         The coordinates count cells of the image as it was read.
         """
@@ -196,7 +195,7 @@ def grid_map(view: PatchView) -> CellMap:
 
 
 def centre_of_patch(view: PatchView) -> list[int]:
-    """Return the middle cell of the patch, where the slices of the grid are placed."""
+    """Return the middle cell of the patch, through which the slices of the grid are drawn."""
     return [(side.start + side.stop) // 2 for side in view.part_of_grid]
 
 

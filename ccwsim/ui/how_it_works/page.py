@@ -65,7 +65,7 @@ BANDS = {
 
 
 def draw_how(state: State) -> None:
-    """Draw the page, which redraws itself while it plays."""
+    """Draw the page, which is redrawn automatically while it plays."""
     how = state.page(How)
     draw_style(STYLE, f":root {{ --drawn: {chart_theme().reference} }}")
     how.resimulated = DRAWING

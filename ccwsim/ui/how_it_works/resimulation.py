@@ -178,11 +178,7 @@ def _describe(trace: Trace, by_datum: dict[int, list[ResimulatedWindow]]) -> str
         "Around a missed datum a window is re-simulated. The new patch must honour <b>every</b> "
         "datum in the window and fit the surroundings on all sides. If no patch does, the window "
         "is halved. "
-        + (
-            "If no window helps, only the cell of the datum is set."
-            if (data_status == FORCED).any()
-            else ""
-        )
+        + ("If no window helps, only the cell is set." if (data_status == FORCED).any() else "")
     )
 
 

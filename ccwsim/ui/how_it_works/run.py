@@ -1,4 +1,4 @@
-"""The state of the page How it works, and the realization that it follows."""
+"""The state of the page How it works, and the realization that the page follows."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The text beside each step, its section in the paper, and the table of locations."""
+"""The texts beside the steps, their sections in the paper, and the table of locations."""
 
 from __future__ import annotations
 
@@ -149,10 +149,7 @@ def describe_scores(step: TracedPatch) -> str:
         return f"Without an overlap all {locations} of the image fit equally well.{decide}"
     ccw = step.ccw
     if step.correlation:
-        best, how = (
-            ccw.max(),
-            "the paper's CCW, the cross-correlation ΣA·B; the largest value is best",
-        )
+        best, how = ccw.max(), "the paper's CCW (cross-correlation) ΣA·B; the largest is best"
     else:
         best = ccw.min()
         how = (
@@ -172,10 +169,7 @@ def describe_draw(view: PatchView) -> str:
     step, n = view.step, view.step.n_candidates
     how = "all equally likely"
     if step.steered:
-        how = (
-            "with a higher probability if it brings the proportions nearer to their target (not "
-            "in the paper)"
-        )
+        how = "with preference for better facies proportions (not in the paper)"
     chance = f"One of {n} candidates is drawn, {how}. This choice makes realizations differ."
     if n == 1:
         chance = "The location is the only candidate."
@@ -188,7 +182,7 @@ def describe_draw(view: PatchView) -> str:
 
 
 def describe_shift(step: TracedPatch) -> str:
-    """Return a sentence on the shift of the patch by refinement; empty if it did not move."""
+    """Return a sentence on the shift of the patch by refinement; empty without a shift."""
     shift = int(np.abs(np.subtract(step.place, step.drawn_place)).max())
     said = f"Refinement shifted the patch by {format_count(shift, 'cell')} to the best fit at full"
     return f"{said} resolution." if shift else ""
@@ -202,7 +196,7 @@ def describe_cut(view: PatchView) -> str:
     n_cells, kept = int(step.in_overlap.sum()), format_count(int(step.keep_mask.sum()), "cell")
     how = (
         "The cheapest boundary through this error surface is computed by dynamic programming. "
-        f"Before the boundary {kept} of the grid are kept; the rest of the patch is pasted."
+        f"Before the boundary {kept} of the grid are kept; after it, the patch is pasted."
     )
     if view.is_volume:
         how = (
@@ -235,7 +229,7 @@ def describe_fate(location: PlaceFate, step: TracedPatch, search_fraction: float
         "slack": "rejected: much worse than the best",
         "copy": "rejected: merely continues the image beside a neighbouring patch",
         "data": f"rejected: {_misses(location)}",
-        "location": "rejected: too far from its own position in the image",
+        "location": "rejected: too far in the image from the position of the patch in the grid",
         "tie": "rejected: other locations with an equal score were chosen at random",
     }[location.fate]
 

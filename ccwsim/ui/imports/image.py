@@ -41,9 +41,7 @@ MAX_FACIES = 12
 SIMULATE_PAGE = "pages/simulate.py"
 TURNS = {"flip_ew": "Flip E–W", "flip_ns": "Flip N–S", "transpose": "Transpose"}
 Write = Callable[[ImageChoice], None]
-_diagnosed = cached(max_entries=16, show_spinner="Computing the diagnosis of the training image …")(
-    diagnose
-)
+_diagnosed = cached(max_entries=16, show_spinner="Diagnosing the training image …")(diagnose)
 
 
 def draw_image_import(state: State) -> None:

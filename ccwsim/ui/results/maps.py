@@ -38,8 +38,7 @@ SMALLEST_IMAGE = 0.5
 
 
 def map_columns(widths: Sequence[float], first: int, grid: Grid) -> list[DeltaGenerator]:
-    """Return columns of the widths `widths`; columns `first` and `first` + 1 contain maps of
-    `grid`.
+    """Return columns of given widths; columns `first` and `first` + 1 contain maps of `grid`.
 
     Maps of a wide grid are placed below each other, in one column as wide as the two columns.
     """
@@ -219,12 +218,12 @@ def draw_ghost(state: State) -> None:
         text = "A field with the patterns of the training image that honours the data"
         ghost_panel(text, shape, "Realization", "ghost large")
     with right:
-        text = "The probability of a facies: the share of realizations that have it in a cell"
+        text = "The probability of a facies: the share of realizations with this facies in a cell"
         ghost_panel(text, shape, "E-type")
 
 
 def ghost_panel(text: str, shape: str, title: str = "", kind: str = "ghost") -> None:
-    """Draw the outline of a future result; `shape` is its size in CSS."""
+    """Draw the outline of a future result; `shape` is the size of the outline in CSS."""
     if title:
         panel_title(title)
     st.html(f'<div class="{kind}" style="{shape}">{escape(text)}</div>')

@@ -83,7 +83,7 @@ def follow(
     keys: tuple[str, str] = ("progress", "cancel"),
     cancel: str = "Cancel",
 ) -> None:
-    """Show the progress of a job and a button to stop it; draw the page again at its end.
+    """Show the progress of a job and a button that stops the job; redraw the page at the end.
 
     The page is also drawn again if `has_news()` is true. `on_finished` is called before the page is
     drawn again. `label` replaces the number of finished pieces, and `draw` draws partial results.

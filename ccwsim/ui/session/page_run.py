@@ -64,8 +64,7 @@ class PageRun(Generic[Result]):
 
 
 def start_page_run(page_state: Any, name: str, run: PageRun) -> bool:
-    """Start a run, store the run in attribute `name` of the page state, and return whether it
-    began.
+    """Start a run, store it as attribute `name` of the page state, and return whether it began.
 
     If the server refuses the run, the page state keeps the earlier run, and its `message` states
     the reason.

@@ -115,7 +115,7 @@ def imported_data(choices: Choices) -> HardDataImport:
 
 
 def placed_data(choices: Choices) -> PlacedPoints:
-    """Return the hard data of a study in the cells of its grid, with the problems of the data."""
+    """Return the hard data of a study, placed on the grid, with the problems of the data."""
     choice, image, grid = choices.data, image_of(choices.image), choices.grid
     if choice.source == "file" and choice.files:
         return _placed(_without(choice, SETTLING), grid, image)

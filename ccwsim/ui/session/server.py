@@ -76,7 +76,7 @@ def settle_server() -> None:
 
 
 class SessionMonitor:
-    """Watches sessions; after a tab closes, its jobs end, and later the memory is freed."""
+    """Watches sessions; after a tab is closed, jobs end, and later the memory is freed."""
 
     def __init__(
         self,

@@ -23,7 +23,7 @@ PageState = TypeVar("PageState")
 
 @dataclass(frozen=True, eq=False)
 class PastRun:
-    """A finished run and, if there is one, the reference field of its hard data."""
+    """A finished run and, if there is one, the reference field of the hard data."""
 
     choices: Choices
     ensemble: Ensemble
@@ -90,7 +90,7 @@ class State:
     live: bool = False  # whether every change of the study starts a run
     job: Job[Ensemble] | None = None  # the current simulation
     needs_confirmation: bool = False  # ask before a long run, because a link or project was opened
-    last_attempt: Choices | None = None  # choices of the latest run, even if it failed
+    last_attempt: Choices | None = None  # choices of the latest run, even if the run failed
     ensemble: Ensemble | None = None  # the latest results
     ensemble_choices: Choices | None = None  # choices with which `ensemble` was simulated
     message: str = ""  # error or stop message, shown above the results
@@ -104,7 +104,7 @@ class State:
     own_seed: int | None = None  # random seed of a reader of a link for a class
     address: str = ""  # latest query in the address of the page
     notes: tuple[str, ...] = ()  # notes on unusable parts of an address or project
-    opened: tuple[str, str] = ("", "")  # the latest project file and its error
+    opened: tuple[str, str] = ("", "")  # the latest project file and the error in it
 
     def page(self, kind: type[PageState]) -> PageState:
         """Return the page state of type `kind`, which is created without arguments if necessary."""

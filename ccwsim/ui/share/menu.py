@@ -44,7 +44,7 @@ OLD_RESULTS = (
 
 @st.fragment
 def draw_share(state: State) -> None:
-    """Draw the menu "Share"; its content is computed when the menu is opened."""
+    """Draw the menu "Share", whose content is computed when the menu is opened."""
     with error_boundary():
         _share(state)
 
@@ -186,7 +186,7 @@ def project_of(state: State) -> Project:
 
 
 def open_project(state: State, upload: Upload) -> None:
-    """Open the study of a project file in this session and simulate it; ask before a long run.
+    """Open the study of a project file in this session and start a run; ask before a long run.
 
     If the file cannot be read or is too large for a page, raise an error and change nothing.
     """

@@ -41,9 +41,9 @@ PROPORTIONS_TITLE = 40
 """Usual width of a realization, and height of the title of the proportions chart, in pixels."""
 OLD_FILES = "Out of date: files contain the realizations on the page and their settings."
 MAP_KINDS = {"npz": "NumPy", "gslib": "GSLIB", "vti": "VTK", "tif": "GeoTIFF", "nc": "NetCDF"}
-"""Formats of maps; a format is offered if the package it needs is installed."""
+"""File formats of maps; a format is offered if the package for this format is installed."""
 MAPS_ALONE = ("tif",)
-"""Formats that cannot hold a volume."""
+"""File formats that cannot contain a volume."""
 
 
 @st.fragment
@@ -73,7 +73,7 @@ def _results(state: State, ensemble: Ensemble) -> None:
             left, middle, right = map_columns(widths, 1, ensemble.grid)
             beside = left.container(key="image_beside")
         shares = beside if room_below_image(ensemble) else None
-    with middle:  # drawn first, so that it appears first
+    with middle:  # drawn first, so that the map appears first
         draw_realization(ensemble, colours, state.shown, ensemble.grid)
     with right:
         draw_e_type(state, ensemble, colours)

@@ -245,13 +245,13 @@ def bundled_data(state: State) -> tuple[str, ...]:
 
 
 def keep_data_button(state: State, key: str, label: str = "Keep the data as they were") -> None:
-    """If data are waiting, draw a button that drops them."""
+    """If data wait for an answer, draw a button that discards these data."""
     if state.data_draft is not None:
         button(label, key=key, on_click=setattr, args=(state, "data_draft", None))
 
 
 def _report(state: State, current: DataChoice) -> None:
-    """Show the data as they were read, and the open questions about them."""
+    """Show a preview of the data, and ask the open questions about the data."""
     tried = replace(state.choices, data=current)
     try:
         report = imported_data(tried)

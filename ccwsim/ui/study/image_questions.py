@@ -1,4 +1,4 @@
-"""Questions that the file of a training image leaves open, each with its guessed answer."""
+"""Open questions about the file of a training image, with guessed answers."""
 
 from __future__ import annotations
 
@@ -91,8 +91,7 @@ def _whole(upload: Upload) -> tuple[tuple[int, int] | None, int]:
 
 @cached(max_entries=8)
 def grid_of_file(upload: Upload, answers: Answers) -> NDArray[np.float64]:
-    """Return the values of a file before classification, as an array (ny, nx) with row 0 in the
-    south.
+    """Return the values of a file before classification as an array, with row 0 in the south.
 
     `answers` may include answers about classes, which are ignored.
     """
@@ -251,9 +250,7 @@ def _ask_values(
 
     label = "Colours become facies by" if is_picture else "Values become facies by"
     chosen = {"value": way, "write": choose, "options": ways}
-    chosen["help"] = (
-        "Drag a line or type a limit. Values from a limit on belong to the next facies."
-    )
+    chosen["help"] = "Drag a line or type a limit. The limit belongs to the next facies."
     field(st.segmented_control, label, key="ask_values", **chosen)
     n = known.get("classes")
     if way == classes and isinstance(n, int):

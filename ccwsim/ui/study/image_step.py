@@ -31,7 +31,7 @@ IMPORT_PAGE = "pages/import.py"
 
 
 def image_step(state: State) -> None:
-    """Draw a thumbnail, the name and size of the image, and a menu to change it."""
+    """Draw a thumbnail, the name and size of the image, and a menu to choose another image."""
     step_title(1, "Training image")
     image = image_of(state.choices.image)
     with st.container(horizontal=True, gap="small", key="image_row"):
@@ -119,10 +119,7 @@ def _part_from_data(state: State, data: DataChoice) -> None:
         theirs = datasets.hard_data_training_image(data.bundled)
         if image.upload is not None or image.bundled != theirs:
             state.change(data=DataChoice())
-            st.toast(
-                f"The hard data {pretty(data.bundled)} were removed together with their training "
-                f"image, {pretty(theirs)}."
-            )
+            st.toast(f"Removed with their image {pretty(theirs)}: data {pretty(data.bundled)}.")
     elif data.source == "sampled" and state.choices.grid.nz is not None:
         state.change(data=DataChoice())  # the bundled data are sampled from maps
 

@@ -51,7 +51,7 @@ def draw_out_of_date(text: str) -> None:
 
 
 def out_of_date(state: State) -> str:
-    """Describe how the study differs from the study of the results; empty if it does not differ."""
+    """Describe how the study differs from the study of the results; empty without differences."""
     if state.ensemble is None or state.ensemble_choices is None or is_current(state):
         return ""
     changes = changes_between(state.ensemble_choices, state.choices)

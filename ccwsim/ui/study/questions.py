@@ -264,7 +264,7 @@ def taken_as(preview: PointsPreview) -> str:
 
 
 def role_of(role: str) -> str:
-    """Return the heading of a column, made from the name of its argument.
+    """Return the heading of a column, derived from the name of the argument.
 
     Examples
     --------

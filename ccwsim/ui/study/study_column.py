@@ -191,7 +191,7 @@ def parameter_field(
     prefix: str = "p_",
     of_numbers: Callable[..., Any] = st.slider,
 ) -> None:
-    """Draw a control that suits the type of a parameter; its key starts with `prefix`."""
+    """Draw a control for the type of a parameter; the key of the control starts with `prefix`."""
     value = getattr(p, name)
     label = LABELS.get(name, name.replace("_", " ").capitalize())
     options = bound_to(p, name, change, key=f"{prefix}{name}", help=help_of(name))

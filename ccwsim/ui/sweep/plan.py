@@ -1,4 +1,4 @@
-"""The settings of a sweep, its run on a thread, and the state of the page."""
+"""The settings of a sweep, the run of the sweep on a thread, and the state of the page."""
 
 from __future__ import annotations
 

@@ -85,10 +85,8 @@ def draw_data(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
             "size around the datum was simulated again. Forced: no window fits, so only the cell "
             "is set, which may leave an isolated cell."
             if ensemble.parameters.exact_data
-            else (
-                "Data are not honoured exactly, because they only condition the search. Raster "
-                "pass: a patch has the facies of the datum. Wrong: the cell has another facies."
-            )
+            else "Data are not honoured exactly: they only condition the search. Raster pass: a "
+            "patch has the facies of the datum. Wrong: the cell has another facies."
         )
     with right:
         if ensemble.grid.nz is not None:
@@ -227,9 +225,7 @@ def problem_of(reference: TrainingImage, ensemble: Ensemble) -> str:
     """Return the reason why realizations cannot be scored, or an empty text."""
     if reference.shape != ensemble.grid.shape:
         own, grid = describe_shape(reference.shape), describe_shape(ensemble.grid.shape)
-        return (
-            f"The reference field has {own} cells, but the grid has {grid}. Sample the data again."
-        )
+        return f"The reference field has {own} cells, the grid {grid}. Sample the data again."
     unknown = np.setdiff1d(reference.codes, ensemble.training_image.codes)
     if len(unknown):
         return (

@@ -61,7 +61,7 @@ MAP_HEIGHT = 392
 SLICED = {"reuse", "truth"}
 """Sections whose maps show a slice of a volume, which is chosen at the top of the page."""
 STEADY = ".st-key-maps, .st-key-charts, [class*=st-key-section_]"
-"""CSS selectors of page parts whose height is kept while they are drawn again."""
+"""CSS selectors of page parts that keep their height while being redrawn."""
 
 
 def draw_page(state: State) -> None:
@@ -119,8 +119,7 @@ def _draw_controls(state: State, ensemble: Ensemble) -> None:
 def _draw_first_screen(state: State, colours: Sequence[str], elsewhere: tuple) -> None:
     """Draw the maps and the MDS plot; a click in the plot redraws only maps and plot.
 
-    `elsewhere` contains the choices that also affect other parts of the page; if these choices
-    change, the page is redrawn.
+    `elsewhere` contains choices that affect other parts of the page; changes redraw the page.
     """
     with error_boundary():
         if _shown_elsewhere(state) != elsewhere:

@@ -83,7 +83,7 @@ MAX_TAILS = 3
 MAX_HEADS = 6
 COPYING_HEIGHT = 420
 MAX_USES = 100
-"""Number of uses from which on cells have the same colour."""
+"""Number of uses of a cell above which all cells have the same colour."""
 
 
 def draw_curves_row(state: State, ensemble: Ensemble) -> None:
@@ -167,7 +167,7 @@ def draw_directions(state: State, ensemble: Ensemble, colours: Sequence[str]) ->
     """Draw variogram and connectivity along a chosen direction, and the variogram maps."""
     page_state = state.page(Validation)
     options = bound_to(page_state, "azimuth", min_value=0, max_value=175, step=5, width=420)
-    help_ = "0 is N–S, 45 is NE–SW, 90 is E–W, 135 is NW–SE. Maps show it as a dotted line."
+    help_ = "0 is N–S, 45 is NE–SW, 90 is E–W, 135 is NW–SE. A dotted line marks the direction."
     label = "Direction, degrees from north to east"
     field(st.slider, label, key="azimuth", help=help_, **options)
     azimuth = float(page_state.azimuth)
@@ -175,9 +175,7 @@ def draw_directions(state: State, ensemble: Ensemble, colours: Sequence[str]) ->
         with column:
             draw_curve(state, ensemble, statistic, azimuth, height=220)
     if ensemble.grid.nz is not None:
-        step_note(
-            "Directions are horizontal. Variogram maps are drawn only if realizations are maps."
-        )
+        step_note("Directions are horizontal. Variogram maps are drawn only for maps.")
         return
     name = ensemble.training_image.facies_names[state.facies]
     task = statistics.lag_maps(ensemble, state.facies)

@@ -32,7 +32,7 @@ class ShownSlice:
     at: int = 0
 
     def __str__(self) -> str:
-        """Return text such as "layer 24", counted from 0; empty for a map."""
+        """Return a text such as "layer 24", with layers counted from 0; empty for a map."""
         return "" if self.axis is None else f"{AXES[self.axis]} {self.at}"
 
     @property

@@ -143,7 +143,7 @@ def first(ensemble: Ensemble, n: int) -> Stack:
 def curves(
     progress: Fraction, ensemble: Ensemble, statistic: Statistic, facies: int, direction: Direction
 ) -> Compared[Bundle]:
-    """Return a statistic of a facies along a direction, and compare it with crops of the image."""
+    """Return a statistic of a facies along a direction, compared with crops of the image."""
     image, code = ensemble.training_image, code_of(ensemble, facies)
     longest = max_lag(direction, image.shape, ensemble.grid.shape)
     lags, distances = distinct_lags(direction, longest)

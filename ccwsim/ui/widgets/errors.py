@@ -39,7 +39,7 @@ def catch_callback_errors(act: Callable[..., Any]) -> Callable[..., None]:
 
 
 def problem_in(act: Callable[[], object]) -> str:
-    """Return the reason why an action fails, or an empty text if it succeeds.
+    """Return the reason why an action fails, or an empty text if the action succeeds.
 
     Examples
     --------

@@ -49,7 +49,7 @@ def field(
     write: Callable[[Any], None],
     **options: Any,
 ) -> Any:
-    """Draw a widget whose value is kept in the state, so that it survives page changes.
+    """Draw a widget whose value is stored in the state, so that page changes do not lose the value.
 
     `write` is called with the new value when the user changes it, before the page is drawn again.
     """

@@ -104,7 +104,7 @@ def test_every_section_is_drawn_with_wells(app):
     said = html(app)
     for name, *_ in SECTIONS:
         assert f'id="{name}"' in said
-    assert "Variogram maps are drawn only if realizations are maps" in said
+    assert "Variogram maps are drawn only for maps" in said
 
 
 def test_every_section_is_drawn_without_wells(unconditional):
