@@ -213,7 +213,7 @@ def _draw_run_row(state: State, problem: str) -> None:
     page_state = state.page(ComparePageState)
     with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="compare_row"):
         limits = {"min_value": 1, "max_value": MAX_REALIZATIONS_COMPARED, "width": 140}
-        options = {"help": "More realizations show smaller differences with certainty.", **limits}
+        options = {"help": "With more realizations, smaller differences are significant.", **limits}
         n_of(state)
         n = bound_to(page_state, "n")
         field(st.number_input, "Realizations of each", key="n_compared", **n, **options)
@@ -246,7 +246,7 @@ def describe_study(state: State) -> str:
 
 @st.fragment
 def _draw_results(state: State, busy: bool) -> None:
-    """Draw the partial results of a running comparison, or the results of the latest one.
+    """Draw the partial results of a running comparison, or the results of the latest comparison.
 
     `busy` tells whether a computation was running when the page was drawn.
     """

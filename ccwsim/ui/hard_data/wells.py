@@ -41,14 +41,14 @@ def draw_brush(state: State, nz: int) -> None:
 
 
 class WellRows(NamedTuple):
-    """The wells of a volume: named wells, followed by columns of cells with other data."""
+    """The wells of a volume: named wells, then columns of cells with data outside named wells."""
 
     names: tuple[str, ...]  # "" for a column of cells without a name
     data: tuple[NDArray[np.int64], ...]  # indices of the data of each well, from the bottom up
 
 
 def rows_of_wells(data: HardData, wells: CellsOfWells = ()) -> WellRows:
-    """Return the wells of hard data: each named well, and each column of cells with other data."""
+    """Return the wells of hard data: named wells, and columns of cells with data outside them."""
     place_of = {cell: k for k, cell in enumerate(map(tuple, data.cells.tolist()))} if wells else {}
     names, parts = [], []
     unnamed = np.ones(data.n, bool)

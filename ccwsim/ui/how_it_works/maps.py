@@ -280,7 +280,9 @@ def score_volume(view: PatchView) -> CellMap:
     scores = np.where(step.copies, np.nan, step.ccw)
     low, high = float(np.nanmin(scores)), float(np.nanmax(scores))
     colours = CIVIDIS if step.correlation else CIVIDIS[::-1]
-    scale = ColourScale("CCW", low, high, colours, "merely continues the patch beside this one")
+    scale = ColourScale(
+        "CCW", low, high, colours, "only continues the image beside a neighbouring patch"
+    )
     alt = f"CCW score of each location for patch {step.patch.number + 1}"
     frame = Frame(view.trace.path.orientation, step.scores.shape)
     shown = value_map(frame.to_grid(scores), scale, view.theme, alt)

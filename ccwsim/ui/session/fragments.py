@@ -33,7 +33,7 @@ def error_boundary(whole: bool = False, way_back: bool = False) -> Iterator[None
     """Show errors as messages, keep the session state, and write changes into the address.
 
     Use this context for the body of a page or fragment. If a `whole` page or a part with `way_back`
-    fails, one button is drawn that returns to the last study that could be drawn.
+    fails, a button is drawn that returns to the last study that was drawn without an error.
     """
     if whole:
         st.session_state.pop(FAILED, None)
@@ -59,7 +59,7 @@ def error_boundary(whole: bool = False, way_back: bool = False) -> Iterator[None
 
 
 def _draw_way_back() -> None:
-    """Draw a button that returns to the last study that could be drawn."""
+    """Draw a button that returns to the last study that was drawn without an error."""
     drawn = st.session_state.get(LAST_DRAWN)
     with st.container(horizontal=True, gap="small"):
         if drawn is not None and drawn != session_state().choices:
@@ -117,7 +117,7 @@ def follow_tasks(
     since: float,
     draw: Callable[[int], None] | None = None,
 ) -> None:
-    """Draw the page again when all `tasks` are done, or after `TOGETHER` seconds if some are.
+    """Redraw the page when all `tasks` are done, or after `TOGETHER` seconds if only some are done.
 
     `since` is the `time.monotonic` at which the page was drawn. `draw` is called with the number of
     missing values.

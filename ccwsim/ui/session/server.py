@@ -28,7 +28,7 @@ EARLY = 10.0
 
 
 def current_session() -> str:
-    """Watch the session that this thread draws, and return its name; "" without a session."""
+    """Watch the session of the current thread, and return the session's name; "" if there is none."""
     context = get_script_run_ctx(suppress_warning=True)
     session = context.session_id if context is not None else ""
     session_monitor().note(session)

@@ -106,7 +106,7 @@ def room_below_image(ensemble: Ensemble) -> bool:
 
 
 def draw_downloads(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw a menu of files; a file is made when the user chooses it."""
+    """Draw a menu of files; a file is created when the user chooses it."""
     with st.popover("Download", key="downloads"):
         if not is_current(state):
             step_note(OLD_FILES)
@@ -119,7 +119,7 @@ def draw_downloads(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
 
 
 class Download(NamedTuple):
-    """A file to download, which is made when the user chooses it."""
+    """A file to download, which is created when the user chooses it."""
 
     label: str
     key: str

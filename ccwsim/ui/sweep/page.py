@@ -280,10 +280,7 @@ def _draw_outlines() -> None:
         text = "A click on a setting shows a large realization with the hard data"
         ghost_panel(text, shape, "One setting")
     with right:
-        text = (
-            "Patterns, connectivity, proportions, copying, data and CPU time, compared with the "
-            "best values"
-        )
+        text = "Patterns, connectivity, proportions, copying, data, CPU time, and best values"
         ghost_panel(text, shape, "Its numbers")
 
 

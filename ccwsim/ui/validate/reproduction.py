@@ -272,8 +272,8 @@ def _draw_sizes(found: GeobodiesCompared, name: str) -> None:
     titled_chart("Sizes of geobodies", note, chart, "sizes", alt)
     if found.n_cells != found.n_cells_reference:
         step_note(
-            f"The training image has {found.n_cells_reference:,} cells, a realization "
-            f"has {found.n_cells:,}. The largest geobodies are larger in larger images."
+            f"The training image has {found.n_cells_reference:,} cells, a realization has "
+            f"{found.n_cells:,}. The largest geobodies are larger in larger images."
         )
 
 

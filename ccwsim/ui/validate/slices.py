@@ -26,7 +26,7 @@ HOVER = ("column, row", "column, layer", "row, layer")
 
 @dataclass(frozen=True)
 class ShownSlice:
-    """A layer (axis 0), row or column of a volume; if `axis` is None, a complete map."""
+    """A layer (axis 0), a row or a column of a volume; if `axis` is None, a map."""
 
     axis: int | None = None
     at: int = 0
