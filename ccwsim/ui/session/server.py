@@ -28,7 +28,7 @@ EARLY = 10.0
 
 
 def current_session() -> str:
-    """Watch the session of the current thread, and return the session's name; "" if there is none."""
+    """Watch the session of the current thread, and return its name; "" without a session."""
     context = get_script_run_ctx(suppress_warning=True)
     session = context.session_id if context is not None else ""
     session_monitor().note(session)
