@@ -72,7 +72,7 @@ def test_a_refused_upload_is_alone_on_its_page():
     app = settled(opened("simulate", State(choices=STUDY)).run())
     file = app.file_uploader(key="image_file")
     file.upload("broken.csv", b"sand, and mud\n", "text/csv").run()
-    assert "keeps the image" in " ".join(error.value for error in app.error)
+    assert "keeps its present image" in " ".join(error.value for error in app.error)
     imported = opened("import", app.session_state[KEY]).run()
     assert not any(box.label.startswith("Flip") for box in imported.checkbox)
     assert not any((box.key or "").startswith("image_name") for box in imported.text_input)

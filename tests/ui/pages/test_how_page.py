@@ -210,11 +210,9 @@ def test_each_step_stands_beside_its_place_in_the_paper():
 def test_the_score_is_set_beside_the_papers():
     said = text(launched())
     assert "The paper uses the cross-correlation ΣA·B, whose largest value is best" in said
-    assert "the authors' code takes the squared difference, as here" in said
+    assert "The authors' code uses the squared difference too" in said
     plain = replace(SMALL, parameters=replace(OWN, similarity="correlation"))
-    assert "the paper's CCW, the cross-correlation ΣA·B; the largest fits best" in text(
-        launched(plain)
-    )
+    assert "the paper's CCW (cross-correlation) ΣA·B; the largest is best" in text(launched(plain))
 
 
 def test_what_is_not_in_the_paper_is_marked():

@@ -293,7 +293,7 @@ def test_results_of_another_study_are_said_to_be(done):
     done.change(grid=Grid(50, 64))
     assert not is_current(run, done)
     said = html(launched(done))
-    assert "Out of date:</b> the study has another training image" in said
+    assert "Out of date:</b> the study&#x27;s training image" in said
     assert '<i class="results-outdated">' in said
 
 

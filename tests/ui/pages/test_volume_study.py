@@ -313,7 +313,7 @@ def test_an_uploaded_volume_is_taken_whole_and_one_layer_may_be(before: str) -> 
     assert (image_of(app.session_state[KEY].image_draft).array == array).all()
     named(app.button_group, "ask_layers").set_value("one layer").run()
     assert not app.exception
-    assert "Layer 11 of 20 is used, as a map; choose “the whole volume” for all" in html(app)
+    assert "Layer 11 of 20 is used as a map. For all layers, choose “the whole volume”" in html(app)
     assert (image_of(app.session_state[KEY].image_draft).array == array[10]).all()
     named(app.slider, "ask_slice").set_value(3).run()
     assert (image_of(app.session_state[KEY].image_draft).array == array[2]).all()
