@@ -233,4 +233,4 @@ def test_times_that_others_disturbed_are_told(monkeypatch, alone):
     state.page(Benchmark).grids = run
     app = AppTest.from_file(str(ROOT / "pages/benchmark.py"), default_timeout=SLOW)
     app.session_state[KEY] = state
-    assert ("Others were computing" in html(app.run())) is not alone
+    assert ("Other sessions were computing" in html(app.run())) is not alone

@@ -97,7 +97,7 @@ def test_cells_are_read_off_the_realization_that_is_shown():
     state = state_of()
     state.page(Editor).brush = AS_SHOWN
     paint(state, "z", [(0, 7, 9)], range(12))
-    assert "no realization to read" in state.page(Editor).message
+    assert "no realization yet to read from" in state.page(Editor).message
     run(state)
     state.shown = 1
     paint(state, "z", [(0, 7, 9)], range(12))

@@ -85,7 +85,7 @@ def test_points_of_a_volume_ask_for_z_and_facies():
     choose(app, z="r")
     assert data_of(state_of(app).choices).triples == ((0, 2, 10, 1), (1, 2, 10, 0))
     assert value(app, "well") == value(app, "depth") == ""
-    assert "Where the data fall" in html(app)
+    assert "Positions of the data" in html(app)
     choose(app, x="q")
     assert dict(state_of(app).choices.data.answers)["y"] == "p"
 
