@@ -206,7 +206,7 @@ def draw_reference(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
         *places, right = st.columns([1.0, 1.0, 1.2], gap="medium")
         reference_map = facies_map(field, image, colours, "The reference field")
         wrong = wrong_map(replace(scores, right=here.of(scores.right)), colours)
-        maps = ("Reference field", reference_map), ("Cells with a wrong most likely facies", wrong)
+        maps = ("Reference field", reference_map), ("Cells predicted wrongly", wrong)
         for place, key, (title, drawn) in zip(places, ("truth", "wrong"), maps, strict=True):
             with place:
                 panel_title(title, str(here))
