@@ -26,12 +26,13 @@ MEANINGS = {
     "wavelet_level": "Number of times that the Haar wavelet halves the resolution before overlaps "
     "are compared. A higher level is faster and coarser; level 0 compares single cells. For "
     "ms-ccsim: number of times that the images are coarsened.",
-    "n_candidates": "Number of best locations from which the patch is drawn at random. As "
-    "published, K = 1 copies large pieces of the training image; a larger K copies less but fits "
-    "less well. By default, locations are excluded if they have over 8 more wrong cells than the "
-    "best (more with wide overlaps) or, in maps, merely continue the image. K then has little "
-    "effect, but in volumes K = 1 copies more than K = 20. Near hard data the limit is 6 cells, so "
-    "often only one or two locations remain: with dense data K has little effect.",
+    "n_candidates": "Number of best locations from which the patch is drawn at random. With the "
+    "published draw, K = 1 copies large pieces of the training image; a larger K copies less but "
+    "fits less well. By default, locations are excluded if their wrong cells exceed the best "
+    "location's by over 8 (more with wide overlaps) or, in maps, if they merely continue the "
+    "image. K then has little effect, but in volumes K = 1 copies more than K = 20. Near hard data "
+    "the limit is 6 cells, so often only one or two locations remain: with dense data K has little "
+    "effect.",
     "method": "ccwsim searches wavelet coefficients; ccsim searches single cells (level 0); "
     "ms-ccsim searches a coarsened image, then refines the locations scale by scale.",
     "similarity": "Score that compares overlap and training image: the sum of squared differences "
@@ -257,7 +258,7 @@ def _check_sizes(p: Parameters) -> None:
 
 
 def _check_axis(where: str, template: int, overlap: int, level: int) -> None:
-    """Check the sizes along one axis, or along all axes if equal; z may have fewer cells."""
+    """Check the sizes along one axis or all axes at once; sizes along z may be smaller."""
     thin = where == " along z"
     _check_size("Template", where, template, level, 1 if thin else MIN_TEMPLATE, MAX_TEMPLATE)
     least = 0 if thin and template < MIN_TEMPLATE else 1
