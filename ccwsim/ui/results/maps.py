@@ -99,7 +99,7 @@ def colours_of_ran(state: State) -> list[str]:
 
 
 def draw_e_type(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw the uncertainty map or volume, and the choice of the statistic in it."""
+    """Draw the uncertainty map or volume, and the field that chooses its statistic."""
     names = ensemble.training_image.facies_names
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="e_type_row"):
         panel_title("E-type")
@@ -114,7 +114,7 @@ def draw_e_type(state: State, ensemble: Ensemble, colours: Sequence[str]) -> Non
 
 
 def e_type_field(state: State, names: Sequence[str], write: Callable[[int | str], None]) -> None:
-    """Draw the choice of the statistic in the uncertainty map."""
+    """Draw the field that chooses the statistic of the uncertainty map."""
     shown = state.facies if state.e_type == "probability" else state.e_type
     options: list[int | str] = [*range(len(names)), *OTHERS]
     choice = options_of({option: map_name(option, names) for option in options})
@@ -136,7 +136,7 @@ def map_name(option: int | str, names: Sequence[str]) -> str:
 
 
 def choose(state: State, option: int | str) -> None:
-    """Store the statistic in the uncertainty map; curves of a chosen facies are shown too."""
+    """Store the statistic of the uncertainty map; if it has a facies, the curves show it too."""
     if isinstance(option, int):
         state.facies, state.e_type = option, "probability"
     else:
@@ -215,7 +215,7 @@ def draw_ghost(state: State) -> None:
         draw_training_image(image, colours_of(state))
     shape = f"aspect-ratio: {grid.nx} / {grid.ny}"
     with middle:
-        text = "A field with the patterns of the training image that honours the data"
+        text = "A field that has the patterns of the training image and honours the data"
         ghost_panel(text, shape, "Realization", "ghost large")
     with right:
         text = "The probability of a facies: the share of realizations with this facies in a cell"

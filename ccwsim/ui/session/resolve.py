@@ -58,7 +58,7 @@ Moved = dict[str, tuple[Any, Any]]
 OF_VOLUMES = ("z", "well", "depth_from", "depth_to", "depth", "z_up")
 OF_SURVEYS = tuple(name for name in vars(WellColumns()) if name.startswith("survey"))
 SETTLING = ("on_collision", "on_outside", "on_unknown")
-"""For volumes, for surveys, and for conflicting data: names of answers that apply only to them."""
+"""Names of the answers that concern volumes, surveys, and data that do not fit, respectively."""
 BUT_NAMES = {**CONTENT, TrainingImage: lambda image: image.digest}
 """The functions of `CONTENT`, changed so that names of facies are ignored."""
 USUAL_VOLUME = 100, 100
@@ -170,7 +170,7 @@ def previews_of_wells(choice: DataChoice) -> dict[str, PointsPreview | CCWSIMErr
 
 
 def grid_for_data(choices: Choices) -> Grid | None:
-    """Return a grid that contains all data; None if the present grid contains them or none can."""
+    """Return a grid that contains all data; None if the present grid does or none is possible."""
     choice, grid = choices.data, choices.grid
     try:
         file = choice.source == "file" and choice.files
@@ -308,8 +308,8 @@ def levels(shape: Shape, along_z: bool = False) -> list[int]:
 def fitted(parameters: Parameters, shape: Shape, **changes: Any) -> Parameters:
     """Return parameters with `changes`; sizes become the nearest allowed values.
 
-    For a volume, numbers become triples; along z, the size is halved, and the level is one less.
-    For a map, a triple is replaced by the number along x.
+    For a volume, numbers become triples; along z, the size is halved, and the level is lower by
+    one. For a map, a triple is replaced by the number along x.
 
     Examples
     --------

@@ -125,7 +125,7 @@ class SessionMonitor:
     def give_back(self) -> None:
         """Give the system back the memory of sessions that were dropped before the last check.
 
-        When no session is left, the caches that sessions share are emptied too.
+        When no session is left, the caches that sessions share are also emptied.
         """
         freed, self._freed = self._freed, False
         if not freed:

@@ -58,7 +58,7 @@ class PastRuns:
     max_bytes: int | None = None
 
     def remember(self, run: PastRun) -> None:
-        """Store a run and drop old runs; replace the newest if only data placed by hand differ."""
+        """Store a run and drop old runs; replace the newest if only hand-placed data differ."""
         if self.runs and _but_for_placed(self.runs[0].choices) == _but_for_placed(run.choices):
             self.runs.pop(0)
         self.runs.insert(0, run)

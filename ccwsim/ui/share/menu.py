@@ -118,7 +118,7 @@ def _show_report(state: State) -> None:
 
 
 def report_of(state: State):
-    """Return a function that makes the report of the latest results, or b"" without results."""
+    """Return a function that makes the report of the latest results; without results, b""."""
     ensemble = state.ensemble
     if ensemble is None:
         return b""

@@ -26,7 +26,7 @@ VALUES = {
     "ms-ccsim": "MS-CCSIM",
     "ssd": "squared difference",
 }
-"""Names of parameter values on the screen, for values with other names in code."""
+"""Names, on the screen, of parameter values that have other names in code."""
 
 
 def changes_between(before: Choices, after: Choices) -> list[str]:

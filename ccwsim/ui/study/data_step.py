@@ -103,8 +103,8 @@ def thumbnail(state: State, longest: int) -> bytes:
 def use_data(state: State, choice: DataChoice, grid: Grid | None = None) -> None:
     """Use a choice of hard data in the study if the data can be read; otherwise keep it as a draft.
 
-    If other bundled data are chosen, the grid grows to contain all data. A `grid` made for the data
-    is used at once if the present data fit this grid; otherwise, it is used together with the data.
+    If other bundled data are chosen, the grid grows to contain all data. A `grid` for the choice is
+    used at once if the present data fit it, otherwise together with the new data.
     """
     if grid is not None and not problem_of_data(replace(state.choices, grid=grid)):
         state.change(grid=grid)

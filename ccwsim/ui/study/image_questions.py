@@ -250,7 +250,7 @@ def _ask_values(
 
     label = "Colours become facies by" if is_picture else "Values become facies by"
     chosen = {"value": way, "write": choose, "options": ways}
-    chosen["help"] = "Drag a line or type a limit. The limit belongs to the next facies."
+    chosen["help"] = "Drag a line or type a limit. Values at the limit are in the facies above."
     field(st.segmented_control, label, key="ask_values", **chosen)
     n = known.get("classes")
     if way == classes and isinstance(n, int):

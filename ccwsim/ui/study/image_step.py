@@ -69,7 +69,7 @@ def problem_of_image(choice: ImageChoice) -> str:
 def thumbnail(image: TrainingImage, colours: list[str], pixels: int = 2 * THUMB) -> bytes:
     """Return a small picture of a training image; of a volume, the middle layer.
 
-    A cell is a whole number of pixels wide: as many as fit into `pixels`, and at least one.
+    A cell has the largest width, at least 1 pixel, at which the image fits into `pixels`.
     """
     cells = middle_layer(image.indices)
     return map_png(cells, colours, scale=max(1, pixels // max(cells.shape)))
@@ -119,7 +119,7 @@ def _part_from_data(state: State, data: DataChoice) -> None:
         theirs = datasets.hard_data_training_image(data.bundled)
         if image.upload is not None or image.bundled != theirs:
             state.change(data=DataChoice())
-            st.toast(f"Removed with their image {pretty(theirs)}: data {pretty(data.bundled)}.")
+            st.toast(f"Removed data {pretty(data.bundled)} with their image {pretty(theirs)}.")
     elif data.source == "sampled" and state.choices.grid.nz is not None:
         state.change(data=DataChoice())  # the bundled data are sampled from maps
 

@@ -19,7 +19,7 @@ from ccwsim.ui.widgets.text import plain
 
 STORED = "Stored realizations of this study are shown until your machine has computed them"
 PATIENCE_VOLUME = 0.7
-"""Seconds to wait for the first new volume; to draw the old volume again would take longer."""
+"""Seconds to wait for the first new volume, because drawing the old volume takes longer."""
 WAIT_SECONDS = 0.05
 """Seconds between checks for a change by the user, which ends this waiting."""
 
@@ -60,7 +60,7 @@ def out_of_date(state: State) -> str:
 
 @contextmanager
 def _outdated(text: str, question: str = "") -> Iterator[None]:
-    """Draw a row with a note on outdated results, a question, and the elements of the context."""
+    """Draw a row with a note on outdated results, a question, and elements drawn in the context."""
     with st.container(horizontal=True, vertical_alignment="center", key="outdated"):
         said = [f"<b>Out of date:</b> {escape(text)}"] if text else []
         if said or question:

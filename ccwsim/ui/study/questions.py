@@ -35,7 +35,7 @@ from ccwsim.ui.widgets.fields import button, field, options_of
 from ccwsim.ui.widgets.text import plain
 
 MAX_LISTED = 300
-"""Maximum number of rows or slices in a list; of more slices, the user types the number."""
+"""Maximum number of rows or slices in a list; if there are more, the user types a number."""
 MAX_NAMES = 24
 """Maximum number of names or codes of facies for which the page asks one by one."""
 AS_READ = {None: "as usual in the format"}

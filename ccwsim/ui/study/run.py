@@ -129,7 +129,7 @@ def start_run_if_needed(state: State, *, live: bool, after: float = 0.0) -> bool
 
 
 def question_of(state: State) -> str:
-    """Return the question asked before a long run if a link or project opened the study."""
+    """Return the question to ask before a long run of a study from a link or project, or ""."""
     if not state.needs_confirmation or problem_of(state):
         return ""
     seconds = estimated_seconds(state.choices)
@@ -150,7 +150,7 @@ def estimated_seconds(choices: Choices) -> float:
 
 
 def _is_changed(state: State) -> bool:
-    """Return whether no run of the study was started yet; a study that failed is not run again."""
+    """Return whether the study differs from the latest run, including a run that failed."""
     known = (state.job.about if state.job else state.ensemble_choices), state.last_attempt
     return not any(study and same_realizations(study, state.choices) for study in known)
 
@@ -236,14 +236,14 @@ def first_part(choices: Choices, latest: Ensemble | None) -> int:
 
 
 def part_size(left: int, fits: float) -> int:
-    """Return the size of the next part; `left` realizations remain, and the time allows `fits`."""
+    """Return the size of the next part if `left` realizations remain and time allows `fits`."""
     cores = n_cores()
     size = max(int(fits) // cores * cores, cores, MIN_PART)
     return left if fits >= NEARLY_ALL * left else min(size, left)
 
 
 def demand_of_run(state: State, copies: int = 1) -> Demand:
-    """Return the resources that a run of the study needs if its results exist `copies` times."""
+    """Return the resources for a run of the study whose results are in memory `copies` times."""
     choices = state.choices
     return demand_of(study_of(choices), choices.n_realizations, copies=copies)
 

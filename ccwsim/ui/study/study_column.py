@@ -59,7 +59,7 @@ LABELS = {
     "exact_data": "Honour data exactly",
 }
 SIZES = {"template_size": "Template", "overlap_size": "Overlap", "wavelet_level": "Level"}
-"""Names of parameters on the screen, for parameters with other names in code."""
+"""Names, on the screen, of parameters that have other names in code."""
 
 
 def study_column(state: State) -> None:
@@ -191,7 +191,7 @@ def parameter_field(
     prefix: str = "p_",
     of_numbers: Callable[..., Any] = st.slider,
 ) -> None:
-    """Draw a control for the type of a parameter; the key of the control starts with `prefix`."""
+    """Draw a control that suits a parameter's type; the key of the control starts with `prefix`."""
     value = getattr(p, name)
     label = LABELS.get(name, name.replace("_", " ").capitalize())
     options = bound_to(p, name, change, key=f"{prefix}{name}", help=help_of(name))

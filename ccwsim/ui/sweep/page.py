@@ -95,7 +95,7 @@ HEADS = {
     "not_honoured": "not honoured",
     "cpu_ms": "CPU ms",
 }
-"""Names of the numbers of a setting, by column of the CSV; only volumes have "vertical"."""
+"""Names of a setting's numbers, by CSV column; only volumes have the column "vertical"."""
 TILES = "sweep_tiles"
 TILE_PIXELS = 124
 """Length of the longer side of a tile in pixels."""
@@ -169,7 +169,7 @@ def _draw_range(page_state: SweepState, name: str, values: list[Any], chosen: li
 
 
 def pills(label: str, choices: list[Any], **options: Any) -> Any:
-    """Draw pills with multiple selection; `field` identifies the widget by this function."""
+    """Draw pills with multiple selection, as a function that `field` accepts as a widget."""
     return st.pills(label, choices, selection_mode="multi", width="stretch", **options)
 
 
@@ -409,7 +409,7 @@ def use_button(state: State, parameters: Parameters, text: str, key: str) -> Non
 def draw_tiles(
     run: SweepRun, names: list[str], marked: tuple[int, int], choose: Callable[[int], None]
 ) -> None:
-    """Draw a tile per finished setting, labelled by the parameters `names`; outline other settings.
+    """Draw a tile per finished setting, labelled with its values of `names`; outline the others.
 
     `marked` contains the numbers of the setting shown large and of the recommended setting.
     `choose` is called with the number of the clicked setting.

@@ -123,9 +123,9 @@ class SweepState:
     """The state of the page.
 
     `ranges` contains the ranges that the user chose, by parameter; other ranges depend on the
-    study. `error` is the error in the chart. `chosen` is the number of the setting shown large,
-    None for the recommended setting, and `shown` is the index of the realization. `message` states
-    why no run was started.
+    study. `error` names the error that the chart shows. `chosen` is the number of the setting shown
+    large (None for the recommended setting), and `shown` is the index of its realization. `message`
+    states why no run was started.
     """
 
     ranges: dict[str, list[Any]] = field(default_factory=dict)

@@ -1,4 +1,4 @@
-"""Sections of the page Validate on honoured data, uncertainty, and scores against a reference."""
+"""Sections of the page Validate: honoured data, uncertainty, and scores against a reference."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ from ccwsim.ui.validate.statistics import (
 MOMENT_SECONDS = 0.1
 """Maximum seconds that the line of findings waits for the proportions."""
 MAX_LISTED = 4
-"""Maximum number of facies for which all proportions are listed; above it, only deviations."""
+"""With more facies than this number, only the proportions that deviate are listed."""
 
 
 class Finding(NamedTuple):

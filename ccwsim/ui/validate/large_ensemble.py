@@ -48,10 +48,10 @@ LOW, HIGH = 0.05, 0.95
 class LargeEnsembleRun(PageRun[None]):
     """A large ensemble that is running or has ended.
 
-    `facies` is the index of the facies in the curves, and `summary` is the latest summary. `errors`
-    are the mean standard errors of the E-type after each number of realizations in `numbers`.
-    `n_wrong` counts mismatches of data in all realizations; `nbytes` is the size of
-    the statistics.
+    `facies` is the index of the facies shown in the curves, and `summary` is the latest summary.
+    `errors` are the mean standard errors of the E-type after each number of realizations in
+    `numbers`. `n_wrong` counts mismatches of data in all realizations; `nbytes` is the size of the
+    statistics in bytes.
     """
 
     study: Study
@@ -204,7 +204,7 @@ def describe_summary(run: LargeEnsembleRun, summary: RunningSummary) -> str:
 def bundle_of_band(
     run: LargeEnsembleRun, summary: RunningSummary, statistic: Statistic, way: str
 ) -> Bundle:
-    """Return a bundle with a band but no single curves, for lags up to half the side."""
+    """Return a bundle with a band but no single curves, for lags up to half the grid's side."""
     image, grid = run.study.training_image, run.study.grid
     code, longest = int(image.codes[run.facies]), max_lag(way, image.shape, grid.shape)
     lags = summary.lags[summary.lags <= longest]

@@ -59,7 +59,7 @@ from ccwsim.ui.widgets.theme import chart_theme, draw_style
 STYLE = Path(__file__).with_name("validate.css")
 MAP_HEIGHT = 392
 SLICED = {"reuse", "truth"}
-"""Sections whose maps show a slice of a volume, which is chosen at the top of the page."""
+"""Sections whose maps show the slice of a volume that is chosen at the top of the page."""
 STEADY = ".st-key-maps, .st-key-charts, [class*=st-key-section_]"
 """CSS selectors of page parts that keep their height while being redrawn."""
 
@@ -179,7 +179,7 @@ def _draw_mds(state: State, found: Anodi) -> None:
     ringed = state.shown if state.shown < n else None
     group = Group("realizations", positions, theme.ink, labels=labels, ringed=ringed)
     chart = mds_chart(image, [group], placed.explained, theme, height=MAP_HEIGHT + 26)
-    alt = "MDS plot: distances of points represent distances between patterns of the images"
+    alt = "MDS plot: distances between points represent distances between patterns of the images"
     draw = partial(draw_clickable_chart, choose=choose)
     titled_chart(mds_title(placed.explained), note, chart, "mds", alt, draw)
 

@@ -87,7 +87,7 @@ MAX_USES = 100
 
 
 def draw_curves_row(state: State, ensemble: Ensemble) -> None:
-    """Draw variograms and connectivity along all axes; for volumes also layers and new patterns."""
+    """Draw variograms and connectivity; for volumes, add proportions of layers and new patterns."""
     draw_band_key(ensemble)
     curves = [partial(draw_curve, state, ensemble, *which) for which in axis_curves(ensemble)]
     rows = [curves]
@@ -373,7 +373,7 @@ def _draw_distances(found: PatternsCompared) -> None:
     if found.fit is not None:
         step_note(
             "Pieces of the realizations and crops of the training image have "
-            f"{size_text(found.fit)} cells. Crops also have a distance from the image, because "
+            f"{size_text(found.fit)} cells. Even crops have a distance from the image, because "
             "they are small."
         )
 

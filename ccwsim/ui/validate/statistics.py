@@ -68,7 +68,7 @@ DENSE_LAGS, STRIDE = 10, 4
 """Transiograms use every lag up to `DENSE_LAGS`, and every `STRIDE`-th lag above it."""
 MAX_KEPT, MAX_KEPT_BYTES = 96, 256 * 10**6
 MIN_KEPT = 24
-"""Minimum number of cached values, even if they are large; a page shows fewer values."""
+"""Number of values that stay cached even if they are large; a page shows fewer values."""
 MIN_STOPPABLE = 3.0
 """Number of seconds of work after which the button to stop is shown."""
 Value = TypeVar("Value")
@@ -94,7 +94,7 @@ class Compared(Generic[Value]):
 
 @dataclass(frozen=True, eq=False)
 class GeobodiesCompared:
-    """Geobodies and numbers of cells of realizations and image, and fit to crops of the image."""
+    """Geobodies and cell counts of realizations and image, and the fit to crops of the image."""
 
     each: Geobodies
     reference: Geobodies
@@ -118,7 +118,7 @@ class PatternsCompared:
 
 
 def as_task(work: Callable[Concatenate[Fraction, Given], Value]) -> Callable[Given, Task[Value]]:
-    """Return a function that returns a task of work(progress, …), keyed by the arguments."""
+    """Return a function that makes a task from its arguments, which are also the task's key."""
 
     @wraps(work)
     def task_of(*given: Given.args, **options: Given.kwargs) -> Task[Value]:
@@ -273,7 +273,7 @@ def diagnosis(progress: Fraction, image: TrainingImage) -> Diagnosis:
 
 @as_task
 def copied(progress: Fraction, ensemble: Ensemble, r: int) -> Copying:
-    """Return the pieces copied in realization r; if r has no sources, simulate r again."""
+    """Return the pieces copied in realization r; if its sources are unknown, simulate r again."""
     return copying(sources_of(ensemble, r), ensemble.training_image.shape)
 
 

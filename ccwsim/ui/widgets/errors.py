@@ -15,7 +15,7 @@ from ccwsim.ui.widgets.text import plain
 
 T = TypeVar("T")
 PENDING_ERROR = "ccwsim_error"
-"""Session key of the error message of a callback, which the page shows when it is drawn."""
+"""Session key of a callback's error message, which is shown when the page is next drawn."""
 get_logger(LOG.name)  # sets the format of Streamlit's log messages
 
 
@@ -55,7 +55,7 @@ def problem_in(act: Callable[[], object]) -> str:
 
 
 def if_possible(read: Callable[[], T]) -> T | None:
-    """Return the result of `read`, or None if `read` fails: the page shows the reason elsewhere."""
+    """Return the result of `read`, or None if `read` fails; another part of the page shows why."""
     try:
         return read()
     except CCWSIMError:

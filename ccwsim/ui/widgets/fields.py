@@ -85,8 +85,8 @@ def _version(key: str, value: Any, labels: tuple[str, ...]) -> int:
 
     After a new value is set, a widget sends the old value until the browser has redrawn the widget.
     The old value looks like a change by the user. So a new widget replaces the old widget, and
-    stale browser values are dropped. The version also changes when labels change. Trailing
-    spaces give a new key with the same CSS class.
+    stale browser values are dropped. The version also changes when labels change. Keys of new
+    versions end in more spaces, so their CSS class is the same.
     """
     version, start, called = _versions().get(key, (0, value, labels))
     if called != labels or st.session_state.get(key + " " * version, start) != value:
@@ -114,7 +114,7 @@ def within(value: Any, options: dict[str, Any]) -> dict[str, Any]:
 
 
 def starting_at(widget: Callable[..., Any], value: Any, options: dict[str, Any]) -> dict[str, Any]:
-    """Return options with an initial value; the name of this option depends on the widget.
+    """Return options that include the initial value, under the name that the widget uses for it.
 
     Examples
     --------

@@ -32,7 +32,7 @@ def step_title(number: int, title: str) -> None:
 
 
 def pair() -> list[DeltaGenerator]:
-    """Return two columns that are side by side on phones too."""
+    """Return two columns that stay side by side even on phones."""
     return list(st.columns(2, gap="small", wrap=False))
 
 
