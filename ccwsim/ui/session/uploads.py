@@ -57,8 +57,8 @@ def upload_of(file: UploadedFile) -> Upload:
     """Return an uploaded file for use in a study; raise `CCWSIMError` if the server has no room."""
     if file.type == NO_ROOM:
         raise CCWSIMError(
-            f"{file.name} was not taken: this server has no more memory for your files; use a smaller "
-            "file, or try again later"
+            f"{file.name} was not taken: this server has no more memory for your files; use a "
+            "smaller file, or try again later"
         )
     upload = Upload(file.name, file.getvalue())
     _taken[current_session(), id(upload)] = upload
