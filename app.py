@@ -8,7 +8,7 @@ from ccwsim.ui.page import PAGES
 
 
 def main() -> None:
-    """Go to the first page; every page sets itself up."""
+    """Open the first page; every page configures itself."""
     st.switch_page(PAGES[0][1], query_params=st.query_params)
 
 

@@ -2,7 +2,7 @@
 
 Channels on 512 × 512 cells with T 32, OR 8, K 20 on one thread; the median of several realizations.
 The same algorithm in plain NumPy and Python is measured in the same run. Conditional rows have 400
-hard data and are compared with the unconditional row of the same level.
+hard data; each is compared with the unconditional row of equal level.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from benchmarks.table import load, machine, save, table, warnings
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Measure the cases, print the table, and store it if a file is given."""
+    """Measure the cases, print the table, and store the table if a file is given."""
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks",
         description=__doc__,

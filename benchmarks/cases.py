@@ -73,8 +73,8 @@ def measure(
 ) -> Row:
     """Measure one case on one thread; call it in a separate process to measure its memory.
 
-    The first realization of each of the 8 orientations also rotates the training image; the median
-    is hardly affected by these.
+    The first realization of each of the 8 orientations also rotates the training image. This time
+    hardly affects the median.
     """
     image, data = load_study()
     data = data if case.conditional else HardData()

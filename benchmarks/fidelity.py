@@ -13,12 +13,12 @@ default settings ("chosen") and of all other images ("confirmed") are separate. 
 - unseen: share of patterns of 3 × 3 (× 3) cells that do not occur in the image
 - copied: side of the largest copied square, or cube / side of the template
 - variety: share of cells that differ between two realizations
-- CPU: time of a realization; the ways are measured in turns
+- CPU: time of a realization; the ways are measured alternately
 
 If CCWSIM_DATA is a folder of published data, its images are measured too.
 
-``--drawn N`` measures N other maps of each generator of bundled images instead, none of them used
-for any choice; "chosen" are the generators whose bundled image was used.
+``--drawn N`` measures N other maps of each generator of bundled images instead. None of these maps
+was used for any choice; "chosen" are the generators whose bundled image was used.
 
 ``--data`` measures studies with hard data instead. Ratios compare the default way with the
 published way. The columns:
@@ -95,7 +95,7 @@ def skeleton(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
     while True:
         before = own.copy()
         for second in (False, True):
-            p = [np.roll(own, s, (0, 1)) for s in RING]  # from the north, clockwise
+            p = [np.roll(own, s, (0, 1)) for s in RING]  # neighbours from the north, clockwise
             n = sum(p, np.zeros(own.shape, int))
             turns = sum((~a & b for a, b in zip(p, p[1:] + p[:1], strict=True)), 0 * n)
             north, east, south, west = p[0], p[2], p[4], p[6]
@@ -125,7 +125,7 @@ def dead_ends(maps: NDArray[np.uint8], facies: int) -> float:
 def lattice(image: TrainingImage, p: Parameters) -> float:
     """Return the range of the mean over positions in a patch, divided by the proportion.
 
-    Both are of the rarest facies, and the mean is over many realizations.
+    Mean and proportion are of the rarest facies; the mean is over many realizations.
     """
     step, overlap = p.step, p.overlap_size
     n = max(min(image.shape) // step, 2) * step + overlap
@@ -260,7 +260,7 @@ def print_studies(only: str) -> None:
 
 
 def times(image: TrainingImage, ways: dict[str, Parameters]) -> dict[str, float]:
-    """Return the CPU seconds of a realization for each way, measured in turns."""
+    """Return the CPU seconds of a realization for each way, measured alternately."""
     shape = (48, 100, 100) if len(image.shape) == 3 else (512, 512)
     found: dict[str, list[float]] = {name: [] for name in ways}
     for seed in range(5):

@@ -4,9 +4,9 @@ Numbers are means over the inner patches (L-shaped overlap) of an unconditional 
 channels on 512 × 512 cells with T 32, OR 8, K 20, at levels 1 to 3. The limit is the number of
 operations divided by the speed of the simplest loop of the same kind on this machine: for scores,
 one addition for each coefficient, in the cache and in the smallest type of block sums; for other
-kernels, a comparison of two bytes. Each kernel loops over all patches in compiled code, as a call
-from Python takes as long as many patches. Times are the smallest CPU times of many rounds, so that
-other work on the machine has little influence.
+kernels, a comparison of two bytes. Each kernel loops over all patches in compiled code, because a
+call from Python is slow. Times are the smallest CPU times of many rounds, so that other work on the
+machine has little influence.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from ccwsim.model.study import Study
 
 ROUNDS = 30
 REPEATS = 10_000
-"""Number of repetitions of the simplest loops in one call."""
+"""Number of repetitions of the simplest loop in one call."""
 CELLS_A_BYTE = 8
 """Number of cells of two facies in one byte."""
 ROWS = COLUMNS = np.arange(24, 24 * 20, 24)
@@ -113,7 +113,8 @@ def all_best(scores, rng, ranking, places):
 
 @kernel
 def all_refined(image, square_bits, grid, data, missed, boxes, block, at, strips, at_stake):
-    """Refine the location of each patch; the result depends on all, so that no call is dropped."""
+    """Refine the location of each patch; the result uses all locations, to prevent dropped
+    calls."""
     total = 0
     for i in range(len(boxes)):
         place, box = (at[i, 0], at[i, 1], at[i, 2]), box_of(boxes[i])
@@ -141,7 +142,7 @@ def all_pasted(image, at, boxes, keep_mask, counts, grid, sources):
 
 
 def seconds_of(call: Callable[[], object]) -> float:
-    """Return the CPU seconds of one call, the best of many."""
+    """Return the smallest CPU seconds of many calls."""
     call()
     best = np.inf
     for _ in range(ROUNDS):

@@ -4,8 +4,8 @@ A headless browser changes seed and level on the page Simulate, with Live on, of
 Times are in ms, median and 95 % quantile: from the key or click to the first frame with the new
 realization ("picture"), and until the page is complete. The time to the picture is split into
 "server", including both ways through the network, and "browser"; "kB" is all that the server sent.
-With --against DIR, another checkout is measured in turns. First, the time from the start of a
-server to its first page is printed.
+With --against DIR, two checkouts are measured alternately. The program first prints the time from
+the start of a server to the first page.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ CanvasRenderingContext2D.prototype.drawImage = function (picture, ...all) {
   }));
 };
 """
-"""Script that records when new pictures are drawn; each is recorded when its frame is complete."""
+"""Script that records the time at which the frame of each new picture is complete."""
 COMPLETE = """
 (facts) => [...document.querySelectorAll('.facts')].some((e) => e.innerText.includes(facts))
   && ['map_realization', 'map_e_type'].every((key) => trace.drawn.some(
@@ -117,7 +117,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def starts(chromium: Any) -> str:
-    """Return the times from the start of a server to its first pages, with compiled kernels."""
+    """Return the times from the start of a server to the first pages, with compiled kernels."""
     began = time.monotonic()
     with served(ROOT) as address:
         seconds = [time.monotonic() - began]
@@ -154,7 +154,8 @@ def opened(chromium: Any, address: str, case: Case) -> Any:
 def measured(
     pages: dict[str, Any], case: Case, control: str, n: int
 ) -> dict[str, list[list[float]]]:
-    """Return the rows of numbers of each checkout; the first three, with compiling, are dropped."""
+    """Return the rows of numbers of each checkout without the first three, which include
+    compiling."""
     rows: dict[str, list[list[float]]] = {name: [] for name in pages}
     changes = new_values(control)
     for k in range(n + 3):
@@ -167,7 +168,7 @@ def measured(
 
 
 def new_values(control: str) -> Iterator[str]:
-    """Return values of a control, each different from the one before."""
+    """Return values of a control; successive values differ."""
     for k in count(1):
         yield str(k) if control == "seed" else LEVELS[k % 3]
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 def peak_megabytes() -> float | None:
-    """Return the peak of the resident memory in MB, None if the system does not report it.
+    """Return the peak of the resident memory in MB, or None if the system does not report a peak.
 
     Examples
     --------

@@ -154,11 +154,12 @@ def columns_of(images: NDArray, ti: TrainingImage) -> str:
 
 
 def distance_of_all_phases(images: NDArray, ti: TrainingImage, factor: int) -> float:
-    """Return the mean pattern distance to the image at 1 / factor of the resolution, in any phase.
+    """Return the mean pattern distance to the image at 1 / factor of the resolution, in all phases.
 
-    If coarse cells begin at another cell (phase), the same image has other patterns: at half
-    resolution, the stone wall without its first and last row differs more from the whole than
-    realizations do. Patches copied from even to even cells keep the phase; shifted patches do not.
+    If coarse cells begin at another cell (phase), the same image has other patterns. At half
+    resolution, the stone wall without the first and last row differs more from the entire image
+    than realizations do. Patches copied from even to even cells keep the phase; shifted patches do
+    not.
     """
     target = histogram_of_all_phases(np.asarray(ti.array), ti, factor)
     found = [js_divergence(histogram_of_all_phases(own, ti, factor), target) for own in images]
@@ -167,7 +168,7 @@ def distance_of_all_phases(images: NDArray, ti: TrainingImage, factor: int) -> f
 
 def histogram_of_all_phases(image: NDArray, ti: TrainingImage, factor: int) -> PatternHistogram:
     """Return the mean histogram at 1 / factor of the resolution over all first coarse cells."""
-    # only whole coarse cells, as incomplete cells would be stretched
+    # only complete coarse cells, because incomplete cells would be stretched
     ny, nx = (n // factor * factor for n in np.subtract(image.shape, factor - 1))
     starts = product(range(factor), repeat=2)
     parts = [image[y : y + ny, x : x + nx] for y, x in starts]

@@ -1,8 +1,8 @@
 """The simulation in plain NumPy, SciPy and Python, for verifying the compiled kernels.
 
-It simulates one unconditional realization in the way of the paper: the score map by FFT of block
-sums, the K best by partition, and the cut by dynamic programming, line by line. It shares no kernel
-with `ccwsim`.
+The module simulates one unconditional realization as in the paper: the score map by FFT of block
+sums, the K best by partition, and the cut by dynamic programming, line by line. No kernel of
+`ccwsim` is used.
 """
 
 from __future__ import annotations
@@ -203,7 +203,7 @@ def simulate_tile(
     top: bool,
     rng: np.random.Generator,
 ) -> None:
-    """Simulate one tile in place: score, draw one of the K best, refine, cut, paste."""
+    """Simulate one tile in place: score, choose one of the K best at random, refine, cut, paste."""
     unit = 2**p.level
     mask = overlap_mask(p.template_size, p.overlap_size, left, top)
     n_facies = max(2, len(sums))

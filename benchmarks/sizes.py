@@ -1,8 +1,8 @@
 """Time and memory by size: python -m benchmarks.sizes [--small]
 
 Each row is one study in a separate process: grids up to 100 million cells, large training images,
-many facies and data, one or two threads. Peak memory includes Python and compiled kernels; the
-first row has the memory of nearly only these.
+many facies and data, one or two threads. Peak memory includes Python and compiled kernels, which
+dominate in the first row.
 """
 
 from __future__ import annotations
@@ -76,7 +76,8 @@ def data_of(case: Case, ti: TrainingImage, p: Parameters) -> HardData | None:
 
 
 def measure(case: Case) -> tuple[float, float, float]:
-    """Return CPU seconds of a realization, wall seconds of all, and peak memory in MB."""
+    """Return CPU seconds of a realization, wall seconds of all realizations, and peak memory in
+    MB."""
     p = Parameters(case.template, case.overlap, case.level)
     ti = image_of(case)
     data = data_of(case, ti, p)

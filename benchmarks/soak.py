@@ -29,9 +29,9 @@ from tests.browser.served import ROOT, Server, started
 from tests.ui.sessions import Session
 
 TIME_TO_LIVE = 20
-"""Seconds that the server keeps the session of a closed tab; its default is 120."""
+"""Seconds that the server keeps the session of a closed tab (the server's default is 120)."""
 WARMING = 60.0
-"""Seconds of work before memory is first measured; modules are loaded on demand in this time."""
+"""Seconds of work before the first measurement of memory, in which modules are loaded."""
 EVERY = 0.5
 """Seconds between two measurements of the server's memory."""
 PULSE = 0.1
@@ -154,7 +154,7 @@ class Outcome:
 
     @property
     def back(self) -> bool:
-        """Whether the memory is back within a tenth of the start."""
+        """Whether the final memory exceeds the initial memory by less than a tenth."""
         return self.end <= (1 + BACK_WITHIN) * self.start
 
     @property
@@ -190,7 +190,7 @@ def soak(
     tally = Tally()
     with tempfile.TemporaryDirectory() as folder:
         log = log or Path(folder) / "log"
-        log.write_bytes(b"")  # so that the log of an earlier soak is not counted
+        log.write_bytes(b"")  # do not count the log of an earlier soak test
         options = (f"--server.disconnectedSessionTTL={ttl}",)
         with started(ROOT, *options, log=log) as server, Memory(server.process.pid) as memory:
             _warm_up(server, sessions, seed, warming)

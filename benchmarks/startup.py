@@ -1,11 +1,11 @@
 """The first run on a fresh machine: ``python -m benchmarks.startup``.
 
 Runs the default study with a copy of the package without compiled kernels, then with a copy of that
-copy, and with that copy after changing the dates of its files. The columns are CPU seconds of all
-processes; of the longest path, which is the simulating process plus the busiest process that it
-waits for; wall seconds, which mean little on a busy machine; functions compiled in the simulating
-process; and functions newly stored on disk. With --against DIR, another checkout is measured in
-turns. The benchmark needs Linux, whose /proc has the CPU time of each process.
+copy, and then after changing the dates of the files. The columns are CPU seconds of all processes;
+of the longest path, which is the simulating process plus the busiest process that it waits for;
+wall seconds, which mean little on a busy machine; functions compiled in the simulating process; and
+functions newly stored on disk. With --against DIR, two checkouts are measured alternately. The
+benchmark needs Linux, because /proc has the CPU time of each process.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ def _kept(folder: Path) -> set[tuple[str, int]]:
 
 
 def measure(checkout: Path) -> dict[str, Measured]:
-    """Return rows for a fresh copy, for a copy of it, and for that copy with changed dates."""
+    """Return rows for a fresh copy, for a copy of the fresh copy, and for changed file dates."""
     with TemporaryDirectory() as temporary:
         fresh, copy = Path(temporary, "fresh"), Path(temporary, "copy")
         ignored = shutil.ignore_patterns("__pycache__")

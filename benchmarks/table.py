@@ -20,7 +20,7 @@ HEADER = ("data", "level", "CPU ms", "reference ms", "× faster", "× no data", 
 
 
 def table(rows: Sequence[Row], before: Sequence[Row] = ()) -> str:
-    """Return the rows as a Markdown table, with the speed-up over earlier rows if these are given.
+    """Return the rows as a Markdown table, with the speed-up over earlier rows if any are given.
 
     Examples
     --------

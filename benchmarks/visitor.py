@@ -29,9 +29,9 @@ HOSTILE = (
     "grid=10000x10000&realizations=1&data=sampled",
     "ti=nowhere&grid=0x-1&template=1e9&seed=-1&data=%00",
 )
-"""Links with extreme values: bounds, long runs, large grids, and a malformed one."""
+"""Links with extreme values, namely bounds, long runs and large grids, and one malformed link."""
 SENT_BYTES = 60 * 10**6
-"""Size in bytes of the unrequested file that each such visit leaves on the server."""
+"""Size in bytes of the unrequested file that each extreme visit leaves on the server."""
 THINKING = 0.5
 """Mean number of seconds between an answer and the next request."""
 
@@ -208,7 +208,7 @@ class HostileVisitor(Visitor):
                     self._timed("unkind link", tab, tab.open)
                     if tab.errors or self._trouble(tab):
                         raise Stuck(str(tab.errors or self._trouble(tab)))
-                    tab.widget("seed")  # the study is there, and can be changed
+                    tab.widget("seed")  # the page shows the study, which can be changed
                     tab.send("unasked.dat", bytes(SENT_BYTES))
             except Exception as error:
                 self._tally.failed(f"{query}: {type(error).__name__}: {str(error)[:200]}")
@@ -231,5 +231,5 @@ def expected(choices: Choices, image: TrainingImage | None = None) -> str:
 
 @cache
 def loaded(name: str) -> TrainingImage:
-    """Return a bundled image; each is read only once."""
+    """Return a bundled image; each image is read only once."""
     return datasets.load(name)

@@ -1,18 +1,18 @@
 """Time, memory and quality of volumes: ``python -m benchmarks.volumes``.
 
-Times are medians of several realizations on one thread. They are also given relative to a
-512 × 512 map of `channels` at level 2, measured in turns, so that machines can be compared.
-`unseen` is the share of patterns of 3 × 3 × 3 cells that do not occur in the training image, and
-after the stroke the share at data. `JS` is the distance of pattern histograms to the image, and in
-brackets that of crops of the image as large as the grid. `others` are both numbers for other
-volumes of the image's generator: the best values that a simulation can reach. If CCWSIM_DATA is a
+Times are medians of several realizations on one thread. To compare machines, the table also has
+times relative to a 512 × 512 map of `channels` at level 2, measured alternately. `unseen` is the
+share of patterns of 3 × 3 × 3 cells that do not occur in the training image; the share at data
+follows after the stroke. `JS` is the distance of pattern histograms to the image; the distance of
+crops as large as the grid follows in brackets. `others` has `unseen` and `JS` for other volumes of
+the image's generator, which are the best values that a simulation can reach. If CCWSIM_DATA is a
 folder of published data, its volumes are measured too.
 
 ``--large`` measures six images of each bundled generator instead, nine times as large as the grid,
 with the template above and with the advised template, without data and with ten wells sampled from
-another volume of the generator. That volume and crops of the image have rows of their own. There,
-JS is relative to crops, and `bias` is the largest difference of the mean proportions from the
-image.
+another volume of the generator. That volume and crops of the image have separate rows. In these
+tables, JS is relative to crops, and `bias` is the largest difference of the mean proportions from
+the image.
 """
 
 from __future__ import annotations
@@ -37,13 +37,13 @@ LARGEST_JUDGED = 3_000_000
 LARGE, LARGE_GRID = (50, 300, 300), (50, 100, 100)
 N_LARGE = 6
 N_REALIZATIONS_LARGE = 24
-"""Number of realizations and of crops, equal so that both means are equally uncertain."""
+"""Number of realizations and of crops; equal numbers give equally uncertain means."""
 COLUMNS_LARGE = (
     *("CPU s", "bias, points", "unseen, %", "JS over crops"),
     *("with wells: unseen, %", "at data, %", "with wells: JS over crops"),
 )
 CROPS = "crops of the image"
-"""Name of the row to which distances are relative."""
+"""Name of the table row to which distances are relative."""
 
 
 class Case(NamedTuple):
@@ -144,7 +144,7 @@ def distance(images: Ensemble | np.ndarray, image: TrainingImage) -> float:
 
 
 def others(image: TrainingImage, shape: tuple[int, ...], n: int = 6) -> np.ndarray:
-    """Return volumes of the image's generator that only have facies of the image."""
+    """Return volumes of the image's generator that have only facies of the image."""
     drawn = (
         generate_volume(image.name, shape=shape, seed=seed).array  # type: ignore[arg-type]
         for seed in range(5000, 5000 + 10 * n)
@@ -157,7 +157,7 @@ def large(name: str, number: int) -> dict[str, dict[str, float]]:
     """Return the rows of a generated image: each template, the volume of the wells, and crops.
 
     Biases are in percentage points, shares of unseen patterns in %. The columns "with wells" are
-    of conditional realizations.
+    for conditional realizations.
     """
     image = generate_volume(name, shape=LARGE, seed=7000 + number)
     truth = generate_volume(name, shape=LARGE_GRID, seed=9000 + number).array[None]
@@ -212,7 +212,7 @@ def print_large(only: str) -> None:
 
 
 def ratio(values: list[float], bases: list[float]) -> str:
-    """Return the ratio of two means with its standard error; empty without values."""
+    """Return the ratio of two means with a standard error; empty without values."""
     own, base = np.array(values), np.array(bases)
     of_means = own.mean() / base.mean()
     error = np.std(own - of_means * base, ddof=1) / len(own) ** 0.5 / base.mean()

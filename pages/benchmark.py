@@ -1,4 +1,4 @@
-"""CPU time against the size of the grid and the number of data, as the paper reports it."""
+"""Page that measures CPU time by grid size and number of data, as in the paper."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Two to four settings side by side on the same training image, data and seeds."""
+"""Page that compares two to four settings with the same training image, data and seeds."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ccwsim.ui.session.state import State
 
 
 def compare_page(state: State) -> None:
-    """Draw the page below the note on the example that is open."""
+    """Show the page below the note on the open example."""
     draw_opened(state, compared=True)
     draw_page(state)
 

@@ -1,4 +1,4 @@
-"""Hard data placed by hand, with realizations that answer every edit at once."""
+"""Page to place hard data by hand; realizations are updated after every edit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Studies to open with one click, in the order of a lecture, and a quiz."""
+"""Page with example studies in the order of a lecture, and with a quiz."""
 
 from __future__ import annotations
 

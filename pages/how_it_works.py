@@ -1,4 +1,4 @@
-"""The algorithm one patch at a time, on the user's own image, data and setting."""
+"""Page that shows the algorithm patch by patch on the user's image, data and settings."""
 
 from __future__ import annotations
 

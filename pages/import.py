@@ -1,4 +1,4 @@
-"""A training image and hard data from files, with the questions that they raise."""
+"""Page that reads a training image and hard data from files, and asks about unclear content."""
 
 from __future__ import annotations
 

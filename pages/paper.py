@@ -1,4 +1,4 @@
-"""The paper's experiments, run again, and one report of them."""
+"""Page that repeats the experiments of the paper and writes one report."""
 
 from __future__ import annotations
 

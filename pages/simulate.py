@@ -1,4 +1,4 @@
-"""The main screen: set up a study, run it, and see what it gives."""
+"""Main page, to define a study, run the study and view the results."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from ccwsim.ui.study.study_column import study_column
 
 
 def simulate_page(state: State) -> None:
-    """Draw the study at the left and the results at the right."""
-    start_run_if_needed(state, live=state.live)  # before anything is drawn: it runs meanwhile
+    """Show the study on the left and the results on the right."""
+    start_run_if_needed(state, live=state.live)  # the run continues while the page is drawn
     if not state.live:
         study_column(state)
     draw_opened(state)
@@ -27,7 +27,7 @@ def simulate_page(state: State) -> None:
         draw_history(state)
     if state.live:  # pictures first
         study_column(state)
-        if start_run_if_needed(state, live=True):  # what is drawn may settle the study
+        if start_run_if_needed(state, live=True):  # drawing may change the study
             st.rerun()
     with st.container(key="run_bar"):
         run_button(state, "run_below")

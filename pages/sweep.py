@@ -1,4 +1,4 @@
-"""Try many settings of the study, see what each costs and gives, and take one."""
+"""Page that tries many settings of a study, shows the time and errors of each, and applies one."""
 
 from __future__ import annotations
 

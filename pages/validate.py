@@ -1,4 +1,4 @@
-"""Judge realizations against the training image, the data and each other, on one page."""
+"""Page that compares realizations with the training image, with the data and with each other."""
 
 from __future__ import annotations
 

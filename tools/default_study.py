@@ -1,4 +1,4 @@
-"""Write the realizations of the dashboard's first study: `python -m tools.default_study`."""
+"""Write the realizations of the dashboard's default study: `python -m tools.default_study`."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def simulated() -> Ensemble:
 
 
 def write() -> None:
-    """Store the default study with one bit per cell, as it has two facies."""
+    """Store the default study with one bit per cell, because the study has two facies."""
     e = simulated()
     np.savez_compressed(STORED, bits=np.packbits(e.indices), data_status=e.data_status)
 

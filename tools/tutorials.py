@@ -1,8 +1,9 @@
 """Run the tutorials and write their output into their pages: python -m tools.tutorials [NAME …]
 
 A tutorial is a page of Markdown. Its blocks of Python run one after another, like the cells of a
-notebook. After each block, its printed output is written as text, and the value of its last line as
-a picture. Tests run the tutorials and compare the output. The site also has them as notebooks.
+notebook. The printed output of each block follows the block as text, and the value of the last line
+as a picture. Tests run the tutorials and compare the output. The site also has notebooks of the
+tutorials.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ MAX_SIDE = 640
 
 
 class Shown(NamedTuple):
-    """Output of a block: printed text, and for the value of the last line a PNG and its caption."""
+    """Output of a block: printed text, and a PNG with a caption for the value of the last line."""
 
     text: str
     picture: bytes = b""
@@ -48,7 +49,7 @@ class Shown(NamedTuple):
 
 
 def run(code: str, names: dict[str, Any], charts: bool = True) -> Shown:
-    """Run a block with the variables of the blocks before it; without `charts`, draw no chart.
+    """Run a block with the variables of earlier blocks; without `charts`, draw no chart.
 
     Examples
     --------
@@ -76,7 +77,7 @@ def run(code: str, names: dict[str, Any], charts: bool = True) -> Shown:
 
 
 def html_picture(html: str) -> tuple[bytes, str]:
-    """Return the enlarged picture in a notebook's HTML output, and its caption."""
+    """Return the enlarged picture in a notebook's HTML output, and the picture's caption."""
     found = re.search(r'base64,([^"]*)" alt="([^"]*)"', html)
     assert found, html
     picture = Image.open(BytesIO(b64decode(found[1])))
@@ -88,7 +89,7 @@ def html_picture(html: str) -> tuple[bytes, str]:
 
 
 def chart_picture(chart: Any) -> tuple[bytes, str]:
-    """Return a PNG of a Plotly chart, drawn by a browser, and the titles of its axes."""
+    """Return a PNG of a Plotly chart, drawn by a browser, and the titles of the chart's axes."""
     from tests.browser.served import browser
 
     width, height = CHART_SIZE

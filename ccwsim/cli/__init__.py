@@ -1,1 +1,1 @@
-"""The command line. The module `program` lists the commands; each command is a module."""
+"""The command line. The module `program` lists the commands, and each command has a module."""

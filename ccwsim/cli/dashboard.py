@@ -1,4 +1,4 @@
-"""The command `dashboard`, which works in any folder and opens the pages in a browser."""
+"""The command `dashboard`, which works in any folder and opens the dashboard in a browser."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from ccwsim.model.errors import CCWSIMError
 def command(port: int | None, streamlit_options: tuple[str, ...]) -> int:
     """Start the dashboard and open it in the browser; Ctrl-C ends it.
 
-    Options of `streamlit run`, such as --server.headless=true, are passed on. Only this machine
-    can reach it unless --server.address says otherwise.
+    Options of `streamlit run`, such as --server.headless=true, are passed on. Without
+    --server.address, only this machine can reach the dashboard.
     """
     line = command_line(app_file(), port, streamlit_options)
     if os.name == "posix":
         sys.stdout.flush()
-        os.execv(line[0], line)  # replace this process, so that signals reach the server directly
+        os.execv(line[0], line)  # replace this process; then signals reach the server directly
     return subprocess.call(line)
 
 
 def app_file() -> Path:
     """Return the path of the app, in the installed package or at the top of the repository.
 
-    Whatever the current folder, Streamlit finds `.streamlit/config.toml` beside the app.
+    Streamlit reads `.streamlit/config.toml` beside the app, whatever the current folder is.
     """
     package = Path(ccwsim.__file__).parent
     for path in (package / "dashboard_app" / "app.py", package.parent / "app.py"):
@@ -42,7 +42,7 @@ def app_file() -> Path:
 
 
 def command_line(app: Path, port: int | None, options: tuple[str, ...]) -> list[str]:
-    """Return the command line that runs an app; the last value of a repeated option counts."""
+    """Return the command line that runs an app; if an option is repeated, the last value counts."""
     python = [sys.executable, "-P", "-m", "streamlit", "run", str(app)]
     ports = [] if port is None else [f"--server.port={port}"]
     fixed = "--server.fileWatcherType=none", "--server.showEmailPrompt=false"

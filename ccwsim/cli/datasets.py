@@ -14,8 +14,8 @@ from ccwsim.model.errors import CCWSIMError
     "-o",
     "--output",
     metavar="FILE",
-    help="Write NAME to this file: npy, sgems, gslib, dat or png for a training image; csv, gslib "
-    "or dat for hard data.",
+    help="Write NAME to this file. The ending gives the format: npy, sgems, gslib, dat or png for "
+    "a training image; csv, gslib or dat for hard data.",
 )
 def command(name: str | None, output: str | None) -> None:
     """List the bundled training images, volumes and hard data, or write one of them to a file."""
@@ -27,7 +27,7 @@ def command(name: str | None, output: str | None) -> None:
     described = images | volumes | data
     if name is None:
         if output is not None:
-            raise click.UsageError("--output needs the NAME of a training image or hard data")
+            raise click.UsageError("--output needs the NAME of a training image or of hard data")
         titles = {"Training images:": images, "\nVolumes:": volumes, "\nHard data:": data}
         for title, texts in titles.items():
             click.echo("\n".join([title, *(f"  {key:20} {text}" for key, text in texts.items())]))

@@ -1,4 +1,4 @@
-"""Inputs of a run from the command line: image, grid, hard data and parameters, or a project."""
+"""Read the inputs of a run (image, grid, data, parameters, or a project) from a command line."""
 
 from __future__ import annotations
 
@@ -27,46 +27,46 @@ from ccwsim.sharing.codec import FieldSpec, fields_of
 DEFAULT_SHAPE = (256, 256)
 
 PROJECT_HELP = (
-    "take training image, grid, hard data, parameters, number of realizations and seed from a "
-    "project file (.ccwsim) saved by the dashboard; parameters, --realizations and --seed "
-    "given here override those of the project"
+    "read training image, grid, hard data, parameters, number of realizations and seed from a "
+    "project file (.ccwsim) saved by the dashboard; parameter options, --realizations and --seed "
+    "override the values in the project"
 )
 PARAMETERS_HELP = (
-    "take parameters from a JSON file saved by the dashboard; options given here override them"
+    "read parameters from a JSON file saved by the dashboard; parameter options override them"
 )
 CELL_HEIGHT_HELP = "height of a cell of a volume in world units (default: 1)"
-BOTTOM_HELP = "z of the bottom of the lowest layer of a volume (default: 0)"
+BOTTOM_HELP = "z at the bottom of a volume (default: 0)"
 NAME = {"metavar": "NAME"}
 Options = dict[str, tuple[str, dict[str, Any], str]]
-"""For each argument of a reader of files: the option, the type of its values, and its help."""
+"""Option, type of the values and help text, for each argument of a file reader."""
 IMAGE_OPTIONS: Options = {
-    "variable": ("--variable", NAME, "name of the variable, if the file has several"),
+    "variable": ("--variable", NAME, "name of the variable, if the file has several variables"),
     "threshold": (
         "--threshold",
         {"metavar": "V", "type": float},
-        "for grey or continuous values: facies 1 at or above V, 0 below",
+        "for grey or continuous values: facies 1 at or above V, facies 0 below V",
     ),
     "classes": (
         "--classes",
         {"metavar": "N|E1,E2…|codes", "type": classes},
-        "for continuous values: N classes of equal size, or the edges of classes; 'codes' keeps "
-        "integers as facies codes, even if there are many",
+        "for continuous values: N classes with equal numbers of cells, or the edges of classes; "
+        "'codes' reads integers as facies codes, even if there are many",
     ),
     "shape": (
         "--shape",
         {"metavar": "NXxNY[xNZ]", "type": sizes},
         "columns x rows of the image, if its file does not contain them (classic GSLIB)",
     ),
-    "slice_index": ("--slice", {"metavar": "N", "type": int}, "slice of a 3-D image, from 0"),
+    "slice_index": ("--slice", {"metavar": "N", "type": int}, "slice index in a 3-D image, from 0"),
     "crop": (
         "--crop",
         {"metavar": "R C NY NX", "type": int, "nargs": 4},
-        "a piece of the image: its first row from the south, first column, rows and columns",
+        "piece of the image: first row (from the south), first column, number of rows and columns",
     ),
     "every": (
         "--every",
         {"metavar": "N", "type": int},
-        "take only the middle cell of each N x N cells, for images that are too large",
+        "for images that are too large: read only the middle cell of each N x N cells",
     ),
     "up": (
         "--up/--no-up",
@@ -91,27 +91,27 @@ FILES_OF_DATA: Options = {
     "collars": (
         "--collars",
         {"metavar": "F"},
-        "a table of the collars of wells (name, x, y, z); --hard-data is then the table of "
-        "intervals (name, from, to, facies)",
+        "a table of well collars (name, x, y, z); --hard-data is then the table of well intervals "
+        "(name, from, to, facies)",
     ),
     "surveys": (
         "--surveys",
         {"metavar": "F"},
-        "a table of stations of deviated wells (name, depth, azimuth, inclination or dip)",
+        "a table of survey stations of deviated wells (name, depth, azimuth, inclination or dip)",
     ),
 }
 COLUMN_OPTIONS = {
     "x": ("--hard-x", "is x (in --collars, if given)"),
     "y": ("--hard-y", "is y (in --collars, if given)"),
-    "z": ("--hard-z", "is z, for a volume (in --collars, if given)"),
-    "well": ("--hard-well", "of --hard-data holds the names of wells, for a volume"),
-    "depth_from": ("--hard-from", "is the upper depth of intervals, for a volume"),
-    "depth_to": ("--hard-to", "is the lower depth of intervals, for a volume"),
-    "depth": ("--hard-depth", "is the depth of points; '' for none"),
-    "collar_well": ("--collar-well", "of --collars holds the names of wells"),
-    "collar_length": ("--collar-length", "of --collars holds their lengths; '' for none"),
-    "survey_well": ("--survey-well", "of --surveys holds the names of wells"),
-    "survey_depth": ("--survey-depth", "of --surveys is the depth along the well"),
+    "z": ("--hard-z", "is z, for a volume (of --collars, if this table is given)"),
+    "well": ("--hard-well", "of --hard-data contains the well names, for a volume"),
+    "depth_from": ("--hard-from", "is the upper depth of well intervals, for a volume"),
+    "depth_to": ("--hard-to", "is the lower depth of well intervals, for a volume"),
+    "depth": ("--hard-depth", "is the depth of data in wells; '' for none"),
+    "collar_well": ("--collar-well", "of --collars contains the well names"),
+    "collar_length": ("--collar-length", "of --collars contains well lengths; '' for none"),
+    "survey_well": ("--survey-well", "of --surveys contains the well names"),
+    "survey_depth": ("--survey-depth", "of --surveys is the depth along wells"),
     "survey_azimuth": ("--survey-azimuth", "of --surveys is the direction from north, clockwise"),
     "survey_inclination": ("--survey-inclination", "of --surveys is the tilt from straight down"),
     "survey_dip": (
@@ -125,13 +125,12 @@ DATA_OPTIONS: Options = {
     "facies": (
         "--hard-facies",
         NAME,
-        "which column, or which variable of a grid, holds the facies, as codes, names or values",
+        "which column, or which variable of a grid, contains the facies (codes, names or values)",
     ),
     "facies_names": (
         "--facies-name",
         {"metavar": "NAME=CODE", "type": name_and_code, "multiple": True},
-        "the code of a name in the file that the training image does not have; repeat for each "
-        "name",
+        "facies code for a name that the training image does not have; repeat for each name",
     ),
     "coordinates": (
         "--hard-coordinates",
@@ -146,34 +145,34 @@ DATA_OPTIONS: Options = {
     "classes": (
         "--hard-classes",
         {"metavar": "E1,E2…|codes", "type": edges_or_codes},
-        "for continuous values: the class edges of the training image",
+        "for continuous values: class edges, as for the training image",
     ),
     "on_collision": (
         "--on-collision",
         {"type": click.Choice(["error", "drop", "majority", "nearest"])},
-        "two facies in one cell: stop, drop all data of the cell, keep the majority facies, or "
-        "that of the datum nearest to the centre (default: error)",
+        "if a cell has data of two facies: stop, drop all data of the cell, keep the majority "
+        "facies, or keep the facies of the datum nearest to the cell centre (default: error)",
     ),
     "on_outside": (
         "--on-outside",
         {"type": click.Choice(["error", "drop"])},
-        "data outside the grid (default: error)",
+        "what to do with data outside the grid (default: error)",
     ),
     "on_unknown": (
         "--on-unknown",
         {"type": click.Choice(["error", "drop"])},
-        "data of a facies not in the TI (default: error)",
+        "what to do with data of a facies not in the TI (default: error)",
     ),
 }
 READING_DATA = {o[2:].replace("-", "_"): name for name, (o, *_) in DATA_OPTIONS.items()}
-"""For each parameter of the command, the argument of the reader of hard data."""
+"""Arguments of the hard data reader, by parameter name of the command."""
 _OF_GRID = ("grid", "cell_size", "origin", "cell_height", "bottom")
 OF_PROJECT = ("training_image", *_OF_GRID, *IMAGE_OPTIONS, *FILES_OF_DATA, *READING_DATA)
-"""Inputs that a project contains; they cannot be given together with a project."""
+"""Inputs that a project contains, and that cannot be given together with a project."""
 
 
 class SimulationInputs(NamedTuple):
-    """The inputs of a run; `study` contains training image, grid, parameters and hard data."""
+    """Inputs of a run; `study` contains training image, grid, parameters and hard data."""
 
     study: tuple[TrainingImage, Grid, Parameters, HardData]
     n_realizations: int
@@ -217,13 +216,13 @@ def _option(row: FieldSpec, option: Any) -> Any:
 
 
 def inputs_of(options: Any) -> SimulationInputs:
-    """Return the inputs that a command line gives by a project file or by options."""
+    """Return the inputs of a run, read from a project file or from options."""
     options.transpose = options.transpose or None
     options.facies_name = options.facies_name or None
     if options.project is not None:
         return _of_project(options)
     if options.training_image is None:
-        raise CCWSIMError("give a training image, or a project file with --project")
+        raise CCWSIMError("give a training image (TI), or give a project file with --project")
     image, grid = image_of(options), grid_of(options)
     data, notes = hard_data_of(options, grid, image)
     n = 1 if options.n_realizations is None else options.n_realizations
@@ -237,7 +236,7 @@ def _of_project(options: Any) -> SimulationInputs:
     both = [name for name in OF_PROJECT if getattr(options, name) is not None]
     if both:
         name = both[0].replace("_", " ")
-        raise CCWSIMError(f"the project {options.project} has its own {name}; leave it out here")
+        raise CCWSIMError(f"the project {options.project} contains {name}; leave this input out")
     project = read_project(options.project)
     study, n, seed = project.study, options.n_realizations, options.seed
     parameters = parameters_of(options, study.parameters)
@@ -247,7 +246,7 @@ def _of_project(options: Any) -> SimulationInputs:
 
 
 def parameters_of(options: Any, usual: Parameters) -> Parameters:
-    """Return the parameters. Options override `--parameters`, and both override `usual`."""
+    """Return the parameters. Options override `--parameters`, which overrides `usual`."""
     if options.parameters is not None:
         from ccwsim.io import parameters_from_json
         from ccwsim.io.opening import read_bytes
@@ -270,8 +269,8 @@ def image_of(options: Any) -> TrainingImage:
     if name in bundled:
         if reading:
             raise CCWSIMError(
-                f"{name} is a bundled training image and needs no options for reading; "
-                f"for a file of that name write ./{name}"
+                f"{name} is a bundled training image and needs no options for reading; for a file "
+                f"of this name write ./{name}"
             )
         return datasets.load(name)
     if not Path(name).exists():
@@ -294,7 +293,7 @@ def grid_of(options: Any) -> Grid:
     if len(shape) == 2:
         if height is not None or bottom is not None:
             raise CCWSIMError(
-                "--cell-height and --bottom are for volumes: give --grid three numbers"
+                "--cell-height and --bottom are only for volumes; give --grid three numbers"
             )
         return Grid(shape[-2], shape[-1], cell, origin)
     cell, origin = (*cell, 1.0 if height is None else height), (*origin, bottom or 0.0)
@@ -304,7 +303,7 @@ def grid_of(options: Any) -> Grid:
 def hard_data_of(
     options: Any, grid: Grid, image: TrainingImage
 ) -> tuple[HardData, tuple[str, ...]]:
-    """Return the hard data given in a command line, and the notes on their import."""
+    """Return the hard data given in a command line, and notes on the import of the data."""
     from ccwsim import datasets
     from ccwsim.io import import_hard_data, import_wells
 
@@ -313,7 +312,7 @@ def hard_data_of(
     reading = {key: value for key, value in reading.items() if value is not None}
     collars, surveys = options.collars, options.surveys
     if (reading or collars or surveys) and (name is None or name in bundled):
-        raise CCWSIMError("options for reading hard data need a file; give it with --hard-data")
+        raise CCWSIMError("options for reading hard data need a file; give a file with --hard-data")
     if name is None:
         return HardData(), ()
     if name in bundled:
@@ -322,7 +321,7 @@ def hard_data_of(
         there = ", ".join(bundled)
         raise CCWSIMError(f"{name} is neither a file nor the name of bundled hard data ({there})")
     if collars is None and surveys is not None:
-        raise CCWSIMError("--surveys needs a table of the collars of the wells; give --collars")
+        raise CCWSIMError("--surveys needs a table of well collars; give this table with --collars")
     for table, given in (("collars", collars), ("surveys", surveys)):
         columns = [name for name in reading if name.startswith(table[:-1] + "_")]
         if given is None and columns:

@@ -1,4 +1,4 @@
-"""Parts shared by commands: groups of options, types of values, checks of output files."""
+"""Groups of options, types of values and checks of output files, shared by commands."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ quiet = click.option("-q", "--quiet", is_flag=True, help="Print only errors.")
 
 
 class GroupedOption(click.Option):
-    """An option that the help lists under a heading."""
+    """An option that the help text lists under the heading `group`."""
 
     def __init__(self, *args: Any, group: str = "", **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
@@ -28,7 +28,7 @@ class GroupedOption(click.Option):
 
 
 class GroupedCommand(click.Command):
-    """A command whose help lists options under their headings."""
+    """A command whose help text lists options under headings."""
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         sections: dict[str, list[tuple[str, str]]] = {}
@@ -44,7 +44,7 @@ class GroupedCommand(click.Command):
 
 
 def in_group(group: str) -> Callable[..., Callable[[Any], Any]]:
-    """Return a variant of `click.option` that puts its options under one heading."""
+    """Return a variant of `click.option` that puts options under the heading `group`."""
 
     def option(*names: str, **how: Any) -> Callable[[Any], Any]:
         return click.option(*names, cls=GroupedOption, group=group, **how)
@@ -53,10 +53,10 @@ def in_group(group: str) -> Callable[..., Callable[[Any], Any]]:
 
 
 def check_writable(path: str) -> None:
-    """Raise an error if a file cannot be written; call this before a long run."""
+    """Raise an error if a file cannot be written; called before a long run."""
     folder = Path(path).parent
     if not folder.is_dir():
-        raise CCWSIMError(f"{path}: there is no folder {folder}; make it first")
+        raise CCWSIMError(f"{path}: there is no folder {folder}; create it first")
     if Path(path).is_dir() or not os.access(folder, os.W_OK):
         raise CCWSIMError(f"{path} cannot be written; choose another file")
     check_replaceable(path)
@@ -99,12 +99,12 @@ def number_or_each(text: str) -> float | tuple[float, ...]:
 
 
 def classes(text: str) -> Classes:
-    """Convert a text to a number of classes, their inner edges, or "codes"."""
+    """Convert a text to a number of classes, to the inner edges of classes, or to "codes"."""
     return int(text) if re.fullmatch(r"\d+", text) else edges_or_codes(text)
 
 
 def name_and_code(text: str) -> tuple[str, int]:
-    """Convert the text `NAME=CODE` to a name and its facies code."""
+    """Convert the text `NAME=CODE` to a facies name and a facies code."""
     name, _, code = text.rpartition("=")
     if not name.strip() or not re.fullmatch(r"\s*[+-]?\d{1,15}\s*", code, re.ASCII):
         raise _refused(text, "a name and its facies code, such as Sand=1")
@@ -112,7 +112,7 @@ def name_and_code(text: str) -> tuple[str, int]:
 
 
 def edges_or_codes(text: str) -> Classes:
-    """Convert a text to the inner edges of classes, or "codes"."""
+    """Convert a text to the inner edges of classes, or to "codes"."""
     if text == "codes":
         return "codes"
     try:

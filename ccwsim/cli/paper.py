@@ -23,20 +23,21 @@ examples:
 @click.option(
     "--data",
     metavar="DIR",
-    help="Folder with the authors' files, in folders paper and "
-    "reference (default: the bundled training images and data).",
+    help="Folder whose subfolders paper and reference contain the authors' files (default: "
+    "the bundled training images and data).",
 )
 @click.option("-o", "--output", required=True, metavar="FILE", help="The report, .html.")
 @click.option(
     "--quick",
     is_flag=True,
-    help="Use fewer realizations and smaller grids: seconds instead of minutes.",
+    help="Use fewer realizations and smaller grids, to run for seconds instead of minutes.",
 )
 @click.option(
     "--largest-grid",
     type=int,
     metavar="N",
-    help="Time grids up to N × N cells (default: 2500; the paper's largest is 5000).",
+    help="Time simulations of grids up to N × N cells (default: 2500; largest grid of the paper: "
+    "5000).",
 )
 @click.option("--seed", type=int, default=0, metavar="N", help="Default: 0.")
 @quiet
@@ -45,9 +46,8 @@ def command(
 ) -> int:
     """Run the paper's experiments and write a report.
 
-    Runs the experiments of the paper (sections 5.1 to 5.9) and writes one HTML report: each figure
-    and table next to the result in the paper, with agreement or difference in words. It takes some
-    minutes.
+    Runs the experiments of the paper (sections 5.1 to 5.9) in some minutes. For each figure and
+    table, the HTML report shows our result beside the paper's, with a verdict.
     """
     check_report(output)
     from ccwsim import paper
@@ -82,7 +82,7 @@ def command(
 
 
 def check_report(path: str) -> None:
-    """Raise an error if the report cannot be written; call this before a long run."""
+    """Raise an error if the report cannot be written; called before a long run."""
     if Path(path).suffix.lower() not in (".html", ".htm"):
         raise CCWSIMError(f"{path}: the report is HTML; call it {Path(path).stem or 'report'}.html")
     check_writable(path)

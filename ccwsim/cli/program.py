@@ -1,4 +1,4 @@
-"""The program `ccwsim`: find a command, run it, and report errors."""
+"""The program `ccwsim`, which runs a command and reports errors."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import ccwsim
 from ccwsim.model.errors import CCWSIMError
 
 COMMANDS = ("simulate", "dashboard", "datasets", "paper", "warm-up")
-"""Names of commands. Each is the function `command` of a module that is loaded when needed."""
+"""Names of commands. Each command is the function `command` of a module, loaded on demand."""
 
 OK, BAD_INPUT, STOPPED = 0, 2, 130
 """Exit codes, as in click (2 for bad input) and in shells (130 for Ctrl-C)."""
@@ -28,7 +28,7 @@ EPILOG = (
 
 
 class Commands(click.Group):
-    """The commands of this folder."""
+    """The commands in this folder, loaded on demand."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(COMMANDS)
@@ -51,10 +51,10 @@ def program() -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command line and return its exit code: 0, 2 for bad input, 130 for Ctrl-C."""
+    """Run a command line and return the exit code: 0, 2 for bad input, 130 for Ctrl-C."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
-            stream.reconfigure(errors="replace")  # some old code pages lack some characters
+            stream.reconfigure(errors="replace")  # some code pages lack characters
     given = None if arguments is None else list(arguments)
     try:
         return program.main(given, "ccwsim", standalone_mode=False) or OK

@@ -1,4 +1,4 @@
-"""Show the progress of a run, as a bar on terminals or as lines elsewhere; stop it on signals."""
+"""Show the progress of a run as a bar on terminals, otherwise as lines; stop a run on signals."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from typing import TextIO
 from tqdm import tqdm
 
 SECONDS_A_LINE = 5.0
-"""Seconds between lines of progress if there is no terminal, as in the log of a batch system."""
+"""Seconds between progress lines if there is no terminal, as in the log of a batch system."""
 STARTING = "starting …"
 BAR = "{bar:24} {percentage:3.0f} %  {desc}  {remaining} left"
 
 
 class ProgressLine:
-    """Progress of `n` units, shown on a stream; give it to `simulate` as `progress`."""
+    """Display of the progress of `n` units on a stream; pass it to `simulate` as `progress`."""
 
     def __init__(self, n: int, stream: TextIO, unit: str = "realizations") -> None:
         self._n, self._unit, self._stream = n, unit, stream
@@ -28,7 +28,7 @@ class ProgressLine:
         self._bar: tqdm | None = None
         self._first: tuple[float, float] | None = None
         self._said: float | None = None
-        self._waiting = ""  # text that a terminal shows before the work begins
+        self._waiting = ""  # text shown on a terminal before the work begins
 
     def __call__(self, fraction: float, n_done: int) -> None:
         """Show that `fraction` of all work and `n_done` units are done."""
@@ -49,13 +49,13 @@ class ProgressLine:
                 self._waiting = text
 
     def write(self, line: str) -> None:
-        """Write a line above the bar."""
+        """Write a line above the progress bar."""
         with suppress(OSError):
             self.clear()
             print(line, file=self._stream, flush=True)
 
     def clear(self) -> None:
-        """Remove the bar until the next call."""
+        """Remove the progress bar until the next call."""
         if self._bar is not None:
             self._bar.clear()
         elif self._waiting:
@@ -64,16 +64,16 @@ class ProgressLine:
             self._waiting = ""
 
     def close(self) -> None:
-        """Remove the bar permanently."""
+        """Remove the progress bar permanently."""
         with suppress(OSError):
             self.clear()
             if self._bar is not None:
                 self._bar.close()
 
     def _show_bar(self, fraction: float, done: str) -> None:
-        if self._bar is None:  # measure the pace from here, so that compiling is excluded
+        if self._bar is None:  # measure the pace from here, to exclude compiling
             self.clear()
-            columns = min(100, get_terminal_size().columns)  # has a default for unknown widths
+            columns = min(100, get_terminal_size().columns)  # 80 if the width is unknown
             look = {"bar_format": BAR, "ncols": columns, "nrows": 20, "leave": False}
             pace = {"initial": fraction, "smoothing": 0, "miniters": 0}
             self._bar = tqdm(desc=done, total=1.0, file=self._stream, **pace, **look)
@@ -97,7 +97,7 @@ class ProgressLine:
 
 
 def starting_text() -> str:
-    """Return a text on the preparation of a run: number of kernels to compile, remaining time."""
+    """Return a text on the preparation of a run, with the number of kernels to compile."""
     from ccwsim.engine.compilation import compilation
 
     progress = compilation()
@@ -119,11 +119,11 @@ def duration(seconds: float) -> str:
 
 
 SIGNALS = {"SIGINT": 130, "SIGTERM": 143, "SIGHUP": 129}
-"""Exit codes of the signals of Ctrl-C, a batch system and a closed terminal, which stop a run."""
+"""Exit codes for the signals that stop a run: Ctrl-C, a batch system, a closed terminal."""
 
 
 class Stop:
-    """A flag whose call returns whether a signal stopped the run; `exit_code` shows the signal."""
+    """A flag with an exit code; calling the flag returns whether a signal stopped the run."""
 
     def __init__(self) -> None:
         self.exit_code = 0
@@ -132,7 +132,7 @@ class Stop:
         return self.exit_code != 0
 
     def note(self, number: int, *_: object) -> None:
-        """Record a signal; the next signal of this kind ends the program at once."""
+        """Record a signal, and let the next signal of this kind end the program at once."""
         name = signal.Signals(number).name
         self.exit_code = SIGNALS[name]
         signal.signal(number, signal.SIG_DFL)
@@ -146,8 +146,8 @@ class Stop:
 def stop_on_signals() -> Iterator[Stop]:
     """Yield a flag that the first signal sets; a second signal of this kind ends the program.
 
-    A run can therefore stop and write its finished realizations. Outside the main thread, the flag
-    is never set, because signals cannot be caught there.
+    A stopped run can therefore write its finished realizations. Outside the main thread, the flag
+    is never set, because signals cannot be caught.
     """
     stop = Stop()
     before = {}

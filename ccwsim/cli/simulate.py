@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ccwsim.model.ensemble import Ensemble
 
 STREAMED = "npy"
-"""The only format that is written during the run; other formats are written after the run."""
+"""File ending of the only format that is written during the run, not after the run."""
 
 EPILOG = """\
 \b
@@ -36,12 +36,12 @@ run_option = in_group("Run")
 
 @click.command(cls=GroupedCommand, epilog=EPILOG, options_metavar="[OPTIONS] --output FILE")
 @image_and_data_options
-@run_option("--workers", type=int, metavar="N", help="threads (default: as many as cores)")
+@run_option("--workers", type=int, metavar="N", help="number of threads (default: number of cores)")
 @run_option(
     "--scheduler",
     metavar="ADDRESS",
-    help="simulate on the workers of a Dask cluster, such as tcp://host:8786, instead of threads "
-    "of this machine (needs the extra dask)",
+    help="address of a Dask scheduler, such as tcp://host:8786; simulate on the cluster's workers "
+    "instead of threads of this machine (needs the extra dask)",
 )
 @run_option(
     "-o",
@@ -49,16 +49,16 @@ run_option = in_group("Run")
     multiple=True,
     required=True,
     metavar="FILE",
-    help="file for the realizations; its ending gives the format: npz (everything), sgems, gslib "
+    help="file for the realizations; the ending gives the format: npz (all results), sgems, gslib "
     "or dat (one column per realization), png (all maps side by side), npy (facies codes, written "
-    "during the run, also if they exceed memory); may be given several times",
+    "during the run, may be larger than memory); repeat the option for several files",
 )
 @quiet
 def command(**given: Any) -> int:
-    """Simulate realizations that look like a training image and honour hard data.
+    """Simulate realizations that resemble a training image and honour hard data.
 
-    TI is a file (picture, SGeMS, GSLIB, ESRI, CSV, NumPy, MATLAB) or the name of a bundled
-    training image; --project takes a whole study from a file instead.
+    TI is a file (picture, SGeMS, GSLIB, ESRI, CSV, NumPy, MATLAB) or the name of a bundled training
+    image; --project reads all inputs of a study from a project file instead.
     """
     options = SimpleNamespace(**given)
     for output in options.output:
@@ -106,7 +106,7 @@ def executor_of(options: Any) -> Iterator[Any]:
 
 
 def check_output(path: str) -> None:
-    """Raise an error if a file cannot be written; call this before a long run."""
+    """Raise an error if an output file cannot be written; called before a long run."""
     from ccwsim.io.atomic import format_of
     from ccwsim.io.realizations import FORMATS
 
@@ -115,7 +115,7 @@ def check_output(path: str) -> None:
 
 
 def streamed_output(paths: Sequence[str]) -> str | None:
-    """Return the file to which realizations are written during the run; None without such a file.
+    """Return the file to which realizations are written during the run, or None.
 
     Examples
     --------
@@ -124,7 +124,10 @@ def streamed_output(paths: Sequence[str]) -> str | None:
     """
     streamed = [path for path in paths if path.lower().endswith("." + STREAMED)]
     if len(streamed) > 1:
-        raise CCWSIMError(f"give one .npy file, not {len(streamed)}: it is written during the run")
+        raise CCWSIMError(
+            f"give only one .npy file, not {len(streamed)}, because .npy files are written during "
+            "the run"
+        )
     return streamed[0] if streamed else None
 
 
@@ -145,7 +148,7 @@ def summary(e: Ensemble) -> str:
         mean = e.n_mismatched.mean()
         lines.append(f"Hard data: {mean:.1f} of {n} NOT honoured on average, at most {missed}.")
     elif n:
-        tail = f"; of these at most {forced} by setting a single cell" if forced else ""
+        tail = f"; at most {forced} of these data were forced as single cells" if forced else ""
         lines.append(f"Hard data: {n} of {n} honoured in every realization{tail}.")
     shares = zip(ti.facies_names, e.proportions.mean(axis=0), ti.proportions, strict=True)
     parts = [f"{name} {100 * own:.1f} % ({100 * other:.1f} %)" for name, own, other in shares]
@@ -153,7 +156,7 @@ def summary(e: Ensemble) -> str:
 
 
 def _write(paths: Sequence[str], ensemble: Ensemble) -> None:
-    """Write all files; if some cannot be written, raise an error at the end."""
+    """Write all files; if some files cannot be written, raise an error at the end."""
     from ccwsim.io import write_realizations
 
     errors = []

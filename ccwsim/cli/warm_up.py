@@ -15,8 +15,8 @@ from ccwsim.cli.options import quiet
 def command(quiet: bool) -> None:
     """Compile the kernels now, for instance while an image is built.
 
-    Compiles all kernels that usual studies and the first screen of the dashboard need, in parallel
-    on up to three cores, and stores them. Kernels that are stored already take no time.
+    Compiles and stores all kernels that usual studies and the dashboard's first screen need, on up
+    to three cores. Stored kernels are not compiled again.
     """
     from ccwsim.cli.progress import ProgressLine
     from ccwsim.engine import compilation
@@ -36,6 +36,6 @@ def command(quiet: bool) -> None:
         line.close()
         seconds = time.perf_counter() - start
         click.echo(
-            f"{len(requests)} compiled in {seconds:.1f} s; compiled kernels are kept in {FOLDER}",
+            f"{len(requests)} compiled in {seconds:.1f} s; compiled kernels are stored in {FOLDER}",
             err=True,
         )

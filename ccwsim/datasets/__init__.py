@@ -1,7 +1,7 @@
-"""Training images and hard data that come with the program.
+"""Bundled training images and hard data.
 
-All of them were drawn by seeded generators (tools/datasets in the source repository), so they are
-reproducible and free to use.
+Seeded generators (tools/datasets in the source repository) made all images and data, which are
+therefore reproducible and free to use.
 """
 
 from ccwsim.datasets.catalogue import (

@@ -1,8 +1,8 @@
-"""The bundled training images, hard data and reference fields.
+"""Read and describe the bundled training images, hard data and reference fields.
 
-Images are indexed PNG files, which any viewer can show. The indices are the facies codes, and the
-first row is the north. Volumes are npz files. Hard data are CSV files with the columns x, y, (for
-volumes) z and facies; coordinates are cell centres, in cells from the outer corner of the grid.
+Images are indexed PNG files, whose indices are the facies codes; the first row is in the north.
+Volumes are npz files. Hard data are CSV files with the columns x, y, (for volumes) z and facies.
+Coordinates are cell centres, in cells from the south-west corner of the grid.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ Row = TypeVar("Row")
 
 @dataclass(frozen=True)
 class Dataset:
-    """The description of a bundled training image."""
+    """Description of a bundled training image."""
 
     shape: tuple[int, ...]
     facies_names: tuple[str, ...]
@@ -39,7 +39,7 @@ class Dataset:
 
 @dataclass(frozen=True)
 class Survey:
-    """The description of bundled hard data."""
+    """Description of bundled hard data."""
 
     training_image: str
     grid_shape: tuple[int, ...]
@@ -50,7 +50,7 @@ _TABLES = tomllib.loads((ASSETS / "datasets.toml").read_text("utf-8"))
 
 
 def _rows(kind: type[Row], table: str) -> dict[str, Row]:
-    """Return the rows of a table by name; convert lists to tuples."""
+    """Return the rows of a table by name, with lists converted to tuples."""
     return {
         name: kind(**{key: tuple(v) if isinstance(v, list) else v for key, v in row.items()})
         for name, row in _TABLES[table].items()
@@ -59,16 +59,16 @@ def _rows(kind: type[Row], table: str) -> dict[str, Row]:
 
 DATASETS = _rows(Dataset, "images")
 VOLUMES = _rows(Dataset, "volumes")
-"""Bundled volumes; each has ten vertical wells, which were sampled from a similar volume."""
+"""Bundled volumes; ten vertical wells for each volume were sampled from a similar volume."""
 WELLS_SHAPE = (48, 100, 100)
 """Shape of the simulation grid for the bundled wells."""
 
 SURVEYS = _rows(Survey, "surveys")
 WELLS = {f"{name}_10_wells": Survey(name, WELLS_SHAPE, "10 vertical wells") for name in VOLUMES}
-"""Wells for the bundled volumes, by name of the hard data."""
+"""Descriptions of the bundled wells, by name of the hard data."""
 
 FIELD_SIDES = {"channels": (256, 512), "stone_wall": (512,), "barchans": (512, 1000)}
-"""Sides of the square reference fields, which were drawn like the image but with another seed."""
+"""Sides in cells of each image's square reference fields, made with a seed of their own."""
 
 
 def names() -> tuple[str, ...]:
@@ -158,7 +158,7 @@ def hard_data_names() -> tuple[str, ...]:
 
 
 def all_image_names() -> tuple[str, ...]:
-    """Return the names of all training images (maps and volumes) for `load`.
+    """Return the names of all training images (maps and volumes) that `load` accepts.
 
     Examples
     --------
@@ -169,7 +169,7 @@ def all_image_names() -> tuple[str, ...]:
 
 
 def all_hard_data_names() -> tuple[str, ...]:
-    """Return the names of all hard data (of maps and volumes) for `load_hard_data`.
+    """Return the names of all hard data (for maps and volumes) that `load_hard_data` accepts.
 
     Examples
     --------
@@ -180,7 +180,7 @@ def all_hard_data_names() -> tuple[str, ...]:
 
 
 def wells_names() -> tuple[str, ...]:
-    """Return the names of the wells of the bundled volumes, for `load_hard_data`.
+    """Return the names of the bundled volumes' wells, which `load_hard_data` accepts.
 
     Examples
     --------
@@ -192,7 +192,7 @@ def wells_names() -> tuple[str, ...]:
 
 @cache
 def load_hard_data(name: str) -> HardData:
-    """Read bundled hard data; the shape of their grid is `hard_data_grid_shape(name)`.
+    """Read bundled hard data for a grid of the shape `hard_data_grid_shape(name)`.
 
     Raises `CCWSIMError` for an unknown name, or if the file is missing.
 
@@ -208,7 +208,7 @@ def load_hard_data(name: str) -> HardData:
 
 
 def hard_data_grid_shape(name: str) -> tuple[int, ...]:
-    """Return the shape, (layers,) rows and columns, of the grid of bundled hard data.
+    """Return the shape of the grid of bundled hard data: (layers,) rows and columns.
 
     Examples
     --------
@@ -219,7 +219,7 @@ def hard_data_grid_shape(name: str) -> tuple[int, ...]:
 
 
 def hard_data_training_image(name: str) -> str:
-    """Return the name of the training image that belongs to bundled hard data.
+    """Return the name of the training image for bundled hard data.
 
     Examples
     --------
@@ -245,8 +245,7 @@ def describe_hard_data(name: str) -> str:
 def load_reference_field(name: str) -> TrainingImage:
     """Read the reference field from which bundled hard data were sampled.
 
-    The field resembles the training image but was drawn with another seed. Use it to score
-    realizations.
+    The training image's generator made the field with another seed. Use it to score realizations.
 
     Raises `CCWSIMError` for an unknown name, or if the file is missing.
 
@@ -263,7 +262,7 @@ def load_reference_field(name: str) -> TrainingImage:
     """
     survey = _survey(name)
     if name in WELLS:
-        raise CCWSIMError(f"the volume that {name} were read from is not bundled")
+        raise CCWSIMError(f"the volume from which {name} were sampled is not bundled")
     ny, nx = survey.grid_shape
     return reference_field(survey.training_image, (ny, nx))
 
@@ -279,19 +278,19 @@ def reference_field(image: str, shape: tuple[int, int]) -> TrainingImage:
 
 
 def image_path(name: str) -> Path:
-    """Return the path of a training image (a map or a volume)."""
+    """Return the path of the file of a training image (a map or a volume)."""
     if name in VOLUMES:
         return ASSETS / "volumes" / f"{name}.npz"
     return ASSETS / "training_images" / f"{name}.png"
 
 
 def hard_data_path(name: str) -> Path:
-    """Return the path of hard data."""
+    """Return the path of the file of hard data."""
     return ASSETS / ("volumes" if name in WELLS else "hard_data") / f"{name}.csv"
 
 
 def field_path(image: str, side: int) -> Path:
-    """Return the path of a reference field."""
+    """Return the path of the file of a reference field."""
     return ASSETS / "reference_fields" / f"{image}_{side}.png"
 
 
@@ -310,8 +309,8 @@ def read_volume(path: Path) -> NDArray[np.uint8]:
 def _present(path: Path) -> Path:
     if not path.is_file():
         raise CCWSIMError(
-            f"bundled file {path} is missing; install ccwsim again, or write the file in a copy of "
-            "the source repository: python -m tools.datasets write"
+            f"bundled file {path} is missing; install ccwsim again, or in a copy of the source "
+            "repository run: python -m tools.datasets write"
         )
     return path
 

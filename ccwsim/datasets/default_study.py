@@ -1,7 +1,7 @@
-"""Stored realizations of the dashboard's first study, shown while kernels compile.
+"""Stored realizations of the dashboard's default study, shown while kernels compile.
 
-They equal the realizations of `simulate` cell by cell. `python -m tools.default_study` writes them.
-CPU times are not stored, because they depend on the machine.
+Each cell equals the result of `simulate`. `python -m tools.default_study` writes the file. CPU
+times are not stored, because they depend on the machine.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from ccwsim.model.parameters import Parameters
 
 STORED = ASSETS / "default_study.npz"
 IMAGE, HARD_DATA, SHAPE, N_REALIZATIONS = "channels", "channels_400_data", (512, 512), 12
-"""The study that `Choices()` describes, simulated with seed 0."""
+"""Arguments of `simulate` for the study that `Choices()` describes, with seed 0."""
 
 
 def stored_ensemble() -> Ensemble:
-    """Return the realizations of the default study; their CPU times are NaN."""
+    """Return the realizations of the default study, with CPU times that are NaN."""
     shape = N_REALIZATIONS, *SHAPE
     with np.load(STORED) as stored:
         indices = np.unpackbits(stored["bits"], count=int(np.prod(shape))).reshape(shape)

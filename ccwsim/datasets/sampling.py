@@ -15,11 +15,11 @@ from ccwsim.model.hard_data import HardData
 DIRECTIONS = ("N-S", "E-W")
 VERTICAL = "vertical"
 MAX_PERMUTED = 4_000_000
-"""Maximum number of cells to permute; permuting more would block other threads for too long."""
+"""Maximum number of cells to permute; more cells would block other threads for too long."""
 
 
 def sample_random(field: NDArray[np.integer], n: int, seed: int = 0) -> HardData:
-    """Sample `n` different cells of a map or a volume at random.
+    """Sample hard data at `n` different random cells of a map or a volume.
 
     Examples
     --------
@@ -40,7 +40,7 @@ def sample_wells(
     direction: str | None = None,
     every: int = 1,
 ) -> HardData:
-    """Sample a map along straight wells from edge to edge, or a volume along vertical wells.
+    """Sample a map along straight wells across the map, or a volume along vertical wells.
 
     The direction is "N-S" (default) or "E-W" in a map, and "vertical" in a volume. `every` is the
     distance between data along a well, in cells.
@@ -78,7 +78,7 @@ def _read(field: NDArray[np.integer], *cells: NDArray) -> HardData:
 
 
 def _distinct(random: RandomState, n_cells: int, n: int) -> NDArray[np.int64]:
-    """Return n different cells at random; do not permute all cells if they are too many."""
+    """Return n different random cells; do not permute all cells if there are too many cells."""
     if n_cells <= MAX_PERMUTED or n > n_cells // 2:
         return random.choice(n_cells, n, replace=False)
     cells = np.empty(0, np.int64)
@@ -97,7 +97,7 @@ def _shape(field: NDArray[np.integer]) -> tuple[int, ...]:
     array = as_array(field, "field")
     if array.ndim not in (2, 3) or not array.size:
         raise CCWSIMError(
-            f"a reference field of shape (ny, nx) or (nz, ny, nx) is needed, not {array.shape}"
+            f"a reference field must have the shape (ny, nx) or (nz, ny, nx), not {array.shape}"
         )
     if array.dtype.kind not in "bui":
         as_integers(array, "field")

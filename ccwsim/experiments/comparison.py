@@ -1,4 +1,4 @@
-"""Comparison of two to four settings, simulated with the same seeds."""
+"""Compare two to four settings that are simulated with equal seeds."""
 
 from __future__ import annotations
 
@@ -26,21 +26,21 @@ from ccwsim.run.simulation import simulate
 
 MIN_SETTINGS, MAX_SETTINGS = 2, 4
 SIMULATED, CURVES_DONE = 0.7, 0.85
-"""Progress after the simulation, and after the curves."""
+"""Finished fraction of the work at the end of the simulation, and at the end of the curves."""
 LOW, HIGH = 0.05, 0.95
-"""Quantiles that bound the bands of curves."""
+"""Quantiles that bound the bands of curves of a setting."""
 MIN_ERRORS = 2.0
 """A difference between settings counts if it exceeds this number of standard errors."""
 
 
 @dataclass(frozen=True, eq=False)
 class ComparedCurves:
-    """One statistic of one facies along one direction."""
+    """Curves of one statistic of one facies along one direction."""
 
-    lags: NDArray[np.int64]  # shape (m,): in cells
+    lags: NDArray[np.int64]  # shape (m,): distances in cells
     reference: NDArray[np.float64]  # shape (m,): the training image's curve
-    bands: tuple[Band, ...]  # for each setting: quantiles 5, 50, 95 % of its realizations
-    fits: tuple[Fit | None, ...]  # for each setting: fit to crops of the training image
+    bands: tuple[Band, ...]  # per setting: quantiles 5, 50, 95 % over realizations
+    fits: tuple[Fit | None, ...]  # per setting: fit to crops of the training image
 
 
 def compared_curves(
@@ -72,18 +72,18 @@ def compared_curves(
 
 @dataclass(frozen=True)
 class PairRatio:
-    """One row of the table: ANODI ratios of one setting to another (Tan et al. 2014)."""
+    """ANODI ratios of the setting `name` to the setting `other` (Tan et al. 2014)."""
 
     name: str
     other: str
-    between: float  # above 1 if `name` is the more varied one
-    within: float  # above 1 if `name` lies farther from the training image
-    ratio: float  # between / within: above 1 if `name` is the better one
+    between: float  # above 1 if `name` is more varied
+    within: float  # above 1 if `name` is farther from the training image
+    ratio: float  # between / within: above 1 if `name` is better
     errors: tuple[float, float, float]  # standard errors of the logarithms of the three ratios
 
     @property
     def grades(self) -> tuple[int, int, int]:
-        """Return −1 (below 1), 1 (above 1) or 0 (close to 1) for between, within and ratio.
+        """For `between`, `within` and `ratio`, return −1 if below 1, 1 if above 1, 0 if close to 1.
 
         A ratio is close to 1 if its logarithm is within two standard errors of 0.
         """
@@ -96,13 +96,13 @@ class PairRatio:
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Settings simulated with the same training image, data, grid and seed."""
+    """Result for settings simulated with the same training image, data, grid and seed."""
 
     names: tuple[str, ...]
-    ensembles: tuple[Ensemble, ...]  # one per setting; realization r has the same seed in all
-    # by facies code, statistic (one of `STATISTICS`) and direction; only for requested facies
+    ensembles: tuple[Ensemble, ...]  # by setting; realizations r have equal seeds
+    # keys: facies code, statistic of `STATISTICS`, direction; only for requested facies
     curves: Mapping[tuple[int, str, str], ComparedCurves] = field(default_factory=dict)
-    anodi: Anodi | None = None  # None before it is computed, or if `problem` says why it cannot be
+    anodi: Anodi | None = None  # None until computed, or if `problem` gives a reason
     # positions of the training image (first) and of the realizations, ordered by setting
     scaling: Scaling | None = None
     problem: str = ""
@@ -114,12 +114,12 @@ class Comparison:
 
     @cached_property
     def proportions(self) -> tuple[NDArray[np.float64], ...]:
-        """Facies proportions of the realizations of each setting, shape (n, n_facies)."""
+        """Facies proportions of each setting's realizations, shape (n, n_facies)."""
         return tuple(e.proportions for e in self.ensembles)
 
     @cached_property
     def distances(self) -> tuple[NDArray[np.float64], ...]:
-        """Divergence of each realization from the training image (bits, all resolutions)."""
+        """Divergence of each realization from the training image, in bits, for all resolutions."""
         if self.anodi is None:
             return ()
         mixed = self.anodi.weights @ self.anodi.divergence[:, 0]
@@ -127,12 +127,12 @@ class Comparison:
 
     @property
     def distance(self) -> NDArray[np.float64]:
-        """Mean divergence of each setting from the training image (bits, all resolutions)."""
+        """Mean divergence of each setting from the training image, in bits, for all resolutions."""
         return self._mixed("within")
 
     @property
     def variety(self) -> NDArray[np.float64]:
-        """Mean divergence between realizations of each setting (bits, all resolutions)."""
+        """Mean divergence between realizations of each setting, in bits, for all resolutions."""
         return self._mixed("between")
 
     def _mixed(self, kind: str) -> NDArray[np.float64]:
@@ -142,14 +142,14 @@ class Comparison:
 
     @property
     def ratios(self) -> list[PairRatio]:
-        """Ratios of each setting to the settings before it; empty while `anodi` is None."""
+        """Ratios of each setting to each earlier setting; empty while `anodi` is None."""
         if self.anodi is None:
             return []
         pairs = [(a, b) for k, a in enumerate(self.names) for b in self.names[:k]]
         return [self.ratio_of(a, b) for a, b in pairs]
 
     def ratio_of(self, name: str, other: str) -> PairRatio:
-        """Return the ratios of one setting to another; `anodi` must be computed."""
+        """Return the ratios of the setting `name` to `other`, if `anodi` is computed."""
         assert self.anodi is not None
         errors = self.anodi.relative_errors(name, other)
         return PairRatio(name, other, *self.anodi.relative(name, other), errors)
@@ -172,9 +172,9 @@ def compare(
 ) -> Comparison:
     """Simulate two to four settings with the same seeds and compare them.
 
-    Realization r has the same random numbers in all settings. Bands of indicator variograms and of
-    connectivity functions are compared with the training image's curve. Pattern histograms are
-    compared by ANODI (Tan et al. 2014); if images are too small for patterns, `problem` says so.
+    Realization r has the same random numbers in all settings. Bands of variograms and connectivity
+    functions are compared with the training image's curve, and pattern histograms by ANODI (Tan et
+    al. 2014). If images are too small for patterns, `problem` says so.
 
     Parameters
     ----------
@@ -183,7 +183,7 @@ def compare(
     settings : mapping of str to Parameters
         Two to four settings by name.
     progress : callable, optional
-        Called as progress(share of all work, number of finished realizations).
+        Called as progress(fraction of all work, number of finished realizations).
     facies : int, optional
         Code of the facies whose curves are compared; by default the last.
     on_partial : callable, optional
@@ -192,8 +192,8 @@ def compare(
     Raises
     ------
     CCWSIMError
-        If the number of settings is not 2 to 4, a setting does not fit, or the training image lacks
-        the facies; nothing is simulated then.
+        If there are not 2 to 4 settings, a setting does not fit, or the training image lacks the
+        facies. Nothing is simulated in these cases.
     Cancelled
         If `cancel` returned True.
 
@@ -235,14 +235,14 @@ def add_curves(
     progress: Progress | None = None,
     cancel: Callable[[], bool] | None = None,
 ) -> Comparison:
-    """Return the comparison with the curves of one more facies (a code) added."""
+    """Return a comparison that also has the curves of another facies, given by its code."""
     n = sum(e.n for e in comparison.ensembles)
     return _with_curves(comparison, facies, _Course(progress, cancel, n), 0.0, 1.0)
 
 
 @dataclass(frozen=True)
 class _Course:
-    """Report progress and check for cancellation over all steps."""
+    """Report the progress of all steps, and raise `Cancelled` if `cancel` returns True."""
 
     progress: Progress | None
     cancel: Callable[[], bool] | None
@@ -290,6 +290,6 @@ def _with_patterns(found: Comparison, course: _Course) -> Comparison:
         patterns = anodi(stacks, found.ensembles[0].training_image, progress=report)
     except Cancelled:
         raise
-    except CCWSIMError as error:  # image too small for patterns; other results stay valid
+    except CCWSIMError as error:  # images are too small for patterns; other results are valid
         return replace(found, problem=str(error))
     return replace(found, anodi=patterns, scaling=patterns.scaling())

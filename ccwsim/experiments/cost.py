@@ -1,4 +1,4 @@
-"""Estimated CPU seconds of a realization on a typical core, from a count of operations."""
+"""Estimate the CPU seconds of a realization on a typical core from a count of operations."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ PER_PRODUCT = 1e-12  # mean seconds per overlap coefficient and location
 PER_IMAGE_CELL = 6e-9  # seconds to rotate and prepare a cell of the training image
 PER_DATUM_SEEN = 5e-11  # seconds to compare a datum with a location
 PER_WINDOW_ROW = 3e-10  # seconds to compare a row of a re-simulated window with a location
-N_MISSED = 4  # maximum number of data in a tile that need such a window; tiles with more are split
+N_MISSED = 4  # maximum number of re-simulated data in a tile; tiles with more data are split
 PER_CELL_OF_VOLUME = 2e-7  # seconds to cut, paste and repair a cell of a volume
 PER_LOCATION_OF_VOLUME = 1e-8  # seconds to compare an overlap with a location, by block sums
-PER_DATUM_OF_VOLUME = 3e-4  # seconds per datum of a volume
-PER_JUDGED_CELL = 1e-7  # seconds per cell to judge a realization, including its copied pieces
+PER_DATUM_OF_VOLUME = 3e-4  # seconds to honour a datum of a volume
+PER_JUDGED_CELL = 1e-7  # seconds to judge a cell of a realization, including copied pieces
 
 
 def typical_seconds(
@@ -30,7 +30,7 @@ def typical_seconds(
     n_data: int = 0,
     judged: bool = False,
 ) -> float:
-    """Return the CPU seconds to simulate, and optionally judge, a realization on a typical core.
+    """Return the CPU seconds to simulate (and judge) a realization on a typical core.
 
     The estimate may be wrong by a factor of about three, because the time of local re-simulation
     depends on how well image and data agree. Use it only to compare settings.
@@ -60,7 +60,7 @@ def typical_seconds(
 def _seconds_of_volume(
     parameters: Parameters, image_shape: Shape, grid_shape: Shape, n_data: int, judged: bool
 ) -> float:
-    """Return the seconds of a volume; most time goes to the search at level 0, to cells above."""
+    """Return the CPU seconds of a volume, mainly for the search at level 0 and for cells above."""
     lengths, cells = parameters.along(grid_shape), prod(grid_shape)
     sides = zip(image_shape, lengths.template, lengths.level, strict=True)
     locations = prod(max(side - size, 0) // 2**level + 1 for side, size, level in sides)

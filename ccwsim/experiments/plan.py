@@ -1,4 +1,4 @@
-"""Plan of a sweep: all valid combinations of parameter ranges."""
+"""Plan a sweep, which has all valid combinations of parameter ranges."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ RANGED = {
     "n_candidates": "K",
     "search_fraction": "search",
 }
-"""Symbols, in labels, of the parameters that may have a range. In volumes, the range along z is
-separate from the range along the other axes."""
+"""Symbols in labels for the parameters that may have a range. In volumes, the range along z is
+separate from the range along x and y."""
 ALONG_Z = "_z"
 
 
 @dataclass(frozen=True)
 class SweepPlan:
-    """The settings that a sweep tries."""
+    """The settings of a sweep."""
 
-    fitting: tuple[Parameters, ...]  # the valid combinations, each once
-    # each invalid combination, as (values, reason)
+    fitting: tuple[Parameters, ...]  # the valid combinations, without repetitions
+    # invalid combinations as (values, reason)
     left_out: tuple[tuple[dict[str, Any], str], ...] = ()
-    # number left out because they simulate the same as another ("ccsim" has no level)
+    # combinations omitted as repetitions ("ccsim" has no level)
     n_equal: int = 0
 
     def __len__(self) -> int:
@@ -54,11 +54,11 @@ def plan_sweep(
     Parameters
     ----------
     base : Parameters
-        Parameters without a range keep these values.
+        Values of the parameters without a range.
     ranges : mapping of str to sequence
-        Values to try, by the name of a parameter in `RANGED`.
+        Values to try, by parameter name (a key of `RANGED`).
     image_shape : tuple of int, optional
-        Shape of the training image; larger templates are left out.
+        Shape of the training image; larger templates are excluded.
 
     Raises
     ------
@@ -75,7 +75,7 @@ def plan_sweep(
         if name not in RANGED:
             raise CCWSIMError(f"{shown(name)} has no range: choose from {', '.join(RANGED)}")
         if not len(values):
-            raise CCWSIMError(f"{name} has no value to try: give at least one")
+            raise CCWSIMError(f"{name} has no value to try: give at least one value")
     names = [name for name in RANGED if name in ranges]
     fitting: dict[Parameters, Parameters] = {}
     left_out: list[tuple[dict[str, Any], str]] = []
@@ -94,13 +94,13 @@ def plan_sweep(
 
 
 def varied(parameters: Iterable[Parameters]) -> list[str]:
-    """Return the names of the ranged parameters that differ between settings."""
+    """Return the names of the parameters in `RANGED` that differ between settings."""
     found = list(parameters)
     return [name for name in RANGED if len({value_of(p, name) for p in found}) > 1]
 
 
 def label(parameters: Parameters, names: Iterable[str]) -> str:
-    """Return a short label of a setting, in one line."""
+    """Return a short label of a setting on one line."""
     parts = []
     for name in names:
         value = value_of(parameters, name)
@@ -113,12 +113,12 @@ def label(parameters: Parameters, names: Iterable[str]) -> str:
 
 
 def _canonical(p: Parameters) -> Parameters:
-    """Return the same setting for all settings that give the same realizations."""
+    """Return one representative for all settings that give identical realizations."""
     return replace(p, wavelet_level=0) if p.method == "ccsim" else p
 
 
 def value_of(p: Parameters, name: str) -> Any:
-    """Return the value of a ranged parameter; None if it has no value along z."""
+    """Return the value of a parameter in `RANGED`, or None for a z value of a map."""
     along_z = name.endswith(ALONG_Z)
     own = getattr(p, name.removesuffix(ALONG_Z))
     if name.startswith("wavelet_level") and p.method == "ccsim":
@@ -129,7 +129,7 @@ def value_of(p: Parameters, name: str) -> Any:
 
 
 def _changed(base: Parameters, changes: Mapping[str, Any]) -> Parameters:
-    """Return the parameters with some ranged values changed."""
+    """Return a copy of the parameters with new values, given by keys of `RANGED`."""
     values = dict(changes)
     for name in PER_AXIS:
         z, own = values.pop(name + ALONG_Z, value_of(base, name + ALONG_Z)), values.get(name)

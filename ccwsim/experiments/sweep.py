@@ -1,4 +1,4 @@
-"""Parameter sweeps: many settings of one study, judged and compared."""
+"""Parameter sweeps, which simulate, judge and compare many settings of one study."""
 
 from __future__ import annotations
 
@@ -32,39 +32,39 @@ ERRORS = {
     "copying": lambda quality: quality.largest_copied,
     "mended": lambda quality: quality.n_resimulated + quality.n_forced,
 }
-"""Functions that return an error of a setting from its `Quality`; smaller is better."""
+"""Functions that return an error of a setting, given its `Quality`; a smaller error is better."""
 SPREADS = {
     "patterns": lambda quality: quality.pattern_spread,
     "connection": lambda quality: quality.tau_spread,
     "proportions": lambda quality: quality.proportion_spread,
     "copying": lambda quality: quality.copied_spread,
 }
-"""Functions that return the standard deviation of an error between realizations."""
+"""Functions that return the standard deviation of an error over realizations."""
 PATTERN_TOLERANCE = 0.1
-"""Pattern distances count as equal if they exceed the smallest by at most this share."""
+"""Maximum relative difference between two pattern distances that count as equal."""
 TAU_TOLERANCE = 0.03
-"""Errors of τ(h) count as equal if they exceed the smallest by at most this."""
+"""Maximum difference between two errors of τ(h) that count as equal."""
 PROPORTION_TOLERANCE = 0.1
-"""Worst relative errors of proportions count as equal if within this of the smallest one."""
+"""Maximum difference between two relative errors of proportions that count as equal."""
 MAX_COPIED = 4
-"""Maximum size of a copied piece, in templates; pieces have 5 to 13 at K = 1, up to 3 at K = 5."""
+"""Maximum size of a copied piece, in templates; usual sizes: 5 to 13 (K = 1), up to 3 (K = 5)."""
 EQUALLY_GOOD = (
     f"differ by less than {100 * PATTERN_TOLERANCE:.0f} % in patterns, {TAU_TOLERANCE} in τ(h) and "
-    f"{100 * PROPORTION_TOLERANCE:.0f} % in proportions, or less than their spread"
+    f"{100 * PROPORTION_TOLERANCE:.0f} % in proportions, or by less than their spread"
 )
 MAX_NAMED = 4
-"""Maximum number of settings named in a sentence."""
+"""Maximum number of settings that a sentence names."""
 DOUBT = 2.0
-"""Settings count as different if they differ by this number of standard errors."""
+"""Minimum number of standard errors by which two different settings differ."""
 
 
 @dataclass(frozen=True, eq=False)
 class SweepRow:
-    """One setting of a sweep, and its result."""
+    """One setting of a sweep, with the setting's result."""
 
     parameters: Parameters
     quality: Quality
-    # first realizations (facies codes), shape (n_kept, ny, nx) or (n_kept, nz, ny, nx)
+    # facies codes, shape (n_kept, ny, nx) or (n_kept, nz, ny, nx)
     realizations: NDArray[np.integer]
 
 
@@ -72,8 +72,8 @@ class SweepRow:
 class Sweep:
     """The result of a sweep."""
 
-    rows: tuple[SweepRow, ...]  # the finished settings, in the order of the request
-    failed: tuple[tuple[Parameters, str], ...]  # settings that failed, and the reason
+    rows: tuple[SweepRow, ...]  # the finished settings, in the order of `settings`
+    failed: tuple[tuple[Parameters, str], ...]  # settings that failed, with the reason
     n_asked: int  # number of settings requested
     image_shape: Shape
 
@@ -84,7 +84,7 @@ class Sweep:
 
     @property
     def times(self) -> NDArray[np.float64]:
-        """CPU seconds of a realization of each setting."""
+        """Mean CPU seconds of a realization of each setting."""
         return np.array([row.quality.cpu_seconds for row in self.rows])
 
     def errors(self, kind: str = "patterns") -> NDArray[np.float64]:
@@ -96,9 +96,9 @@ class Sweep:
         return np.array([SPREADS[kind](row.quality) for row in self.rows], dtype=float)
 
     def alike(self, kind: str, among: NDArray[np.int64], tolerance: float) -> NDArray[np.int64]:
-        """Return the settings in `among` whose error is close to the smallest error.
+        """Return the settings in `among` whose error is close to the smallest error in `among`.
 
-        An error may exceed the smallest by `tolerance`, or by `DOUBT` standard errors.
+        A close error exceeds the smallest error by at most `tolerance` or `DOUBT` standard errors.
         """
         n = np.array([row.quality.n for row in self.rows])
         errors, doubts = self.errors(kind), np.nan_to_num(self.spreads(kind)) / np.sqrt(n)
@@ -123,24 +123,24 @@ def sweep(
     n_kept: int = 2,
     facies: int | None = None,
 ) -> Sweep:
-    """Simulate and judge each setting, with the same seed, on one thread so that times are fair.
+    """Simulate and judge each setting with the same seed, on one thread for comparable times.
 
     Parameters
     ----------
     training_image, grid_shape, hard_data, seed
         As in `simulate`.
     settings : sequence of Parameters
-        The settings to try, as returned by `plan_sweep`.
+        The settings to try, such as the result of `plan_sweep`.
     n_realizations : int
         Number of realizations of each setting.
     progress : callable, optional
-        Called as progress(fraction of the expected time, number of finished settings).
+        Called with the fraction of the expected time and the number of finished settings.
     cancel : callable, optional
-        Returns True to stop; the finished settings are returned.
+        Returns True to stop; the sweep then returns the finished settings.
     found : callable, optional
-        Called with each `SweepRow` when it is finished.
+        Called with each finished `SweepRow`.
     n_kept : int
-        Number of realizations kept of each setting.
+        Number of realizations stored for each setting.
     facies : int, optional
         Code of the facies whose connectivity is judged; by default the last.
 
@@ -157,7 +157,7 @@ def sweep(
     (2,)
     """
     if not len(settings):
-        raise CCWSIMError("there is no setting to try: give ranges that fit together")
+        raise CCWSIMError("there is no setting to try: give ranges with a valid combination")
     n, grid = check_int("n_realizations", n_realizations, 1), Grid.of(grid_shape)
     image = TrainingImage.of(training_image)
     data = HardData.of(hard_data, grid, image)
@@ -196,7 +196,7 @@ def sweep(
 
 
 def _first(ensemble: Ensemble, n: int) -> NDArray[np.integer]:
-    """Return a read-only copy of the first n realizations, so that the others can be freed."""
+    """Return a read-only copy of the first n realizations; the other realizations can be freed."""
     kept = ensemble.training_image.codes[ensemble.indices[: max(n, 1)]]
     kept.setflags(write=False)
     return kept
@@ -206,17 +206,17 @@ def _first(ensemble: Ensemble, n: int) -> NDArray[np.integer]:
 class Recommendation:
     """The setting that a sweep recommends."""
 
-    index: int  # row of the sweep
+    index: int  # index of the recommended row of the sweep
     reason: str  # reason, as a sentence
-    # rows that are about as good, including this one, which is the fastest
+    # equally good rows, including `best`, the fastest
     alike: tuple[int, ...] = ()
 
 
 def pareto_front(times: ArrayLike, errors: ArrayLike) -> NDArray[np.int64]:
     """Return the indices of the points on the Pareto front.
 
-    Compared with a point on the front, no other point is better in one value without being worse
-    in the other. Raises `CCWSIMError` if the numbers of times and of errors differ.
+    A point is on the front if no other point is better in one value and at least equal in the other
+    value. Raises `CCWSIMError` if the numbers of times and of errors differ.
 
     Examples
     --------
@@ -225,7 +225,7 @@ def pareto_front(times: ArrayLike, errors: ArrayLike) -> NDArray[np.int64]:
     """
     t, e = np.asarray(times, dtype=float), np.asarray(errors, dtype=float)
     if t.shape != e.shape or t.ndim != 1:
-        raise CCWSIMError(f"{t.size} times and {e.size} errors: give one of each per setting")
+        raise CCWSIMError(f"{t.size} times and {e.size} errors: give one pair per setting")
     front: list[int] = []
     best = np.inf
     for k in np.lexsort((e, t)):
@@ -239,18 +239,19 @@ def pareto_front(times: ArrayLike, errors: ArrayLike) -> NDArray[np.int64]:
 
 
 def recommended(sweep: Sweep) -> Recommendation:
-    """Return the fastest setting among the settings that are about as good as the best.
+    """Return the fastest of the settings that are about as good as the best setting.
 
-    These settings are excluded, in this order: settings that miss more data than others; settings
-    whose template is too large for the training image; settings that copy pieces larger than four
-    templates; settings that are worse than the best in proportions, patterns or connectivity.
-    Differences count only if they exceed a tolerance (0.1 of the proportion, a tenth of the pattern
-    distance, 0.03 of τ) and two standard errors, computed from the spread between realizations.
+    Settings are excluded in this order: settings that miss more data than others; settings whose
+    template is too large for the training image; settings that copy pieces larger than four
+    templates; settings that are worse than the best in proportions, patterns or connectivity. Only
+    differences above a tolerance (a tenth of the proportion, a tenth of the pattern distance, 0.03
+    in τ) and above two standard errors count. The spread between realizations gives the standard
+    errors.
 
     Raises `CCWSIMError` if no setting is finished.
     """
     if not sweep.rows:
-        raise CCWSIMError("no setting is finished yet: let the sweep go on")
+        raise CCWSIMError("no setting is finished yet: wait for the sweep")
     wrong = np.array([row.quality.n_mismatched for row in sweep.rows])
     among = np.flatnonzero(wrong == wrong.min())
     why: list[str] = []
@@ -276,7 +277,7 @@ def recommended(sweep: Sweep) -> Recommendation:
 
 
 Narrowed = tuple[NDArray[np.int64], str]
-"""Settings that remain, and a sentence on the excluded settings."""
+"""The settings that remain, and a sentence on the excluded settings."""
 
 
 def _without_large_templates(sweep: Sweep, among: NDArray[np.int64]) -> Narrowed:
@@ -288,7 +289,7 @@ def _without_large_templates(sweep: Sweep, among: NDArray[np.int64]) -> Narrowed
     many = "setting has a template" if n == 1 else "settings have templates"
     return among[fits], (
         f"{n} other {many} so large that fewer than {MIN_ACROSS**2} fit the training image: "
-        "realizations would repeat pieces of it."
+        "realizations would repeat pieces of the image."
     )
 
 
@@ -304,8 +305,8 @@ def _without_copies(sweep: Sweep, among: NDArray[np.int64]) -> Narrowed:
     if len(out) == len(among):
         least = among[np.argmin((copied / allowed)[among])]
         return np.array([least]), (
-            f"It copies the least, yet its largest copied piece has {copied[least]:.0f} cells; "
-            f"in every setting this piece is larger than {MAX_COPIED} templates."
+            f"This setting copies least, but its largest copied piece has {copied[least]:.0f} "
+            f"cells; in every setting, the largest piece exceeds {MAX_COPIED} templates."
         )
     many = "setting copies" if len(out) == 1 else "settings copy"
     return among[~copies[among]], (
@@ -315,27 +316,27 @@ def _without_copies(sweep: Sweep, among: NDArray[np.int64]) -> Narrowed:
 
 
 def _left_behind(sweep: Sweep, kind: str, good: NDArray[np.int64], out: NDArray[np.int64]) -> str:
-    """Return a sentence that says by how much one error of the excluded settings is larger."""
+    """Return a sentence that compares one error of the excluded settings with the best setting."""
     errors = sweep.errors(kind)
     best, other = np.nanmin(errors[good]), errors[out]
     known = other[~np.isnan(other)]
     n = "1 setting is" if len(out) == 1 else f"{len(out)} settings are"
     if not len(known):
-        return f"{n} left out: their connectivity is not known."
+        return f"{n} left out, because their connectivity is undefined."
     least = known.min()
     return {
-        "proportions": f"{n} farther off in proportions: a facies by {100 * least:.2g} % or more, "
-        f"the best {100 * best:.2g} %.",
-        "patterns": f"{n} farther off in patterns: {least:.3g} bits or more, best {best:.3g}.",
-        "connection": f"{n} farther off in connectivity: the error of τ(h) is {least:.2g} or more, "
-        f"the best is {best:.2g}.",
+        "proportions": f"{n} worse in proportions: a facies is off by {100 * least:.2g} % or more, "
+        f"but by only {100 * best:.2g} % with the best setting.",
+        "patterns": f"{n} worse in patterns: {least:.3g} bits or more; the best has {best:.3g}.",
+        "connection": f"{n} worse in connectivity: the error of τ(h) is {least:.2g} or more, "
+        f"but {best:.2g} with the best setting.",
     }[kind]
 
 
 def _first_reason(sweep: Sweep, alike: list[int]) -> str:
     """Return a sentence on the settings that are about as good as the best, the fastest first."""
     if len(sweep.rows) == 1:
-        return "The only setting that is finished."
+        return "This is the only finished setting."
     k, n = alike[0], sweep.rows[alike[0]].quality.n
     if len(alike) == 1:
         return "No other setting is as good."
@@ -346,6 +347,6 @@ def _first_reason(sweep: Sweep, alike: list[int]) -> str:
     same = n > 1 and all(len(sweep.alike(kind, rows, 0.0)) == len(rows) for kind in kinds)
     are = f"cannot be told apart by {n} realizations each" if same else EQUALLY_GOOD
     return (
-        f"These {are}: {'; '.join(labels[:MAX_NAMED])}{more}. The fastest of them is {labels[0]}, "
+        f"These {are}: {'; '.join(labels[:MAX_NAMED])}{more}. The fastest setting is {labels[0]}, "
         f"{seconds(sweep.times[k])}."
     )

@@ -1,4 +1,4 @@
-"""CPU time of a realization as a function of grid size and of the number of data."""
+"""Measure the CPU time of a realization as a function of grid size and of number of data."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
 
 CELLS_AT_ONCE = 32_000_000
-"""Maximum number of cells of realizations in memory; a cell takes one byte."""
+"""Maximum number of cells of all realizations in memory, with one byte per cell."""
 LINEAR = (0.9, 1.1)
 """Growth is called linear if the exponent of the number of cells is in this range."""
 
 
 @dataclass(frozen=True)
 class TimingCase:
-    """One setting to time; a map of a 3D training image uses its middle layer."""
+    """One setting to time; for a map, a 3D training image is replaced by its middle layer."""
 
     parameters: Parameters
-    grid_shape: Shape  # rows and columns, or layers, rows and columns
-    n_data: int = 0  # hard data; 0 for an unconditional run
+    grid_shape: Shape  # (rows, columns) or (layers, rows, columns)
+    n_data: int = 0  # number of hard data; 0 for an unconditional run
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "grid_shape", Grid.of(self.grid_shape).shape)
@@ -44,27 +44,27 @@ class TimingCase:
 
 
 def grid_cases(sides: Sequence[int], parameters: Sequence[Parameters]) -> list[TimingCase]:
-    """Return a case for each square grid and parameters, small grids first (Fig. 13)."""
+    """Return a case for each square grid and each setting, small grids first (Fig. 13)."""
     return [TimingCase(p, (side, side)) for side in sorted(sides) for p in parameters]
 
 
 def data_cases(
     numbers: Sequence[int], parameters: Sequence[Parameters], grid_shape: Shape
 ) -> list[TimingCase]:
-    """Return a case for each number of data and parameters, small numbers first (Table 2)."""
+    """Return a case for each number of data and each setting, small numbers first (Table 2)."""
     return [TimingCase(p, grid_shape, n) for n in sorted(numbers) for p in parameters]
 
 
 @dataclass(frozen=True, eq=False)
 class Timing(TimingCase):
-    """The times of a case, one for each realization."""
+    """The CPU times of a case, one for each realization."""
 
-    cpu_seconds: NDArray[np.float64] = field(kw_only=True)  # on one thread
+    cpu_seconds: NDArray[np.float64] = field(kw_only=True)  # CPU seconds on one thread
     n_mismatched: NDArray[np.int64] = field(kw_only=True)  # number of hard data not honoured
 
     @property
     def seconds(self) -> float:
-        """Median CPU time, which hardly changes if other work interrupts one realization."""
+        """Median CPU time; it hardly changes if other processes interrupt one realization."""
         return float(np.median(self.cpu_seconds))
 
 
@@ -80,9 +80,9 @@ def time_study(
 ) -> Timing:
     """Measure the CPU time of realizations of a study on one thread.
 
-    Arguments and errors are as in `simulate`. Kernels are compiled before the clock starts. Few
-    realizations are in memory at a time, and none is kept. The times include preparing the training
-    image for a new orientation of the path.
+    Arguments and errors are as in `simulate`. Kernels are compiled before the measurement. No
+    realization is stored. The times include the preparation of the training image for a new
+    orientation of the path.
     """
     grid, n = Grid.of(grid_shape), check_int("n_realizations", n_realizations, 1)
     batch = max(min(CELLS_AT_ONCE // grid.n_cells, n), 1)
@@ -115,26 +115,26 @@ def time_cases(
     progress: Progress | None = None,
     cancel: Callable[[], bool] | None = None,
 ) -> Iterator[Timing]:
-    """Yield the times of each case, in the order given.
+    """Measure and yield the times of each case, in the order of `cases`.
 
-    Data are sampled from an unconditional realization, as in section 5.2 of the paper: all cases
-    on one grid get the same data, and a larger set contains the smaller ones.
+    Data are sampled from an unconditional realization, as in section 5.2 of the paper: all cases on
+    one grid use the same data, and larger sets contain the smaller sets.
 
-    `n_realizations` are timed per case. `progress` is called with the fraction of the expected
-    time and the number of finished cases; `cancel` returns True to stop.
+    `n_realizations` realizations are timed per case. `progress` is called with the fraction of the
+    expected time and the number of finished cases; `cancel` returns True to stop the measurements.
 
     Raises
     ------
     CCWSIMError
         If there are more data than cells, or if `simulate` raises it.
     Cancelled
-        If `cancel` returned True; times yielded before stay valid.
+        If `cancel` returned True; times that were already yielded are valid.
     """
     seed = check_int("seed", seed, 0)
     for case in cases:
         if not 0 <= case.n_data <= case.n_cells:
             raise CCWSIMError(
-                f"{case.n_data} data do not fit a grid of {case.n_cells} cells: ask for fewer"
+                f"{case.n_data} data do not fit a grid of {case.n_cells} cells: use fewer data"
             )
     work = [_typical(training_image, case) for case in cases]
     done, total, fields = 0.0, sum(work), {}
@@ -160,7 +160,7 @@ def time_cases(
 
 
 def image_of_case(training_image: TrainingImage, case: TimingCase) -> TrainingImage:
-    """Return the training image of a case: the middle layer of a volume if the grid is a map."""
+    """Return the training image of a case; if only the grid is 2D, return the middle layer."""
     if training_image.n_dimensions == len(case.grid_shape):
         return training_image
     middle = training_image.array[training_image.shape[0] // 2]
@@ -168,7 +168,7 @@ def image_of_case(training_image: TrainingImage, case: TimingCase) -> TrainingIm
 
 
 def _sampled_field(image: TrainingImage, case: TimingCase, seed: int) -> NDArray[np.integer]:
-    """Return the field from which data are sampled; no timed realization has its seed."""
+    """Return the field from which data are sampled; timed realizations have other seeds."""
     p = case.parameters
     p = Parameters(p.template_size, p.overlap_size, p.level)
     other = seed + 1 if seed < 2**31 else seed - 1
@@ -178,7 +178,7 @@ def _sampled_field(image: TrainingImage, case: TimingCase, seed: int) -> NDArray
 
 
 def level_of(p: Parameters) -> int:
-    """Return the wavelet level of parameters; in volumes the level within layers.
+    """Return the wavelet level of parameters; in volumes, return the level within layers.
 
     Examples
     --------
@@ -190,27 +190,27 @@ def level_of(p: Parameters) -> int:
 
 @dataclass(frozen=True)
 class Growth:
-    """How time grows with the number of grid cells."""
+    """Growth of the CPU time with the number of grid cells."""
 
-    # CPU seconds per million cells, fitted by least squares of relative errors
+    # CPU seconds per million cells (least squares of relative errors)
     seconds_per_million: float
-    exponent: float  # exponent of the number of cells in a power law; 1 is linear growth
+    exponent: float  # exponent of the number of cells in a power law; 1 means linear growth
 
     @property
     def linear(self) -> bool:
-        """Whether twice as many cells take about twice the time."""
+        """Whether twice the number of cells takes about twice the time."""
         return LINEAR[0] <= self.exponent <= LINEAR[1]
 
 
 def growth(timings: Sequence[Timing]) -> Growth:
-    """Return the growth of one setting's time with the grid (Fig. 13).
+    """Return how one setting's time grows with the number of grid cells (Fig. 13).
 
     Raises `CCWSIMError` if all grids have the same number of cells.
     """
     cells = np.array([t.n_cells for t in timings], float)
     seconds = np.array([max(t.seconds, 1e-9) for t in timings])
     if len(np.unique(cells)) < 2:
-        raise CCWSIMError("growth needs times of at least two sizes of the grid")
+        raise CCWSIMError("growth needs CPU times for at least two grid sizes")
     exponent = np.polyfit(np.log(cells), np.log(seconds), 1)[0]
     rate = cells / seconds
     return Growth(1e6 * float(rate.sum() / (rate**2).sum()), float(exponent))

@@ -1,4 +1,4 @@
-"""Compile the kernels of usual studies and first screens before their first use."""
+"""Compile the kernels of usual studies and of the first screens before the first use."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ STUDIES = {
     "maps, finer scales of ms-ccsim": (MAP, Parameters(16, 4, 2, method="ms-ccsim")),
     "volumes": (VOLUME, Parameters(16, 4, 2)),
 }
-"""A study for each combination of argument types of kernels."""
+"""One study for each combination of the argument types of kernels."""
 
 
 def usual_work() -> dict[str, Callable[[], None]]:
-    """Return named computations that call all kernels of usual studies and first screens."""
+    """Return named computations that call all kernels of usual studies and of first screens."""
     return {
         "statistics of the first screen": _measure,
         **{name: _simulation(*kind) for name, kind in STUDIES.items()},
@@ -41,7 +41,7 @@ def usual_work() -> dict[str, Callable[[], None]]:
 
 
 def compile_in_background() -> None:
-    """Compile these kernels in a thread; the first screen's kernels come first."""
+    """Compile these kernels in a thread, beginning with the kernels of the first screen."""
 
     def ask() -> None:
         for k, work in enumerate(usual_work().values()):
@@ -51,7 +51,7 @@ def compile_in_background() -> None:
 
 
 def _simulation(shape: tuple[int, ...], parameters: Parameters) -> Callable[[], None]:
-    """Return the simulation of a small study whose contradictory data need local re-simulation."""
+    """Simulate a small study whose contradictory data need local re-simulation."""
     rng = np.random.default_rng(0)
     image, grid = TrainingImage(rng.integers(0, 2, shape)), Grid.of(shape)
     cells = np.argwhere(rng.random(shape) < 0.05)
@@ -63,7 +63,7 @@ def _measure() -> None:
     """Compute the curves and maps that the dashboard shows first."""
     image = TrainingImage(np.random.default_rng(0).integers(0, 2, (16, 16)))
     realizations = np.stack([image.indices, image.indices])
-    with suppress(CCWSIMError):  # without the kernels nothing is counted
+    with suppress(CCWSIMError):  # without compiled kernels, nothing is counted
         etype(realizations)
     for images in (realizations, image):
         for direction in ("E-W", "N-S"):

@@ -1,7 +1,7 @@
-"""Charts (plotly figures) and pictures (PNG bytes) of inputs and results, without computing them.
+"""Charts (plotly figures) and pictures (PNG bytes) of computed inputs and results.
 
-Charts take a `Theme`; heights are in pixels; `names` are the names of the facies, and `colours`
-their colours as "#rrggbb".
+Functions that return charts take a `Theme` and heights in pixels. `names` are the names of the
+facies, and `colours` are the colours of the facies as "#rrggbb".
 """
 
 from ccwsim.figures.curves import (

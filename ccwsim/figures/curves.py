@@ -1,4 +1,4 @@
-"""Curves of ensembles, training images and methods, and sparklines."""
+"""Charts and sparklines of the curves of ensembles, training images and methods."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from ccwsim.figures.style import (
 
 Floats = NDArray[np.float64]
 BAND_OPACITY = 0.13
-"""Opacity of the bands of settings; at this value, four overlapping bands remain visible."""
+"""Opacity of the bands of compared settings; low enough to see four overlapping bands."""
 ROW_HEIGHT = 172
-"""Height of a row of transiograms in pixels."""
+"""Height in pixels of a row of transiograms."""
 MAX_DISC = 6
-"""Diameter in pixels of the disc of the layer with the most hard data."""
+"""Maximum diameter in pixels of the discs that show the hard data of a layer."""
 SIDE, MARGIN = 100, 4
 """Side and margin of a sparkline in SVG units."""
 
@@ -59,7 +59,7 @@ class Line:
 
 @dataclass(frozen=True, eq=False)
 class LayerData:
-    """Elevation, share of a facies and number of hard data, for each layer with hard data."""
+    """Elevation, share of one facies and number of hard data for each layer with hard data."""
 
     at: Floats
     share: Floats
@@ -75,11 +75,11 @@ def curves_chart(
     x_title: str = "lag (cells)",
     height: int = 196,
 ) -> go.Figure:
-    """Return a chart of the curves of an ensemble or several settings; the training image is red.
+    """Return a chart of curves of an ensemble or several settings; the training image is red.
 
-    One ensemble has grey realizations with a grey band and a dark median. Each of up to four named
-    settings has a band and a median in its colour and dash. Use the same `y_range` for charts that
-    are compared.
+    The chart of one ensemble has grey realizations, a grey band and a dark median. The chart of up
+    to four named settings has a band and a median for each setting. Charts to be compared need the
+    same `y_range`.
 
     Examples
     --------
@@ -124,7 +124,7 @@ def lines_chart(
     logarithmic: bool = False,
     height: int = 230,
 ) -> go.Figure:
-    """Return a chart of the lines of several methods, each with its colour and dash.
+    """Return a chart of lines with the colour, dash and points of each line.
 
     Examples
     --------
@@ -165,9 +165,9 @@ def transiogram_chart(
     names: Sequence[str],
     theme: Theme,
 ) -> go.Figure:
-    """Return a chart of transiograms, P(head at x + h | tail at x), with a row for each tail.
+    """Return a chart of transiograms P(head at x + h | tail at x), with a row for each tail facies.
 
-    The keys of `bundles` are (tail, head), as indices of facies in `names`.
+    Each key of `bundles` is (tail, head), a pair of indices into `names`.
 
     Examples
     --------
@@ -222,9 +222,9 @@ def vertical_proportions_chart(
 ) -> go.Figure:
     """Return a chart of the share of a facies in each layer; the training image is red.
 
-    The bundle's lags are the elevations of the realizations' layers; its values are shares from
-    0 to 1. `reference_at` are the elevations of the training image's layers, if they differ. The
-    discs are hard data; a larger disc stands for more data.
+    The lags of `bundle` are the elevations of the realizations' layers, and the values are shares
+    from 0 to 1. If the training image has other layers, `reference_at` gives the elevations of
+    these layers. Each disc shows the hard data of a layer; more data give a larger disc.
 
     Examples
     --------
@@ -268,9 +268,9 @@ def vertical_proportions_chart(
 def geobody_sizes_chart(
     bundle: Bundle, theme: Theme, *, y_title: str, height: int = 230
 ) -> go.Figure:
-    """Return a chart of the share of a facies in geobodies of at least n cells, on a log axis.
+    """Return a chart of the share of a facies in geobodies of at least n cells (logarithmic axis).
 
-    The lags of the bundle are the values of n, from 1 on.
+    The lags of `bundle` are the values of n, starting at 1.
 
     Examples
     --------
@@ -298,8 +298,8 @@ def repetition_chart(
 ) -> go.Figure:
     """Return a chart of the autocorrelation of a training image, with marked lengths.
 
-    The correlation is 1 at lag 0 and about 0 for independent cells; it has a peak at the distance
-    between features. `marks` are lengths in cells by name, such as {"T 32": 32}.
+    The correlation is 1 at lag 0, about 0 for independent cells, and has a peak at the distance
+    between repeated features. `marks` maps names to lengths in cells, such as {"T 32": 32}.
 
     Examples
     --------
@@ -326,9 +326,9 @@ def repetition_chart(
 
 
 def sparkline(curves: ArrayLike, reference: ArrayLike, theme: Theme) -> bytes:
-    """Return a square SVG picture of curves with common lags, from zero to the largest value.
+    """Return a square SVG picture of curves with common lags; the y axis starts at zero.
 
-    `curves` of realizations have shape (n, n_lags); the training image's `reference` is in front.
+    The realizations' `curves` have shape (n, n_lags); `reference` is the training image's curve.
 
     Examples
     --------
@@ -372,7 +372,7 @@ def _band(bundle: Bundle, name: str, colour: str) -> Any:
 def _threads(bundle: Bundle, theme: Theme) -> Any:
     """Return all realizations as one trace with gaps, because many traces would be slow."""
     n = len(bundle.each)
-    # float32 is exact for integer lags and takes half the memory
+    # float32 is exact for integer lags and needs half the memory
     x = np.tile(np.append(bundle.lags, np.nan).astype(np.float32), n)
     y = np.hstack([bundle.each, np.full((n, 1), np.nan)]).ravel()
     return line("realizations", x, y, theme.each, 0.8)

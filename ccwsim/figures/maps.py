@@ -1,7 +1,7 @@
 """Maps as small palette PNGs, with or without hard data.
 
-Row 0 of an array is in the south; pictures have north at the top. `shape` is the shape of the grid;
-`longest` is the longer side of a picture in pixels.
+Row 0 of an array is in the south; pictures have north at the top. In all functions, `shape` is the
+shape of the grid, and `longest` is the length in pixels of the longer side of a picture.
 """
 
 from __future__ import annotations
@@ -20,26 +20,26 @@ from ccwsim.model.arrays import as_integers, check_int
 
 MAX_SHEET_SIDE = 8192
 QUICK = 2
-"""PNG compression level of pictures that are sent once and not kept."""
+"""PNG compression level of pictures that are sent once and not stored."""
 WRONG = "#C8321F"
 STEPS = 101
-"""Number of colours of a map of shares, one for each percent."""
+"""Number of colours in a map of shares, one for each percent from 0 to 100."""
 
 
 @dataclass(frozen=True, eq=False)
 class Dots:
-    """Hard data drawn on a map."""
+    """Hard data to draw on a map."""
 
     cells: NDArray[np.integer]  # shape (n, 2): row and column, row 0 at the south
-    colours: list[str]  # facies colour of each datum
-    wrong: NDArray[np.bool_]  # shape (n,): True if the datum is not honoured (a red ring)
+    colours: list[str]  # colour of the facies of each datum
+    wrong: NDArray[np.bool_]  # shape (n,): True if a datum is not honoured (red ring)
 
 
 def index_png(indices: NDArray[np.uint8]) -> bytes:
-    """Return a PNG in which index k is the grey (k, k, k).
+    """Return a PNG in which facies index k has the grey colour (k, k, k).
 
-    Its palette has only the indices that occur, so a cell takes few bits. Writing takes a quarter
-    of the time of a greyscale PNG.
+    The palette contains only indices that occur, to need few bits per cell. Encoding is four times
+    as fast as for a greyscale PNG.
 
     Examples
     --------
@@ -67,7 +67,7 @@ def map_png(indices: NDArray[np.uint8], colours: Sequence[str], *, scale: int = 
 
 
 def tile_size(shape: tuple[int, int], longest: int) -> tuple[int, int]:
-    """Return width and height in pixels of a map whose longer side has `longest` pixels.
+    """Return the width and height in pixels of a map whose longer side has `longest` pixels.
 
     Examples
     --------
@@ -82,10 +82,10 @@ def tile_size(shape: tuple[int, int], longest: int) -> tuple[int, int]:
 def contact_sheet(
     indices: NDArray[np.uint8], colours: Sequence[str], *, longest: int = 96
 ) -> tuple[bytes, int]:
-    """Return realizations, shape (n, ny, nx), as tiles of one PNG, and the number of columns.
+    """Return a PNG that shows realizations, shape (n, ny, nx), as tiles, and its number of columns.
 
-    Realization r is in row r // columns and column r % columns; `longest` is the longer side of a
-    tile in pixels.
+    Realization r is in row r // columns and column r % columns. Here `longest` is the length in
+    pixels of the longer side of a tile.
     """
     width, height = tile_size(indices.shape[1:], longest)
     columns = min(len(indices), MAX_SHEET_SIDE // width)
@@ -106,9 +106,9 @@ def data_png(
     *,
     longest: int,
 ) -> bytes:
-    """Return a PNG of hard data as dots on a transparent ground.
+    """Return a PNG of hard data as dots on a transparent background.
 
-    `cells` has the row and column of each datum, `indices` the index of its colour in `colours`.
+    `cells` has the row and column of each datum, and `indices` the index of each datum's colour.
 
     Examples
     --------
@@ -133,9 +133,9 @@ def data_png(
 def placement_svg(
     cells: NDArray[np.integer], colours: Sequence[str | None], shape: tuple[int, int]
 ) -> str:
-    """Return an SVG sketch of data in and around the frame of a grid.
+    """Return an SVG sketch of hard data inside and outside the outline of a grid.
 
-    `cells`, shape (n, 2), may be outside the grid; a datum without a colour is drawn as a ring.
+    `cells`, shape (n, 2), may be outside the grid. A datum without a colour is drawn as a ring.
 
     Examples
     --------
@@ -156,7 +156,7 @@ def placement_svg(
 
     width, height = np.maximum((high - low)[::-1] * scale, _SVG_SIDE / 2) + 2 * pad
     left, top = at(ny, 0)
-    sides = max(nx * scale, 3.0), max(ny * scale, 3.0)  # visible even if data are far away
+    sides = max(nx * scale, 3.0), max(ny * scale, 3.0)  # keep the grid visible
     frame = f'x="{left:.2f}" y="{top:.2f}" width="{sides[0]:.2f}" height="{sides[1]:.2f}"'
     parts = [f'<rect {frame} fill="#8881" stroke="#777" stroke-width="1"/>']
     for (row, column), colour in zip(places.tolist(), colours, strict=True):
@@ -169,7 +169,7 @@ def placement_svg(
 
 
 _SVG_SIDE = 480
-"""Longer side of the sketch in SVG units."""
+"""Length in SVG units of the longer side of the sketch."""
 
 
 def data_map_png(
@@ -179,7 +179,7 @@ def data_map_png(
     *,
     longest: int = 640,
 ) -> bytes:
-    """Return a PNG of a map with its hard data; the longer side has about `longest` pixels.
+    """Return a PNG of a map with hard data; the longer side has about `longest` pixels.
 
     Examples
     --------
@@ -198,7 +198,7 @@ def data_map_png(
 def data_map(
     indices: NDArray[np.uint8], colours: Sequence[str], dots: Dots, scale: int
 ) -> Image.Image:
-    """Return a map with cells of `scale` pixels and hard data; wrong data are drawn last."""
+    """Return a map with cells of `scale` pixels and with hard data; wrong data are drawn last."""
     size = indices.shape[1] * scale, indices.shape[0] * scale
     picture = _coloured(indices, colours).resize(size, Image.Resampling.NEAREST).convert("RGB")
     if not len(dots.cells):
@@ -218,13 +218,13 @@ def data_map(
 
 
 def steps_of(shares: NDArray[np.float64]) -> tuple[NDArray[np.uint8], list[str]]:
-    """Return shares from 0 to 1 as indices into the cividis ramp, and the colours of the ramp."""
+    """Convert shares from 0 to 1 to indices of cividis colours; return indices and colours."""
     steps = np.rint(np.clip(shares, 0, 1) * (STEPS - 1)).astype(np.uint8)
     return steps, ramp(CIVIDIS, STEPS)
 
 
 def share_png(shares: NDArray[np.float64], *, longest: int = 640) -> bytes:
-    """Return a PNG of a map of shares from 0 to 1 in the colours of the cividis ramp.
+    """Return a PNG of a map of shares from 0 to 1, coloured by the cividis ramp.
 
     Examples
     --------
@@ -254,7 +254,7 @@ def _as_bytes(indices: NDArray[np.integer], n: int) -> NDArray[np.uint8]:
 
 
 def png_of(picture: Image.Image, **options: Any) -> bytes:
-    """Return a picture as the bytes of a PNG file; `options` are Pillow's."""
+    """Return a picture as the bytes of a PNG file; `options` are passed to Pillow."""
     written = BytesIO()
     picture.save(written, "PNG", **options)
     return written.getvalue()

@@ -1,4 +1,4 @@
-"""MDS plot: realizations and the training image as points; near points have similar patterns."""
+"""MDS plot of realizations and training image as points; nearby points have similar patterns."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from numpy.typing import NDArray
 from ccwsim.figures.style import CLEAR, Theme, blank_chart, dots
 
 EDGE = 0.4
-"""Maximum |x| of a point with a centred name; farther out, the name would leave the plot."""
+"""Maximum |x| of a point whose name is centred; centred names of points farther out do not fit."""
 
 
 @dataclass(frozen=True, eq=False)
 class Group:
-    """Realizations drawn with one marker."""
+    """Realizations that have the same marker and colour in an MDS plot."""
 
     name: str
     positions: NDArray[np.float64]  # shape (n, 2)
     colour: str
-    symbol: str = "circle"  # a symbol of plotly
-    labels: Sequence[str] = ()  # hover text of each point; by default the name
+    symbol: str = "circle"  # plotly's name of the marker symbol
+    labels: Sequence[str] = ()  # hover text of each point; by default the name of the group
     ringed: int | None = None  # index of the realization that is shown elsewhere on the page
 
 
 def label_side(place: NDArray[np.float64]) -> str:
-    """Return the side of a point on which its name fits into the plot (axes from −1 to 1).
+    """Return the side of a point on which the point's name fits into a plot with axes from −1 to 1.
 
     Examples
     --------
@@ -49,10 +49,10 @@ def mds_chart(
     *,
     height: int = 400,
 ) -> go.Figure:
-    """Return an MDS plot with the groups in the given order and the training image in red.
+    """Return an MDS plot of groups of realizations, with the training image in red.
 
-    `image` is the position of the training image, shape (2,); `explained` is the share of the
-    variance along each axis.
+    `image` is the position of the training image, shape (2,). `explained` is the share of the
+    variance that each axis explains.
 
     Examples
     --------
@@ -90,7 +90,7 @@ def mds_chart(
 
 
 def mds_title(explained: NDArray[np.float64]) -> str:
-    """Return the title of an MDS plot with the share of the variance along each axis.
+    """Return the title of an MDS plot, with the share of the variance that each axis explains.
 
     Examples
     --------
@@ -101,7 +101,7 @@ def mds_title(explained: NDArray[np.float64]) -> str:
 
 
 def _points(positions: NDArray[np.float64], name: str, colour: str, size: int, symbol: str) -> Any:
-    """Return points that look the same whether selected or not."""
+    """Return a trace of points whose look does not change when they are selected."""
     x, y = positions.T
     trace = dots(name, x, y, colour, size, marker_symbol=symbol)
     same = {"marker": {"opacity": 1}}

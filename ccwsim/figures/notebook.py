@@ -1,6 +1,6 @@
-"""Images, data and ensembles in a notebook: pictures with captions, and zoomable charts.
+"""Pictures with captions and zoomable charts of images, data and ensembles for notebooks.
 
-A volume is drawn as its middle layer; layers are counted from 0 at the bottom.
+A picture of a volume shows the middle layer; layers are counted from 0 at the bottom.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 
 THUMB = 240
-"""Longer side of a picture in pixels; it is halved if there are many pictures."""
+"""Length in pixels of the longer side of a picture; halved if there are many pictures."""
 FEW = 4
 MAX_TILES = 12
-"""Maximum number of realizations in a picture of an ensemble."""
+"""Maximum number of realizations shown in a picture of an ensemble."""
 HEIGHT = 380
-"""Height in pixels of a row of maps in a chart."""
+"""Height in pixels of a row of maps in a chart with several maps."""
 
 
 def image_html(image: TrainingImage) -> str:
-    """Return a picture of a training image, north at the top, with a caption."""
+    """Return a picture of a training image with a caption; north is at the top."""
     name, shares = image.name or "Training image", _facies(image, image.proportions)
     layer, words = _middle(image.shape)
     said = f"{name}: {describe_shape(image.shape)} cells{words}, {shares}"
@@ -59,7 +59,7 @@ def ensemble_html(ensemble: Ensemble) -> str:
 
 
 def data_html(data: HardData) -> str:
-    """Return a picture of hard data in their bounding box; the caption gives the number of data."""
+    """Return a picture of hard data in their bounding box; the caption states their number."""
     if not data.n:
         return _html(b"", "no hard data")
     low, high = data.cells.min(axis=0), data.cells.max(axis=0)
@@ -92,7 +92,7 @@ def image_chart(image: TrainingImage) -> go.Figure:
 
 
 def ensemble_chart(ensemble: Ensemble, realizations: Sequence[int] | None = None) -> go.Figure:
-    """Return a chart of realizations in world coordinates, by default of the first three."""
+    """Return a chart of selected realizations (by default the first three) in world coordinates."""
     which = range(min(3, ensemble.n)) if realizations is None else realizations
     layer, words = _middle(ensemble.grid.shape)
     indices = [np.asarray(ensemble.indices[(r, *layer)]) for r in which]
@@ -122,7 +122,7 @@ def data_chart(data: HardData) -> go.Figure:
 
 
 def _middle(shape: Sequence[int]) -> tuple[tuple[int, ...], str]:
-    """Return the index of the middle layer, and its description; both are empty for a map."""
+    """Return index and description of the middle layer of a volume; for a map, both are empty."""
     if len(shape) == 2:
         return (), ""
     layer = shape[0] // 2
@@ -130,7 +130,7 @@ def _middle(shape: Sequence[int]) -> tuple[tuple[int, ...], str]:
 
 
 def _middle_of_data(data: HardData) -> tuple[NDArray[np.bool_], str]:
-    """Return a mask of the data in the middle one of the layers with data, and a note on it."""
+    """Return a mask of the data to draw (one layer of a volume), and a note on the layer."""
     if data.n_dimensions == 2:
         return np.ones(data.n, bool), ""
     layers = np.unique(data.cells[:, 0])

@@ -1,4 +1,4 @@
-"""Colours; a facies has the same colour in every map, contact sheet and chart."""
+"""Colours of facies, which are the same in every map, contact sheet and chart."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
 
 FACIES = ("#173F6B", "#F0AD2E", "#3A9E7E", "#A63A26", "#A78BD0", "#D5D8DC")
-"""Deep blue, amber, green, brick, violet and grey. They are distinct for the three common types of
-colour blindness and, except green and violet, in grey-scale print."""
+"""Default facies colours: deep blue, amber, green, brick, violet and grey. They are distinct for
+the three common types of colour blindness and, except green and violet, in grey-scale print."""
 
 GOLDEN_ANGLE = 0.381966
 HEX = re.compile(r"#[0-9a-fA-F]{6}")
@@ -24,8 +24,8 @@ def facies_colours(
 ) -> list[str]:
     """Return the colour of each facies, in the order of the codes.
 
-    `chosen` are the user's colours by code. Raises `CCWSIMError` for a colour that is not written
-    as "#rrggbb".
+    `chosen` maps facies codes to the user's colours. Raises `CCWSIMError` for a colour that is not
+    written as "#rrggbb".
 
     Examples
     --------
@@ -43,7 +43,7 @@ def facies_colours(
 
 
 def default_colour(index: int) -> str:
-    """Return the default colour of facies `index`; from the seventh on, hues rotate."""
+    """Return the default colour of facies `index`; from the seventh facies on, the hue rotates."""
     if index < len(FACIES):
         return FACIES[index]
     hue = (index * GOLDEN_ANGLE) % 1.0
@@ -53,7 +53,7 @@ def default_colour(index: int) -> str:
 
 
 def bytes_of(colours: Sequence[str]) -> list[tuple[int, int, int]]:
-    """Return colours "#rrggbb" as (red, green, blue), each from 0 to 255."""
+    """Convert colours "#rrggbb" to (red, green, blue) with values from 0 to 255."""
     return [(int(c[1:3], 16), int(c[3:5], 16), int(c[5:7], 16)) for c in colours]
 
 
@@ -63,10 +63,10 @@ DIFFERENCE_ON_INK = ("#6FB1EE", "#232A33", "#FF8A6B")
 """Colours of negative, zero and positive differences in the dark theme."""
 
 CIVIDIS = tuple(plotly.colors.sequential.Cividis)
-"""Colours of the cividis ramp, for probabilities."""
+"""Colours of the cividis ramp, used for probabilities."""
 
 ENTROPY = ("#F3EEF8", "#C9B4DE", "#8E6BB5", "#5B3788", "#33145C")
-"""Colours of a ramp of one hue for entropy; cells without uncertainty are pale."""
+"""Colours of the one-hue ramp for entropy; cells without uncertainty are pale."""
 
 
 def with_opacity(colour: str, opacity: float) -> str:
@@ -82,7 +82,7 @@ def with_opacity(colour: str, opacity: float) -> str:
 
 
 def ramp(steps: Sequence[str], n: int) -> list[str]:
-    """Return `n` evenly spaced colours of the ramp through the colours `steps`.
+    """Return `n` evenly spaced colours of the colour ramp that interpolates the colours `steps`.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Charts of the facies proportions of realizations and training image."""
+"""Charts of the facies proportions of realizations and of the training image."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from ccwsim.figures.style import (
 
 Floats = NDArray[np.float64]
 LINE = 18
-"""Height of a line of dots in pixels."""
+"""Height in pixels of a line of dots."""
 
 
 def proportions_height(n_facies: int) -> int:
-    """Return the height in pixels of the chart of one ensemble."""
+    """Return the height in pixels of the proportions chart of one ensemble."""
     return 76 + 30 * int(n_facies)
 
 
@@ -38,8 +38,8 @@ def proportions_chart(
 ) -> go.Figure:
     """Return a chart with a row for each facies: dots for realizations, a red stroke for the image.
 
-    Shares of cells are from 0 to 1. `reference`, shape (n_facies,), is for the training image;
-    `each`, shape (n, n_facies), is for the realizations.
+    Shares of cells are from 0 to 1. `reference`, shape (n_facies,), has the training image's
+    shares; `each`, shape (n, n_facies), has the shares of each realization.
 
     Examples
     --------
@@ -69,10 +69,10 @@ def proportions_chart(
 def compared_proportions_chart(
     names: Sequence[str], reference: Floats, settings: Mapping[str, Floats], theme: Theme
 ) -> go.Figure:
-    """Return a chart with a block for each facies, and in it a line of dots for each setting.
+    """Return a chart with a block for each facies; each block has a line of dots for each setting.
 
-    Dots are differences from the training image, which is the red stroke at 0. `settings` has the
-    shares of each setting's realizations; shapes are the same as in `proportions_chart`.
+    Dots show differences from the training image, and the red stroke at 0 is the training image.
+    `settings` maps the name of each setting to its realizations' shares, shape (n, n_facies).
 
     Examples
     --------

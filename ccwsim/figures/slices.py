@@ -14,7 +14,7 @@ from ccwsim.model.arrays import as_integers
 from ccwsim.model.errors import CCWSIMError
 
 GAP, LABEL, TEXT = 12, 22, 13
-"""Gap between two slices, height of the labels above them, and size of letters, in pixels."""
+"""Gap between two slices, height of the labels above slices, and size of letters, in pixels."""
 GREY = "#6B737C"
 """Colour of the labels, legible in both themes."""
 INK = "#1B1F24"
@@ -22,7 +22,7 @@ AXES = ("layer", "row", "column")
 
 
 class VolumeSlice(NamedTuple):
-    """A slice of a volume with its label and its hard data."""
+    """A slice of a volume with a label and hard data."""
 
     indices: NDArray[np.uint8]
     label: str
@@ -34,9 +34,9 @@ def slices_of(
 ) -> list[VolumeSlice]:
     """Return three slices through a cell of a volume: a layer, and sections along x and along y.
 
-    `at` is the layer, row and column of the cell, by default the middle. `dots` are hard data with
-    layer, row and column; each slice has the data inside it. Raises `CCWSIMError` for a map, and
-    for a cell outside the volume.
+    `at` is the layer, row and column of the cell, by default the middle of the volume. `dots` are
+    hard data with layer, row and column; each slice shows the data inside the slice. Raises
+    `CCWSIMError` for a map, and for a cell outside the volume.
 
     Examples
     --------
@@ -68,9 +68,9 @@ def slices_png(
     dots: Dots | None = None,
     longest: int = 1280,
 ) -> bytes:
-    """Return a PNG of labelled slices of a volume, side by side on a transparent ground.
+    """Return a PNG of labelled slices of a volume, side by side on a transparent background.
 
-    The picture is about `longest` pixels wide; cells are squares with sides of whole pixels.
+    The picture is about `longest` pixels wide, and each cell is a square of whole pixels.
 
     Examples
     --------
@@ -100,7 +100,7 @@ def slices_png(
 
 
 def _with_wells(section: VolumeSlice, colours: Sequence[str], scale: int) -> Image.Image:
-    """Return a section with its data as framed cells, because discs of a well would overlap."""
+    """Return a section with hard data as framed cells, because discs along a well would overlap."""
     nobody = Dots(np.empty((0, 2), np.int64), [], np.empty(0, bool))
     picture = data_map(section.indices, colours, nobody, scale)
     pen, dots = ImageDraw.Draw(picture), section.dots

@@ -1,4 +1,4 @@
-"""Style of all charts: typeface, hairlines and transparent ground, in a light and a dark theme.
+"""Style of all charts (typeface, thin lines, transparent background) in a light and a dark theme.
 
 The module also has the colours and symbols of compared settings, and charts as JSON.
 """
@@ -23,12 +23,12 @@ ON_PAPER = ("#1B1F24", "#0072B2", "#00805C", "#9A5CB4")
 ON_INK = ("#ECE9E2", "#56B4E9", "#2FC39B", "#D39BE6")
 DASHES = ("solid", "dash", "dot", "dashdot")
 SYMBOLS = ("circle", "square", "triangle-up", "cross")
-"""Colours (in two themes), dashes and symbols of four settings; red is for the training image."""
+"""Colours (in two themes), dashes and symbols of four compared settings."""
 
 
 @dataclass(frozen=True)
 class Theme:
-    """Colours of the parts of a chart; facies have the same colours in every theme."""
+    """Colours of the parts of a chart; facies colours do not depend on the theme."""
 
     ink: str
     quiet: str
@@ -60,12 +60,12 @@ DARK = Theme(
 
 
 def theme_named(name: str | None) -> Theme:
-    """Return the dark theme for "dark", otherwise the light one."""
+    """Return the dark theme for "dark" and the light theme for other names."""
     return DARK if name == "dark" else LIGHT
 
 
 def setting_colours(theme: Theme) -> tuple[str, ...]:
-    """Return the colours "#rrggbb" of four settings.
+    """Return the colours "#rrggbb" of four compared settings.
 
     Examples
     --------
@@ -76,7 +76,7 @@ def setting_colours(theme: Theme) -> tuple[str, ...]:
 
 
 def difference_colours(theme: Theme) -> tuple[str, str, str]:
-    """Return the colours of negative, zero and positive differences; zero looks like the ground.
+    """Return the colours of negative, zero (background colour) and positive differences.
 
     Examples
     --------
@@ -87,7 +87,7 @@ def difference_colours(theme: Theme) -> tuple[str, str, str]:
 
 
 def as_written(names: Sequence[str]) -> list[str]:
-    """Return names for a chart, with tags, entities and %{...} escaped.
+    """Return names for a chart, with HTML tags, HTML entities and %{...} escaped.
 
     Examples
     --------
@@ -98,7 +98,7 @@ def as_written(names: Sequence[str]) -> list[str]:
 
 
 def blank_chart(theme: Theme, *, height: int, x_title: str, y_title: str) -> go.Figure:
-    """Return an empty chart with titled axes and a transparent ground."""
+    """Return an empty chart with titled axes and a transparent background."""
     axis = {
         "showgrid": False,
         "zeroline": False,
@@ -126,12 +126,12 @@ def blank_chart(theme: Theme, *, height: int, x_title: str, y_title: str) -> go.
         "xaxis": {**axis, "title": {**axis["title"], "text": x_title}},
         "yaxis": {**axis, "nticks": 5, "title": {**axis["title"], "text": y_title}},
     }
-    # plotly's validation would take ten times as long as the chart itself
+    # skip plotly's validation, which would take ten times as long as the chart itself
     return go.Figure(layout=layout, _validate=False)
 
 
 def line(name: str, x: ArrayLike, y: ArrayLike, colour: str, width: float, **more: Any) -> Any:
-    """Return a plotly trace of a line without hover text; `more` are arguments of plotly."""
+    """Return a plotly trace of a line without hover text; `more` is passed to plotly."""
     more = {"mode": "lines", "hoverinfo": "skip", **more}
     if "hovertemplate" in more:
         del more["hoverinfo"]
@@ -140,7 +140,7 @@ def line(name: str, x: ArrayLike, y: ArrayLike, colour: str, width: float, **mor
 
 
 def dots(name: str, x: ArrayLike, y: ArrayLike, colour: Any, size: Any, **more: Any) -> Any:
-    """Return a plotly trace of points; `more` are arguments of plotly."""
+    """Return a plotly trace of points; `more` is passed to plotly."""
     return go.Scatter(
         name=name, x=x, y=y, mode="markers", marker_color=colour, marker_size=size, **more
     )
@@ -161,7 +161,7 @@ def name_rows(
 
 
 def figure_json(figure: go.Figure) -> str:
-    """Return a figure as JSON for plotly's script, without plotly's template.
+    """Return a figure as JSON for plotly's JavaScript library, without plotly's template.
 
     Examples
     --------
@@ -175,7 +175,7 @@ def figure_json(figure: go.Figure) -> str:
 
 @cache
 def plotly_script() -> str:
-    """Return plotly's script, which a page needs once.
+    """Return plotly's JavaScript library, which a page must contain once.
 
     Examples
     --------

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from ccwsim.figures.style import CLEAR, Theme, blank_chart, dots, line
 
 WIDTH, HEIGHT, GAP = 6.6, 15.0, 9.0
-"""Width of a letter of size 12, line height, and gap between a point and its label, in pixels."""
+"""Letter width at font size 12, line height, and gap between a point and its label, in pixels."""
 Box = tuple[float, float, float, float]
 SIDES = {
     "middle right": (1, 0),
@@ -26,9 +26,9 @@ SIDES = {
     "bottom left": (-1, 1),
 }
 NARROW = 400.0
-"""Chart width in pixels assumed when labels are placed; the smallest on a usual screen."""
+"""Chart width in pixels assumed when labels are placed (the smallest width on a usual screen)."""
 SPREAD = 4.0
-"""Minimum ratio of the largest to the smallest value on a logarithmic axis."""
+"""Minimum ratio of the largest to the smallest value for which an axis is logarithmic."""
 
 
 def sweep_chart(
@@ -44,12 +44,12 @@ def sweep_chart(
     spreads: NDArray[np.float64] | None = None,
     height: int = 380,
 ) -> go.Figure:
-    """Return a chart with a dot for each setting, and the Pareto front as steps.
+    """Return a chart with a dot for each setting, and with the Pareto front as a stepped line.
 
-    CPU times, errors and spreads have shape (n,). A spread, drawn as a bar, is the variation of an
-    error between realizations. NaN is not drawn. Labels are beside the dots if there is room.
-    `front` has the indices of the settings on the front, fastest first; `selected` is ringed, and
-    `recommended` is a diamond.
+    CPU times, errors and spreads have shape (n,); NaN values are not drawn. A spread, drawn as a
+    bar, is the variation of an error between realizations. Labels are beside the dots if there is
+    room. `front` has the indices of the settings on the front, fastest first. The setting
+    `selected` has a ring, and the setting `recommended` is a diamond.
 
     Examples
     --------
@@ -81,7 +81,7 @@ def sweep_chart(
         symbols[recommended], sizes[recommended] = "diamond", 13
         hover[recommended] += " · recommended"
     settings = dots("settings", milliseconds, errors, colours, sizes)
-    same = {"marker": {"opacity": 1}}  # selected dots look like other dots
+    same = {"marker": {"opacity": 1}}  # do not change the look of selected dots
     settings.update(
         mode="markers+text",
         text=[label if side else "" for label, side in zip(labels, sides, strict=True)],
@@ -105,7 +105,7 @@ def sweep_chart(
 
 
 def _axis(values: NDArray[np.float64], margin: float) -> dict[str, Any]:
-    """Return an axis for values: logarithmic if their ratio is large, otherwise linear from 0."""
+    """Return a logarithmic axis if values differ by a large factor, otherwise a linear axis."""
     known = values[np.isfinite(values)]
     low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
     if low <= 0 or high / low < SPREAD:
@@ -119,7 +119,7 @@ def _axis(values: NDArray[np.float64], margin: float) -> dict[str, Any]:
 
 
 def _steps(corners: NDArray[np.float64]) -> list[Box]:
-    """Return the lines of the front as boxes: from each point to the right, then down."""
+    """Return the lines of the front as boxes; from each point, a line goes right and then down."""
     boxes: list[Box] = []
     for (x, y), (right, below) in pairwise(corners.tolist()):
         boxes += [(x, y - 1, right, y + 1), (right - 1, y, right + 1, below)]
@@ -139,7 +139,7 @@ def label_sides(
     room: tuple[float, float],
     blocked: Iterable[Box] = (),
 ) -> list[str | None]:
-    """Return the side of the point for each label, or None if there is no room for the label."""
+    """Return for each label the side of its point, or None if there is no room for the label."""
     centres = np.asarray(points, dtype=float).reshape(-1, 2)
     taken: list[Box] = [(x - 6, y - 6, x + 6, y + 6) for x, y in centres.tolist()]
     taken += blocked

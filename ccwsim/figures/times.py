@@ -1,4 +1,4 @@
-"""Charts of CPU time: by realization, by setting, and by number of cells of the grid."""
+"""Charts of CPU time by realization, by setting, and by number of grid cells."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from ccwsim.figures.style import Theme, blank_chart, dots, line, name_rows, sett
 
 Floats = NDArray[np.float64]
 ROW = 40
-"""Height in pixels of a bar with the space around it."""
+"""Height in pixels of a bar including the space above and below the bar."""
 LEVEL_SYMBOLS = ("x", "circle", "square", "diamond", "triangle-up", "star", "pentagon")
 """Symbols of measured and published times, by wavelet level."""
 LABEL_GAP = 15
 """Minimum distance between two labels in pixels."""
 EMPTY_DECADES = 4.0
-"""Decades that the axis shows below the published times while no time has been measured."""
+"""Number of decades shown below the published times while no time has been measured."""
 
 
 def times_chart(milliseconds: Floats, mean: float, theme: Theme, *, height: int = 196) -> go.Figure:
-    """Return a chart of the CPU time of each realization as a dot, and the mean as a line.
+    """Return a chart with the CPU time of each realization as a dot, and the mean as a line.
 
     Examples
     --------
@@ -49,9 +49,9 @@ def times_chart(milliseconds: Floats, mean: float, theme: Theme, *, height: int 
 def compared_times_chart(
     settings: Mapping[str, Floats], means: Floats, labels: Sequence[str], theme: Theme
 ) -> go.Figure:
-    """Return a chart with a bar for the mean of each setting and a dot for each realization.
+    """Return a chart with a bar for the mean time of each setting and a dot for each realization.
 
-    `settings` has the CPU times of each setting's realizations in ms; `labels` stand at the bars.
+    `settings` has the CPU times in ms of each setting's realizations; `labels` has a text per bar.
 
     Examples
     --------
@@ -87,17 +87,17 @@ def compared_times_chart(
 
 @dataclass(frozen=True)
 class TimeSeries:
-    """Times of one setting for several grids."""
+    """CPU times of one setting for several grids."""
 
     name: str
-    level: int  # wavelet level, which decides the marker
-    cells: Floats  # shape (n,): cells of each grid
+    level: int  # wavelet level, which determines the marker
+    cells: Floats  # shape (n,): number of cells of each grid
     values: Floats  # shape (n,): time for each grid
-    dashed: bool = False  # whether the line is dashed, to distinguish two methods
+    dashed: bool = False  # True for a dashed line, to distinguish two methods
 
     @property
     def symbol(self) -> str:
-        """Symbol of the markers, by wavelet level."""
+        """Symbol of the markers for the wavelet level of this series."""
         return LEVEL_SYMBOLS[min(self.level, len(LEVEL_SYMBOLS) - 1)]
 
 
@@ -113,8 +113,8 @@ def timings_chart(
 ) -> go.Figure:
     """Return a log-log chart of measured times (lines) and published times (open red markers).
 
-    A slope of one means that the time is proportional to the number of cells. `ticks` are numbers
-    of cells on the axis with their labels; `unit` is the unit of the times in hover texts.
+    A slope of one means that the time is proportional to the number of cells. `ticks` maps numbers
+    of cells to tick labels. `unit` is the unit of the times in hover texts.
 
     Examples
     --------
@@ -158,7 +158,7 @@ def _hovered(trace: Any, unit: str) -> Any:
 def _label_lines(
     chart: go.Figure, measured: Sequence[TimeSeries], theme: Theme, pixels: float
 ) -> None:
-    """Write the name of each line at its end; a name that overlaps another is moved down."""
+    """Write the name of each line at its end; move a name down if it overlaps another name."""
     lowest = np.inf
     for series in sorted(measured, key=lambda series: -series.values[-1]):
         own = float(np.log10(series.values[-1])) * pixels
@@ -168,7 +168,7 @@ def _label_lines(
 
 
 def _label_published(chart: go.Figure, published: Sequence[TimeSeries], theme: Theme) -> None:
-    """Label the slowest marker above it; label the others, which nearly coincide, once below."""
+    """Label the slowest marker from above; give the other, nearly equal markers one label below."""
     top, *others = sorted(published, key=lambda series: -series.values[-1])
     place = {"xanchor": "right", "xshift": 24}
     _label(chart, top, top.name, theme.reference, yshift=16, **place)

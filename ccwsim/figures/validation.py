@@ -1,4 +1,4 @@
-"""Charts of the quality of realizations: calibration, data, divergences, lag maps, convergence."""
+"""Charts that judge realizations by calibration, data, divergences, lag maps and convergence."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ MAX_DOT, MIN_DOT = 22, 5
 
 @dataclass(frozen=True, eq=False)
 class Strip:
-    """A statistic of each realization and of the training image; undefined values are NaN."""
+    """One statistic of each realization and of the training image; undefined values are NaN."""
 
-    title: str  # name of the statistic, with the unit
+    title: str  # name and unit of the statistic
     each: Floats  # shape (n,)
     reference: float
 
 
 def strip_chart(strip: Strip, theme: Theme, *, colour: str, height: int = 116) -> go.Figure:
-    """Return a chart with a dot for each realization's value, and a red stroke for the image's.
+    """Return a chart with a dot for each realization, and a red stroke for the training image.
 
     Examples
     --------
@@ -46,7 +46,7 @@ def strip_chart(strip: Strip, theme: Theme, *, colour: str, height: int = 116) -
     """
     chart = blank_chart(theme, height=height, x_title=strip.title, y_title="")
     n = len(strip.each)
-    spread = (np.arange(n) * 0.618034) % 1.0 - 0.5  # so that dots do not overlap
+    spread = (np.arange(n) * 0.618034) % 1.0 - 0.5  # scatter the dots to avoid overlaps
     each = dots("realizations", strip.each, spread, colour, 9)
     each.update(marker={"opacity": 0.75, "line": {"width": 0.8, "color": theme.quiet}})
     each.update(text=[f"realization {k + 1}" for k in range(n)])
@@ -68,9 +68,9 @@ def calibration_chart(
     *,
     height: int = 320,
 ) -> go.Figure:
-    """Return a chart of observed shares against predicted probabilities, with a dot for each bin.
+    """Return a chart of observed shares against predicted probabilities, with one dot per bin.
 
-    Arrays have one value for each bin; it is NaN for an empty bin. Larger dots have more cells.
+    Each array has one value per bin, NaN for an empty bin. A larger dot means more cells in a bin.
 
     Examples
     --------
@@ -99,10 +99,10 @@ def calibration_chart(
 def data_status_chart(
     names: Sequence[str], shares: Floats, theme: Theme, *, height: int = 230
 ) -> go.Figure:
-    """Return a bar chart of the mean share of the hard data with each data status.
+    """Return a bar chart of the mean share of hard data by data status.
 
-    Names are, for example, "raster" and "re-simulated, 8 cells"; the last bar has a warning colour.
-    `shares`, shape (n_realizations, n_names), has values from 0 to 1.
+    Examples of `names` are "raster" and "re-simulated, 8 cells"; the bar of the last name has a
+    warning colour. `shares`, shape (n_realizations, n_names), has values from 0 to 1.
 
     Examples
     --------
@@ -127,16 +127,16 @@ def data_status_chart(
     chart.update_xaxes(range=[0, 118], tickvals=[0, 25, 50, 75, 100])
     chart.update_yaxes(autorange="reversed", tickmode="array", tickvals=list(names))
     chart.update_yaxes(showline=False, tickfont={"size": 13, "color": theme.ink})
-    chart.update_yaxes(ticks="outside", tickcolor=CLEAR, ticklen=6)  # keeps names off the bars
+    chart.update_yaxes(ticks="outside", tickcolor=CLEAR, ticklen=6)  # a gap
     return chart.update_layout(hovermode="closest")
 
 
 def divergence_chart(
     factors: Sequence[int], between: Floats, within: Floats, theme: Theme, *, height: int = 230
 ) -> go.Figure:
-    """Return a chart of ANODI's between and within: two joined dots for each resolution.
+    """Return a chart of the ANODI divergences "between" and "within": two joined dots a resolution.
 
-    Resolutions are 1 / factor; divergences are in bits, and NaN if undefined.
+    Resolutions are 1 / factor. Divergences are in bits; undefined divergences are NaN.
 
     Examples
     --------
@@ -179,9 +179,9 @@ def lag_map_chart(
 ) -> go.Figure:
     """Return a map of a statistic over all lags, with lag 0 in the middle and north at the top.
 
-    `lags` go from −m to m, for rows and for columns. Hover texts show `name`, such as "γ of sand".
-    Colours go from 0 to `largest`, or from −`largest` to `largest` for a difference. A line marks
-    `azimuth`, in degrees from north.
+    `lags` are the integers from −m to m, for both rows and columns. Hover texts show `name`, such
+    as "γ of sand". The colour scale is from 0 to `largest`, or from −`largest` to `largest` for a
+    difference. A line marks `azimuth`, in degrees from north.
 
     Examples
     --------
@@ -220,9 +220,9 @@ def convergence_chart(
     *,
     height: int = 230,
 ) -> go.Figure:
-    """Return a chart of the error of an estimate by number of realizations, on log axes.
+    """Return a log-log chart of the error of an estimate against the number of realizations.
 
-    Errors are standard errors in percentage points; the axis ends at `n_asked` realizations.
+    Errors are standard errors in percentage points. The axis ends at `n_asked` realizations.
 
     Examples
     --------
@@ -242,7 +242,7 @@ def convergence_chart(
 
 
 def _around(values: Sequence[float]) -> list[float]:
-    """Return an axis range around all values; the margin does not extend it below 0."""
+    """Return an axis range that contains all values, with a margin that does not reach below 0."""
     there = [v for v in values if not np.isnan(v)] or [0.0]
     room = 0.12 * (max(there) - min(there)) or max(abs(there[0]) * 0.1, 0.5)
     low = min(there) - room

@@ -1,4 +1,4 @@
-"""The experiments of the paper, reproduced, and their report."""
+"""Reproduction of the paper's experiments, and the report of the results."""
 
 from ccwsim.paper.experiment import FULL, QUICK, Experiment, ExperimentRun, Extent, Outcome
 from ccwsim.paper.inputs import PaperInputs, inputs_in

@@ -1,4 +1,4 @@
-"""CCWSIM compared with MS-CCSIM on channels and stone wall, and by ANODI (sections 5.4, 5.5)."""
+"""Compare CCWSIM with MS-CCSIM on channels and stone wall, and by ANODI (sections 5.4, 5.5)."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ from ccwsim.report.document import Block, Chart, Judgement, Row, Table, Text
 METHODS = ("ccwsim", "ms-ccsim")
 N_DATA = 1000
 LEVELS = (1, 3)
-LIKE_TAU = 0.02  # relative connectivities within this difference are alike
-LIKE_SHARE = 0.03  # shares of wrong data within this difference are alike
-LIKE_DISTANCE = 1.1  # pattern distances within this ratio are alike
+LIKE_TAU = 0.02  # relative connectivities are alike up to this difference
+LIKE_SHARE = 0.03  # shares of wrong data are alike up to this difference
+LIKE_DISTANCE = 1.1  # pattern distances are alike up to this ratio
 ANODI_LEVEL = 2
-COMPARABLE = 1.15  # distances within this ratio, up or down, are comparable
+COMPARABLE = 1.15  # distances are comparable up to this ratio
 SYMBOLS = (
     "circle", "square", "triangle-up", "cross", "x", "star", "diamond", "triangle-down",
 )  # fmt: skip
@@ -39,11 +39,11 @@ WHOSE = ("ours", "exact", "default")
 
 
 class Case(NamedTuple):
-    """Realizations of one method at one level.
+    """Realizations of one method at one wavelet level, with their measures.
 
-    `whose` is "ours" (as published), "exact" (all data honoured), "default" (see
-    `methods.DEFAULT_WORDS`) or "published" (the authors' code). `distances` and `tau` are computed
-    by `methods.mean_distances` and `methods.relative_tau`.
+    `whose` is "ours" (our engine as published), "exact" (our engine, all data honoured), "default"
+    (see `methods.DEFAULT_WORDS`) or "published" (the authors' code). `distances` and `tau` are
+    results of `methods.mean_distances` and `methods.relative_tau`.
     """
 
     method: str
@@ -55,14 +55,14 @@ class Case(NamedTuple):
 
     @property
     def name(self) -> str:
-        """Name in charts."""
+        """Name of the case in charts."""
         who = "published " if self.whose == "published" else ""
         tail = {"exact": ", data exact", "default": f", {DEFAULT}"}.get(self.whose, "")
         return f"{who}{TITLES[self.method]}, level {self.level}{tail}"
 
     @property
     def score(self) -> tuple[float, float]:
-        """Return connectivity at the largest lag and mean pattern distance."""
+        """Return the connectivity at the largest lag, and the mean pattern distance."""
         return list(self.tau.values())[-1], float(self.distances.mean())
 
     def compare(self, other: Case) -> tuple[int, int]:
@@ -74,27 +74,27 @@ class Case(NamedTuple):
 
 @dataclass
 class Sampled:
-    """All cases of one study, with its image and data."""
+    """All cases of one study, with the study's training image and data."""
 
     image: TrainingImage
     data: HardData
     cases: list[Case] = field(default_factory=list)
 
     def add(self, method: str, level: int, whose: str, images: NDArray | None) -> None:
-        """Add a case if it has realizations."""
+        """Add a case, unless `images` is None."""
         if images is not None:
             distances = methods.mean_distances(images, self.image)
             tau = methods.relative_tau(images, self.image)
             self.cases.append(Case(method, level, whose, images, distances, tau))
 
     def of(self, whose: str) -> list[Case]:
-        """Return the cases of one origin (see `Case.whose`)."""
+        """Return the cases whose `Case.whose` is `whose`."""
         return [case for case in self.cases if case.whose == whose]
 
     def pairs(
         self, first: tuple[str, str], second: tuple[str, str]
     ) -> Iterator[tuple[int, Case, Case]]:
-        """Yield each level that has both cases, given as (method, origin), and the two cases."""
+        """Yield (level, case, case) for each level that has both cases (method, whose)."""
         by_key = {case[:3]: case for case in self.cases}
         for level in LEVELS:
             keys = [(method, level, whose) for method, whose in (first, second)]
@@ -107,7 +107,7 @@ class Sampled:
 
 
 def sampled_data(run: ExperimentRun) -> Outcome:
-    """Simulate both methods at levels 1 and 3 as published, with exact data and by default."""
+    """Simulate CCWSIM and MS-CCSIM at levels 1 and 3: as published, with exact data, by default."""
     run.expect(14)
     image, side = run.inputs.image("channel"), run.extent.side(512)
     shape = side, side
@@ -140,7 +140,7 @@ def sampled_data(run: ExperimentRun) -> Outcome:
 
 
 def data_of(run: ExperimentRun, image: TrainingImage, shape: tuple[int, int]) -> HardData:
-    """Return the authors' data, or an equal number sampled from a realization of our image."""
+    """Return the authors' data, or as many data sampled from a realization of the bundled image."""
     if run.inputs.is_own("channel"):
         return run.inputs.data("channel", N_DATA, shape)
     other = ExperimentRun(run.inputs, run.extent, run.seed + 1, cancel=run.cancel)
@@ -177,8 +177,8 @@ def _methods(study: Sampled) -> list[Judgement]:
         for level, *pair in study.pairs(("ccwsim", whose), ("ms-ccsim", whose)):
             (tau, near), (other_tau, other_near) = (case.score for case in pair)
             found = (
-                f"{who}, level {level}: connectivity {tau:.2f} of the image's against "
-                f"{other_tau:.2f}, mean pattern distance {near:.4f} against {other_near:.4f} bits."
+                f"{who}, level {level}: connectivity {tau:.2f} of the image's for CCWSIM and "
+                f"{other_tau:.2f} for MS-CCSIM, distances {near:.4f} and {other_near:.4f} bits."
             )
             word = verdicts.of_both(*pair[0].compare(pair[1]))
             judgements.append(verdicts.judged(claim, found, word))
@@ -219,7 +219,7 @@ def _in_search_only(study: Sampled) -> list[Judgement]:
 
 
 def stone_wall(run: ExperimentRun) -> Outcome:
-    """Simulate both methods with about 300 data at levels 1 and 3, as published and by default."""
+    """Run CCWSIM and MS-CCSIM with about 300 data at levels 1 and 3, in two variants."""
     run.expect(9)
     image, side = run.inputs.image("stone wall"), run.extent.side(512)
     shape, n = (side, side), run.extent.n_few
@@ -278,7 +278,7 @@ def _patterns(study: Sampled) -> list[Judgement]:
 
 
 class DistanceStudy(NamedTuple):
-    """A study: training image, side of the grid, and published realizations."""
+    """A study of the ANODI experiment: training image, side of the grid, published realizations."""
 
     image: str
     side: int
@@ -299,7 +299,7 @@ STUDIES = (
 
 
 def variability(run: ExperimentRun) -> Outcome:
-    """Simulate both methods on each image and compare them with the published codes."""
+    """Run CCWSIM and MS-CCSIM on each image, and compare both with the published codes."""
     run.expect(5 * len(STUDIES))
     blocks: list[Block] = []
     charts: list[Chart] = []
@@ -313,9 +313,9 @@ def variability(run: ExperimentRun) -> Outcome:
         charts.append(_mds(found, study.image))
         judgements += _anodi_judgements(found, study.image)
     remark = (
-        "The paper takes 8 × 8 patterns at three resolutions; here all 4 × 4 patterns are counted "
-        "exactly, because nearly every 8 × 8 pattern occurs once. Ratios of two methods can be "
-        "compared with the paper's; divergences cannot."
+        "The paper uses 8 × 8 patterns at three resolutions. This run counts all 4 × 4 patterns, "
+        "because nearly every 8 × 8 pattern occurs once. Ratios of two methods can be compared "
+        "with the paper's; divergences cannot."
     )
     words = Text(remark, quiet=True), Text(methods.DEFAULT_WORDS, quiet=True)
     return Outcome((*blocks, Row(tuple(charts)), *words), tuple(judgements))
@@ -350,7 +350,7 @@ def _anodi_table(found: Anodi, title: str) -> Table:
             (name, str(n), *each, by_resolution, f"{paper_ratio(found, 'CCWSIM', name):.2f}")
         )
     at = (f"{what}, at 1, 1/2, 1/3" for what in ("between", "within"))
-    header = ("method", "n", *at, "ratio of CCWSIM to it", "r")
+    header = ("method", "n", *at, "ratio of CCWSIM to this method", "r")
     caption = (
         f"{title[:1].upper()}{title[1:]}. Mean Jensen–Shannon divergence between realizations and "
         "to the training image (bits); on the right, between / within of our CCWSIM divided by "
@@ -360,7 +360,7 @@ def _anodi_table(found: Anodi, title: str) -> Table:
 
 
 def table_1(found: Anodi, image: str) -> Table:
-    """Return Table 1 (CCWSIM divided by MS-CCSIM) as in the paper and as in this run."""
+    """Return Table 1 (CCWSIM divided by MS-CCSIM) with numbers of the paper and of this run."""
     paper = TABLE_1[image]
     rows = [("the paper", *map(_each, paper[:2]), f"{paper.ratio:.2f}")]
     for who, name, other in _pairs(found):
@@ -369,8 +369,8 @@ def table_1(found: Anodi, image: str) -> Table:
         rows.append((who, *each, f"{paper_ratio(found, name, other):.2f}"))
     header = ("CCWSIM relative to MS-CCSIM", "between", "within", "r")
     caption = (
-        f"Table 1 · {image} image. At three resolutions, the full one first; r = Σ w · between / "
-        "within: above 1, CCWSIM is more varied relative to its distance to the image."
+        f"Table 1 · {image} image. Ratios at three resolutions, full resolution first; r = Σ w · "
+        "between / within. If r > 1, CCWSIM is more varied relative to its distance to the image."
     )
     return Table(header, tuple(rows), caption)
 
@@ -380,7 +380,7 @@ def _each(values: Sequence[float]) -> str:
 
 
 def _pairs(found: Anodi) -> list[tuple[str, str, str]]:
-    """Return (owner of the engine, name, other name) for each pair of methods that is complete."""
+    """Return (engine, CCWSIM name, MS-CCSIM name) for each engine with both methods in `found`."""
     pairs = [
         (whose, name.format("CCWSIM"), name.format("MS-CCSIM"))
         for whose, name in (
@@ -411,7 +411,7 @@ def _mds(found: Anodi, image: str) -> Chart:
 
 
 def _anodi_judgements(found: Anodi, image: str) -> list[Judgement]:
-    """Judge Table 1 for each pair of methods, and our CCWSIM against the authors' code."""
+    """Judge Table 1 for each engine, and our CCWSIM against the authors' code."""
     judgements, paper = [], TABLE_1[image]
     stated = float(np.mean(paper.within))
     for whose, name, other in _pairs(found):
@@ -425,7 +425,7 @@ def _anodi_judgements(found: Anodi, image: str) -> list[Judgement]:
         judgements.append(verdicts.of_ratio(claim, f"{own} r = {ratio:.2f}.", ratio, paper.ratio))
     if "published CCWSIM" in found.names:
         ratio = paper_ratio(found, "CCWSIM", "published CCWSIM")
-        words = f"r = {ratio:.2f} relative to theirs: variety over distance to the image."
+        words = f"r = {ratio:.2f} for our CCWSIM relative to the authors' code."
         claim = f"The authors' CCWSIM code on the {image} image."
         order = verdicts.order_of(ratio, COMPARABLE)
         judgements.append(verdicts.of_order(claim, words, order))

@@ -1,4 +1,4 @@
-"""Experiments of the paper: extent, run and outcome."""
+"""Classes that describe an experiment of the paper: its extent, its run and its outcome."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ from ccwsim.run.simulation import simulate
 
 @dataclass(frozen=True)
 class Extent:
-    """Size of the experiments: full (takes minutes) or quick (takes seconds)."""
+    """Size of the experiments, which is full (takes minutes) or quick (takes seconds)."""
 
     name: str  # "full" or "quick"
-    n_many: int  # realizations in place of the paper's 100
-    n_few: int  # realizations for comparing methods in pictures and curves
-    n_anodi: int  # realizations of each method for the analysis of distances
-    n_timed: int  # realizations whose times are averaged
-    largest_side: int  # maximum side, in cells, of grids that are not timed
-    timed_sides: tuple[int, ...]  # sides of the timed square grids
+    n_many: int  # number of realizations if the paper has 100
+    n_few: int  # number of realizations for comparing methods in pictures and curves
+    n_anodi: int  # number of realizations per method for the analysis of distances
+    n_timed: int  # number of realizations that are timed
+    largest_side: int  # maximum side in cells of grids that are not timed
+    timed_sides: tuple[int, ...]  # sides in cells of the timed square grids
     largest_lag: int  # largest lag of variograms and connectivity, in cells
 
     @property
     def is_full(self) -> bool:
-        """Whether grids are as large as the paper's, so that times can be compared."""
+        """Whether grids are as large as in the paper; only then can times be compared."""
         return self.name != "quick"
 
     def side(self, wanted: int) -> int:
-        """Return a side of one of the paper's grids, reduced to `largest_side` if it is larger.
+        """Return `side`, the side of one of the paper's grids, but at most `largest_side`.
 
         Examples
         --------
@@ -50,9 +50,9 @@ QUICK = Extent("quick", 6, 3, 4, 2, 144, (64, 128, 192), 40)
 
 @dataclass
 class ExperimentRun:
-    """Inputs, extent and seed of an experiment, with its callbacks.
+    """Inputs, extent, seed and callbacks of an experiment that runs.
 
-    `progress` is called with the finished share; `cancel` returns True to stop.
+    `progress` is called with the finished share; `cancel` returns True to stop the run.
     """
 
     inputs: PaperInputs
@@ -64,18 +64,18 @@ class ExperimentRun:
     _done: int = field(default=0, init=False)
 
     def expect(self, steps: int) -> None:
-        """Set the number of steps of the experiment; each simulation is one step."""
+        """Set the number of steps of the experiment; each simulation counts as one step."""
         self._steps, self._done = max(steps, 1), 0
 
     def step(self) -> None:
-        """Count a step as done; raise Cancelled if the user has asked to stop."""
+        """Count a step as done; raise `Cancelled` if `cancel` returns True."""
         self._done += 1
         self.progress(min(self._done / self._steps, 1.0))
         if self.cancel():
             raise Cancelled("stopped")
 
     def report(self, share: float, n_done: int) -> None:
-        """Report the finished share of an experiment that counts its own steps."""
+        """Report the finished share of an experiment that does not count steps."""
         self.progress(share)
 
     def simulate(
@@ -87,7 +87,7 @@ class ExperimentRun:
         n: int = 1,
         workers: int | None = None,
     ) -> Ensemble:
-        """Simulate as one step of the experiment."""
+        """Simulate realizations and count the simulation as one step of the experiment."""
 
         def inside(fraction: float, n_done: int) -> None:
             self.progress(min((self._done + fraction) / self._steps, 1.0))
@@ -101,7 +101,7 @@ class ExperimentRun:
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """Result of an experiment: blocks of the report and judgements of the paper's statements."""
+    """Result of an experiment: blocks for the report, and judgements of the paper's statements."""
 
     blocks: tuple[Block, ...]
     judgements: tuple[Judgement, ...]
@@ -109,10 +109,10 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Experiment:
-    """One experiment of the paper."""
+    """One experiment of the paper, with the function that runs it."""
 
     title: str
-    place: str  # section, figure or table of the paper
-    shows: str  # what the paper shows there, if known
+    place: str  # the section, figure or table of the paper
+    shows: str  # the results that the paper shows there
     run: Callable[[ExperimentRun], Outcome]
-    weight: float = 1.0  # duration relative to a typical experiment, for progress
+    weight: float = 1.0  # duration relative to a typical experiment, used for progress

@@ -1,4 +1,4 @@
-"""Inputs of the experiments: the authors' files if available, otherwise our own."""
+"""Inputs of the experiments: the authors' files if available, otherwise bundled files."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ DENSE_REFERENCE = "paper/reference_channel_dense_256x256"
 
 @dataclass(frozen=True)
 class PaperInputs:
-    """Training images, hard data and published realizations in a folder."""
+    """Training images, hard data and published realizations of a folder."""
 
     folder: Path | None = None  # folder with `paper` and `reference`; None for bundled images
 
@@ -55,20 +55,20 @@ class PaperInputs:
         return TrainingImage(found.array, name=f"{name} (authors')", facies_names=names)
 
     def describe(self, name: str) -> str:
-        """Return a phrase that names the image used in place of one of the paper's images."""
+        """Return a phrase that says which image is used for one of the paper's images."""
         if self.is_own(name):
             return f"the authors' {name} training image"
         return f"our bundled image “{IMAGES[name][1]}” in place of the authors' {name} image"
 
     def is_own(self, name: str) -> bool:
-        """Return whether the image is the authors' own."""
+        """Return whether the authors' file of this image is available."""
         return self._file(f"paper/{IMAGES[name][0]}.npy") is not None
 
     def data(self, name: str, n: int, shape: tuple[int, int]) -> HardData:
-        """Return about `n` hard data for an image on a grid.
+        """Return about `n` hard data for an image and a grid shape.
 
-        If available, these are the authors' data inside the grid. Otherwise, data are sampled at
-        the same density from an image of the same kind.
+        If available, the authors' data inside the grid are returned. Otherwise, data of equal
+        density are sampled from the reference field of the bundled image.
         """
         stem = DATA[name, n]
         ny, nx = map(int, stem.rsplit("grid", 1)[1].split("x"))
@@ -80,7 +80,7 @@ class PaperInputs:
         return sample_random(truth, max(round(n * share), 1), seed=n)
 
     def dense_reference(self, shape: tuple[int, int]) -> tuple[HardData, TrainingImage]:
-        """Return dense data and the image from which they were sampled, cut to a grid."""
+        """Return dense data and the image from which they were sampled, cut to a grid shape."""
         path = self._file(f"{DENSE_REFERENCE}.npy") if self.is_own("channel") else None
         if path is not None and self._file(f"{DATA['channel', 4000]}.csv") is not None:
             truth = read_training_image(path).array
@@ -90,7 +90,7 @@ class PaperInputs:
         return self.data("channel", 4000, (truth.shape[0], truth.shape[1])), TrainingImage(truth)
 
     def published(self, name: str, image: TrainingImage) -> NDArray[np.uint8] | None:
-        """Return a published code's realizations as facies indices, or None if unavailable.
+        """Return the realizations of a published code as facies indices, or None if unavailable.
 
         Raises `CCWSIMError` for a file with unexpected content.
         """
@@ -102,12 +102,12 @@ class PaperInputs:
                 codes = saved["r"]
         except (OSError, ValueError, KeyError) as error:
             raise CCWSIMError(
-                f"{path}: realizations under the name r are needed; remove the file or write it "
-                f"again ({error})"
+                f"{path}: the file must contain realizations named r; remove it or write it again "
+                f"({error})"
             ) from error
         if codes.ndim != 3 or not np.isin(codes, image.codes).all():
             raise CCWSIMError(
-                f"{path}: an array (n, ny, nx) with the training image's facies is needed"
+                f"{path}: the file must contain an array (n, ny, nx) with the image's facies"
             )
         return np.searchsorted(image.codes, codes).astype(np.uint8)
 
@@ -119,7 +119,7 @@ class PaperInputs:
 
 
 def inputs_in(folder: str | Path | None) -> PaperInputs:
-    """Return the inputs in a folder, or in its parent if the folder is `paper` itself.
+    """Return the inputs of a folder; if the folder is named `paper`, use its parent.
 
     Raises `CCWSIMError` for a missing folder, or one without the authors' training images.
 
@@ -132,18 +132,18 @@ def inputs_in(folder: str | Path | None) -> PaperInputs:
         return PaperInputs()
     given = Path(folder)
     if not given.is_dir():
-        raise CCWSIMError(f"{folder}: no such folder; leave it out for the bundled images")
+        raise CCWSIMError(f"{folder}: no such folder; leave it out to use the bundled images")
     for candidate in (given, given.parent):
         found = PaperInputs(candidate.resolve())
         if any(found.is_own(name) for name in IMAGES):
             return found
     raise CCWSIMError(
-        f"{folder}: no file paper/{IMAGES['channel'][0]}.npy; give the folder that holds the "
-        "folders paper and reference, or leave it out for the bundled images"
+        f"{folder}: no file paper/{IMAGES['channel'][0]}.npy; give the folder that contains the "
+        "folders paper and reference, or leave it out to use the bundled images"
     )
 
 
 def inside(data: HardData, shape: tuple[int, int]) -> HardData:
-    """Return only the data inside a grid."""
+    """Return the data whose cells are inside a grid of this shape."""
     kept = (data.cells < shape).all(axis=1)
     return HardData(data.cells[kept], data.facies[kept])

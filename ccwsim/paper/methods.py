@@ -1,4 +1,4 @@
-"""Methods compared in the paper: settings, published realizations, measures and charts."""
+"""Settings, published realizations, measures and charts of the methods compared in the paper."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from ccwsim.report.pictures import map_picture
 
 TITLES = {"ccwsim": "CCWSIM", "ms-ccsim": "MS-CCSIM", "ccsim": "CCSIM"}
 SETTINGS = "T 32, OR 8, 20 candidates, search fraction 0.1, CT 2"
-"""Settings of the authors' script."""
+"""Settings in the authors' script, as text."""
 DEFAULT = "by default"
 DEFAULT_WORDS = (
-    "“By default”: the first patch begins at a random offset, candidates are drawn towards target "
-    "proportions, and seams are repaired, for both methods alike. Elsewhere both are run as they "
-    "were published."
+    "“By default” means for both methods: the first patch begins at a random offset, the choice of "
+    "candidates favours the target proportions, and seams are repaired. Otherwise, both methods "
+    "run as published."
 )
-"""Features of this program that are off in runs as published."""
+"""Sentence on the features of this program that are off in runs as published."""
 COLOURS = {
     "training image": LIGHT.reference,
     "CCWSIM": "#173F6B",
@@ -43,7 +43,7 @@ COLOURS = {
 }
 """Colour of each method in all charts of the report."""
 LAGS = (21, 41, 61, 81)
-"""Lags of connectivity in tables."""
+"""Lags in cells at which tables show connectivity."""
 
 
 def paper_parameters(
@@ -51,7 +51,7 @@ def paper_parameters(
 ) -> Parameters:
     """Return the settings of the authors' script; if `exact`, every datum is honoured.
 
-    Unless `default` is set, patches are drawn as published and seams are not repaired.
+    Unless `default` is set, patches are chosen as published, and seams are not repaired.
     """
     own = {"method": method, "exact_data": exact}
     own |= {} if default else {"published_draw": True, "repair_seams": False}
@@ -61,7 +61,7 @@ def paper_parameters(
 def published(
     run: ExperimentRun, image: TrainingImage, name: str, shape: tuple[int, int]
 ) -> NDArray | None:
-    """Return realizations of a published code if they belong to the same study."""
+    """Return realizations of a published code, or None if the code simulated another study."""
     if not run.inputs.is_own(image_named(name)):
         return None
     found = run.inputs.published(name, image)
@@ -69,7 +69,7 @@ def published(
 
 
 def image_named(name: str) -> str:
-    """Return the name of the training image of a file of published realizations.
+    """Return the name of the training image, given the name of a file of published realizations.
 
     Examples
     --------
@@ -85,23 +85,23 @@ def median_seconds(ensemble: Ensemble) -> float:
 
 
 def wrong_share(images: NDArray, image: TrainingImage, data: HardData) -> float:
-    """Return the share of data not honoured, averaged over realizations (facies indices)."""
+    """Return the mean share of data that the realizations (facies indices) do not honour."""
     wrong = [data.n_mismatched(image.codes[one]) for one in images]
     return float(np.mean(wrong) / max(data.n, 1))
 
 
 def mean_distances(images: NDArray, image: TrainingImage) -> NDArray[np.float64]:
-    """Return the mean pattern distance from the training image at resolutions 1, 1/2, 1/3."""
+    """Return the mean pattern distance to the training image at resolutions 1, 1/2 and 1/3."""
     return pattern_distance(Stack(images, image.codes), image).mean(axis=0)
 
 
 def format_distances(distances: NDArray[np.float64]) -> str:
-    """Return distances at several resolutions for one cell of a table."""
+    """Return distances at several resolutions as the text of one table cell."""
     return " ".join(f"{d:.4f}" for d in distances)
 
 
 def relative_tau(images: NDArray, image: TrainingImage) -> dict[int, float]:
-    """Return mean connectivity E–W divided by the training image's, at the `LAGS` that fit.
+    """Return the mean connectivity E–W divided by the training image's, at the `LAGS` that fit.
 
     Examples
     --------
@@ -121,7 +121,7 @@ def relative_tau(images: NDArray, image: TrainingImage) -> dict[int, float]:
 
 
 def lags_for(*shapes: tuple[int, ...], largest: int) -> NDArray[np.int64]:
-    """Return lags from 0 to half of the images' smallest side, at most `largest`.
+    """Return the lags from 0 to half of the smallest image side, but at most `largest`.
 
     Examples
     --------
@@ -135,7 +135,7 @@ def lags_for(*shapes: tuple[int, ...], largest: int) -> NDArray[np.int64]:
 def paper_map(
     indices: NDArray[np.uint8], image: TrainingImage, caption: str, data: HardData | None = None
 ) -> Picture:
-    """Return a map in the default colours, with hard data."""
+    """Return a picture of a map in the default colours, with hard data."""
     return map_picture(indices, image, facies_colours(image), caption, data)
 
 
@@ -147,7 +147,7 @@ def image_picture(image: TrainingImage, description: str, share: float = 0.6) ->
 
 
 def connectivity_chart(stacks: Mapping[str, NDArray], image: TrainingImage, lags: NDArray) -> Chart:
-    """Return a chart of mean connectivity E–W of several methods and the training image."""
+    """Return a chart of the mean connectivity E–W of several methods and of the training image."""
     code = int(image.codes[-1])
     lines = []
     for name, images in stacks.items():
@@ -166,5 +166,5 @@ def connectivity_chart(stacks: Mapping[str, NDArray], image: TrainingImage, lags
 
 
 def colour_of(name: str) -> str:
-    """Return the colour of a method, found by its full name or by the part before a comma."""
+    """Return the colour of a method, by its full name or by the part before a comma."""
     return COLOURS.get(name, COLOURS.get(name.split(",")[0], "#7A7F86"))

@@ -1,7 +1,7 @@
-"""Numbers reported by the paper and measured on the published codes, with their sources.
+"""Numbers from the paper and from measurements of the published codes, with their sources.
 
-Seconds from another machine and language cannot be compared with seconds measured here.
-A ratio between two levels, methods or numbers of data within one source can be compared.
+Seconds from another machine and language cannot be compared with seconds measured here. Ratios of
+two levels, methods or numbers of data within one source can be compared.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from typing import NamedTuple
 
 @dataclass(frozen=True)
 class Source:
-    """Source of times."""
+    """Source of published CPU times."""
 
-    reference: str  # publication or measurement
-    machine: str  # language and machine, if known
+    reference: str  # name of the publication or of the measurement
+    machine: str  # language and machine
 
 
 PAPER = Source(
@@ -25,36 +25,36 @@ PAPER = Source(
     "MATLAB, Core i7 at 2.6 GHz, 16 GB",
 )
 OCTAVE = Source(
-    "The authors' CCWSIM and MS-CCSIM run unchanged but without their windows: T 32, OR 8, 20 "
-    "candidates, prop 0.1, CT [2 2], 8 paths",
-    "GNU Octave, one thread, on another machine than the paper's; 2.5 to 5.8 times the paper's "
-    "MATLAB times if both are known. The interpreted cut alone takes 5.4 of the 5.8 s of an "
-    "unconditional run, so these times say little about levels",
+    "The authors' CCWSIM and MS-CCSIM, unchanged but without their graphics windows: T 32, OR 8, "
+    "20 candidates, prop 0.1, CT [2 2], 8 paths",
+    "GNU Octave, one thread, on another machine than the paper's; times are 2.5 to 5.8 times the "
+    "paper's MATLAB times where both are available. The interpreted cut takes 5.4 of the 5.8 s of "
+    "an unconditional run; therefore these times hardly depend on the level",
 )
 
 
 @dataclass(frozen=True)
 class PublishedTime:
-    """CPU time of one realization, reported by a source."""
+    """CPU time of one realization, as reported by a source."""
 
     source: Source
-    where: str  # table or figure of the source
+    where: str  # table or figure in the source
     image: str  # training image: "channel", "stone wall", "three facies", …
-    n_cells: int | None  # cells of the grid; None if unknown
-    n_data: int | None  # hard data, 0 for an unconditional run; None if unknown
+    n_cells: int | None  # number of grid cells; None if unknown
+    n_data: int | None  # number of hard data (0: unconditional run); None if unknown
     method: str  # "ccwsim", "ms-ccsim" or "ccsim"
-    level: int | None  # wavelet level, or scale of MS-CCSIM; None if unknown
-    cpu_seconds: float | None  # None if no run was completed
-    wrong_share: float | None = None  # hard data not honoured at full resolution; None if unknown
+    level: int | None  # wavelet level (for MS-CCSIM, the scale); None if unknown
+    cpu_seconds: float | None  # CPU time; None if no run was completed
+    wrong_share: float | None = None  # data not honoured; None if unknown
     note: str = ""
 
 
 SOURCES = {"paper": PAPER, "octave": OCTAVE}
-"""Sources by their names in the table of times."""
+"""Sources of times, by their names in the table of times."""
 
 
 def _read_times() -> tuple[PublishedTime, ...]:
-    """Read the table of times beside this module; empty fields are unknown values."""
+    """Read the table of times in the folder of this module; empty fields are unknown values."""
     text = files("ccwsim.paper").joinpath("published_times.csv").read_text("utf-8")
     return tuple(
         PublishedTime(
@@ -75,11 +75,11 @@ def _read_times() -> tuple[PublishedTime, ...]:
 
 ALL_TIMES = _read_times()
 TABLE_2 = tuple(t for t in ALL_TIMES if t.where == "Table 2")
-"""CPU times by number of hard data, method, level and image; T 32, OR 8."""
+"""CPU times of Table 2 by number of hard data, method, level and image, for T 32 and OR 8."""
 TABLE_2_DATA = (1000, 2000)
-"""Numbers of hard data of Table 2."""
+"""Numbers of hard data in Table 2."""
 FIGURE_13 = tuple(t for t in ALL_TIMES if t.where == "Fig. 13")
-"""CPU time of the largest grid, by level; times of the other four grids are unavailable."""
+"""CPU times of Fig. 13 for the largest grid; no numbers are available for the other four grids."""
 LEVEL_CHANGES = {(1, 2): -0.548, (2, 3): -0.174}
 """Fig. 13: relative change of CPU time from one level to the next, averaged over the five sizes."""
 OCTAVE_TIMES = tuple(t for t in ALL_TIMES if t.source is OCTAVE)
@@ -87,7 +87,7 @@ OCTAVE_TIMES = tuple(t for t in ALL_TIMES if t.source is OCTAVE)
 
 
 class RelativeDistances(NamedTuple):
-    """ANODI distances of CCWSIM / distances of MS-CCSIM at three resolutions, full one first."""
+    """Ratios of CCWSIM's ANODI distances to MS-CCSIM's distances at resolutions 1, 1/2 and 1/3."""
 
     between: tuple[float, float, float]
     within: tuple[float, float, float]
@@ -98,13 +98,13 @@ TABLE_1 = {
     "stone wall": RelativeDistances((0.95, 0.92, 1.02), (0.79, 0.79, 0.95), 1.19),
     "channel": RelativeDistances((0.79, 0.78, 0.88), (0.78, 0.77, 0.99), 1.01),
 }
-"""Table 1: 50 realizations of each method, 8 × 8 patterns, Jensen–Shannon divergence."""
+"""Table 1 of the paper: 50 realizations per method, 8 × 8 patterns, Jensen–Shannon divergence."""
 
 
 def published_time(
     source: Source, method: str, level: int, n_cells: int, n_data: int, image: str = "channel"
 ) -> PublishedTime | None:
-    """Return the time that a source reports for a case, or None."""
+    """Return the time that a source reports for a case, or None if there is no such time."""
     wanted = source, method, level, n_cells, n_data, image
     for t in ALL_TIMES:
         if (t.source, t.method, t.level, t.n_cells, t.n_data, t.image) == wanted:

@@ -1,4 +1,4 @@
-"""Realizations of CCWSIM and their statistics (sections 5.1 to 5.3, 5.7 to 5.9)."""
+"""Experiments on realizations of CCWSIM and their statistics (sections 5.1 to 5.3, 5.7 to 5.9)."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ from ccwsim.report.pictures import bundle_chart, bundle_of, share_picture
 
 SHOWN = 3
 LEVEL = 2
-CLOSE_SHARE = 0.03  # a proportion is reproduced within this difference
-CLOSE_TAU = 0.85  # connectivity is reproduced if its ratio to the image's is at least this
-ENOUGH = 0.8  # minimum share of lags where realizations' curves surround the image's curve
+CLOSE_SHARE = 0.03  # a proportion is reproduced if it differs by at most this
+CLOSE_TAU = 0.85  # connectivity is reproduced from this ratio to the image's on
+ENOUGH = 0.8  # minimum share of lags at which realizations surround the image's curve
 SLACK = 0.02
 RECOVERED = 0.9  # minimum share of reference cells that dense data recover
-TEMPLATE = 48  # template of the authors' runs with three facies
+TEMPLATE = 48  # template size of the authors' runs with three facies
 NONSTATIONARY = ("delta", "bend")
-KEPT = 0.5  # a trend is lost if realizations keep on average a smaller share of it
+KEPT = 0.5  # a trend is lost if realizations keep a smaller mean share
 
 
 def unconditional(run: ExperimentRun) -> Outcome:
-    """Simulate at levels 1 to 3, and compare proportions, patterns and connectivity."""
+    """Run the channel image at levels 1 to 3; compare proportions, patterns and connectivity."""
     run.expect(4)
     image, side = run.inputs.image("channel"), run.extent.side(512)
     runs = [
@@ -51,7 +51,7 @@ def unconditional(run: ExperimentRun) -> Outcome:
     rows = [_measures(f"ours, level {e.parameters.level}", e.indices, image, e) for e in runs]
     other = methods.published(run, image, "CCWSIM_channel256_uncond_L2", (256, 256))
     if other is not None:
-        rows.append(_measures("authors' code, level 2, 256 × 256", other, image))
+        rows.append(_measures("authors' code, level 2, 256 × 256 cells", other, image))
     run.step()
     shown = runs[1]
     pictures = [methods.image_picture(image, run.inputs.describe("channel"))]
@@ -92,7 +92,7 @@ def _reproduced(ensemble: Ensemble, image: TrainingImage) -> Judgement:
     own, reference = float(ensemble.proportions.mean(axis=0)[-1]), float(image.proportions[-1])
     lag, tau = list(methods.relative_tau(ensemble.indices, image).items())[-1]
     found = (
-        f"{image.facies_names[-1].capitalize()} takes {percent(own)} of the cells "
+        f"{image.facies_names[-1].capitalize()} fills {percent(own)} of the cells "
         f"({percent(reference)} in the image); cells {lag} apart are connected {tau:.2f} times as "
         "often as in the image."
     )
@@ -102,13 +102,13 @@ def _reproduced(ensemble: Ensemble, image: TrainingImage) -> Judgement:
 
 
 def _judged_time(run: ExperimentRun, ensemble: Ensemble, what: str, where: str) -> Judgement:
-    """Judge the CPU time of a realization against the time that the paper states for a figure."""
+    """Judge our CPU time of a realization against the time that the paper states for a figure."""
     ours, full = methods.median_seconds(ensemble), run.extent.is_full
     return verdicts.of_time(what, ours, stated_seconds(where), where, full)
 
 
 def conditional(run: ExperimentRun) -> Outcome:
-    """Simulate the channel image with 100, 300 and 400 data (100 realizations with 400 data)."""
+    """Simulate the channel image with 100, 300 and 400 hard data."""
     run.expect(5)
     image, side = run.inputs.image("channel"), run.extent.side(512)
     shape, p, n = (side, side), methods.paper_parameters("ccwsim", LEVEL), run.extent.n_few
@@ -135,7 +135,7 @@ def _conditional_maps(
     last = image.n_facies - 1
     caption = f"E-type of {many.n} realizations: probability of {image.facies_names[last]}"
     shares = etype(many).probability[last]
-    average = [share_picture(shares, f"{caption}, dark never, yellow always")]
+    average = [share_picture(shares, f"{caption}, from dark blue (0) to yellow (1)")]
     if other is not None:
         shares = etype(Stack(other, image.codes)).probability[last]
         average.append(methods.paper_map(other[0], image, "The authors' code, same study", data))
@@ -151,9 +151,9 @@ def _by_data(free: Ensemble, runs: list[Ensemble]) -> Table:
         rows.append((str(e.hard_data.n), str(e.n), *counts, seconds(methods.median_seconds(e))))
     header = ("data", "realizations", "wrong", "re-simulated", "forced", "CPU time (median)")
     caption = (
-        f"{free.grid.nx} × {free.grid.ny} cells, level {LEVEL}, {SETTINGS}. Data: mean over "
-        "realizations; re-simulated: honoured by local re-simulation after the raster pass; "
-        "forced: no window fitted."
+        f"{free.grid.nx} × {free.grid.ny} cells, level {LEVEL}, {SETTINGS}. Numbers of data are "
+        "means. Re-simulated data are honoured by local re-simulation; forced data are single "
+        "cells set because no window fitted."
     )
     return Table(header, tuple(rows), caption)
 
@@ -181,14 +181,14 @@ def _conditional_times(run: ExperimentRun, free: Ensemble, many: Ensemble) -> li
     theirs = stated_seconds("Fig. 7") / stated_seconds("Fig. 6")
     claim = (
         f"Conditional realizations (2.42 s, Fig. 7) take {theirs:.2f} times as long as "
-        "unconditional ones (6.52 s, Fig. 6); grids and levels of both are unknown."
+        "unconditional realizations (6.52 s, Fig. 6); grids and levels are unknown."
     )
     found = f"On the same grid and level, conditional realizations take {ratio:.2f} times as long."
     return [time, verdicts.of_ratio(claim, found, ratio, theirs)]
 
 
 def statistics(run: ExperimentRun) -> Outcome:
-    """Simulate as for Fig. 7 and compare curves along both axes with the training image's."""
+    """Simulate as for Fig. 7; compare curves along both axes with the training image's curves."""
     run.expect(6)
     image, side = run.inputs.image("channel"), run.extent.side(512)
     shape, code = (side, side), int(image.codes[-1])
@@ -233,14 +233,14 @@ def _tau_table(tau: dict[str, dict[int, float]], stacks: dict[str, NDArray]) -> 
 
 
 def _surrounded(bundles: list[Bundle], statistic: Statistic) -> Judgement:
-    """Judge whether the image's curve lies among the realizations' curves, E–W and N–S."""
+    """Judge whether the image's curve is among the realizations' curves, E–W and N–S."""
     shares = [_among(bundle) for bundle in bundles]
     what = "variograms" if statistic == "variogram" else "probabilities of connection"
     found = (
         f"The image's curve is among the realizations' curves at {percent(shares[0])} of the lags "
         f"E–W and {percent(shares[1])} N–S."
     )
-    claim = f"Fig. 9: {what} of the image and of 100 realizations; its curves are not available."
+    claim = f"Fig. 9: {what} of the image and of 100 realizations; the paper has no numbers."
     return verdicts.judged(claim, found, "surrounded" if min(shares) >= ENOUGH else "in part")
 
 
@@ -267,7 +267,7 @@ def _against_codes(tau: dict[str, dict[int, float]]) -> list[Judgement]:
 
 
 def dense_data(run: ExperimentRun) -> Outcome:
-    """Simulate the channel image with dense data and compare cells with the reference image."""
+    """Simulate the channel image with dense data; compare the cells with the reference image."""
     run.expect(2)
     image, side = run.inputs.image("channel"), run.extent.side(256)
     shape = side, side
@@ -318,7 +318,7 @@ def _dense_judgements(
 
 
 def three_facies(run: ExperimentRun) -> Outcome:
-    """Simulate the three-facies image with the authors' template of 48."""
+    """Simulate the three-facies image with the authors' template size of 48."""
     run.expect(2)
     image, side = run.inputs.image("three facies"), run.extent.side(1000)
     data = run.inputs.data("three facies", 400, (side, side))
@@ -328,7 +328,7 @@ def three_facies(run: ExperimentRun) -> Outcome:
     pictures = (
         methods.image_picture(image, run.inputs.describe("three facies"), share=0.5),
         methods.paper_map(e.indices[0], image, f"Realization 1, {data.n} data", data),
-        share_picture(entropy, f"Entropy of {e.n} realizations: dark certain, yellow open"),
+        share_picture(entropy, f"Entropy of {e.n} realizations: dark blue certain, yellow not"),
     )
     run.step()
     return Outcome((Row(pictures), _proportions(e)), _facies_judgements(run, e))
@@ -362,7 +362,7 @@ def _facies_judgements(run: ExperimentRun, e: Ensemble) -> tuple[Judgement, ...]
 
 
 def limits(run: ExperimentRun) -> Outcome:
-    """Simulate nonstationary bundled images and measure how much of their trends is kept."""
+    """Simulate nonstationary bundled images, and measure the share of their trends that is kept."""
     run.expect(2 * len(NONSTATIONARY))
     blocks: list[Block] = []
     judgements: list[Judgement] = []
@@ -383,7 +383,7 @@ def limits(run: ExperimentRun) -> Outcome:
     table = Table(header, tuple(rows), "Quarters SW, SE, NW, NE; mean of the realizations.")
     remark = Text(
         "The paper's nonstationary image (Sundarbans, Fig. 17) and its Ganges image (Fig. 8; 7.7 s "
-        "a realization) are not available; the images here are drawn by this program.",
+        "a realization) are not available; this run uses two bundled images instead.",
         quiet=True,
     )
     return Outcome((*blocks, table, remark), tuple(judgements))
@@ -400,7 +400,7 @@ def _quarter_maps(e: Ensemble, name: str) -> Row:
 def _quarters(
     name: str, image: TrainingImage, own: Stationarity, each: list[Stationarity]
 ) -> tuple[str, ...]:
-    """Return the shares of the facies that differs most between the image's quarters."""
+    """Return the shares by quarter of the facies that differs most between the quarters."""
     k = int(np.argmax(own.proportions.std(axis=0)))
     kept = np.mean([one.proportions for one in each], axis=0)
     shown = [", ".join(percent(float(v)) for v in p[:, k]) for p in (own.proportions, kept)]
@@ -408,9 +408,9 @@ def _quarters(
 
 
 def kept_share(own: Stationarity, each: list[Stationarity]) -> float:
-    """Return the share of the differences between the image's quarters that realizations keep.
+    """Return the share of the differences between an image's quarters that realizations keep.
 
-    The variogram of each quarter, minus the mean over the quarters, is computed along both axes.
+    The function computes each quarter's variograms along both axes, minus the mean over quarters.
     The result is the slope of the realizations' mean values against the image's values.
 
     Examples

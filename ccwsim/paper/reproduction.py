@@ -1,4 +1,4 @@
-"""Run all experiments of the paper in order, and report them."""
+"""Run all experiments of the paper in order, and report the results."""
 
 from __future__ import annotations
 
@@ -30,22 +30,22 @@ EXPERIMENTS = (
     Experiment(
         "Unconditional realizations",
         "Section 5.1, Fig. 6",
-        "Fig. 6 shows the channel training image and three unconditional realizations; mean CPU "
-        "time 6.52 s.",
+        "Fig. 6 shows the channel training image and three unconditional realizations; the mean "
+        "CPU time is 6.52 s.",
         unconditional,
     ),
     Experiment(
         "Conditional realizations and their average",
         "Section 5.2, Fig. 7",
         "Fig. 7 shows three conditional realizations of the channel image and the average of 100; "
-        "mean CPU time 2.42 s.",
+        "the mean CPU time is 2.42 s.",
         conditional,
     ),
     Experiment(
         "Variograms and probability of connection",
         "Section 5.3, Fig. 9",
-        "Fig. 9 shows variograms and the probability of connection of the channel image and of "
-        "100 realizations (E–W and N–S); its curves are not available.",
+        "Fig. 9 shows variograms and the probability of connection (E–W and N–S) of the channel "
+        "image and of 100 realizations; the values of the curves are not available.",
         statistics,
     ),
     Experiment(
@@ -53,7 +53,7 @@ EXPERIMENTS = (
         "Section 5.4, Fig. 10",
         "Fig. 10 compares conditional simulations of CCWSIM and MS-CCSIM at different levels and "
         "numbers of data, which are sampled from an unconditional realization (section 5.2). The "
-        "paper finds them comparable, with better connectivity and patterns for CCWSIM.",
+        "paper calls the methods comparable, with better connectivity and patterns for CCWSIM.",
         sampled_data,
     ),
     Experiment(
@@ -66,8 +66,8 @@ EXPERIMENTS = (
     Experiment(
         "Variability within and between realizations",
         "Section 5.5, Table 1, Fig. 12",
-        "Table 1 gives ANODI's between, within and their ratio r of CCWSIM to MS-CCSIM at three "
-        "resolutions, 50 realizations each: r = 1.19 for the stone wall, 1.01 for the channels. "
+        "Table 1 gives ANODI's between and within of CCWSIM relative to MS-CCSIM (50 realizations, "
+        "three resolutions). Their ratio r is 1.19 for the stone wall and 1.01 for the channels. "
         "Fig. 12 shows realizations and training image by multidimensional scaling.",
         variability,
     ),
@@ -75,16 +75,16 @@ EXPERIMENTS = (
         "CPU time against grid size",
         "Section 5.6, Fig. 13",
         "Fig. 13 shows mean CPU times of 20 conditional realizations for five grids at levels 1, 2 "
-        "and 3: 56, 32 and 31 s at the largest, 25 million cells; averaged over the sizes, time "
-        "changes by −54.8 % from level 1 to 2 and −17.4 % from 2 to 3.",
+        "and 3. The largest grid, 25 million cells, takes 56, 32 and 31 s. The mean change of time "
+        "is −54.8 % from level 1 to 2 and −17.4 % from level 2 to 3.",
         grid_size,
     ),
     Experiment(
         "CPU time with many data",
         "Section 5.6, Table 2",
-        "Table 2 gives CPU times with 1000 and 2000 data for three images; channel: MS-CCSIM 26.78 "
-        "and 41.18 s at level 1, 2.35 and 3.42 s at level 3; CCWSIM 10.45 and 23.09 s, 2.49 and "
-        "2.82 s.",
+        "Table 2 gives CPU times with 1000 and 2000 data for three images. For the channel image, "
+        "MS-CCSIM takes 26.78 and 41.18 s at level 1, and 2.35 and 3.42 s at level 3. CCWSIM takes "
+        "10.45 and 23.09 s at level 1, and 2.49 and 2.82 s at level 3.",
         times_with_data,
         weight=6.0,
     ),
@@ -92,15 +92,15 @@ EXPERIMENTS = (
         "Dense data, beside the reference image",
         "Section 5.7, Fig. 14",
         "Fig. 14 shows a reference image and one simulation with about 4000 of its cells as data; "
-        "mean CPU time 1.06 s. Fig. 15 does the same with 8000 data of the stone wall, which is "
-        "not run again here.",
+        "the mean CPU time is 1.06 s. Fig. 15 shows the stone wall with 8000 data; this report "
+        "does not repeat it.",
         dense_data,
     ),
     Experiment(
         "Three facies on a large grid",
         "Section 5.8, Fig. 16",
-        "Fig. 16 shows three facies on 1000 × 1000 cells at level 2; CPU time 3.50 s. The number "
-        "of data, 400, comes from the authors' files.",
+        "Fig. 16 shows three facies on 1000 × 1000 cells at level 2; the CPU time is 3.50 s. The "
+        "authors' files have 400 data for this case.",
         three_facies,
     ),
     Experiment(
@@ -111,7 +111,7 @@ EXPERIMENTS = (
         limits,
     ),
 )
-"""All experiments in the order of the paper."""
+"""All experiments, in the order of the paper's sections."""
 
 TITLE = "CCWSIM: the paper's experiments, run again"
 PAPER = (
@@ -119,30 +119,31 @@ PAPER = (
     "CCWSIM, sections 5.1 to 5.9, Figs. 6 to 17, Tables 1 and 2"
 )
 KNOWN = (
-    "Known are the paper's Tables 1 and 2, the CPU times of Figs. 6 to 8, 13, 14 and 16 and the "
+    "The paper states Tables 1 and 2, the CPU times of Figs. 6 to 8, 13, 14 and 16, and the "
     "changes between levels of Fig. 13. The paper's curves, maps and images of Ganges and "
-    "Sundarbans are not available; the report says if a number is unknown. Seconds of MATLAB on "
-    "another machine (Core i7 at 2.6 GHz) are shown for the record; only ratios within one run "
-    "can be compared."
+    "Sundarbans are not available; the report states which numbers are unknown. The paper's "
+    "seconds were measured with MATLAB on another machine (Core i7 at 2.6 GHz). Therefore only "
+    "ratios within one run can be compared."
 )
 QUICK_RUN = (
-    "This was a quick run, on small grids with few realizations: it shows that everything works. "
-    "Its verdicts are not results; take the full run for those."
+    "This was a quick run on small grids with few realizations, which only checks that the program "
+    "works. For valid verdicts, do the full run."
 )
 WORDS = (
-    "“agrees”, “differs”: the paper's statement holds here, or does not. “better”, “behind”: our "
-    "number is better or worse than the other. “in part”: the statement holds for one of two "
-    "measures, or some lags. “surrounded”: the image's curve lies among the realizations' curves. "
-    "“less time”: the paper's machine differs. “not comparable”: our grid differs from the "
-    "paper's. Two ratios have the “same order” if both are below 1, above 1 or within "
-    f"{100 * NOISE - 100:.0f} % of 1. They agree if they have the same order and differ by less "
-    f"than a factor of {ALIKE}, or if they differ by less than {100 * NOISE - 100:.0f} %."
+    "“agrees”, “differs”: the paper's statement holds or does not hold in this run. “better”, "
+    "“behind”: our number is better or worse than the other. “in part”: the statement holds for "
+    "one of two measures, or for some lags. “surrounded”: the image's curve is among the "
+    "realizations' curves. “less time”: our run is faster, but the paper's machine differs. “not "
+    "comparable”: our grid differs from the paper's grid. Two ratios have the “same order” if both "
+    f"are below 1, above 1 or within {100 * NOISE - 100:.0f} % of 1. Ratios agree if they have the "
+    f"same order and differ by less than a factor of {ALIKE}, or if they differ by less than "
+    f"{100 * NOISE - 100:.0f} %."
 )
 
 
 @dataclass(frozen=True, eq=False)
 class Finished:
-    """A finished experiment: its outcome, or the problem that stopped it."""
+    """A finished experiment with its outcome, or with the problem that stopped the experiment."""
 
     experiment: Experiment
     outcome: Outcome | None
@@ -152,7 +153,7 @@ class Finished:
 
 @dataclass(frozen=True, eq=False)
 class Reproduction:
-    """Result of a run: the finished experiments in their order."""
+    """Result of a run: the finished experiments, in the order of the paper."""
 
     inputs: PaperInputs
     extent: Extent
@@ -163,7 +164,7 @@ class Reproduction:
 
     @property
     def words(self) -> Counter[str]:
-        """Number of verdicts by word."""
+        """Number of verdicts for each word, such as "agrees"."""
         outcomes = [f.outcome for f in self.finished if f.outcome is not None]
         return Counter(j.word for outcome in outcomes for j in outcome.judgements)
 
@@ -177,11 +178,11 @@ def reproduce(
     experiments: Sequence[Experiment] = EXPERIMENTS,
     on_finished: Callable[[Finished], None] | None = None,
 ) -> Reproduction:
-    """Run the experiments of the paper, by default on the bundled images.
+    """Run experiments of the paper, by default all experiments on the bundled images.
 
     `progress` is called as progress(fraction, number of finished experiments), and `on_finished`
-    with each finished experiment. `cancel` is called often and returns True to stop; finished
-    experiments are kept.
+    with each finished experiment. If `cancel` returns True, the run stops, and the result contains
+    the finished experiments.
 
     Examples
     --------
@@ -214,7 +215,7 @@ def reproduce(
 
 
 def with_largest_grid(extent: Extent, side: int | None) -> Extent:
-    """Return an extent whose largest timed grid has `side` × `side` cells.
+    """Return a copy of an extent whose largest timed grid has `side` × `side` cells.
 
     Raises `CCWSIMError` for a side that is too small or too large.
 
@@ -241,7 +242,7 @@ def _tried(experiment: Experiment, run: ExperimentRun) -> Finished:
     except CCWSIMError as error:
         problem = str(error)
     except MemoryError:
-        problem = "it does not fit into memory"
+        problem = "the experiment does not fit into memory"
     except Exception as error:
         problem = f"{type(error).__name__}: {error}"
     return Finished(experiment, outcome, problem, time.perf_counter() - start)
@@ -269,7 +270,7 @@ def _opening(r: Reproduction) -> tuple[Block, ...]:
     if r.extent.name != "full":
         blocks.append(Text(QUICK_RUN))
     if r.stopped:
-        blocks.append(Text("The run was stopped; missing experiments were not run."))
+        blocks.append(Text("The run was stopped before the missing experiments."))
     blocks.append(Text(WORDS, quiet=True))
     return tuple(blocks)
 
@@ -289,7 +290,7 @@ def summary(r: Reproduction) -> str:
 
 
 def verdict_of(finished: Finished) -> str:
-    """Return the verdicts of an experiment as text, or its problem.
+    """Return as text the verdicts of an experiment, or the problem that stopped the experiment.
 
     Examples
     --------
@@ -320,7 +321,7 @@ def _run_facts(r: Reproduction) -> tuple[tuple[str, str], ...]:
         folder = f"training images and data of the folder “{r.inputs.folder.name}”"
     x = r.extent
     extent = (
-        f"{x.name}: {x.n_many} realizations if the paper has 100, {x.n_few} to compare methods, "
+        f"{x.name}: {x.n_many} realizations where the paper has 100, {x.n_few} to compare methods, "
         f"{x.n_anodi} for distances, {x.n_timed} for times"
     )
     took = ", ".join(f"{f.experiment.title} {seconds(f.seconds)}" for f in r.finished)
@@ -328,6 +329,6 @@ def _run_facts(r: Reproduction) -> tuple[tuple[str, str], ...]:
         ("Inputs", folder),
         ("Extent", extent),
         ("Seed", str(r.seed)),
-        ("Parameters", f"{SETTINGS}, unless a section says otherwise"),
+        ("Parameters", f"{SETTINGS}, unless a section states other values"),
         ("Time", f"{seconds(r.seconds)} in all; {took}"),
     )

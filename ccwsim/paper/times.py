@@ -1,4 +1,4 @@
-"""CPU time by level, grid size and number of data (section 5.6)."""
+"""Experiments on CPU time by level, grid size and number of data (section 5.6)."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ LEVELS = (1, 2, 3)
 PAPER_SIDE = 5000
 N_TIMED = 3
 LINEAR = 0.15
-"""Growth is linear if its exponent differs from 1 by at most this value."""
+"""Growth of time is called linear if the exponent differs from 1 by at most this value."""
 PAPER_CELLS = 512 * 512
 
 Times = dict[tuple[str, int, bool, int], Timing]
-"""Times; keys are (method, level, whether data are exact, index in `TABLE_2_DATA`)."""
+"""Times by the key (method, level, whether data are exact, index in `TABLE_2_DATA`)."""
 
 
 def grid_size(run: ExperimentRun) -> Outcome:
-    """Time unconditional realizations of the channel image on square grids, on one thread."""
+    """Measure CPU times of unconditional channel realizations on square grids, on one thread."""
     image, sides = run.inputs.image("channel"), run.extent.timed_sides
     parameters = [methods.paper_parameters("ccwsim", level) for level in LEVELS]
     n = min(N_TIMED, run.extent.n_timed)
@@ -73,7 +73,7 @@ def _grid_chart(by_level: dict[int, list[Timing]], sides: tuple[int, ...]) -> Ro
 
 
 def paper_series(per_cell: bool = False) -> list[TimeSeries]:
-    """Return the paper's times for its largest grid, by level, in seconds or in µs per cell."""
+    """Return the paper's times for the largest grid by level, in seconds or in µs per cell."""
     series = []
     for t in FIGURE_13:
         cells, taken = np.array([t.n_cells], float), np.array([t.cpu_seconds], float)
@@ -96,8 +96,8 @@ def _grid_judgements(by_level: dict[int, list[Timing]]) -> tuple[Judgement, ...]
     else:
         per = 25e6 / largest[1].n_cells
         words = (
-            f"{seconds(largest[1].seconds)} for {side} × {side} cells at level 1; 25 million would "
-            f"take {seconds(per * largest[1].seconds)} at the same rate (run it with "
+            f"{seconds(largest[1].seconds)} for {side} × {side} cells at level 1; 25 million cells "
+            f"would take {seconds(per * largest[1].seconds)} at the same rate (measure this with "
             "--largest-grid 5000)."
         )
         judgements.append(
@@ -109,7 +109,7 @@ def _grid_judgements(by_level: dict[int, list[Timing]]) -> tuple[Judgement, ...]
 def level_change(taken: dict[int, list[float]], a: int, b: int) -> Judgement:
     """Judge the change of CPU time from one level to the next, averaged over the grids.
 
-    `taken` has the seconds of each grid, by level.
+    `taken` has the CPU seconds of each grid, by level.
     """
     theirs = LEVEL_CHANGES[a, b]
     ours = float(np.mean(np.divide(taken[b], taken[a]))) - 1
@@ -124,17 +124,17 @@ def _change(share: float) -> str:
 
 
 def _growth(by_level: dict[int, list[Timing]]) -> Judgement:
-    """Describe the growth of time by the slope of log time against log number of cells."""
+    """Judge the growth of time by the slope of log(time) against log(number of cells)."""
     powers = {level: growth(times).exponent for level, times in by_level.items()}
     each = ", ".join(f"{power:.2f} (level {level})" for level, power in powers.items())
     worst = max(abs(power - 1) for power in powers.values())
-    claim = "Fig. 13: CPU time of five sizes; those of the four smaller sizes are not available."
-    found = f"Time grows with the power {each} of the cells."
+    claim = "Fig. 13: CPU times of five grids; only the time of the largest grid is available."
+    found = f"Time is proportional to the number of cells to the power {each}."
     return verdicts.judged(claim, found, "linear" if worst <= LINEAR else "not linear")
 
 
 def times_with_data(run: ExperimentRun) -> Outcome:
-    """Time the three methods as published and with exact data, on one thread."""
+    """Measure CPU times of the three methods on one thread, as published and with exact data."""
     image, side = run.inputs.image("channel"), run.extent.side(512)
     numbers = [max(round(n * side * side / PAPER_CELLS), k + 1) for k, n in enumerate(TABLE_2_DATA)]
     settings = [
@@ -161,7 +161,7 @@ def times_with_data(run: ExperimentRun) -> Outcome:
 
 
 def _table_2() -> Table:
-    """Return the paper's whole Table 2."""
+    """Return all of the paper's Table 2."""
     images = list(dict.fromkeys(t.image for t in TABLE_2))
     taken = {(t.method, t.level, t.image, t.n_data): t.cpu_seconds for t in TABLE_2}
     rows = []
@@ -171,7 +171,7 @@ def _table_2() -> Table:
     header = ("method", "level", *(f"{image}, {n}" for image in images for n in TABLE_2_DATA))
     caption = (
         "The paper's Table 2: CPU time of a realization with 1000 and 2000 data, 512 × 512 cells, "
-        "T 32, OR 8. Only the channel image is run again here."
+        "T 32, OR 8. This run repeats only the channel image."
     )
     return Table(header, tuple(rows), caption)
 
@@ -211,15 +211,15 @@ def _paper(method: str, level: int, k: int) -> float:
 
 
 def _methods(times: Times) -> list[Judgement]:
-    """Judge which method is faster at levels 1 and 3."""
+    """Judge whether CCWSIM or MS-CCSIM is faster at levels 1 and 3."""
     judgements = []
     for level in (1, 3):
         for k, n in enumerate(TABLE_2_DATA):
             theirs = [_paper(method, level, k) for method in ("ms-ccsim", "ccwsim")]
             ours = [times[method, level, False, k].seconds for method in ("ms-ccsim", "ccwsim")]
             claim = (
-                f"Table 2, level {level}, {n} data: MS-CCSIM {theirs[0]:.2f} s, CCWSIM "
-                f"{theirs[1]:.2f} s, so CCWSIM takes {theirs[1] / theirs[0]:.2f} times as long."
+                f"Table 2, level {level}, {n} data: MS-CCSIM takes {theirs[0]:.2f} s and CCWSIM "
+                f"{theirs[1]:.2f} s; CCWSIM takes {theirs[1] / theirs[0]:.2f} times as long."
             )
             exact = [times[method, level, True, k].seconds for method in ("ms-ccsim", "ccwsim")]
             found = (
@@ -234,10 +234,10 @@ def _methods(times: Times) -> list[Judgement]:
 
 
 def _ratios(times: Times) -> list[Judgement]:
-    """Judge, for runs as published, the cost of doubling the data and the gain of level 3."""
+    """Judge the cost of twice the data and the gain of level 3, for runs as published."""
     pairs = [
         (
-            f"twice the data cost {TITLES[method]} at level {level} {{:.2f}} times the time.",
+            f"with twice the data, {TITLES[method]} at level {level} takes {{:.2f}} times as long.",
             *((method, level, 1), (method, level, 0)),
         )
         for method in ("ccwsim", "ms-ccsim")

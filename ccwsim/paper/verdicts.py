@@ -1,8 +1,9 @@
-"""Verdicts computed from our numbers and the numbers in the paper.
+"""Verdicts that compare our numbers with the paper's numbers.
 
-Two numbers are *alike* if they differ by less than a factor of `ALIKE`. The *order* of a ratio
-says whether it is below 1, above 1, or equal to 1 within `NOISE`, the precision of a median of a
-few times. Ratios agree if they are alike and have the same order, or differ by less than `NOISE`.
+Two numbers are *alike* if they differ by less than a factor of `ALIKE`. The *order* of a ratio is
+below 1, above 1, or equal to 1 up to a factor of `NOISE`, which is the precision of our median CPU
+times. Two ratios agree if they are alike and of equal order, or differ by less than a factor of
+`NOISE`.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ NOISE = 1.1
 
 
 def judged(claim: str, found: str, word: str) -> Judgement:
-    """Return a judgement with one of the words above, or with another word, which is neutral.
+    """Return a judgement; its tone is neutral if `word` is not a constant of this module.
 
     Examples
     --------
@@ -33,24 +34,24 @@ def judged(claim: str, found: str, word: str) -> Judgement:
 
 
 def of_claim(claim: str, found: str, holds: bool) -> Judgement:
-    """Return a judgement that says whether a statement holds here."""
+    """Return a judgement that states whether a claim of the paper holds in this run."""
     return judged(claim, found, AGREES if holds else DIFFERS)
 
 
 def of_order(claim: str, found: str, order: int) -> Judgement:
-    """Judge our number as worse (−1), equal (0) or better (1) than the other."""
+    """Judge our number as worse than (−1), equal to (0) or better than (1) another number."""
     return judged(claim, found, {-1: BEHIND, 0: AGREES, 1: BETTER}[order])
 
 
 def compared(ours: float, theirs: float, *, more_is_better: bool, alike: float = ALIKE) -> str:
-    """Return the word that compares our number with theirs."""
+    """Return the word that compares our number with the paper's number."""
     if max(ours, theirs) <= alike * min(ours, theirs):
         return AGREES
     return BETTER if (ours > theirs) == more_is_better else BEHIND
 
 
 def order_of(ratio: float, noise: float = NOISE) -> int:
-    """Return −1 for a ratio below 1, 1 for a ratio above 1, and 0 within the noise of 1.
+    """Return −1 for a ratio below 1, 1 for a ratio above 1, and 0 for a ratio close to 1.
 
     Examples
     --------
@@ -63,7 +64,7 @@ def order_of(ratio: float, noise: float = NOISE) -> int:
 def of_time(
     what: str, ours: float, theirs: float, where: str, comparable: bool = True
 ) -> Judgement:
-    """Judge our CPU time against the paper's if the grids are comparable."""
+    """Judge our CPU time against the paper's CPU time if the grids are comparable."""
     claim = f"{where}: {seconds(theirs)} for {what}."
     if not comparable:
         return judged(claim, f"{seconds(ours)} on a smaller grid; not comparable.", OPEN)
@@ -71,7 +72,7 @@ def of_time(
     how = f"{ratio:.3g} times less" if ratio >= 1 else f"{1 / ratio:.3g} times more"
     found = (
         f"{seconds(ours)} of CPU time on this machine, {how}. Machines and languages differ "
-        "(MATLAB there, compiled code here): this is no speed-up of the method."
+        "(MATLAB and compiled code), so this is no speed-up of the method."
     )
     word = compared(ours, theirs, more_is_better=False)
     shown = {BETTER: "less time", BEHIND: "more time"}.get(word, "like time")
@@ -79,7 +80,7 @@ def of_time(
 
 
 def of_ratio(claim: str, found: str, ours: float, theirs: float) -> Judgement:
-    """Judge a ratio within our run against the same ratio in the paper."""
+    """Judge a ratio of two numbers of our run against the corresponding ratio in the paper."""
     apart = max(ours, theirs) / min(ours, theirs)
     if apart > NOISE and order_of(ours) != order_of(theirs):
         return judged(claim, found, DIFFERS)
@@ -94,25 +95,25 @@ def of_levels(times: Mapping[int, float]) -> Judgement:
     steps = (f"level {b} takes {words[order]} level {a}" for (a, b), order in orders.items())
     each = ", ".join(f"level {level} {seconds(times[level])}" for level in levels)
     falls = all(order < 0 for order in orders.values())
-    claim = "Fig. 13: each level takes less CPU time than the one below it."
+    claim = "Fig. 13: each level takes less CPU time than the level below."
     return of_claim(claim, f"{each}: {', '.join(steps)}.", falls)
 
 
 def of_both(connectivity: int, patterns: int) -> str:
-    """Return the word for a claim that a method is better, given the orders of two measures."""
+    """Return the verdict on a claim that a method is better; measures are −1, 0 or 1 (better)."""
     if connectivity > 0 and patterns > 0:
         return AGREES
     return PART if max(connectivity, patterns) > 0 else DIFFERS
 
 
 def of_data(wrong: float, n_data: int, theirs: float | None) -> Judgement:
-    """Judge the share of data not honoured against the published code's share, if known."""
+    """Judge the share of missed data, compared with the published code's share if that is known."""
     found = (
         f"Every one of {n_data} data is honoured at full resolution in every realization."
         if wrong == 0
         else f"{percent(wrong)} of {n_data} data are not honoured."
     )
-    claim = "Section 4.4: a candidate that honours the data is looked for."
+    claim = "Section 4.4: the method searches for a candidate that honours the data."
     if theirs is None:
         return of_claim(claim, found, wrong == 0)
     found += f" Realizations of the authors' code miss {percent(theirs)}."

@@ -1,1 +1,1 @@
-"""Reports as one HTML file that works offline: text, tables, pictures, charts, judgements."""
+"""Reports as one HTML file for offline use, with text, tables, pictures, charts and judgements."""

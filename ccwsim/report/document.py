@@ -1,4 +1,4 @@
-"""Reports as one HTML file for offline use: text, tables, pictures, charts and judgements."""
+"""Parts of a report, and functions that write a report as one HTML file for offline use."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ FOLDER = Path(__file__).parent
 
 @dataclass(frozen=True)
 class Text:
-    """A paragraph; a `quiet` paragraph is small, like a remark."""
+    """A paragraph of text; a `quiet` paragraph is in small print."""
 
     words: str
     quiet: bool = False
@@ -59,7 +59,7 @@ class Table:
 
     @property
     def numeric(self) -> list[bool]:
-        """Whether each column has only numbers, and is therefore aligned to the right."""
+        """For each column, whether all cells are numbers and therefore aligned to the right."""
         columns = zip(*self.rows, strict=True) if self.rows else [()] * len(self.header)
         return [bool(column) and all(map(NUMBER.match, column)) for column in columns]
 
@@ -68,7 +68,7 @@ class Table:
 class Picture:
     """A PNG with a caption and an alternative text.
 
-    `share` is its relative width in its row, 1 by default; `pixelated` keeps enlarged cells sharp.
+    `share` is the relative width in a row of pictures; `pixelated` keeps enlarged cells sharp.
     """
 
     png: bytes
@@ -80,7 +80,7 @@ class Picture:
 
 @dataclass(frozen=True, eq=False)
 class Chart:
-    """An interactive plotly figure with its title and an alternative text.
+    """An interactive plotly figure with a title and an alternative text.
 
     `legend` has (name, CSS colour) pairs for a chart without labels.
     """
@@ -95,7 +95,7 @@ class Chart:
 class Row:
     """Pictures or charts side by side, with a caption.
 
-    If `columns` is given, all have the same size; otherwise they share the width of the row.
+    If `columns` is not 0, all pictures are equally wide, in this number of columns.
     """
 
     items: tuple[Picture | Chart, ...]
@@ -105,7 +105,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Judgement:
-    """A statement, what was found, and a verdict (`word`) with its tone."""
+    """A statement (`claim`), our result (`found`), and a verdict (`word`) with a tone."""
 
     claim: str
     found: str
@@ -115,7 +115,7 @@ class Judgement:
 
 @dataclass(frozen=True)
 class Judgements:
-    """Judgements as a table with the names of its two columns."""
+    """A table of judgements; `claimed` and `found` are the titles of two columns."""
 
     rows: tuple[Judgement, ...]
     claimed: str = "Statement"
@@ -127,7 +127,7 @@ Block = Text | Code | Facts | Table | Row | Picture | Chart | Judgements
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """A section of the report, with a note under its title and a summary for the contents."""
+    """A section of a report, with a note under the title, and a summary for the contents."""
 
     title: str
     blocks: tuple[Block, ...]
@@ -137,7 +137,7 @@ class Section:
 
 @dataclass(frozen=True, eq=False)
 class Document:
-    """A report; `opening` precedes the contents, `colophon` says how to reproduce the report."""
+    """A report; `opening` precedes the contents, and `colophon` has facts for reproduction."""
 
     title: str
     sections: tuple[Section, ...]
@@ -147,7 +147,7 @@ class Document:
 
 
 def surroundings() -> tuple[tuple[str, str], ...]:
-    """Return versions, machine and date for a colophon, as (name, value) pairs.
+    """Return versions of software, machine and date as (name, value) pairs for a colophon.
 
     Examples
     --------
@@ -182,13 +182,13 @@ def report_html(document: Document) -> str:
 
 @cache
 def packed_plotly() -> str:
-    """Return plotly's script, compressed and in base64; it takes 2 MB in a report, not 5 MB."""
+    """Return plotly's script, compressed from 5 to 2 MB and encoded in base64."""
     return b64encode(zlib.compress(plotly_script().encode(), 9)).decode()
 
 
 @cache
 def _environment() -> Environment:
-    """Return the template environment, with filters and block tests such as `one is table`."""
+    """Return the Jinja environment with filters and tests of block types (`one is table`)."""
     loader = FileSystemLoader(FOLDER)
     environment = Environment(autoescape=True, loader=loader, undefined=StrictUndefined)
     environment.keep_trailing_newline = True

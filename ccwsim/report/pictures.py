@@ -1,4 +1,4 @@
-"""Maps and curves of realizations, as pictures and charts in a report."""
+"""Pictures of maps and charts of curves for the reports on realizations."""
 
 from __future__ import annotations
 
@@ -50,9 +50,9 @@ def map_picture(
     data: HardData | None = None,
     share: float = 1.0,
 ) -> Picture:
-    """Return a picture of a map, or of the middle slices of a volume, with the hard data.
+    """Return a picture of a map, or of the middle slices of a volume, with hard data.
 
-    Data that are not honoured are ringed red and counted in the caption.
+    Data that are not honoured have a red ring; the caption states the number of these data.
     """
     dots = None
     if data is not None and data.n:
@@ -60,7 +60,7 @@ def map_picture(
         wrong = indices[tuple(data.cells.T)] != facies
         dots = Dots(data.cells, [str(colours[k]) for k in facies.tolist()], wrong)
         if wrong.any():
-            caption += f"; {np.count_nonzero(wrong)} of {data.n} data wrong (ringed red)"
+            caption += f"; {np.count_nonzero(wrong)} of {data.n} data not honoured (red rings)"
     if indices.ndim == N_AXES:
         return _slices(slices_png(indices, colours, dots=dots), caption, share)
     png = data_map_png(indices, colours, dots)
@@ -68,7 +68,7 @@ def map_picture(
 
 
 def share_picture(shares: Floats, caption: str) -> Picture:
-    """Return a picture of a map or volume of shares, from 0 (dark blue) to 1 (yellow)."""
+    """Return a picture of a share per cell of a map or volume: 0 is dark blue, 1 is yellow."""
     if shares.ndim == N_AXES:
         return _slices(slices_png(*steps_of(shares)), caption)
     return Picture(share_png(shares), caption, f"Map: {caption}", pixelated=True)
@@ -88,14 +88,14 @@ def bundle_of(
     lags: NDArray,
     progress: Fraction | None = None,
 ) -> Bundle:
-    """Return a statistic of a facies (a code) for realizations and training image."""
+    """Return a bundle of the curves of a statistic for a facies code, along one direction."""
     reference = curves_of(statistic, image, facies, way, lags)[0]
     each = curves_of(statistic, images, facies, way, lags, progress)
     return bundle_of_curves(lags.astype(float), reference, each)
 
 
 def bundle_of_curves(lags: Floats, reference: Floats, each: Floats) -> Bundle:
-    """Return a bundle of curves with quantiles, which are NaN at lags without values.
+    """Return a bundle of curves with their quantiles; quantiles are NaN at lags without values.
 
     Examples
     --------
@@ -108,9 +108,9 @@ def bundle_of_curves(lags: Floats, reference: Floats, each: Floats) -> Bundle:
 
 
 def layers_bundle(ensemble: Ensemble, facies: int) -> Bundle:
-    """Return the share of a facies (an index) in each layer, as a function of elevation.
+    """Return the share of a facies (given by index) in each layer, by elevation of the layers.
 
-    The training image's layers are at the elevations that `layers_of_image` returns.
+    The training image's layers have the elevations that `layers_of_image` returns.
     """
     image = ensemble.training_image
     each = vertical_proportions(Stack(ensemble.indices[:MAX_CURVES], image.codes))[:, facies]
@@ -119,7 +119,7 @@ def layers_bundle(ensemble: Ensemble, facies: int) -> Bundle:
 
 
 def layers_of_image(grid: Grid, n_layers: int) -> Floats:
-    """Return the elevations of the layers of a training image, stretched to the grid's height.
+    """Return the elevations of a training image's layers, stretched to the height of the grid.
 
     Examples
     --------
@@ -132,7 +132,7 @@ def layers_of_image(grid: Grid, n_layers: int) -> Floats:
 
 
 def layer_data(data: HardData, grid: Grid, code: int) -> LayerData:
-    """Return the share of a facies among the hard data of each layer that has data.
+    """Return the share of a facies among the hard data of each layer with data.
 
     Examples
     --------
@@ -149,7 +149,7 @@ def layer_data(data: HardData, grid: Grid, code: int) -> LayerData:
 def layers_chart(
     ensemble: Ensemble, facies: int, bundle: Bundle, theme: Theme, **options: Any
 ) -> Any:
-    """Return the chart of `layers_bundle`; `options` are passed to the chart."""
+    """Return the chart of `layers_bundle`; `options` are passed to `vertical_proportions_chart`."""
     image, grid = ensemble.training_image, ensemble.grid
     return vertical_proportions_chart(
         bundle,
@@ -164,7 +164,7 @@ def layers_chart(
 def bundle_chart(
     bundle: Bundle, statistic: Statistic, way: Direction, facies: str, top: float, height: int
 ) -> Chart:
-    """Return the chart of a bundle; variograms are drawn up to `top`, connectivity up to 1."""
+    """Return the chart of a bundle; the y axis ends at `top` for variograms, otherwise at 1."""
     top = 1.04 if statistic == "connectivity" else top
     title = f"{curve_title(statistic, way)} of {facies}"
     figure = curves_chart(bundle, LIGHT, y_title=SIGNS[statistic], y_range=(0, top), height=height)

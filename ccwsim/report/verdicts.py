@@ -22,8 +22,8 @@ VERDICTS: dict[Statistic, tuple[str, str]] = {
     "variogram": ("variogram too low", "variogram too high"),
 }
 HOW_JUDGED = (
-    "Titles compare pieces of the realizations with crops of the training image (TI) of the same "
-    "size, relative to the spread of the crops; lines show whole images."
+    "Titles compare pieces of the realizations with crops of the training image (TI) of equal "
+    "size, relative to the spread of the crops; curves are computed from entire images."
 )
 NOT_JUDGED = "not judged: the training image or the grid is too small for crops"
 LAYERS_NOT_JUDGED = (
@@ -32,7 +32,7 @@ LAYERS_NOT_JUDGED = (
 
 
 def way_name(way: Direction) -> str:
-    """Return the name of a direction: "E–W", or an azimuth in degrees.
+    """Return the name of a direction, such as "E–W", or an azimuth in degrees.
 
     Examples
     --------
@@ -45,7 +45,7 @@ def way_name(way: Direction) -> str:
 
 
 def curve_title(statistic: Statistic, way: Direction) -> str:
-    """Return the title of a chart of a statistic along a direction.
+    """Return the title for a chart of a statistic along a direction.
 
     Examples
     --------
@@ -58,12 +58,12 @@ def curve_title(statistic: Statistic, way: Direction) -> str:
 
 
 def size_text(fit: Fit) -> str:
-    """Return the size of crops as text (columns × rows × layers)."""
+    """Return the size of the crops as text (columns × rows × layers)."""
     return describe_shape(fit.crop_shape)
 
 
 def describe_curve(fit: Fit | None, statistic: Statistic) -> str:
-    """Say whether a curve is inside the band of crops; if not, say at which lags it differs.
+    """Describe whether a curve is inside the band of crops, or at which lags the curve differs.
 
     Examples
     --------
@@ -87,7 +87,7 @@ def describe_curve(fit: Fit | None, statistic: Statistic) -> str:
 
 
 def describe_curves(fits: Mapping[str, Fit | None], statistic: Statistic) -> str:
-    """Name the settings with curves inside the band of crops; describe the other settings."""
+    """Return a text that names the settings inside the band of crops and describes the others."""
     judged = {name: fit for name, fit in fits.items() if fit is not None and fit.judged}
     if not judged:
         return NOT_JUDGED
@@ -102,7 +102,7 @@ def describe_curves(fits: Mapping[str, Fit | None], statistic: Statistic) -> str
 
 
 def _around_worst(fit: Fit) -> tuple[int, int]:
-    """Return the index range around the worst value where values miss the band on the same side."""
+    """Return the first and last index of values around the worst that are off on the same side."""
     above = fit.found > fit.reference
     same = fit.outside & (above == above[fit.worst])
     inside = np.flatnonzero(~same)
@@ -111,7 +111,7 @@ def _around_worst(fit: Fit) -> tuple[int, int]:
 
 
 def _lags_text(fit: Fit) -> str:
-    """Return the lags around the worst value as text."""
+    """Describe the range of lags around the worst value."""
     first, last = _around_worst(fit)
     start, end = int(fit.at[first]), int(fit.at[last])
     if last == len(fit.at) - 1:
@@ -120,7 +120,7 @@ def _lags_text(fit: Fit) -> str:
 
 
 def describe_proportion(ensemble: Ensemble, facies: int) -> str:
-    """Describe a facies' share (facies as index) in realizations, training image and data."""
+    """Describe the share of a facies (given by index) in realizations, training image and data."""
     image = ensemble.training_image
     mean, own = float(ensemble.proportions[:, facies].mean()), float(image.proportions[facies])
     others = [f"TI {100 * own:.1f} %"]
@@ -132,23 +132,23 @@ def describe_proportion(ensemble: Ensemble, facies: int) -> str:
 
 
 def relative_text(value: float, reference: float) -> str:
-    """Return a value's difference from a nonzero reference as text, in percent of the reference."""
+    """Describe the difference of a value from a nonzero reference, in percent of the reference."""
     off = 100 * (value / reference - 1)
     return f"{off:+.0f} %".replace("-", "−") if round(off) else "±0 %"
 
 
 def advise_proportions(ensemble: Ensemble, fit: Fit | None) -> str:
-    """Return advice for proportions that differ from the training image's, or an empty text."""
+    """Return advice if proportions differ from the training image's, otherwise an empty text."""
     if fit is None or fit.fits or ensemble.parameters.match_proportions:
         return ""
     names = ensemble.training_image.facies_names
     off = [name for name, missed in zip(names, fit.outside, strict=True) if missed]
-    off = off[1:] if len(off) == len(names) == 2 else off  # if there are two facies, name one
+    off = off[1:] if len(off) == len(names) == 2 else off  # name one of two facies
     return f"“Match proportions” is off and would bring {' and '.join(off)} nearer to the TI"
 
 
 def describe_geobodies(fit: Fit | None, name: str) -> list[str]:
-    """Describe Γ and percolation of a facies if they are outside the band of crops."""
+    """Describe Γ and the percolation of a facies if these values are outside the band of crops."""
     if fit is None:
         return []
     (gamma, *ways), (own, *own_ways) = fit.found, fit.reference
@@ -168,7 +168,7 @@ def describe_geobodies(fit: Fit | None, name: str) -> list[str]:
 
 
 def describe_layers(fit: Fit | None, name: str) -> str:
-    """Say whether a facies' share fits in all layers; if not, name the layers where it differs."""
+    """Describe whether a facies' share fits in all layers, or in which layers the share differs."""
     if fit is None:
         return LAYERS_NOT_JUDGED
     if not fit.judged:
@@ -185,9 +185,9 @@ def describe_layers(fit: Fit | None, name: str) -> str:
 
 
 def describe_patterns(fit: Fit | None) -> list[tuple[str, bool]]:
-    """For each pattern size, compare the distance with crops; return pairs (text, is good).
+    """Return a pair (text, is good) for each pattern size, comparing distances with those of crops.
 
-    A smaller distance than for crops is good, because crops differ only by their small size.
+    A distance below the crops' distance is good, because crops differ only by their small size.
     """
     if fit is None or not fit.judged:
         return [(f"patterns {NOT_JUDGED}", True)]
@@ -206,13 +206,13 @@ def describe_patterns(fit: Fit | None) -> list[tuple[str, bool]]:
 
 
 def describe_unseen(share: float, at_data: float | None, size: str = "3 × 3 × 3") -> str:
-    """Describe the share of patterns that the image lacks, overall and at hard data."""
+    """Describe the share of patterns that do not occur in the image, overall and at hard data."""
     data = "" if at_data is None else f", {100 * at_data:.2f} % of those at data,"
     return f"{100 * share:.2f} % of the {size} patterns{data} do not occur in the TI"
 
 
 class MeasureRow(NamedTuple):
-    """One measure as text, with values, a verdict, and whether the verdict is good."""
+    """Name, values and verdict of one measure as text, and whether the verdict is good."""
 
     title: str
     definition: str
@@ -223,15 +223,15 @@ class MeasureRow(NamedTuple):
 
 
 HOW_MEASURED = (
-    "The TI and realizations columns are for whole images; the last column compares pieces of "
-    "realizations with crops of the training image of the same size, because windows cut "
-    "geobodies. ± is the tolerance, given by the spread of the crops."
+    "The columns “TI” and “realizations” describe entire images. The last column compares pieces "
+    "of the realizations with crops of the training image of equal size, because windows cut "
+    "geobodies. ± is the tolerance, computed from the spread of the crops."
 )
 MEASURES_HEAD = ("measure", "TI", "realizations, 5–95 %", "beside crops of the TI")
 
 
 def describe_measures(found: Measured) -> list[MeasureRow]:
-    """Return all measures as text, with verdicts that compare realizations with crops.
+    """Return all measures as text, with verdicts that compare realizations with crops of the image.
 
     Examples
     --------
@@ -262,7 +262,7 @@ def describe_measures(found: Measured) -> list[MeasureRow]:
 
 
 def _spread(values: NDArray[np.float64]) -> tuple[float, float, float]:
-    """Return the 5 % quantile, the mean and the 95 % quantile of the known values."""
+    """Return the 5 % quantile, the mean and the 95 % quantile of the values that are not NaN."""
     known = values[np.isfinite(values)]
     if not len(known):
         return np.nan, np.nan, np.nan
@@ -271,7 +271,7 @@ def _spread(values: NDArray[np.float64]) -> tuple[float, float, float]:
 
 
 def describe_variety(differing: float, proportions: Sequence[float]) -> str:
-    """Describe the share of cells that differ between realizations and between random images.
+    """Describe in how many cells two realizations differ, and would differ if independent.
 
     Examples
     --------

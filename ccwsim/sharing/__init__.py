@@ -1,1 +1,1 @@
-"""Ways to share a study: link, project file, Python code, command and report."""
+"""Ways to share a study, namely link, project file, Python code, command and report."""

@@ -1,4 +1,4 @@
-"""The user's choices as plain values; the arguments of `simulate` are made from them."""
+"""The user's choices as plain values, from which the arguments of `simulate` are made."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from ccwsim.model.parameters import Parameters
 DataSource = Literal["none", "bundled", "file", "sampled", "placed"]
 EMap = Literal["probability", "most likely", "entropy"]
 Answers = tuple[tuple[str, Any], ...]
-"""The user's answers to questions of a file reader, as sorted (argument, value) pairs."""
+"""The user's answers to the questions of a file reader, as sorted (argument, value) pairs."""
 
 
 @dataclass(frozen=True)
 class Upload:
-    """A file uploaded by the user; its name is shown, never used as a path."""
+    """A file uploaded by the user; the file name is displayed but never used as a path."""
 
     name: str
     content: bytes = field(repr=False)
 
     @cached_property
     def digest(self) -> str:
-        """Short digest of name and content."""
+        """Short digest of the file's name and content."""
         return digest(self.name, self.content)
 
 
 @dataclass(frozen=True)
 class ImageChoice:
-    """Choice of the training image, with its reading options, orientation and names."""
+    """Choice of the training image, with reading options, orientation and facies names."""
 
     bundled: str = "channels"
     upload: Upload | None = None
@@ -45,32 +45,32 @@ class ImageChoice:
 
     @property
     def digest(self) -> str:
-        """Short digest of all choices that determine the image; colours are left out."""
+        """Short digest of all choices, except colours, that determine the training image."""
         source = self.upload.digest if self.upload else self.bundled
         turned = self.flip_ew, self.flip_ns, self.transpose
         return digest(source, self.answers, turned, self.names)
 
     @property
     def files(self) -> tuple[Upload, ...]:
-        """The uploaded file, if the image comes from one."""
+        """The uploaded file of the training image, or an empty tuple."""
         return () if self.upload is None else (self.upload,)
 
 
 @dataclass(frozen=True)
 class WellTables:
-    """Tables that belong to a table of well intervals."""
+    """The other tables for a table of well intervals: collars and deviation surveys."""
 
     collars: Upload | None = None
-    surveys: Upload | None = None  # None if all wells are vertical
+    surveys: Upload | None = None  # deviation surveys; None if all wells are vertical
 
 
 CellsOfWells = tuple[tuple[str, tuple[tuple[int, ...], ...]], ...]
-"""Wells as (name, cells) pairs."""
+"""Wells of hard data, as (name, cells) pairs."""
 
 
 @dataclass(frozen=True)
 class DataChoice:
-    """Choice of the source of the hard data."""
+    """Choice of the hard data and of the source of these data."""
 
     source: DataSource = "none"
     bundled: str = ""
@@ -79,18 +79,18 @@ class DataChoice:
     n_sampled: int = 400
     seed_sampled: int = 1
     placed: HardData | None = None
-    tables: WellTables | None = None  # the other tables if `upload` has well intervals
-    wells: CellsOfWells = ()  # wells by name, if data placed by hand came from a file
+    tables: WellTables | None = None  # collars and surveys if `upload` has well intervals
+    wells: CellsOfWells = ()  # wells by name, if edited data were read from a file
 
     @property
     def files(self) -> tuple[Upload, ...]:
-        """The uploaded files."""
+        """The uploaded files of the hard data."""
         tables = self.tables or WellTables()
         return tuple(f for f in (self.upload, tables.collars, tables.surveys) if f is not None)
 
     @property
     def waits(self) -> bool:
-        """Whether a file still has to be uploaded."""
+        """Whether the chosen source is a file that is not uploaded yet."""
         tables = self.tables
         missing = self.upload is None or (tables is not None and tables.collars is None)
         return self.source == "file" and missing
@@ -98,7 +98,7 @@ class DataChoice:
 
 @dataclass(frozen=True)
 class Choices:
-    """A whole study as the user set it up."""
+    """All choices of the user that define a study."""
 
     image: ImageChoice = ImageChoice()
     data: DataChoice = DataChoice("bundled", "channels_400_data")
@@ -110,8 +110,8 @@ class Choices:
 
 @dataclass(frozen=True)
 class Shown:
-    """The results that the user looks at."""
+    """The results that the user has selected for display."""
 
-    realization: int = 0  # number of the large realization, from 0
-    facies: int = 1  # index of the facies whose curves and probability are shown
-    e_type: EMap = "probability"  # name of the uncertainty map
+    realization: int = 0  # index of the realization shown large, from 0
+    facies: int = 1  # index of the facies for the curves and the probability map
+    e_type: EMap = "probability"  # name of the selected uncertainty map

@@ -1,6 +1,6 @@
-"""Table of the fields of a study, with their names, limits and text formats.
+"""Table of the fields of a study, with names, limits and text formats.
 
-Links, project files, command line options and input fields of the pages use its rows.
+Links, project files, command line options and input fields of pages use the rows of this table.
 """
 
 from __future__ import annotations
@@ -23,51 +23,51 @@ YES_NO = {"yes": True, "no": False}
 MAX_LETTERS = 40
 """Maximum length of a word in a link, such as the name of a method or of a facies."""
 _PER_AXIS = "whole", "number"
-"""Kinds of fields that may have three values in a volume."""
+"""Kinds of fields that may have three values if the study is a volume."""
 _FIGURE = r"-?\d{1,400}(?:\.\d{1,400})?"
 _PATTERNS = {"count": r"-?\d{1,18}", "whole": r"-?\d{1,9}", "number": r"\d{1,9}(?:\.\d{1,400})?"}
 
 
 @dataclass(frozen=True)
 class FieldSpec:
-    """One row of the table of fields.
+    """One row of the table of a study's fields.
 
-    In volumes, sizes and lengths have a third number, along z. Fields of kind whole or number may
-    have three numbers in volumes, written in the order x, y, z and stored in the order z, y, x.
+    In volumes, fields of kind "sizes" or "lengths" have a third number, along z. Fields of kind
+    "whole" or "number" may have three numbers, written as x, y, z and stored as z, y, x.
     """
 
     key: str  # name in a link
-    part: str  # part of the study: "study", "data", "grid", "parameters" or "shown"
-    fields: tuple[str, ...]  # names in that part and in a project file; one for each of x, y, z
-    kind: str  # count, whole, number (both checked by `Parameters`), sizes, lengths, choice, word
+    part: str  # part of a study: "study", "data", "grid", "parameters" or "shown"
+    fields: tuple[str, ...]  # names in `part` and in a project file; one for each of x, y, z
+    kind: str  # count, whole or number (`Parameters` checks both), sizes, lengths, choice, word
     low: float = 0  # minimum in a page, link or option
     high: float = 0  # maximum in a page, link or option
     file_high: float = 2**63 - 1  # maximum in a project file
-    first: int = 0  # offset of numbers in a link
-    words: Mapping[str, Any] | None = None  # values of a choice, by word in a link
-    option: str = ""  # command line option, if there is one; `no_option` is its opposite
+    first: int = 0  # offset added to numbers in a link
+    words: Mapping[str, Any] | None = None  # values of a choice, by the word used in a link
+    option: str = ""  # command line option, if any; `no_option` turns it off
     metavar: str = ""
     help: str = ""
 
     @property
     def no_option(self) -> str:
-        """The option that turns a yes-or-no choice off."""
+        """The command line option that turns a yes-or-no choice off."""
         return self.option.replace("--", "--no-", 1) if self.words == YES_NO else ""
 
     def value_in(self, parts: Mapping[str, Any]) -> Any:
-        """Return the value of this field in the parts of a study."""
+        """Return the value of this field, read from the parts of a study."""
         values = [getattr(parts[self.part], name) for name in self.fields]
         if len(values) == 1:
             return values[0]
         return tuple(value for value in values if value is not None)  # a map has no layers
 
     def as_fields(self, value: Any) -> dict[str, Any]:
-        """Return a value as a dictionary by field name."""
+        """Return a value of this field as a dictionary by field name."""
         values = value if len(self.fields) > 1 else (value,)
         return dict(zip_longest(self.fields, values))
 
     def write(self, value: Any) -> str:
-        """Return a value as text that `read` understands."""
+        """Return a value as a text that `read` converts back."""
         if self.words:
             return next(word for word, own in self.words.items() if own == value)
         if isinstance(value, tuple):
@@ -77,7 +77,7 @@ class FieldSpec:
         return format_number(value) if isinstance(value, float) else str(value)
 
     def read(self, text: str) -> Any:
-        """Return the value that a text stands for; error messages complete a sentence."""
+        """Convert a text to a value; error messages begin with "is", to follow the name."""
         if self.words:
             if text not in self.words:
                 raise CCWSIMError(f"is none of {', '.join(self.words)}")
@@ -94,14 +94,14 @@ class FieldSpec:
             if self.low <= value <= self.high:
                 return value
             raise CCWSIMError(
-                f"is no whole number from {self.write(self.low)} to {self.write(self.high)}"
+                f"is not a whole number from {self.write(self.low)} to {self.write(self.high)}"
             )
         if not matches:
             raise CCWSIMError("is no number")
         return int(text) if self.kind == "whole" else float(text)
 
     def check(self, value: Any, where: str) -> Any:
-        """Return a value of a project file after checking it."""
+        """Check a value of a project file and return the value."""
         name = self.fields[0]
         if self.words:
             if value not in self.words.values():
@@ -113,7 +113,7 @@ class FieldSpec:
         return n
 
     def _numbers(self, text: str) -> tuple[Any, ...]:
-        """Return two numbers, or three for a volume."""
+        """Convert a text to two numbers, or to three for a volume."""
         figure, kind = (r"[1-9]\d{0,4}", int) if self.kind == "sizes" else (_FIGURE, float)
         if re.fullmatch(f"{figure}([xX×]{figure}){{1,2}}", text, re.ASCII):
             found = tuple(map(kind, re.split("[xX×]", text)))
@@ -122,7 +122,7 @@ class FieldSpec:
         raise CCWSIMError("is not two or three numbers in range, such as 640x480 or 100x100x48")
 
     def _per_axis(self, text: str) -> tuple[Any, ...]:
-        """Return the numbers of a text (order x, y, z) in the order of parameters (z, y, x)."""
+        """Convert a text with numbers along x, y, z to numbers in the order z, y, x."""
         figure = _PATTERNS[self.kind]
         if not re.fullmatch(f"{figure}(x{figure}){{2}}", text, re.ASCII):
             raise CCWSIMError("is neither one number nor three, along x, y and z")
@@ -131,7 +131,7 @@ class FieldSpec:
 
 
 def format_number(value: float) -> str:
-    """Return a number as text that reads back exactly, without powers of ten.
+    """Return a number as text without powers of ten; reading the text gives exactly this number.
 
     Examples
     --------
@@ -193,8 +193,8 @@ FIELDS = (
         *("grid", "grid", ("nx", "ny", "nz"), "sizes", 1, bounds.MAX_GRID_SIDE_OFFERED),
         option="--grid",
         metavar="NXxNY[xNZ]",
-        help="cells along x (columns) x cells along y (rows), in the order of a GSLIB header; a "
-        "third number, layers, simulates a volume (default: the grid of bundled hard data, "
+        help="numbers of cells along x (columns) and y (rows), in the order of a GSLIB header; "
+        "a third number, the layers, gives a volume (default: the grid of bundled hard data, "
         "otherwise 256x256)",
     ),
     FieldSpec(
@@ -207,7 +207,7 @@ FIELDS = (
         *("origin", "grid", ("origin",), "lengths", -bounds.MAX_FLOAT, bounds.MAX_FLOAT),
         option="--origin",
         metavar="X Y",
-        help="outer corner of the south-west cell in world units (default: 0 0)",
+        help="x and y of the grid's south-west corner in world units (default: 0 0)",
     ),
     *(_parameter(row, _DEFAULTS[row["name"]]) for row in parameter_table()),
     FieldSpec(
@@ -215,7 +215,7 @@ FIELDS = (
         file_high=bounds.MAX_REALIZATIONS_OF_PROJECT,
         option="--realizations",
         metavar="N",
-        help="how many (default: 1)",
+        help="number of realizations (default: 1)",
     ),
     FieldSpec(
         *("seed", "study", ("seed",), "count", 0, bounds.MAX_SEED),
@@ -230,5 +230,5 @@ FIELDS = (
 
 
 def fields_of(part: str) -> tuple[FieldSpec, ...]:
-    """Return the rows of a part of a study."""
+    """Return the rows of the table for a part of a study."""
     return tuple(field for field in FIELDS if field.part == part)

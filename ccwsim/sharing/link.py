@@ -1,7 +1,7 @@
-"""A study as the query of a web address, with only the values that differ from defaults.
+"""Write a study as the query of a web address, with only the values that differ from defaults.
 
 `ccwsim.sharing.codec` writes and reads numbers, words and pairs. This module writes and reads
-training images and hard data, which have several forms.
+training images and hard data.
 """
 
 from __future__ import annotations
@@ -29,20 +29,20 @@ from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Shown
 from ccwsim.sharing.codec import FIELDS, MAX_LETTERS, FieldSpec, fields_of, parts_of
 
 MAX_PACKED_LETTERS = 8000
-"""Maximum length of hard data in an address."""
+"""Maximum number of characters for hard data in an address."""
 VOLUME = -3
-"""First number of packed data of a volume."""
+"""Number with which packed data of a volume begin."""
 OWN = "own"
-"""Prefix for names of the sender's own images and data, whose content no address holds."""
+"""Prefix of the names that replace the sender's own images and data in a link."""
 Own = ImageChoice | DataChoice
 TURNS = {"ew": "flip_ew", "ns": "flip_ns", "transpose": "transpose"}
 ANSWERS = {"outside": "on_outside", "unknown": "on_unknown"}
 OF_IMAGE = ("ti", "turn", "name", "colour")
 OF_DATA = ("data", "data-n", "data-seed", "points", *ANSWERS)
 KEYS = (*OF_IMAGE, *OF_DATA, *(row.key for row in FIELDS if row.part != "data"))
-"""All names of values in an address."""
+"""Names of all values that an address may contain."""
 TOGETHER = ("method", "wavelet_level", "template_size", "overlap_size")
-"""Parameters whose values must fit each other."""
+"""Parameters whose values must be consistent with each other."""
 LIKENESS = 0.75
 """Minimum similarity of an unknown name to a known one that may be meant, from 0 to 1."""
 MAX_NAME = round(max(map(len, KEYS)) * (2 / LIKENESS - 1))
@@ -50,7 +50,7 @@ MAX_NAME = round(max(map(len, KEYS)) * (2 / LIKENESS - 1))
 
 
 def link_of(choices: Choices, shown: Shown | None = None) -> dict[str, list[str]]:
-    """Return a study as names and values in an address, without defaults."""
+    """Return the names and values by which an address describes a study, except default values."""
     names = own_choices(choices)
     query = {**_image_query(choices.image), **_data_query(choices)}
     for key, choice in names.items():
@@ -63,7 +63,7 @@ def link_of(choices: Choices, shown: Shown | None = None) -> dict[str, list[str]
 
 
 def usual_data(image: ImageChoice) -> DataChoice:
-    """Return the default hard data for an image; bundled data belong to only one image.
+    """Return the default hard data for an image: bundled data of this image, or no data.
 
     Examples
     --------
@@ -76,7 +76,7 @@ def usual_data(image: ImageChoice) -> DataChoice:
 
 
 def left_out(choices: Choices) -> tuple[str, ...]:
-    """Return descriptions of the parts of a study that an address cannot carry."""
+    """Return a description of each part of a study that an address cannot contain."""
     found = []
     for choice in own_choices(choices).values():
         what = "training image" if isinstance(choice, ImageChoice) else "hard data"
@@ -85,12 +85,12 @@ def left_out(choices: Choices) -> tuple[str, ...]:
             found.append(f"the {what} {names}")
         elif isinstance(choice, DataChoice) and choice.placed is not None:
             n = choice.placed.n
-            found.append(f"the {n} data placed by hand (it can carry {MAX_LINK_DATA})")
+            found.append(f"the {n} data placed by hand (a link contains at most {MAX_LINK_DATA})")
     return tuple(found)
 
 
 def own_choices(choices: Choices) -> dict[str, Own]:
-    """Return, by name, the parts of a study whose content an address cannot hold."""
+    """Return, by name, the parts of a study whose content an address cannot contain."""
     image, data, found = choices.image, choices.data, dict[str, Own]()
     if image.upload is not None:
         found[f"{OWN}-{image.digest}"] = image
@@ -108,11 +108,11 @@ def own_choices(choices: Choices) -> dict[str, Own]:
 def read_link(
     query: Mapping[str, Sequence[str]], own: Mapping[str, Own] | None = None
 ) -> tuple[Choices, Shown, tuple[str, ...]]:
-    """Return the study in an address, and a sentence for each part that could not be read.
+    """Return the study in an address, and a sentence for each part that cannot be read.
 
     Unknown names are ignored; if one resembles a known name, a sentence suggests the known name.
     The part of a long address that `first_values` leaves out is ignored too.
-    `own` has the user's available images and data, by the names that `own_choices` returns.
+    `own` contains the user's available images and data, by the names that `own_choices` returns.
     """
     first = first_values(query.items())
     reader, usual, shown = _Reader(first, own or {}), Choices(), Shown()
@@ -127,7 +127,7 @@ def read_link(
     for name in first:
         if name not in KEYS and meant(name):
             reader.notes.append(
-                f"There is no setting {printable(name, 40)}: {meant(name)} may be meant."
+                f"There is no setting {printable(name, 40)}. Did you mean {meant(name)}?"
             )
     left = next((name for name in query if name not in first), None)
     if left is not None:
@@ -161,7 +161,7 @@ def first_values(pairs: Iterable[tuple[str, Sequence[str]]]) -> dict[str, list[s
 
 
 def meant(name: str) -> str:
-    """Return the known name that equals or resembles a name, or an empty text."""
+    """Return the valid name that equals or resembles a name, or an empty text."""
     return _closest(name) if len(name) <= MAX_NAME else ""
 
 
@@ -173,7 +173,7 @@ def _closest(name: str) -> str:
 
 def _image_query(image: ImageChoice) -> dict[str, list[str]]:
     if image.upload is not None:
-        return {}  # its name comes from `own_choices`
+        return {}  # `own_choices` returned this name
     turns = [short for short, name in TURNS.items() if getattr(image, name)]
     query = {
         "ti": [image.bundled] if image.bundled != ImageChoice().bundled else [],
@@ -199,26 +199,26 @@ def _data_query(choices: Choices) -> dict[str, list[str]]:
         query["data"] = [source]
         query["points"] = [packed(data.placed)] if data.placed.n else []
     else:
-        return {"data": ["none"]}  # names of the user's own data come from `own_choices`
+        return {"data": ["none"]}  # `own_choices` returns the names of the user's data
     answers = dict(data.answers)
     query |= {key: [answers[name]] for key, name in ANSWERS.items() if name in answers}
     return {name: values for name, values in query.items() if values}
 
 
 class _Reader:
-    """Reader of the parts of a study; it notes wrong values and replaces them by defaults."""
+    """Reader of the parts of a study, which replaces wrong values by defaults and reports them."""
 
     def __init__(self, query: Mapping[str, Sequence[str]], own: Mapping[str, Own]) -> None:
         self._query, self._own = query, own
         self.notes: list[str] = []
 
     def text(self, name: str) -> str | None:
-        """Return the last value given for a name."""
+        """Return the last value of a name in the address."""
         values = self._query.get(name)
         return values[-1] if values else None
 
     def refuse(self, name: str, reason: str, taken: str) -> None:
-        """Note that a value cannot be used."""
+        """Add a note on a value that cannot be used."""
         value = printable(self.text(name) or "", MAX_LETTERS)
         self.notes.append(f"{name} = {value} {reason}: {taken}.")
 
@@ -228,27 +228,27 @@ class _Reader:
         try:
             return usual if text is None else row.read(text)
         except CCWSIMError as error:
-            self.refuse(row.key, str(error), f"the usual {row.write(usual)} is taken")
+            self.refuse(row.key, str(error), f"the default {row.write(usual)} is used")
             return usual
 
     def fields(self, part: str, parts: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the settings of a part of a study by field name."""
+        """Return the settings of a part of a study, by field name."""
         found: dict[str, Any] = {}
         for row in fields_of(part):
             found |= row.as_fields(self.value(row, row.value_in(parts)))
         return found
 
     def grid(self, usual: Grid, parts: Mapping[str, Any]) -> Grid:
-        """Return the grid; inconsistent numbers are replaced by the default world coordinates."""
+        """Return the grid; if its numbers are inconsistent, use the default world coordinates."""
         fields = self.fields("grid", parts)
         try:
             return replace(usual, **fields)
         except CCWSIMError as error:
-            self.notes.append(f"{error}. The usual world coordinates are taken.")
+            self.notes.append(f"{error}. The default world coordinates are used.")
             return replace(usual, **{name: fields[name] for name in ("nx", "ny", "nz")})
 
     def parameters(self) -> Parameters:
-        """Return the parameters; inconsistent sizes are all replaced by their defaults."""
+        """Return the parameters; if sizes are inconsistent, use the default of each size."""
         taken = Parameters()
         rows = {row.fields[0]: row for row in fields_of("parameters")}
         given = {
@@ -262,24 +262,24 @@ class _Reader:
                 taken = replace(taken, **part)
             except CCWSIMError as error:
                 usual = ", ".join(f"{rows[name].key} {getattr(taken, name)}" for name in part)
-                self.notes.append(f"{error}. The usual is taken: {usual}.")
+                self.notes.append(f"{error}. The default is used: {usual}.")
         return taken
 
     def image(self, usual: ImageChoice) -> ImageChoice:
-        """Return the training image."""
+        """Return the choice of the training image."""
         name = self.text("ti")
         if isinstance(kept := self._own.get(name or ""), ImageChoice):
             return kept
         if _is_own(name):
             self.notes.append(
-                "The training image of this link is the sender's own file, which an address "
-                f"cannot carry and this server does not have: {usual.bundled} is used. Open the "
-                "project file or the image again."
+                "The training image of this link is the sender's own file, which is not on this "
+                f"server. The bundled image {usual.bundled} is used instead. Open the project file "
+                "or the image again."
             )
             return usual
         known = datasets.all_image_names()
         if name is not None and name not in known:
-            reason = f"is no bundled training image ({', '.join(known)})"
+            reason = f"is not a bundled training image ({', '.join(known)})"
             self.refuse("ti", reason, f"{usual.bundled} is taken")
             return usual
         bundled = name or usual.bundled
@@ -299,7 +299,7 @@ class _Reader:
         n_facies = datasets.load(bundled).n_facies
         if names and (len(names) != n_facies or not all(n.strip() for n in names)):
             self.notes.append(
-                f"{len(names)} names for {n_facies} facies: the usual ones are taken."
+                f"{len(names)} names for {n_facies} facies: the default names are used."
             )
             return ()
         return names
@@ -312,20 +312,21 @@ class _Reader:
                 found[int(match[1])] = f"#{match[2]}"
             else:
                 value = printable(text, MAX_LETTERS)
-                self.notes.append(f"colour = {value} is not a code and #rrggbb; it is ignored.")
+                self.notes.append(
+                    f"colour = {value} is not a code with #rrggbb; the value is ignored."
+                )
         return tuple(sorted(found.items()))
 
     def data(self, usual: DataChoice) -> DataChoice:
-        """Return the hard data."""
+        """Return the choice of the hard data."""
         name, bundled = self.text("data"), datasets.all_hard_data_names()
         answers = tuple(sorted((own, "drop") for key, own in ANSWERS.items() if self._drops(key)))
         if isinstance(kept := self._own.get(name or ""), DataChoice):
             return kept
         if _is_own(name):
             self.notes.append(
-                "The hard data of this link are the sender's own, which an address cannot carry "
-                "and this server does not have: no data are used. Open the project file or the "
-                "data again."
+                "The hard data of this link are the sender's own file, which is not on this "
+                "server. No data are used. Open the project file or the data again."
             )
         if name == "none" or _is_own(name):
             return DataChoice()
@@ -353,7 +354,7 @@ class _Reader:
             data = unpacked(self.text("points") or packed(HardData()))
             return DataChoice("placed", answers=answers, placed=data)
         except CCWSIMError as error:
-            self.notes.append(f"{error}: there are none.")
+            self.notes.append(f"{error}: no data are used.")
             return DataChoice()
 
 
@@ -364,9 +365,9 @@ def _is_own(name: str | None) -> bool:
 def packed(data: HardData) -> str:
     """Return hard data as a word of letters, digits, - and _.
 
-    The word has the number of data; then, for each facies, the code, the number of data, and the
-    steps from cell to cell along (layers,) rows and columns. Numbers take as few bytes as possible.
-    Data of a volume begin with -3, which cannot be a number of data.
+    The word contains the number of data; then, for each facies, the code, the number of data, and
+    the steps from cell to cell along (layers,) rows and columns. Data of a volume begin with -3,
+    which is no possible number of data.
 
     Raises `CCWSIMError` for more than `MAX_LINK_DATA` data.
 
@@ -377,7 +378,7 @@ def packed(data: HardData) -> str:
     """
     if data.n > MAX_LINK_DATA:
         raise CCWSIMError(
-            f"{data.n} hard data are more than the {MAX_LINK_DATA} an address can carry"
+            f"{data.n} hard data are more than the {MAX_LINK_DATA} that a link can contain"
         )
     volume = data.cells.shape[1] == 3
     content = bytearray(_number(VOLUME) if volume else b"") + _number(data.n)
@@ -393,9 +394,9 @@ def packed(data: HardData) -> str:
 
 
 def unpacked(text: str) -> HardData:
-    """Return the hard data of a packed word.
+    """Return the hard data described by a word that `packed` returned.
 
-    Raises `CCWSIMError` for a word that was cut or changed.
+    Raises `CCWSIMError` for a truncated or changed word.
 
     Examples
     --------
@@ -403,7 +404,7 @@ def unpacked(text: str) -> HardData:
     [[3, 4], [3, 9], [60, 2]]
     """
     if len(text) > MAX_PACKED_LETTERS:
-        raise CCWSIMError(f"{len(text)} letters are more than an address of hard data has")
+        raise CCWSIMError(f"{len(text)} letters are too long for hard data in a link")
     try:
         content = urlsafe_b64decode(text + "=" * (-len(text) % 4))
     except (binascii.Error, ValueError):
@@ -457,4 +458,4 @@ def _next(numbers: Iterator[int]) -> int:
 
 
 def _broken() -> CCWSIMError:
-    return CCWSIMError("the hard data in the address are cut or changed; copy the whole link again")
+    return CCWSIMError("the hard data in the link are cut or changed; copy the entire link again")

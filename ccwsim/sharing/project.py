@@ -1,4 +1,4 @@
-"""A study as one `.ccwsim` file, a zip of its JSON, training image and hard data."""
+"""Project files (`.ccwsim`): a zip archive of a study's JSON, training image and hard data."""
 
 from __future__ import annotations
 
@@ -34,22 +34,22 @@ STUDY, IMAGE, DATA = "study.json", "training_image.npy", "hard_data.npy"
 MAX_STUDY_BYTES = 2**20
 MAX_PROJECT_MEMBERS = 16
 MAX_LINK_LETTERS = 10_000
-"""Maximum length of a link's value in a project; the longest values are packed hard data."""
+"""Maximum length of a value of a link that a project stores; packed hard data are longest."""
 MADE = (2020, 1, 1, 0, 0, 0)
-"""Date of every member of the zip; it is fixed so that the same study gives the same file."""
+"""Date of all members of the zip archive, fixed to write equal files for equal studies."""
 
 
 @dataclass(frozen=True, eq=False)
 class Project:
-    """A study and the results shown, as stored in a file."""
+    """A study, and the results selected for display, as stored in a project file."""
 
     study: Study
     n_realizations: int = 1
-    colours: tuple[tuple[int, str], ...] = ()  # codes and colours `#rrggbb` chosen by the user
+    colours: tuple[tuple[int, str], ...] = ()  # (code, colour `#rrggbb`) pairs chosen by the user
     shown: Shown = field(default_factory=Shown)
-    link: Mapping[str, list[str]] = field(default_factory=dict)  # the part an address can hold
+    link: Mapping[str, list[str]] = field(default_factory=dict)  # what a link can contain
     versions: Mapping[str, str] = field(default_factory=dict)  # versions of software
-    digest: str = ""  # digest of the realizations, if known
+    digest: str = ""  # digest of the realizations, if they were simulated
 
     def __post_init__(self) -> None:
         n = check_int("n_realizations", self.n_realizations, 1)
@@ -60,7 +60,7 @@ class Project:
     ) -> Ensemble:
         """Return realizations of the study, with the options and errors of `ccwsim.simulate`.
 
-        By default, `n_realizations` and `seed` are taken from the project.
+        By default, `n_realizations` and `seed` have the values of the project.
         """
         s = self.study
         return simulate(
@@ -80,7 +80,7 @@ def save_project(path_or_file: Any, project: Project) -> None:
 
 
 def project_as_bytes(project: Project) -> bytes:
-    """Return a project as the content of a file, for a download."""
+    """Return the bytes of a project file, for a download."""
     study = project.study
     data = np.column_stack([study.hard_data.cells, study.hard_data.facies])
     content = BytesIO()
@@ -97,10 +97,10 @@ def project_as_bytes(project: Project) -> bytes:
 
 
 def read_project(path_or_file: PathOrFile) -> Project:
-    """Return the project in a file.
+    """Read a project from a file.
 
-    Raises `CCWSIMError` if the file is no project, broken, too large, or made by a newer version;
-    the message gives the reason.
+    Raises `CCWSIMError` if the file is not a project, is broken or too large, or was written by a
+    newer version.
     """
     content, name = read_bytes(path_or_file)
     members = _members(content, name)
@@ -115,16 +115,16 @@ def read_project(path_or_file: PathOrFile) -> Project:
 
 def _check_version(given: Any, name: str) -> None:
     if not isinstance(given, dict) or given.get("format") != FORMAT:
-        raise CCWSIMError(f"{name} is no project of CCWSIM")
+        raise CCWSIMError(f"{name} is not a project of CCWSIM")
     version = given.get("version")
     if not isinstance(version, int) or version < 1:
         raise CCWSIMError(f"{name}: version {shown(version)} of the file is unknown; save it again")
     if version > VERSION:
-        raise CCWSIMError(f"{name} was saved by a newer version of CCWSIM; update this one")
+        raise CCWSIMError(f"{name} was saved by a newer version of CCWSIM; update this version")
 
 
 def _project(given: dict[str, Any], members: Mapping[str, bytes], name: str) -> Project:
-    """Return the project from its JSON and arrays; most classes check their values themselves."""
+    """Build a project from JSON and arrays; most classes check their values themselves."""
     image = _take(given, "training_image", dict, name)
     facies_names = [printable(own) for own in _texts(image, "facies_names", name)]
     colours = _colours(_take(image, "colours", list, name), name)
@@ -139,7 +139,7 @@ def _project(given: dict[str, Any], members: Mapping[str, bytes], name: str) -> 
     if n_data:
         table = _integers(members[DATA], f"{name}, {DATA}", 2)
     if table.shape != (n_data, columns):
-        raise CCWSIMError(f"{n_data} hard data are promised; {DATA} has other ones")
+        raise CCWSIMError(f"{n_data} hard data are expected; {DATA} has other data")
     study = Study(
         TrainingImage(
             array, name=printable(_take(image, "name", str, name)), facies_names=facies_names
@@ -189,20 +189,20 @@ def _npy(array: np.ndarray) -> bytes:
 def _integers(content: bytes, name: str, n_dimensions: int) -> np.ndarray:
     array = read_npy(content, name).variables["array"]
     if (n_dimensions == 2 and len(array) != 1) or array.dtype.kind not in "bui":
-        raise CCWSIMError(f"{name}: whole numbers in rows and columns are needed")
+        raise CCWSIMError(f"{name}: the array must have whole numbers in rows and columns")
     return array[0] if n_dimensions == 2 else array
 
 
 def _members(content: bytes, name: str) -> dict[str, bytes]:
-    """Return the members of a project file; their sizes are checked before unpacking."""
+    """Return the members of a project file, after checking the sizes of all members."""
     if not content.startswith(b"PK"):
-        raise CCWSIMError(f"{name} is no project of CCWSIM; choose a file that was saved as one")
+        raise CCWSIMError(f"{name} is not a project of CCWSIM; choose a saved project")
     with opened_archive(content, name) as archive:
         wanted = [STUDY, IMAGE, DATA]
         missing = [own for own in wanted if own not in archive.infos]
         if missing or archive.n_members > MAX_PROJECT_MEMBERS:
-            what = f"{missing[0]} is missing" if missing else "it holds too many files"
-            raise CCWSIMError(f"{name} is no project of CCWSIM: {what}")
+            what = f"{missing[0]} is missing" if missing else "it contains too many files"
+            raise CCWSIMError(f"{name} is not a project of CCWSIM: {what}")
         archive.check(wanted)
         if archive.infos[STUDY].file_size > MAX_STUDY_BYTES:
             raise CCWSIMError(f"{name}: {STUDY} is too large for a study")
@@ -214,7 +214,7 @@ def _json(content: bytes, name: str) -> Any:
         return json.loads(content.decode())
     except (ValueError, RecursionError) as error:
         reason = " ".join(str(error).split())[:100]
-        raise CCWSIMError(f"{name}: {STUDY} is no JSON ({reason}); save it again") from error
+        raise CCWSIMError(f"{name}: {STUDY} is not valid JSON ({reason}); save it again") from error
 
 
 def _take(given: Mapping[str, Any], key: str, kind: type, name: str) -> Any:
@@ -247,20 +247,20 @@ def _colours(given: list[Any], name: str) -> tuple[tuple[int, str], ...]:
 
 
 def _known(noun: Any, given: dict[str, Any], needed: Sequence[str], name: str) -> dict[str, Any]:
-    """Return the fields of a class that checks its own values; refuse unknown fields."""
+    """Return the fields for a class that checks the values; raise an error for unknown fields."""
     missing = [own for own in needed if own not in given]
     if missing:
-        raise CCWSIMError(f"{name}: {missing[0]} is missing in its settings; save it again")
+        raise CCWSIMError(f"{name}: {missing[0]} is missing in the settings; save it again")
     unknown = sorted(set(given) - {own.name for own in fields(noun)})
     if unknown:
         raise CCWSIMError(
-            f"{name}: {shown(unknown[0])} is unknown here; it may be of a newer version"
+            f"{name}: {shown(unknown[0])} is unknown; a newer version may have written it"
         )
     return given
 
 
 def _checked(part: str, given: Mapping[str, Any], name: str) -> dict[str, Any]:
-    """Return the fields of a part of a study, checked against the table of fields."""
+    """Return the fields of a part of a study after checking them against the table of fields."""
     found: dict[str, Any] = {}
     for row in fields_of(part):
         (own,) = row.fields

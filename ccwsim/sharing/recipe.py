@@ -1,4 +1,4 @@
-"""A study as Python code and as a command, which can be copied to reproduce the same cells."""
+"""Write a study as Python code and as a command that reproduce the realizations exactly."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from ccwsim.sharing.codec import fields_of, format_number
 
 OUTPUT = "realizations.npz"
 ALONG_Z = {"cell": "--cell-height", "origin": "--bottom"}
-"""Command line options for the third number (along z) of lengths."""
+"""Command line options for the third number (along z) of cell size and origin."""
 
 
 @dataclass(frozen=True)
 class Recipe:
-    """Code and command that reproduce the realizations of a study."""
+    """Script and command that reproduce the realizations of a study."""
 
-    python: str  # a script
+    python: str  # a Python script
     command: str  # one line for a shell
-    python_needs_project: bool  # whether the script reads the project file beside it
+    python_needs_project: bool  # whether the script reads the project file
     command_needs_project: bool
 
 
 def reproduction_recipe(choices: Choices, study: Study, project: str) -> Recipe:
-    """Return the script and the command of a study; `project` is the name of the project file."""
+    """Return the script and the command for a study; `project` is the name of the project file."""
     lines, by_project = _python(choices, study, project)
     words, command_by_project = _command(choices, study, project)
     return Recipe("\n".join(lines), shlex.join(words), by_project, command_by_project)
@@ -62,7 +62,7 @@ def _python(choices: Choices, study: Study, project: str) -> tuple[list[str], bo
 
 
 def _image_lines(choices: Choices) -> list[str] | None:
-    """Return code that loads, rotates and names a bundled image; None for an uploaded image."""
+    """Return code that loads and modifies a bundled image; None for an uploaded image."""
     choice = choices.image
     if choice.upload is not None:
         return None
@@ -81,7 +81,7 @@ def _image_lines(choices: Choices) -> list[str] | None:
 
 
 def _data_lines(choices: Choices, study: Study) -> list[str] | None:
-    """Return code that makes the data (empty without data); None if the project must be read."""
+    """Return code that makes the hard data; None if the code must read the project file."""
     choice, data = choices.data, study.hard_data
     if not data.n:
         return []
@@ -98,7 +98,7 @@ def _data_lines(choices: Choices, study: Study) -> list[str] | None:
 
 
 def is_bundled(choices: Choices, study: Study) -> bool:
-    """Return whether a study uses all data of a bundled set."""
+    """Return whether a study uses all data of a bundled data set."""
     data = choices.data
     return data.source == "bundled" and (
         datasets.load_hard_data(data.bundled).digest == study.hard_data.digest
@@ -106,12 +106,12 @@ def is_bundled(choices: Choices, study: Study) -> bool:
 
 
 def _usual(grid: Grid) -> Grid:
-    """Return the grid of the same shape with default world coordinates."""
+    """Return a grid of equal shape with default world coordinates."""
     return Grid(1, 1, nz=None if grid.nz is None else 1)
 
 
 def _call(own: Grid | Parameters, usual: Grid | Parameters, *always: str) -> str:
-    """Return a grid or parameters as Python code, with changed fields and fields in `always`."""
+    """Return Python code for an object, with changed fields and the fields in `always`."""
     names = [f.name for f in fields(own) if getattr(own, f.name) != getattr(usual, f.name)]
     names = [*always, *(name for name in names if name not in always)]
     parts = [f"{name}={getattr(own, name)!r}" for name in names]

@@ -1,4 +1,4 @@
-"""The report of a study and its results."""
+"""Report of a study and of its results."""
 
 from __future__ import annotations
 
@@ -44,11 +44,11 @@ from ccwsim.sharing.link import left_out
 from ccwsim.sharing.recipe import Recipe
 
 MAX_LISTED = 40
-"""Maximum number of data or realizations listed; if there are more, they are summarized."""
+"""Maximum number of data or realizations in a list; longer lists are summarized."""
 MAX_MAPS = 24
 REVISED = (
     "These realizations were re-simulated locally around edits of the hard data. Link, script and "
-    "command simulate the study anew: the same data are honoured, other cells differ."
+    "command simulate the entire study again; the same data are honoured, but other cells differ."
 )
 
 
@@ -61,10 +61,10 @@ def study_report(
     link: str,
     how: Recipe,
 ) -> Document:
-    """Return the report of a study and its results.
+    """Return the report of a study and of its results.
 
-    `shown` selects the realization and the facies; each facies has one colour. `facts` are short
-    phrases on the results, `link` opens the study, and `how` reproduces it.
+    `shown` selects the realization and the facies; `colours` has one colour per facies. `facts` are
+    short phrases on the results. `link` opens the study, and `how` reproduces the study.
     """
     image, grid = ensemble.training_image, ensemble.grid
     facies = min(shown.facies, image.n_facies - 1)
@@ -83,12 +83,12 @@ def study_report(
         (
             "E-type",
             (_e_type_maps(ensemble, facies),),
-            f"{of_facies}, over {ensemble.n} realizations",
+            f"{of_facies}, in {ensemble.n} realizations",
         ),
         (
             "Variograms and connectivity",
             _curve_charts(ensemble, facies),
-            f"{of_facies}, against the training image",
+            f"{of_facies}, compared with the training image",
         ),
         ("Measures", (_measures(ensemble, facies),), f"{of_facies}, beside crops of the image"),
         ("CPU time and proportions", counts, f"{seconds(mean)} a realization"),
@@ -150,7 +150,7 @@ def _data(ensemble: Ensemble) -> tuple[Block, ...]:
 
 
 def _first_maps(ensemble: Ensemble, colours: Sequence[str], number: int) -> Row:
-    """Return pictures of the training image and a realization, at the same scale if possible."""
+    """Return pictures of the training image and of a realization, with equal scales if possible."""
     image, data = ensemble.training_image, ensemble.hard_data
     share = min(max(image.shape[-1] / ensemble.grid.nx, 0.5), 2.0)
     caption = f"Training image {image.name or ''}, {describe_shape(image.shape)} cells"
@@ -180,17 +180,17 @@ def _first(n: int, ensemble: Ensemble) -> str:
 
 
 def _e_type_maps(ensemble: Ensemble, facies: int) -> Row:
-    """Return pictures of the probability of a facies and of the entropy in each cell."""
+    """Return pictures of a facies' probability and of the entropy in each cell."""
     image = ensemble.training_image
     found = etype(ensemble)
     probability = f"Probability of {image.facies_names[facies]}: dark blue 0, yellow 1"
-    entropy = "Entropy: dark blue where all agree, yellow where none knows"
+    entropy = "Entropy: dark blue 0 (all realizations agree), yellow maximum"
     likely = share_picture(found.probability[facies], probability)
     return Row((likely, share_picture(found.entropy, entropy)))
 
 
 def _curve_charts(ensemble: Ensemble, facies: int) -> tuple[Row, ...]:
-    """Return the variograms and the connectivity functions of a facies along each axis."""
+    """Return charts of the variograms and connectivity functions of a facies along each axis."""
     image = ensemble.training_image
     name, code, rows = image.facies_names[facies], int(image.codes[facies]), []
     images = Stack(ensemble.indices[:MAX_CURVES], image.codes)
@@ -228,7 +228,7 @@ def _times_and_proportions(ensemble: Ensemble, colours: Sequence[str]) -> Row:
     shares = proportions_chart(
         image.facies_names, image.proportions, ensemble.proportions, colours, LIGHT
     )
-    title, alt = "Facies proportions", "Facies proportions, image and realizations"
+    title, alt = "Facies proportions", "Facies proportions of image and realizations"
     legend = (("training image", LIGHT.reference),)
     time = "CPU time of each realization"
     return Row((Chart(times, time, time), Chart(shares, title, alt, legend)))
@@ -266,9 +266,9 @@ def _reproduction(
     blocks.append(Code(link, "The link"))
     missing = left_out(choices)
     if missing:
-        words = f"The link cannot carry {' and '.join(missing)}: take the project file."
+        words = f"The link does not contain {' and '.join(missing)}. Use the project file instead."
         blocks.append(Text(words))
-    beside = "; it reads the project file, which has to be in the same folder"
+    beside = "; the project file must be in the same folder"
     python = f"In Python{beside if how.python_needs_project else ''}"
     command = f"On the command line{beside if how.command_needs_project else ''}"
     return (*blocks, Code(how.python, python), Code(how.command, command))

@@ -191,19 +191,19 @@ CHOICES = [
     (
         [numbers(1.0, 2), numbers(*SECOND), POOR, NEXT],
         0,
-        "2 settings are farther off in patterns: 1.2",
+        "2 settings are worse in patterns: 1.2",
     ),
     (
         [numbers(*FIRST), numbers(*SECOND, tau=0.2), POOR, NEXT],
         0,
-        "the error of τ(h) is 0.2 or more, the best is 0.01",
+        "the error of τ(h) is 0.2 or more, but 0.01 with the best setting",
     ),
     ([numbers(*FIRST, wrong=2), numbers(*SECOND, wrong=2), POOR, numbers(3, 2)], 2, "as good"),
     ([numbers(*FIRST, tau=np.nan), numbers(*SECOND, tau=np.nan), POOR, NEXT], 1, "fastest"),
     (
         [numbers(*FIRST), numbers(*SECOND, share=-0.4), POOR, NEXT],
         0,
-        "1 setting is farther off in proportions: a facies by 40 % or more, the best 1 %",
+        "a facies is off by 40 % or more, but by only 1 % with the best setting",
     ),
 ]
 
@@ -220,8 +220,8 @@ def test_settings_that_the_spread_cannot_tell_apart_are_named_with_the_fastest(f
     choice = recommended(judged(found, each))
     names = "T 8 · level 2; T 16 · level 2; T 8 · level 1"
     assert choice.reason.startswith(
-        f"These cannot be told apart by 3 realizations each: {names}. The fastest of them is "
-        "T 8 · level 2, 3"
+        f"These cannot be told apart by 3 realizations each: {names}. "
+        "The fastest setting is T 8 · level 2, 3"
     )
     assert (choice.index, choice.alike) == (1, (1, 3, 0))
     apart = [{**one, "pattern_spread": 0.01, "proportion_spread": 0.01} for one in each]
@@ -239,7 +239,7 @@ def test_copying_is_weighed_before_the_patterns(found):
     all_copy = [numbers(1.0, 1, copied=(9.0 - k) * t[k]) for k in range(4)]
     choice = recommended(judged(found, all_copy))
     assert choice.index == 3
-    assert "It copies the least" in choice.reason
+    assert "This setting copies least" in choice.reason
 
 
 @pytest.mark.parametrize("name", ["channels", "levees"])
@@ -266,7 +266,7 @@ def test_a_template_that_hardly_fits_the_image_is_not_recommended(found):
 def test_nothing_is_recommended_before_anything_is_known(found):
     with pytest.raises(CCWSIMError, match="no setting is finished yet"):
         recommended(replace(found, rows=()))
-    assert recommended(replace(found, rows=found.rows[:1])).reason.startswith("The only setting")
+    assert recommended(replace(found, rows=found.rows[:1])).reason.startswith("This is the only")
 
 
 def test_finer_and_denser_is_expected_to_take_longer():

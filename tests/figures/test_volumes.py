@@ -150,7 +150,7 @@ def test_a_report_shows_slices_of_volumes_and_counts_wrong_data():
     shown = ensemble.indices[0].copy()
     shown[2, 8, 8] = 0
     picture = map_picture(shown, image, FACIES, "Realization 1", data)
-    assert picture.caption.startswith("Realization 1; 1 of 2 data wrong (ringed red); slices")
+    assert picture.caption.startswith("Realization 1; 1 of 2 data not honoured (red rings); slices")
     assert picture.alt.startswith("Slices of a volume")
     assert pixels(picture.png).shape[1] > 3 * 16
     probability = etype(ensemble).probability[1]

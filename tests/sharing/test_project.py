@@ -98,19 +98,19 @@ def test_the_command_line_gives_the_same_from_a_project(tmp_path):
 def test_a_project_and_its_parts_are_not_given_together(line, capsys):
     assert main(["simulate", "-o", "out.npz", *line]) == 2
     said = capsys.readouterr().err
-    assert "has its own" in said or "give a training image, or a project file" in said
+    assert "leave this input out" in said or "give a training image (TI)" in said
 
 
 ODD_MAP = {"realization": 0, "facies": 1, "e_type": []}
 CLASHING = np.array([[1, 1, 0], [1, 1, 7], [0, 0, 0]])
 BROKEN = {
-    "no zip": (lambda: BytesIO(b"hello"), "is no project"),
+    "no zip": (lambda: BytesIO(b"hello"), "is not a project"),
     "cut": (lambda: BytesIO(project_as_bytes(a_project())[:200]), "broken"),
     "no settings": (lambda: changed(study=None), "study.json is missing"),
     "no image": (lambda: changed(training_image=None), "training_image.npy is missing"),
-    "no json": (lambda: changed(study=b"{"), "no JSON"),
-    "no object": (lambda: changed(study=b"[1]"), "is no project"),
-    "other": (lambda: changed(study=settings(format="A")), "is no project"),
+    "no json": (lambda: changed(study=b"{"), "not valid JSON"),
+    "no object": (lambda: changed(study=b"[1]"), "is not a project"),
+    "other": (lambda: changed(study=settings(format="A")), "is not a project"),
     "newer": (lambda: changed(study=settings(version=2)), "newer version"),
     "version": (lambda: changed(study=settings(version="a")), "unknown"),
     "seed": (lambda: changed(study=settings(seed=-1)), "seed = -1"),
@@ -122,7 +122,7 @@ BROKEN = {
     "unknown": (lambda: changed(study=settings(parameters={"magic": 9})), "'magic' is unknown"),
     "map": (lambda: changed(study=settings(shown=ODD_MAP)), "e_type is none of"),
     "link": (lambda: changed(study=settings(link={"ti": [3]})), "list of words"),
-    "promise": (lambda: changed(study=settings(n_hard_data=7)), "7 hard data are promised"),
+    "promise": (lambda: changed(study=settings(n_hard_data=7)), "7 hard data are expected"),
     "clash": (lambda: changed(hard_data=npy(CLASHING)), "two facies"),
     "pickle": (lambda: changed(training_image=npy(np.array([[{}]], object))), "are not numbers"),
     "floats": (lambda: changed(training_image=npy(np.zeros((40, 40)))), "whole numbers"),
@@ -170,5 +170,5 @@ def test_a_project_keeps_a_volume(layers):
 
 def test_the_file_of_a_map_says_nothing_of_layers():
     assert "nz" not in json.loads(settings())["grid"]
-    with pytest.raises(CCWSIMError, match="3 hard data are promised"):
+    with pytest.raises(CCWSIMError, match="3 hard data are expected"):
         read_project(changed(study=settings(grid={"ny": 24, "nx": 40, "nz": 2})))

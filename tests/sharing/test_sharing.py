@@ -111,7 +111,7 @@ def test_a_report_has_everything_and_all_of_it_is_escaped():
     )
     assert page.count('class="plot"') == 6
     assert page.count("<img") == 2 + 3 + 2
-    for words in ("read_project", "--project", e.digest, "cannot carry", "Realization 3 of 3"):
+    for words in ("read_project", "--project", e.digest, "does not contain", "Realization 3 of 3"):
         assert words in page
 
 

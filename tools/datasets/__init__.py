@@ -35,7 +35,7 @@ FIELD_SEED = 2024
 
 
 class Generator(NamedTuple):
-    """Function that draws an image of a shape, and the seed of the bundled image."""
+    """Function that generates an image of a given shape, and the seed of the bundled image."""
 
     draw: Callable[[Any, RandomState], NDArray[np.uint8]]
     seed: int
@@ -79,7 +79,7 @@ SAMPLINGS = {
 def generate(
     name: str, *, shape: tuple[int, int] | None = None, seed: int | None = None
 ) -> TrainingImage:
-    """Draw a training image with the generator of the bundled image of this name.
+    """Generate a training image with the generator of a bundled image.
 
     Parameters
     ----------
@@ -93,8 +93,8 @@ def generate(
     Returns
     -------
     TrainingImage
-        Equal for equal arguments, except single cells on another processor or library version, as
-        rounding may differ.
+        Equal for equal arguments, except for single cells on another processor or library version,
+        where rounding may differ.
 
     Raises
     ------
@@ -105,7 +105,7 @@ def generate(
         there = ", ".join(GENERATORS)
         raise CCWSIMError(f"training image {shown(name)} is unknown; there are {there}")
     dataset, generator = catalogue.DATASETS[name], GENERATORS[name]
-    # RandomState, as its stream is frozen; newer generators may change with NumPy's version
+    # the stream of RandomState is frozen; newer generators may change with NumPy's version
     rng = RandomState(generator.seed if seed is None else _checked_seed(seed))
     facies = generator.draw(dataset.shape if shape is None else _checked_shape(shape), rng)
     return TrainingImage(
@@ -114,7 +114,7 @@ def generate(
 
 
 def generate_reference_field(image: str, side: int) -> TrainingImage:
-    """Draw a square reference field with the generator of a training image."""
+    """Generate a square reference field with the generator of a training image."""
     return generate(image, shape=(side, side), seed=FIELD_SEED)
 
 
@@ -128,7 +128,7 @@ def generate_hard_data(name: str) -> HardData:
 def generate_volume(
     name: str, *, shape: tuple[int, int, int] | None = None, seed: int | None = None
 ) -> TrainingImage:
-    """Draw a volume with the generator, and by default shape and seed, of the bundled volume."""
+    """Generate a volume with a bundled volume's generator, and by default its shape and seed."""
     dataset, generator = catalogue.VOLUMES[name], VOLUMES[name]
     rng = RandomState(generator.seed if seed is None else _checked_seed(seed))
     facies = generator.draw(shape or dataset.shape, rng)
@@ -137,7 +137,7 @@ def generate_volume(
 
 
 def generate_wells(name: str) -> HardData:
-    """Sample vertical wells from another volume of the same generator."""
+    """Sample vertical wells from a volume of the same generator with another seed."""
     field = generate_volume(name, shape=catalogue.WELLS_SHAPE, seed=FIELD_SEED).array
     places = scattered_data(field[0], N_WELLS, WELL_SPACING, RandomState(WELL_SEED)).cells
     cells = np.array([(z, row, column) for row, column in places for z in range(len(field))])
@@ -149,7 +149,7 @@ def scattered_data(
 ) -> HardData:
     """Sample n cells of a field, shape (ny, nx), that are at least `min_spacing` cells apart.
 
-    There are fewer than n data if the field has no room for more.
+    The result has fewer than n data if the field has no room for n data.
     """
     cells = np.empty((n, 2), np.int64)
     found = 0
@@ -182,7 +182,7 @@ def write_hard_data(path: Path, data: HardData, grid: Grid) -> None:
 
 
 def write_assets() -> None:
-    """Draw all bundled images, fields and data sets, and write them to ccwsim/assets."""
+    """Generate all bundled images, fields and data sets, and write the files to ccwsim/assets."""
     for name in datasets.names():
         write_image(catalogue.image_path(name), generate(name).array)
     for name, sides in catalogue.FIELD_SIDES.items():

@@ -1,4 +1,4 @@
-"""Anastomosing channels, which wind, split and join again, along a straight course or a bend."""
+"""Anastomosing channels (they wind, split and rejoin) along a straight course or a bend."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ CLOSEST = 20.0
 ROOM_FOR_LOOP = 32.0
 HALF_WIDTH = 3.7
 FINEST, COARSEST = 0.55, 1.75
-"""Scale of the network on the inside and on the outside of the bend."""
+"""Scale of the channel network on the inside and on the outside of the bend."""
 
 
 def channels(shape: tuple[int, int], rng: RandomState) -> NDArray[np.uint8]:
@@ -29,9 +29,9 @@ def channels(shape: tuple[int, int], rng: RandomState) -> NDArray[np.uint8]:
 def bend(shape: tuple[int, int], rng: RandomState) -> NDArray[np.uint8]:
     """Draw sand channels (1) in mud (0) that enter from the north and leave to the east.
 
-    The complex exponential bends a straight network around a pivot north-east of the image. It
-    preserves angles, so that bends look natural; channels are thin and dense on the inside of the
-    bend, and wide and sparse on the outside.
+    The complex exponential bends a straight network around a pivot north-east of the image. The
+    exponential preserves angles, and bends look natural. Channels are thin and dense on the inside
+    of the bend, and wide and sparse on the outside.
     """
     size = float(max(shape))
     inner = 0.75 * size
@@ -49,7 +49,7 @@ def bend(shape: tuple[int, int], rng: RandomState) -> NDArray[np.uint8]:
 
 
 def channel_network(shape: tuple[int, int], rng: RandomState) -> list[Curve]:
-    """Return the threads of an anastomosing river and the branches between them."""
+    """Return the threads of an anastomosing river, and the branches between threads."""
     x = np.arange(-MARGIN, shape[1] + MARGIN, dtype=float)
     threads = _threads(shape[0], x, rng)
     courses = [(x, y) for y in threads]

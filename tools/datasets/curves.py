@@ -22,13 +22,13 @@ class Curve(NamedTuple):
 
 
 def ease(t: Floats) -> Floats:
-    """Return a smooth step from 0 at t = 0 to 1 at t = 1, without a kink at the ends."""
+    """Return a smooth step from 0 at t = 0 to 1 at t = 1, with zero slope at both ends."""
     t = np.clip(t, 0, 1)
     return t * t * (3 - 2 * t)
 
 
 def varied_width(n: int, half_width: float, variation: float, rng: RandomState) -> Floats:
-    """Return slowly varying half widths of n points; `variation` is their relative variation."""
+    """Return slowly varying half widths of n points, with the relative variation `variation`."""
     return half_width * (1 + variation * np.clip(wave(n, 60, 0.6, rng), -2, 2))
 
 
@@ -54,7 +54,7 @@ def distance_to(curves: Iterable[Curve], shape: tuple[int, int], reach: float = 
     shape : tuple of int
         Rows and columns.
     reach : float
-        Maximum distance that is computed; the result is infinite in cells farther away.
+        Maximum distance to compute; the result is infinite in cells farther away.
 
     Examples
     --------

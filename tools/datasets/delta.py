@@ -17,7 +17,7 @@ SPREAD = 0.9
 
 @dataclass(frozen=True)
 class Reach:
-    """A channel from one fork to the next: its start in polar coordinates, and its sector."""
+    """A channel from one fork to the next, with the start in polar coordinates and the sector."""
 
     radius: float
     angle: float

@@ -50,7 +50,8 @@ def _fracture(
 
 
 def _is_crowded(fracture: Curve, others: list[Curve]) -> bool:
-    """Return whether a fracture runs close to another, where the rock is already relieved."""
+    """Return whether a fracture is close to another fracture, which has already relieved the
+    rock."""
     if not others:
         return False
     points = np.concatenate([np.column_stack([other.x, other.y]) for other in others])

@@ -27,7 +27,7 @@ def levees(shape: tuple[int, int], rng: RandomState) -> NDArray[np.uint8]:
 
 
 def _river(lane: float, nx: int, rng: RandomState) -> tuple[Curve, Floats]:
-    """Return a river along a lane across the whole image, and its direction."""
+    """Return a river along a lane across the entire image, and the river's direction."""
     x, y, direction = meander(3 * (nx + 200), 120, 80, rng)
     slow = np.convolve(np.pad(y, 150, mode="edge"), np.ones(301) / 301, mode="valid")
     y = lane + (y - slow) + 5 * wave(len(y), 400, 0.5, rng)
@@ -53,7 +53,7 @@ def _splays(river: Curve, direction: Floats, rng: RandomState) -> list[Curve]:
 
 
 def _lobe(x: float, y: float, heading: float, rng: RandomState) -> Curve:
-    """Return a lobe that begins thin at the breach, widens, and has a round end."""
+    """Return a lobe that is thin at the breach, widens, and has a round end."""
     length = int(rng.uniform(14, 27))
     bent = heading + 0.25 * wave(length, 30, 0.4, rng)
     half_width = 2.0 + rng.uniform(4.5, 6.0) * np.sin(np.linspace(0, 0.6 * np.pi, length))

@@ -42,9 +42,9 @@ def _packed_stones(shape: tuple[int, int], rng: RandomState) -> tuple[Floats, Fl
 def _gap_between(
     centres: Floats, radii: Floats, shape: tuple[int, int], rng: RandomState
 ) -> Floats:
-    """Return for each cell the distance to the second-nearest stone − that to the nearest stone.
+    """Return for each cell the distance to the second-nearest stone minus the nearest distance.
 
-    Distances are from the rim of a stone; each stone is stretched in a random direction.
+    Distances are measured from the rim of a stone; each stone is stretched in a random direction.
     """
     warp = np.array([2.0 * gaussian_field(shape, 9, rng) for _ in range(2)])
     cells = np.moveaxis(np.mgrid[: shape[0], : shape[1]] + warp, 0, -1)

@@ -10,7 +10,7 @@ from tools.datasets.fields import gaussian_field
 
 Shape = tuple[int, int, int]
 SAND_SHARE, SHALE_SHARE = 0.27, 0.58
-"""Shares of sand and of shale; channels or lenses are added until these are reached."""
+"""Target shares of sand and of shale; channels or lenses are added until a share is reached."""
 BEDS_SEED = 8
 DEEPEST_FOLD = 60
 """Number of cells that beds extend below and above a volume."""
@@ -71,5 +71,5 @@ def folded_layers(shape: Shape, rng: RandomState) -> NDArray[np.uint8]:
     tops, codes = [float(-DEEPEST_FOLD)], [int(beds.randint(4))]
     while tops[-1] < nz + DEEPEST_FOLD:
         tops.append(tops[-1] + beds.uniform(2.5, 6.5))
-        codes.append((codes[-1] + 1 + int(beds.randint(3))) % 4)  # differs from the bed below
+        codes.append((codes[-1] + 1 + int(beds.randint(3))) % 4)  # unlike the bed below
     return np.array(codes, np.uint8)[np.searchsorted(tops, depth)]

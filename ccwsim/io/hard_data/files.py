@@ -33,9 +33,9 @@ def import_hard_data(
     path_or_file : str, Path or binary file
         As in `read_points`.
     grid : Grid, pair or triple of int, optional
-        A pair is the numbers of rows and columns of unit cells with origin (0, 0); a triple is the
-        numbers of layers, rows and columns. In a volume, an interval in a well gives a datum in
-        each cell whose centre is in the interval.
+        A pair gives numbers of rows and columns, and a triple gives numbers of layers, rows and
+        columns, of unit cells with origin (0, 0). In a volume, an interval in a well gives a datum
+        in each cell whose centre is in the interval.
     training_image : TrainingImage, optional
         Defines the known facies and their names.
     **options
