@@ -157,7 +157,7 @@ def open_content(
     if kind in GIS_FILES:
         return read_gis(content, name, kind)
     if kind == "matlab 7.3":
-        raise CCWSIMError(f"{name}: MATLAB 7.3 (HDF5) files are not supported; save it with -v7")
+        raise CCWSIMError(f"{name}: MATLAB 7.3 (HDF5) is not supported; save the file with -v7")
     if kind == "unknown":
         raise CCWSIMError(
             f"{name} has an unknown format; use a picture, an SGeMS or GSLIB file, a CSV table, "
