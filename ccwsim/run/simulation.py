@@ -73,7 +73,8 @@ def simulate(
     executor : concurrent.futures.Executor or distributed.Client, optional
         Simulate on the threads or processes of this executor, or on the workers of a Dask cluster,
         which need ccwsim too. The executor stays open. `n_workers` applies only if the executor
-        does not tell its number of workers.
+        does not tell its number of workers. A call from a thread of the executor itself simulates
+        on other threads, because that thread would wait for itself.
     out : path, optional
         An npy file. Realizations are written to it as facies codes, and the ensemble reads them
         from it. An existing file is replaced at the end.
