@@ -1,8 +1,8 @@
 """CCWSIM: wavelet-based cross-correlation simulation of categorical fields.
 
-After Bavandsavadkoohi, Gloaguen, Tokhmechi, Arab-Amiri and Giroux (2024).
+The method follows Bavandsavadkoohi, Gloaguen, Tokhmechi, Arab-Amiri and Giroux (2024).
 
-Names and folders are loaded when they are first used, so that the command line answers at once.
+Public names and subpackages are imported on first use, so that the command line starts quickly.
 """
 
 from __future__ import annotations
@@ -73,9 +73,9 @@ _HOMES = {
     "simulate": "run.simulation",
     "write_realizations": "io",
 }
-"""The module of each public name."""
+"""Module that defines each public name."""
 _FOLDERS = ("datasets", "experiments", "figures", "io", "metrics")
-"""Modules that `import ccwsim` alone makes available."""
+"""Subpackages that are available after `import ccwsim`."""
 
 
 drawing.backend = "ccwsim.figures.notebook"

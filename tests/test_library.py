@@ -54,9 +54,9 @@ def test_names_of_facies_stand_for_their_codes():
     for data in (table.assign(facies=names), (CELLS, names)):
         found = HardData.of(data, GRID, image)
         assert found.triples == HardData(CELLS, FACIES).triples
-        with pytest.raises(CCWSIMError, match="there are: none"):
+        with pytest.raises(CCWSIMError, match="names are: none"):
             HardData.of(data, GRID)
-    with pytest.raises(CCWSIMError, match="'clay' is no name of a facies"):
+    with pytest.raises(CCWSIMError, match="'clay' is not a facies name"):
         run(hard_data=(CELLS, ["clay", *names[1:]]))
 
 
@@ -64,7 +64,7 @@ def test_names_of_facies_stand_for_their_codes():
     ("data", "said"),
     [
         (pd.DataFrame({"easting": [1.0], "facies": [0]}), "easting, facies: rename"),
-        (np.zeros((3, 3)), "not one of the grid's"),
+        (np.zeros((3, 3)), "does not have the grid's shape"),
         ("wells.csv", "not an array of real numbers"),
         (pd.DataFrame({"x": ["here"], "y": [0], "facies": [0]}), "x of points"),
     ],

@@ -39,7 +39,7 @@ class Archive:
             return file.read(n_bytes)
 
     def read(self, member: str) -> bytes:
-        """Return a member's content, but no more bytes than the zip's directory states."""
+        """Return a member's content, limited to the size stated in the zip's directory."""
         left = self.infos[member].file_size
         parts = []
         with self._archive.open(self.infos[member]) as file:
@@ -64,12 +64,12 @@ def opened_archive(content: bytes, name: str) -> Iterator[Archive]:
     ...     archive.read("a.txt")
     b'sand'
     """
-    entries = content.count(_ENTRY)  # opening the file creates an object for each entry
+    entries = content.count(_ENTRY)  # opening a zip creates an object for each entry
     if entries > MAX_MEMBERS:
         raise CCWSIMError(
-            f"{name}: {entries} files in a zip are more than {MAX_MEMBERS}; save only what is "
-            "needed"
+            f"{name}: the zip has {entries} files, more than {MAX_MEMBERS}; save only the needed "
+            "files"
         )
-    said = broken(f"{name}: the zip file is broken", remedy="get it again")
+    said = broken(f"{name}: the zip file is broken", remedy="get the file again")
     with said, zipfile.ZipFile(BytesIO(content)) as archive:
         yield Archive(archive, name)

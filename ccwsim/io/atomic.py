@@ -1,4 +1,4 @@
-"""Write a file completely or not at all, and find the format from the ending of its name."""
+"""Write a file completely or not at all, and derive a file's format from its name."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def write_bytes(path_or_file: Any, content: bytes) -> None:
 
 
 def format_of(path_or_file: Any, format: str | None, allowed: Collection[str]) -> str:
-    """Return the requested format; if there is none, the ending of the path.
+    """Return the requested format; by default, return the ending of the path.
 
     Examples
     --------

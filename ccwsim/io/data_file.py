@@ -24,16 +24,16 @@ class DataFile:
 
     kind: str  # name of the format, for messages
     name: str  # name of the file in messages
-    # grids of shape (nz, ny, nx), stacks of volumes, or columns of a table, shape (n,)
+    # grids (nz, ny, nx), stacks of volumes, or columns of a table, shape (n,)
     variables: dict[str, NDArray]
-    # whether the variables are columns, of points or of a grid whose size is not in the file
+    # whether the variables are columns of a table: points, or a grid of unknown size
     is_table: bool = False
-    # shape (n,): for each row of a table or text matrix, its line number in the file, from 1
+    # line number of each row of a table or text matrix in the file, from 1, shape (n,)
     lines: NDArray[np.int64] | None = None
     south_first: bool = True  # whether the first row is the south in this format
-    asks_up: bool = False  # whether the format leaves `south_first` open, so the user must check
+    asks_up: bool = False  # whether the user must check `south_first`
     missing: tuple[float, ...] = ()  # codes for missing values, in addition to NaN
-    # along x and y, if the file gives them; the origin is the outer corner of the first cell
+    # cell size and origin (outer corner of the first cell) along x and y, if the file has them
     cell_size: tuple[float, float] | None = None
     origin: tuple[float, float] | None = None
     along_z: tuple[float, float] | None = None  # cell size and origin along z, if the file has them
@@ -69,7 +69,7 @@ class DataFile:
         same = [n for n in names if n == said] or [n for n in names if n.lower() == said.lower()]
         if len(same) != 1:
             there = _listed(names)
-            raise CCWSIMError(f"{self.name} has no variable {shown(variable)}; it has {there}")
+            raise CCWSIMError(f"{self.name} has no variable {shown(variable)}; choose from {there}")
         return same[0]
 
     def grid_of(self, variable: str, shape: tuple[int, ...] | None) -> NDArray:
@@ -79,19 +79,19 @@ class DataFile:
             if shape is not None and tuple(shape) not in (values.shape, values.shape[-2:]):
                 said = " × ".join(map(str, values.shape))
                 raise CCWSIMError(
-                    f"{self.name} contains its shape: {said} (slices × rows × columns), "
-                    f"not {tuple(shape)}; leave shape out"
+                    f"{self.name} states the shape {said} (slices × rows × columns), not "
+                    f"{tuple(shape)}; leave shape out"
                 )
             return values
         if shape is None:
             raise CCWSIMError(
-                f"{self.name} does not contain its grid size; give shape=(rows, columns) for "
+                f"{self.name} does not state the size of the grid; give shape=(rows, columns) for "
                 f"its {len(values)} values"
             )
         return values.reshape(_full_shape(self.name, shape, len(values)))
 
     def placed(self, shape: tuple[int, ...]) -> Grid:
-        """Return a grid of this shape with the cell size and origin of the file."""
+        """Return a grid of the given shape with the cell size and origin of the file."""
         grid = Grid.of(shape)
         size, origin = self.cell_size or (1.0, 1.0), self.origin or (0.0, 0.0)
         if grid.nz is not None:
@@ -117,14 +117,14 @@ class DataFile:
         return grid if south_first else np.flip(grid, -2)
 
     def _layer(self, grid: NDArray, slice_index: int | None) -> NDArray:
-        """Return one layer; if the grid is one cell wide, return it as a vertical section."""
+        """Return one layer; if the grid is one cell wide, return the grid as a vertical section."""
         n = len(grid)
         if slice_index is None and (n == 1 or 1 in grid.shape[1:]):
             return grid[0] if n == 1 else grid.reshape(n, -1)
         if not is_whole(slice_index) or not 0 <= slice_index < n:
             given = "" if slice_index is None else f", not {shown(slice_index)}"
             raise CCWSIMError(
-                f"{self.name} is 3-D with {n} slices; take one: slice_index=0 … {n - 1}{given}"
+                f"{self.name} is 3-D with {n} slices; choose one: slice_index=0 … {n - 1}{given}"
             )
         return grid[slice_index]
 
@@ -152,9 +152,9 @@ def _full_shape(name: str, shape: tuple[int, ...], n: int) -> tuple[int, int, in
 
 @contextmanager
 def broken(message: str, *kinds: type[Exception], remedy: str = "") -> Iterator[None]:
-    """Replace a library's errors (default: of any type) on a broken file by one `CCWSIMError`.
+    """Convert errors of a library (by default, any error) on a broken file to `CCWSIMError`.
 
-    If there is a `remedy`, the message gives the library's reason and then the remedy.
+    With a `remedy`, the message is the library's reason followed by the remedy.
     """
     kinds = kinds or (Exception,)
     try:
@@ -167,7 +167,7 @@ def broken(message: str, *kinds: type[Exception], remedy: str = "") -> Iterator[
 
 
 def distinct_names(names: list[str]) -> list[str]:
-    """Return the names; make empty and repeated names distinct by a number.
+    """Return the names; add a number to empty and repeated names.
 
     Examples
     --------

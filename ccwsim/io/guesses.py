@@ -35,8 +35,8 @@ QUESTIONS = {
     "gaps": ("crop",),
     "values": ("threshold", "classes"),
 }
-"""Arguments of `read_training_image` that answer each question. The order matters: later
-questions depend on earlier answers."""
+"""Arguments of `read_training_image` that answer each question. The order of the questions matters,
+because later questions depend on earlier answers."""
 
 
 def guess_answers(
@@ -50,7 +50,7 @@ def guess_answers(
     ----------
     path_or_file : str, Path or binary file
     answers : mapping, optional
-        Arguments of `read_training_image` that are already known; they are not changed.
+        Known arguments of `read_training_image`, which are returned unchanged.
 
     Returns
     -------
@@ -60,7 +60,7 @@ def guess_answers(
         the largest rectangle without gaps, the smallest `every` that keeps a picture within the
         limit, Otsu's threshold for grey values, and one class per main colour of a picture.
     asked : tuple of str
-        The keys of `QUESTIONS` that apply to this file, answered or not.
+        The keys of `QUESTIONS` that apply to this file, whether answered or not.
 
     References
     ----------
@@ -112,7 +112,7 @@ def _layer(file: DataFile, known: dict[str, Any], asked: list[str]) -> NDArray:
     key = file.chosen(known.get("variable"), PREFERRED)
     if file.is_table:
         if is_points(names):
-            raise CCWSIMError(f"{file.name} holds points, not an image; bring it as hard data")
+            raise CCWSIMError(f"{file.name} contains points, not an image; use it as hard data")
         asked.append("shape")
         known.setdefault("shape", _squarest(len(file.variables[key])))
     grid = file.grid_of(key, known.get("shape"))
@@ -160,7 +160,7 @@ def _of_colours(picture: PictureFile) -> dict[str, Any]:
 
 
 def otsu(values: NDArray) -> float:
-    """Return the threshold that gives two classes with the smallest variance within classes.
+    """Return the threshold that minimizes the variance within the two classes (Otsu's method).
 
     Examples
     --------

@@ -18,13 +18,13 @@ from ccwsim.model.errors import CCWSIMError, shown
 MIB = 2**20
 
 MAX_VARIABLES = 1000
-"""Maximum number of variables in a file, because the user chooses one from a list."""
+"""Maximum number of variables in a file; a user chooses a variable from a list."""
 
 PACKED_FREELY = 64 * MIB
-"""Unpacked bytes allowed at any ratio, because images of one facies compress extremely well."""
+"""Unpacked bytes allowed at any compression ratio; uniform images compress extremely well."""
 
 MAX_MEMBERS = 2000
-"""Maximum number of files in a zip; limited because Python creates an object for each of them."""
+"""Maximum number of files in a zip; Python creates an object for each file."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ def limits() -> FileLimits:
 
 @contextmanager
 def limited(to: FileLimits) -> Iterator[None]:
-    """Apply limits to all readers inside the block, except `memory` and `seconds`.
+    """Apply all limits except `memory` and `seconds` to readers called inside the block.
 
     Examples
     --------
@@ -88,7 +88,7 @@ def limited(to: FileLimits) -> Iterator[None]:
 
 
 def check_cells(name: str, shape: tuple[int, ...], *, whole: bool = False) -> int:
-    """Return the number of values of a shape; raise an error if it is 0 or above the limit.
+    """Return the number of values of a shape; raise an error for 0 or too many values.
 
     With `whole`, the limit is higher, because only a part of the file is read.
     """
@@ -121,7 +121,7 @@ def check_packing(name: str, n_packed: int, n_bytes: int) -> None:
     """Raise an error if unpacking a file gives implausibly many bytes."""
     if n_bytes > PACKED_FREELY and n_bytes > limits().ratio * max(n_packed, 1):
         raise CCWSIMError(
-            f"{name}: {n_bytes} bytes packed into {n_packed} are implausible; save it uncompressed"
+            f"{name}: {n_bytes} bytes packed into {n_packed} are implausible; save uncompressed"
         )
 
 

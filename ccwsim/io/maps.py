@@ -21,7 +21,7 @@ MAP_FORMATS = ("npz", "gslib", "sgems", "dat", "vti", "tif", "nc")
 """Formats of maps, named by file ending."""
 
 DECIMALS = 6
-"""Number of decimals with which real numbers are written to text files."""
+"""Number of decimals of real numbers in text files."""
 
 
 def write_maps(
@@ -41,13 +41,13 @@ def write_maps(
     path_or_file : str, Path or binary file
         A path is written completely or not at all; a file object needs `format`.
     maps : mapping of str to array_like, shape of the grid
-        Real numbers or integers by name of the map, row 0 at the south, layer 0 at the bottom.
-        For an ensemble e, these can be `metrics.etype(e).maps`.
+        Values (real numbers or integers) by map name, row 0 at the south, layer 0 at the bottom. An
+        example is `metrics.etype(e).maps` for an ensemble e.
     grid : Grid
         The grid of the maps; its cell size and origin are in world units.
     format : str, optional
-        One of `MAP_FORMATS`; by default, the ending of the path. `npz` has one array per map,
-        `cell_size` and `origin`. `gslib`, `sgems` and `dat` have one column per map, with 6
+        One of `MAP_FORMATS`; by default, the ending of the path. `npz` has one array per map and
+        arrays `cell_size` and `origin`. `gslib`, `sgems` and `dat` have one column per map, with 6
         decimals. `vti` has cell data of a VTK grid. `tif` has bands of a GeoTIFF, north up (needs
         rasterio). `nc` has variables of a NetCDF file (needs xarray).
 
@@ -88,12 +88,12 @@ def maps_as_bytes(maps: Mapping[str, ArrayLike], grid: Grid, format: str) -> byt
 
 def _map(name: str, values: ArrayLike, grid: Grid) -> NDArray:
     if not isinstance(name, str) or not name or name != printable(name):
-        raise CCWSIMError(f"{shown(name)} is not a name of a map; give a short text on one line")
+        raise CCWSIMError(f"{shown(name)} cannot be a map name; give a short text on one line")
     array = as_array(values, name)
     if array.shape != grid.shape or array.dtype.kind not in "buif" or array.dtype.itemsize > 8:
         raise CCWSIMError(
-            f"{name}: an array of shape {array.shape} and type {array.dtype} is not a map of "
-            f"numbers of the grid's {grid.shape}"
+            f"{name}: an array of shape {array.shape} and type {array.dtype} is not numeric or "
+            f"differs from the grid's {grid.shape}"
         )
     if array.dtype.kind == "b":
         return array.astype(np.uint8)

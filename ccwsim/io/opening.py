@@ -157,7 +157,7 @@ def open_content(
     if kind in GIS_FILES:
         return read_gis(content, name, kind)
     if kind == "matlab 7.3":
-        raise CCWSIMError(f"{name}: MATLAB 7.3 (HDF5) files are not supported; save it with -v7")
+        raise CCWSIMError(f"{name}: MATLAB 7.3 (HDF5) is not supported; save the file with -v7")
     if kind == "unknown":
         raise CCWSIMError(
             f"{name} has an unknown format; use a picture, an SGeMS or GSLIB file, a CSV table, "
@@ -169,7 +169,7 @@ def open_content(
 
 
 def whole_shape(path_or_file: PathOrFile) -> tuple[int, int] | None:
-    """Return rows and columns of a picture or NumPy array before reading; None for other formats.
+    """Return rows and columns of a picture or NumPy array, without values; None for other formats.
 
     Examples
     --------
@@ -203,7 +203,7 @@ def _plain_text(content: bytes, name: str) -> bytes:
 
 
 MAX_COUNTED = 1000
-"""Distinct values are counted up to this number."""
+"""Maximum number of distinct values that are counted."""
 
 
 @dataclass(frozen=True)
@@ -212,14 +212,14 @@ class VariableSummary:
 
     name: str
     shape: tuple[int, ...]
-    """(nz, ny, nx) for a grid, (n,) for a column."""
+    """Shape of the variable: (nz, ny, nx) for a grid, (n,) for a column."""
     n_known: int
     """Number of cells or rows with a value."""
     n_distinct: int
     """Number of distinct values, counted up to `MAX_COUNTED`."""
     minimum: float
     maximum: float
-    """Minimum and maximum of the values; NaN if no value is known."""
+    """Minimum and maximum of the values; NaN if all values are missing."""
     continuous: bool
     """Whether the variable needs classes or a threshold to become facies."""
 

@@ -33,17 +33,17 @@ def parameters_from_json(text: str | bytes) -> Parameters:
     48
     """
     if len(text) > MAX_LENGTH:
-        raise CCWSIMError(f"parameters: {len(text)} characters are too long for parameters")
+        raise CCWSIMError(f"parameters: {len(text)} characters exceed the limit")
     try:
         given = json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise CCWSIMError(f"parameters: this is not JSON ({error}); write them again") from error
+        raise CCWSIMError(f"parameters are not JSON ({error}); save them again") from error
     if not isinstance(given, dict):
         raise CCWSIMError('parameters: a JSON object is needed, such as {"template_size": 32}')
     known = [f.name for f in fields(Parameters)]
     unknown = [name for name in given if name not in known]
     if unknown:
         raise CCWSIMError(
-            f"parameters: there is no {shown(unknown[0])}; there are {', '.join(known)}"
+            f"parameters: {shown(unknown[0])} is not a parameter; choose from {', '.join(known)}"
         )
     return Parameters(**given)

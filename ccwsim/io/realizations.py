@@ -32,7 +32,7 @@ FORMATS = ("npz", "gslib", "sgems", "dat", "png", "vti", "tif", "nc")
 """Formats of realizations, named by file ending."""
 
 MAX_PIXELS = 50_000_000
-"""Maximum number of pixels in the picture of all realizations; many viewers reject more."""
+"""Maximum number of pixels in a contact sheet; many viewers reject larger pictures."""
 
 GAP = 4
 """Width of the white gap between the maps of a contact sheet, in cells."""
@@ -86,7 +86,7 @@ def realizations_as_bytes(
     a GeoTIFF, north up (needs rasterio). `nc` has the array of `Ensemble.to_xarray` (needs xarray).
     `png` is one map or a contact sheet, north up. `tif` and `png` cannot contain volumes.
 
-    Raises `CCWSIMError` if the format is unknown, or realizations are none or too many for a PNG.
+    Raises `CCWSIMError` for an unknown format, no realizations, or too many for a PNG.
 
     Examples
     --------
@@ -102,7 +102,7 @@ def realizations_as_bytes(
         return _npz(ensemble)
     if kind == "png":
         if ensemble.grid.nz is not None:
-            raise CCWSIMError("a PNG holds maps, not volumes; write npz, vti or gslib")
+            raise CCWSIMError("a PNG can show maps, not volumes; write npz, vti or gslib")
         n_facies = ensemble.training_image.n_facies
         return picture_as_bytes(_sheet(ensemble.indices, n_facies), n_facies, colours)
     if kind == "nc":
@@ -143,9 +143,8 @@ def read_realizations(
     Returns
     -------
     Ensemble
-        Unknown times are NaN. Ensembles from grids and npy have no hard data, default parameters
-        and the seed 0. Their `revised` is true, because the seed cannot reproduce the
-        realizations.
+        Unknown times are NaN. Ensembles from grids and npy have no hard data, default parameters,
+        the seed 0, and `revised` true, because the seed cannot reproduce the realizations.
 
     Examples
     --------
@@ -170,8 +169,8 @@ def _of_npz(members: Mapping[str, NDArray], image: TrainingImage | None) -> Ense
     stack = members.get("realizations", np.empty(0))
     if stack.ndim not in (3, 4) or not stack.size:
         raise CCWSIMError(
-            "it has no realizations; save whole numbers of shape (n, ny, nx) or (n, nz, ny, nx) as "
-            "`realizations`"
+            "the file has no realizations; save whole numbers of shape (n, ny, nx) or (n, nz, ny, "
+            "nx) as `realizations`"
         )
     n, *shape = stack.shape
     if image is None and "training_image" in members:
@@ -204,8 +203,8 @@ def _of_npz(members: Mapping[str, NDArray], image: TrainingImage | None) -> Ense
 def _of_grids(file: DataFile | PictureFile, image: TrainingImage | None) -> Ensemble:
     if isinstance(file, PictureFile) or file.is_table:
         raise CCWSIMError(
-            "realizations are read from npz and npy files and from GSLIB or SGeMS grids that say "
-            "their size; this is a picture or a table"
+            "realizations are read from npz and npy files and from GSLIB or SGeMS grids that "
+            "state their size, not from pictures or tables"
         )
     layers = list(file.variables.values())
     if file.kind == "NumPy array" and not (image and image.n_dimensions == layers[0].ndim == 3):
@@ -213,9 +212,9 @@ def _of_grids(file: DataFile | PictureFile, image: TrainingImage | None) -> Ense
     elif not (image and image.n_dimensions == 3) and all(len(grid) == 1 for grid in layers):
         layers = [grid[0] for grid in layers]
     if len({layer.shape for layer in layers}) > 1:
-        raise CCWSIMError("its variables have different sizes; realizations need the same size")
+        raise CCWSIMError("variables differ in size; realizations must have equal sizes")
     if image is None and not all(file.known(layer).all() for layer in layers):
-        raise CCWSIMError("some cells have no facies; realizations need one in every cell")
+        raise CCWSIMError("some cells have no facies; realizations need a facies in every cell")
     codes = [smallest_integers(as_integers(layer, "realizations")) for layer in layers]
     stack = np.stack(codes)[..., :: 1 if file.south_first else -1, :]
     return _ensemble(stack, file.placed(stack.shape[1:]), image)
@@ -227,7 +226,7 @@ def _ensemble(stack: NDArray, grid: Grid, image: TrainingImage | None) -> Ensemb
     image = image or _stand_in(np.array(sorted(there)), grid.n_dimensions)
     if image.n_dimensions != grid.n_dimensions:
         held, given = ("volumes", "a map") if grid.nz is not None else ("maps", "a volume")
-        raise CCWSIMError(f"it holds {held}, but the training image is {given}; choose another")
+        raise CCWSIMError(f"the file contains {held}, but the training image is {given}")
     missing = sorted(there - set(image.codes.tolist()))
     if missing:
         codes = ", ".join(map(str, image.codes))
@@ -252,7 +251,7 @@ def _ensemble(stack: NDArray, grid: Grid, image: TrainingImage | None) -> Ensemb
 
 
 def _stand_in(codes: NDArray, n_dimensions: int) -> TrainingImage:
-    """Return an image with one cell per code, which replaces an unknown training image."""
+    """Return an image with one cell per code, as a substitute for an unknown training image."""
     return TrainingImage(codes.reshape(*[1] * (n_dimensions - 1), -1))
 
 
@@ -303,7 +302,7 @@ def _sheet(indices: NDArray[np.uint8], white: int) -> NDArray[np.uint8]:
     rows = ceil(n / columns)
     shape = (rows * (ny + GAP) - GAP, columns * (nx + GAP) - GAP)
     if shape[0] * shape[1] > MAX_PIXELS or max(shape) > 65_000:
-        raise CCWSIMError(f"a picture of {n} realizations is too large; write fewer, or npz")
+        raise CCWSIMError(f"a picture of {n} realizations is too large; write fewer, or an npz")
     sheet = np.full(shape, white, np.uint8)
     for k, one in enumerate(indices):
         row, column = rows - 1 - k // columns, k % columns

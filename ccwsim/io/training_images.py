@@ -34,7 +34,7 @@ FORMATS = ("npy", "sgems", "gslib", "dat", "png")
 """Formats of training images, named by file ending."""
 
 PREFERRED = ("ti", "training_image")
-"""If a file has several variables, the one with one of these names is read by default."""
+"""Names of the variable that is read by default if a file has several variables."""
 
 
 def read_training_image(
@@ -63,12 +63,12 @@ def read_training_image(
     Parameters
     ----------
     path_or_file : str, Path or binary file
-        The format is found from the content, not from the name.
+        The format is detected from the content, not from the name.
     variable : str, optional
-        Name of the variable or array; not needed if there is only one or one is called `ti`.
+        Name of the variable or array; not needed if a file has only one variable or one named `ti`.
     up : bool, optional
-        True if the first row of the file is the south, False if it is the north. By default, it is
-        the north in pictures, ESRI grids and text matrices, and the south in other formats.
+        Whether the first row of the file is the south (True) or the north (False). The default is
+        False for pictures, ESRI grids and text matrices, and True for other formats.
     transpose : bool
         Exchange rows and columns.
     shape : (ny, nx) or (nz, ny, nx), optional
@@ -76,8 +76,8 @@ def read_training_image(
     slice_index : int, optional
         Index of the slice of a 3-D grid, from 0.
     crop : (row, column, n_rows, n_columns), optional
-        The piece to take from each layer. `row` (from the south) and `column` define its
-        south-west cell, and its size is in cells.
+        Rectangle to cut from each layer. `row` (from the south) and `column` define the south-west
+        cell of the rectangle.
     every : int
         Keep only the middle cell of each square of `every` × `every` cells, in all layers.
     threshold, classes : optional
@@ -87,8 +87,8 @@ def read_training_image(
     volume : bool
         Return all layers of a 3-D grid as a volume instead of one slice.
     z_up : bool, optional
-        For a volume: True (default) if the first layer of the file is the bottom, False if it is
-        the top. The default is the same for all formats.
+        For a volume: True if the first layer of the file is the bottom, False if it is the top. The
+        default is True for all formats.
 
     Examples
     --------
@@ -101,13 +101,13 @@ def read_training_image(
     """
     if volume and slice_index is not None:
         raise CCWSIMError(
-            f"slice_index = {shown(slice_index)} takes one layer, volume=True takes all; give one"
+            f"slice_index = {shown(slice_index)} and volume=True exclude each other; give one"
         )
     part = FilePart.answered({"crop": crop, "every": every})
     file = open_file(path_or_file, part, up=up)
     if isinstance(file, PictureFile):
         if volume:
-            raise CCWSIMError(f"{file.name} is a picture, one layer; leave volume out")
+            raise CCWSIMError(f"{file.name} is a picture with one layer; leave volume out")
         codes = picture_facies(file, threshold=threshold, classes=classes)
         codes = codes if up else codes[::-1]
     else:
@@ -226,7 +226,7 @@ def training_image_as_bytes(
     if kind == "png":
         if training_image.n_dimensions == 3:
             raise CCWSIMError(
-                "a PNG holds maps, not volumes: write one layer, TrainingImage(ti.array[k]), or "
+                "a PNG can show maps, not volumes; write one layer, TrainingImage(ti.array[k]), or "
                 "npy or sgems"
             )
         return _png(training_image, colours)

@@ -1,8 +1,8 @@
-"""Time slices, by which the runs of a process share its cores fairly.
+"""Time slices, with which the runs of a process share the cores fairly.
 
-Without slices, a quick run waits for realizations of other runs, which may take minutes. On two
-cores, twelve realizations of 512 × 512 with 400 hard data take 0.46 s if nothing else runs. Beside
-six runs of 3000 × 3000 they take 0.57 to 0.81 s with slices, but 2.8 to 3.8 s with plain threads.
+Without slices, a quick run waits for realizations of other runs, which may take minutes. Twelve
+realizations of 512 × 512 with 400 hard data take 0.46 s on two idle cores. If six runs of 3000 ×
+3000 compute too, the twelve take 0.57 to 0.81 s with slices, but 2.8 to 3.8 s with plain threads.
 """
 
 from __future__ import annotations
@@ -15,22 +15,22 @@ from threading import Event, Lock
 SLICE_SECONDS = 0.05
 """Seconds that a task may compute while other tasks wait."""
 CREDIT_SECONDS = 1.0
-"""A new user is ahead of present users by these core seconds, so that quick work starts at once."""
+"""Head start of a new user in core seconds; with the head start, quick work starts at once."""
 
 
 class Usage:
-    """The core seconds used by the runs of one user, which decide who gets the next core."""
+    """Core seconds used by the runs of a user; the user with the least usage gets the next core."""
 
     def __init__(self) -> None:
         self.seconds = float("-inf")
-        self.n_tasks = self.n_running = 0  # tasks that compute or wait, and tasks that compute
+        self.n_tasks = self.n_running = 0  # number of tasks, and of tasks that compute
 
 
 class Cores:
     """Lets `n` tasks compute at a time. The user with the least usage gets the next free core.
 
-    At the end of its slice, a task yields its core to a waiting task of a user with less usage,
-    and waits itself. `clock` returns the time in seconds.
+    At the end of its slice, a task yields its core to a waiting task of a user with less usage, and
+    then waits. `clock` returns the time in seconds.
 
     Examples
     --------
@@ -104,7 +104,7 @@ class Cores:
         return bool(self._waiting)
 
     def _enter(self, usage: Usage) -> None:
-        """Count a user as present, at most `CREDIT_SECONDS` ahead of the other users."""
+        """Count a user as present, with a head start of at most `CREDIT_SECONDS`."""
         for lease in self._running:
             self._charge(lease)
         usage.n_tasks += 1

@@ -18,25 +18,26 @@ Result = TypeVar("Result")
 LEAST_SHARE = 0.02
 """Minimum finished share of the work for an estimate of the time left."""
 PATIENCE = 0.3
-"""A page waits for first results for this number of seconds, then shows the progress."""
+"""Seconds that a page waits for first results before it shows the progress."""
 POLL_SECONDS = 0.25
 """Seconds between two checks of a job that a page waits for."""
 MAX_CELLS_AT_ONCE = 4_000_000
-"""Maximum number of cells simulated while a page is drawn; they take some tenths of a second."""
+"""Maximum number of cells of a run without a job; such a run takes some tenths of a second."""
 MAX_COUNTED_SECONDS = 10.0
 """Seconds after which an active job no longer occupies a slot of the queue."""
 NOTHING = Demand(0)
 _admission = Lock()
-"""Held while a job is admitted, so that two jobs cannot be promised the same memory."""
+"""Lock held while a job is admitted, so that two jobs are never promised the same memory."""
 
 
 class Job(Generic[Result]):
-    """Work that runs on a thread of its own as soon as the queue of the server starts it.
+    """Work that the queue of the server starts on a separate thread.
 
     The thread calls work(job), which reports progress to `job.report`, checks `job.is_cancelled`,
-    and may call `job.publish_partial`. `result` is its return value, `error` its exception. The
-    caller may store anything in `about`. Progress counts `n` pieces, called `unit`. If the server
-    lacks the resources that the job demands, it is not started, and `CCWSIMError` is raised.
+    and may call `job.publish_partial`. `result` is the return value of the work, and `error` is an
+    exception of the work. The caller may store anything in `about`. Progress counts `n` pieces,
+    called `unit`. If the server lacks resources that a job demands, the job is not started and
+    `CCWSIMError` is raised.
 
     Examples
     --------
@@ -100,7 +101,7 @@ class Job(Generic[Result]):
             error = error.__context__ if isinstance(error.__context__, Exception) else None
         if self._abandoned:
             self.result = self.partial = None
-            self.error = Cancelled("stopped, as the page was closed")
+            self.error = Cancelled("stopped, because the page was closed")
         self._finished.set()
         self._first.set()
         self._queue.leave(self)
@@ -123,7 +124,7 @@ class Job(Generic[Result]):
         self._first.set()
 
     def sleep(self, seconds: float) -> None:
-        """Wait, called by the work; raise `Cancelled` if the job is asked to stop meanwhile."""
+        """Make the work wait; raise `Cancelled` if the job is asked to stop meanwhile."""
         if self._cancelled.wait(seconds):
             raise Cancelled("stopped before it began")
 
@@ -157,7 +158,7 @@ class Job(Generic[Result]):
         return self._finished.wait(seconds)
 
     def wait_first(self, seconds: float) -> bool:
-        """Wait at most `seconds` for a partial result or the end; return whether either came."""
+        """Return whether a partial or final result arrives within `seconds`."""
         return self._first.wait(seconds)
 
     @property
@@ -175,11 +176,11 @@ class Job(Generic[Result]):
 
 
 class Queue:
-    """Starts jobs, next from the session with the fewest active jobs, then the longest wait.
+    """Starts the job whose session has the fewest active jobs and, in a tie, the earliest start.
 
     At most `n_slots` short jobs are active at a time. A job that has been active for
     `MAX_COUNTED_SECONDS` continues but frees its slot; all active jobs share the cores.
-    `current_session` returns the name of the session that this thread draws, or "".
+    `current_session` returns the name of the session whose page this thread shows, or "".
     """
 
     def __init__(self, n_slots: int, clock: Callable[[], float] = time.monotonic) -> None:
@@ -307,13 +308,13 @@ class Queue:
 
 @cache
 def server_queue() -> Queue:
-    """Return the only queue of this process; after this call its runs share the cores."""
+    """Return the only queue of this process; from then on, all runs share the cores."""
     share_cores()
     return Queue(limits_of_environment().n_slots)
 
 
 def result_in_turn(work: Callable[..., Result], demand: Demand) -> Result:
-    """Return work(progress=…, cancel=…). Large work runs as a job, other work directly."""
+    """Return the result of work(progress=…, cancel=…); large work runs as a job."""
     admit(demand, server_queue().still_to_take)
     if demand.n_cells <= MAX_CELLS_AT_ONCE:
         return work(progress=None, cancel=None)

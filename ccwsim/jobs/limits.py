@@ -50,12 +50,12 @@ class ServerLimits:
     uploads: int  # maximum bytes of all uploaded files, also those kept for a reload
 
     def check(self, demand: Demand) -> None:
-        """Raise `CCWSIMError` if a run is larger than this server allows, with advice."""
+        """Raise `CCWSIMError` if a run is larger than this server allows, and give advice."""
         if self.cells is not None and demand.n_cells > self.cells:
             raise CCWSIMError(
                 f"{format_number(demand.n_cells)} cells × realizations are more than the "
                 f"{format_number(self.cells)} that this server allows for one run: "
-                "ask for fewer realizations or a smaller grid"
+                "simulate fewer realizations or a smaller grid"
             )
         if self.data is not None and demand.n_data > self.data:
             raise CCWSIMError(
@@ -64,13 +64,13 @@ class ServerLimits:
             )
 
     def __str__(self) -> str:
-        """Describe the largest allowed run; empty without limits."""
+        """Describe the largest allowed run; return an empty text if there are no limits."""
         parts = []
         if self.cells is not None:
             parts.append(f"{format_number(self.cells)} cells × realizations")
         if self.data is not None:
             parts.append(f"{self.data:,} hard data")
-        return f"This server takes up to {' and '.join(parts)} a run." if parts else ""
+        return f"This server allows up to {' and '.join(parts)} per run." if parts else ""
 
 
 def limits_of_environment() -> ServerLimits:
@@ -87,7 +87,7 @@ def limits_of_environment() -> ServerLimits:
 
 
 def _number(name: str) -> int | None:
-    """Return the integer of a variable, written such as 200000000, 200_000_000 or 2e8."""
+    """Return the integer of a variable, such as 200000000, 200_000_000 or 2e8."""
     text = os.environ.get(name, "").strip()
     if not text:
         return None
@@ -95,9 +95,7 @@ def _number(name: str) -> int | None:
         value = float(text)
         if value >= 0 and value == int(value):
             return int(value)
-    raise CCWSIMError(
-        f"{name} = {text!r} of the server must be a whole number; correct or unset it"
-    )
+    raise CCWSIMError(f"the variable {name} = {text!r} must be a whole number; correct or unset it")
 
 
 def format_number(number: int) -> str:
@@ -115,18 +113,18 @@ def format_number(number: int) -> str:
 
 
 def admit(demand: Demand, promised: float = 0.0) -> None:
-    """Raise `CCWSIMError` if a run exceeds the limits or the memory left after `promised` bytes."""
+    """Raise `CCWSIMError` if a run exceeds the limits or the free memory minus `promised` bytes."""
     limits = limits_of_environment()
     limits.check(demand)
     free = free_bytes(limits)
     if free is None or demand.n_bytes <= free - promised:
         return
-    others = "" if demand.n_bytes > free else " now, beside other runs; wait for them or"
+    others = "" if demand.n_bytes > free else " now, beside other runs; wait for these runs, or"
     raise CCWSIMError(
-        f"this run needs about {format_bytes(demand.n_bytes)} of memory, and "
-        f"{format_bytes(max(free - promised, 0))} are free{others or ':'} ask for fewer "
+        f"this run needs about {format_bytes(demand.n_bytes)} of memory, but "
+        f"{format_bytes(max(free - promised, 0))} are free{others or ':'} simulate fewer "
         "realizations or a smaller grid, or use the command line with --output FILE.npy, which "
-        "keeps realizations on disk"
+        "writes realizations to disk"
     )
 
 

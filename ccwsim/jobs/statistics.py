@@ -27,7 +27,7 @@ class Task(Generic[Value]):
 
 @dataclass(frozen=True)
 class Failure:
-    """The reason why a task could not be computed."""
+    """The reason why the value of a task could not be computed."""
 
     reason: str
 

@@ -17,15 +17,15 @@ POLL_SECONDS = 0.05
 """Seconds between two checks of progress and cancel."""
 
 Progress = Callable[[float, int], None]
-"""Called as progress(fraction, n_done): finished share of the work, number of finished tasks."""
+"""Callback with the finished share of the work and the number of finished tasks."""
 Cancel = Callable[[], bool]
-"""Returns True if the work should stop."""
+"""Callback that returns True if the work should stop."""
 
 _shared_cores: Cores | None = None
 
 
 def share_cores() -> None:
-    """From now on, let all runs of this process share its cores, with one active task per core."""
+    """Make all later runs of this process share the cores, with one active task per core."""
     global _shared_cores
     if _shared_cores is None:
         _shared_cores = Cores(n_cores())
@@ -37,9 +37,8 @@ _usage: ContextVar[Usage | None] = ContextVar("usage", default=None)
 
 @contextmanager
 def stoppable(asked_to_stop: Cancel) -> Iterator[None]:
-    """Let `check_stop` end the work of this thread and of its tasks if `asked_to_stop()` is True.
-
-    The usage of cores by all runs of this work is counted together.
+    """Make `check_stop` end the work of this thread and of its tasks if `asked_to_stop()` is True.
+    The core usage of this work is the sum over all of its runs.
     """
     token, usage = _asked_to_stop.set(asked_to_stop), _usage.set(Usage())
     try:
@@ -50,7 +49,7 @@ def stoppable(asked_to_stop: Cancel) -> Iterator[None]:
 
 
 def check_stop() -> None:
-    """Raise `Cancelled` if the work of this thread was asked to stop; long loops call this."""
+    """Raise `Cancelled` if the work of this thread was asked to stop; called by long loops."""
     asked = _asked_to_stop.get()
     if asked is not None and asked():
         raise Cancelled("stopped")
@@ -67,7 +66,7 @@ class Watch:
 
     def __init__(self, stop: StopFlag) -> None:
         self.share = 0.0
-        """Finished share of the task, 0 … 1."""
+        """Finished share of the task, from 0 to 1."""
         self.lease: CoreLease | None = None
         """The lease of a core; None if the task does not share cores with other runs."""
         self._stop = stop
@@ -95,9 +94,9 @@ def run_all(
 ) -> list[int]:
     """Run task(number, watch) for numbers 0 … n − 1 and return the numbers that finished.
 
-    Fewer than n finish only if `cancel` returned True. The first error of a task stops
-    the other tasks and is raised. `progress` and `cancel` are called in the thread of the caller.
-    A given `pool` stays open.
+    Fewer than n tasks finish only if `cancel` returned True. The first error of a task stops the
+    other tasks and is raised. `progress` and `cancel` are called in the thread of the caller. A
+    given `pool` stays open.
     """
     stop = Event()
     cores, usage = _shared_cores, _usage.get() or Usage()

@@ -5,21 +5,21 @@ Arguments shared by several functions are explained only here:
 - `images`: an `Ensemble`, a `TrainingImage`, or an array of facies codes, shape (ny, nx),
   (n, ny, nx) or, for volumes, (n, nz, ny, nx).
 - `image`, `training_image`: a single image; an array has shape (ny, nx) or (nz, ny, nx).
-- `codes`: all facies codes, needed if some do not occur in an array; by default the codes that
-  occur, or the codes of the training image.
+- `codes`: all facies codes, needed if some do not occur in an array. The default is the codes of
+  the training image or, for an array, the codes that occur.
 - `facies`: the code of one facies.
-- `direction`: "E-W", "N-S", "NE-SW", "NW-SE", an azimuth in degrees from north, or one lag as
-  (rows, columns); in volumes also "vertical" or one lag as (layers, rows, columns).
+- `direction`: "E-W", "N-S", "NE-SW", "NW-SE", an azimuth in degrees clockwise from north, or one
+  step as (rows, columns); in volumes also "vertical" or one step as (layers, rows, columns).
 - `lags`: the largest lag, or a list of lags, in steps of the direction.
-- `neighbours`: the number of neighbours of a cell. In maps 4 (at sides) or 8 (also at corners);
-  in volumes 6 (at sides), 18 (also at edges) or 26 (also at corners). The largest is the default.
+- `neighbours`: the number of neighbours of a cell: 4 (sides) or 8 (sides and corners) in maps; 6
+  (sides), 18 (sides and edges) or 26 (sides, edges, corners) in volumes. The default is 8 or 26.
 - `size`: side of patterns in cells; by default 4 in maps and 3 in volumes.
-- `factors`: coarsening factors; a resolution is 1 / factor (see `coarsened`).
+- `factors`: coarsening factors; a factor f reduces the resolution to 1 / f (see `coarsened`).
 - `progress`: a function called with the share of the work done, from 0 to 1.
 
-Results have one row for each of n images; facies are in the order of their sorted codes. Functions
-raise `CCWSIMError` for arrays of a wrong shape or type, unknown codes and directions, and lags or
-patterns that do not fit the images.
+Results have one row per image, and facies are sorted by code. Functions raise `CCWSIMError` for
+arrays of a wrong shape or type, unknown codes and directions, and lags or patterns that are larger
+than the images.
 """
 
 from ccwsim.metrics.anodi import Anodi, Scaling, anodi, classical_scaling

@@ -1,4 +1,4 @@
-"""ANODI: distances between realizations and to the training image (Tan et al. 2014)."""
+"""ANODI: distances of realizations from each other and from the image (Tan et al. 2014)."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.training_image import TrainingImage
 
 HISTOGRAM_SHARE = 0.5
-"""Share of the progress bar for counting patterns; comparing histograms takes the rest."""
+"""Share of the progress bar for counting patterns; the rest is for comparing histograms."""
 MIN_JACKKNIFE = 3
-"""Minimum number of realizations for a jackknife: when one is left out, a pair must remain."""
+"""Minimum number of realizations for a jackknife: two must remain when one is omitted."""
 Part = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
 @dataclass(frozen=True, eq=False)
 class Scaling:
-    """Positions that approximate given distances."""
+    """Coordinates of points whose distances approximate a distance matrix."""
 
     positions: NDArray[np.float64]
     """Coordinates, shape (n, n_dimensions), centred on 0; the axis of largest variance is first."""
@@ -38,10 +38,10 @@ class Scaling:
 
 
 def classical_scaling(distances: NDArray[np.float64], n_dimensions: int = 2) -> Scaling:
-    """Return positions whose distances approximate a symmetric matrix (Torgerson 1952).
+    """Return coordinates of points whose distances approximate a symmetric matrix (Torgerson 1952).
 
     The coordinates are the eigenvectors of −½ J D² J, with J = I − 1/n, times the square roots of
-    the eigenvalues. An axis is flipped if its coordinate of largest magnitude is negative.
+    the eigenvalues. An axis is flipped if the coordinate of largest magnitude is negative.
 
     Examples
     --------
@@ -100,11 +100,11 @@ class Anodi:
         return self.ratio @ self.weights
 
     def relative(self, name: str, other: str) -> tuple[float, float, float]:
-        """Return the ratios name / other of `between` and of `within`, and the quotient of both.
+        """Return the ratios `name` / `other` of `between` and of `within`, and their quotient.
 
-        The two ratios are weighted means over resolutions. A quotient above 1 means that `name` is
-        better: it varies more, relative to its distance to the image (Tan et al. 2014). Raises
-        `CCWSIMError` for an unknown name.
+        The two ratios are weighted means over resolutions. A quotient above 1 means that the
+        ensemble `name` is better: its realizations vary more relative to their distance from the
+        image (Tan et al. 2014). Raises `CCWSIMError` for an unknown name.
         """
         a, b = (self._row(n) for n in (name, other))
         return self._relative((self.between[a], self.within[a]), (self.between[b], self.within[b]))
@@ -112,7 +112,7 @@ class Anodi:
     def relative_errors(self, name: str, other: str) -> tuple[float, float, float]:
         """Return jackknife standard errors of the logarithms of the results of `relative`.
 
-        Each realization of both ensembles is left out in turn. Errors are NaN if an ensemble has
+        Each realization of the two ensembles is omitted in turn. Errors are NaN if an ensemble has
         fewer than three realizations. Raises `CCWSIMError` for an unknown name.
         """
         a, b = (self._row(n) for n in (name, other))
@@ -134,14 +134,14 @@ class Anodi:
         return first, second, third
 
     def _relative(self, one: Part, other: Part) -> tuple[float, float, float]:
-        """Return the weighted ratios of `between` and of `within`, and the quotient of the two."""
+        """Return the weighted ratios of `between` and `within`, and the quotient of the ratios."""
         with np.errstate(divide="ignore", invalid="ignore"):
             between = float(self.weights @ (one[0] / other[0]))
             within = float(self.weights @ (one[1] / other[1]))
             return between, within, float(np.divide(between, within))
 
     def _without_each(self, k: int) -> Part:
-        """Return `between` and `within`, shape (n, factors); row k leaves out realization k."""
+        """Return `between` and `within`, shape (n, factors); row k omits realization k."""
         own = np.flatnonzero(self.owner == k)
         n = len(own)
         if n < MIN_JACKKNIFE:
@@ -153,9 +153,9 @@ class Anodi:
         return (pairs / ((n - 1) * (n - 2))).T, (others / (n - 1)).T
 
     def scaling(self, n_dimensions: int = 2) -> Scaling:
-        """Return positions of the training image, which is first, and of all realizations.
+        """Return points for the training image (first) and for all realizations.
 
-        They approximate the distances √(Σ w · divergence).
+        Distances between points approximate √(Σ w · divergence) with resolution weights w.
         """
         mixed = np.tensordot(self.weights, self.divergence, axes=1)
         return classical_scaling(np.sqrt(mixed), n_dimensions)
@@ -175,7 +175,7 @@ def anodi(
     weights: Sequence[float] | None = None,
     progress: Fraction | None = None,
 ) -> Anodi:
-    """Compare ensembles with their training image and among themselves (Tan et al. 2014).
+    """Compare ensembles with their training image and with each other (Tan et al. 2014).
 
     Patterns are counted exactly at each resolution of a pyramid (see `coarsened`). Section 5.5 of
     the paper uses 8 × 8 windows. Here the default is 4 × 4, as in the public code of ANODI, because
@@ -199,7 +199,7 @@ def anodi(
     own = as_image(training_image, codes)
     stacks = {str(name): as_stack(images, own.codes) for name, images in named.items()}
     if not stacks:
-        raise CCWSIMError("no ensemble was given; ANODI needs at least one")
+        raise CCWSIMError("ANODI needs at least one ensemble")
     side, layers = size_of(own, size), layers_of(own, *stacks.values())
     rows = pyramid_histograms(own, None, side, factors, layers=layers)
     step = HISTOGRAM_SHARE / sum(len(stack) for stack in stacks.values())
@@ -236,7 +236,7 @@ def _weights(given: Sequence[float] | None, n: int) -> NDArray[np.float64]:
 
 
 def _part(progress: Fraction | None, begin: float, end: float) -> Fraction | None:
-    """Return a progress function for the work between the shares `begin` and `end`."""
+    """Return a function that maps the progress of one step to the range from `begin` to `end`."""
     if progress is None:
         return None
     return lambda share: progress(begin + (end - begin) * share)

@@ -1,4 +1,4 @@
-"""Mean and quantiles of curves over realizations, computed at once or as curves are added."""
+"""Mean and quantiles of curves over realizations, computed at once or curve by curve."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ class RunningCurves:
 
     @property
     def nbytes(self) -> int:
-        """Memory in bytes; it does not grow with the number of curves."""
+        """Memory in bytes, independent of the number of curves."""
         arrays = (self._counts, self._sums, self._smallest, self._largest)
         return sum(array.nbytes for array in arrays)
 
@@ -125,7 +125,7 @@ class RunningCurves:
         bins = np.floor((present - self._low) / self._width + 1e-9)
         if len(present) and (bins.min() < 0 or bins.max() > n_bins):
             raise CCWSIMError(
-                f"a curve from {present.min():g} to {present.max():g} leaves the bins from "
+                f"a curve from {present.min():g} to {present.max():g} is not inside the bins from "
                 f"{self._low:g} to {self._low + n_bins * self._width:g}"
             )
         self._counts[points, np.minimum(bins, n_bins - 1).astype(np.int64)] += 1

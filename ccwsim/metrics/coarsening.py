@@ -13,23 +13,23 @@ from ccwsim.model.arrays import as_array, check_int
 from ccwsim.model.errors import CCWSIMError, shown
 
 TIE = 1e-9
-"""Smallest difference between shares; smaller ones count as ties because of rounding errors."""
+"""Minimum difference between shares; smaller differences count as ties (rounding errors)."""
 
 
 def coarsened(
     image: Images, factor: int | Sequence[int], codes: Codes | None = None
 ) -> NDArray[np.integer]:
-    """Return an image at 1 / factor of its resolution; each cell has the facies of largest share.
+    """Return an image at 1 / factor of its resolution, with the dominant facies in each cell.
 
-    Shares result from anti-aliased resizing. The indicator of each facies is mirrored at the edges
-    and smoothed by a Gaussian of standard deviation (factor − 1) / 2 cells. It is then interpolated
-    linearly at the centres of ⌊ny / factor⌋ × ⌊nx / factor⌋ new cells. In a tie, the smaller code
-    is used.
+    The share of each facies results from anti-aliased resizing. The indicator of each facies is
+    mirrored at the edges and smoothed by a Gaussian of standard deviation (factor − 1) / 2 cells.
+    The smoothed indicator is then interpolated linearly at the centres of ⌊ny / factor⌋ × ⌊nx /
+    factor⌋ new cells. In a tie, the cell gets the smallest code.
 
     Parameters
     ----------
-    factor : int, or for volumes three along layers, rows and columns
-        A number from 1 to the side of the image; 1 returns a copy.
+    factor : int, or three ints along layers, rows and columns of a volume
+        Factor from 1 to the side of the image; factor 1 returns a copy.
 
     Examples
     --------
@@ -41,7 +41,7 @@ def coarsened(
     if stack.is_volumes and np.ndim(as_array(factor, "coarsening factor")):
         if np.shape(factor) != (N_AXES,):
             raise CCWSIMError(
-                f"coarsening factor = {shown(factor)} must be one number or three: along layers, "
+                f"coarsening factor = {shown(factor)} must be one number, or three along layers, "
                 "rows and columns"
             )
         factors = tuple(

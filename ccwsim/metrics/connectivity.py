@@ -28,8 +28,8 @@ class Connectivity:
     lags: NDArray[np.int64]
     """Lags in steps of the direction, shape (n_lags,)."""
     tau: NDArray[np.float64]
-    """τ(h) = P(x and x + h in one geobody | both in the facies), shape (n, n_lags); NaN if there is
-    no pair."""
+    """τ(h) = P(x and x + h in one geobody | both in the facies), shape (n, n_lags); NaN if no pair
+    is in the facies."""
     unconditional: NDArray[np.float64]
     """P(x and x + h in one geobody) over all pairs of cells, shape (n, n_lags)."""
     neighbours: int
@@ -38,12 +38,12 @@ class Connectivity:
 def connected_geobodies(
     image: Images, facies: int, neighbours: int | None = None
 ) -> tuple[NDArray[np.int32], int]:
-    """Number the geobodies of a facies.
+    """Label the cells of a facies by geobody.
 
     Returns
     -------
     labels : ndarray of int32, shape of the image
-        Number of the geobody in each cell, from 1 on; 0 outside the facies.
+        Number (1, 2, …) of the geobody of each cell; 0 outside the facies.
     n_geobodies : int
 
     Examples
@@ -113,28 +113,28 @@ def _count_pairs(labels, offsets):
 
 @dataclass(frozen=True, eq=False)
 class Geobodies:
-    """Geobodies of one facies; arrays have one value for each of n images."""
+    """Geobody statistics of one facies; arrays have one value per image."""
 
     n_geobodies: NDArray[np.int64]
     sizes: tuple[NDArray[np.int64], ...]
-    """Sizes in cells of the geobodies of each image, largest first."""
+    """Sizes of each image's geobodies in cells, largest first."""
     gamma: NDArray[np.float64]
     """Γ = Σ nᵢ² / m², the probability that two random cells of the facies are connected; NaN if the
     facies does not occur."""
     percolates_ew: NDArray[np.bool_]
-    """Whether one geobody touches both the west and the east edge."""
+    """Whether one geobody touches the west edge and the east edge."""
     percolates_ns: NDArray[np.bool_]
-    """Whether one geobody touches both the south and the north edge."""
+    """Whether one geobody touches the south edge and the north edge."""
     euler_number: NDArray[np.int64]
-    """Number of geobodies − holes; in volumes, number of geobodies − tunnels + cavities."""
+    """Euler number: geobodies − holes in maps, geobodies − tunnels + cavities in volumes."""
     neighbours: int
     percolates_vertical: NDArray[np.bool_] | None = None
-    """Whether one geobody touches both the lowest and the highest layer; None for maps."""
+    """Whether one geobody touches the lowest layer and the highest layer; None for maps."""
 
     def share_in(self, at_least: ArrayLike) -> NDArray[np.float64]:
         """Return the share of the facies in geobodies of at least `at_least` cells, shape (n, m).
 
-        `at_least` holds m sizes. The share is 1 for one cell, and NaN if the facies does not occur.
+        `at_least` contains m sizes in cells. The share is NaN if the facies is absent.
 
         Examples
         --------
@@ -145,7 +145,7 @@ class Geobodies:
         shares = np.full((len(self.sizes), len(smallest)), np.nan)
         for row, sizes in zip(shares, self.sizes, strict=True):
             if len(sizes):
-                cells = np.append(0, np.cumsum(sizes))  # total of the largest 0, 1, 2, … geobodies
+                cells = np.append(0, np.cumsum(sizes))  # total of the 0, 1, … largest geobodies
                 row[:] = cells[np.searchsorted(-sizes, -smallest, side="right")] / cells[-1]
         return shares
 
@@ -153,7 +153,7 @@ class Geobodies:
 def geobody_statistics(
     images: Images, facies: int, neighbours: int | None = None, progress: Fraction | None = None
 ) -> Geobodies:
-    """Return the geobodies of a facies in each image (Renard & Allard 2013).
+    """Return geobody statistics of a facies in each image (Renard & Allard 2013).
 
     Examples
     --------

@@ -20,27 +20,27 @@ class Copying:
     """Copied pieces of a realization, and the use of each cell of the training image."""
 
     copied: float
-    """Share of the pairs of adjacent cells whose sources are adjacent in the same way."""
+    """Share of adjacent cell pairs whose sources have the same offset as the cells."""
     largest_square: int
     """Side in cells of the largest copied square, or cube in volumes."""
     square_at: tuple[int, ...]
-    """(Layer,) row and column of the lowest south-west cell of the largest copied square."""
+    """(Layer,) row and column of the lowest south-west cell in the largest copied square."""
     largest_block: int
-    """Size in cells of the largest copied piece; its cells are joined by sides."""
+    """Number of cells in the largest copied piece; cells of a piece are joined by sides."""
     uses: NDArray[np.int64]
     """Number of uses of each cell of the training image."""
     used: float
     """Share of the cells of the training image that were used."""
     seams: NDArray[np.bool_]
-    """Mask of cells with a seam, shape of the realization: the sources of the cell and its eastern,
-    northern or upper neighbour are not adjacent in the same way."""
+    """Mask of cells with a seam, shape of the realization. A cell has a seam if its eastern,
+    northern or upper neighbour was not copied from the same neighbour of the cell's source."""
     n_unknown: int
-    """Number of cells without a source (a position below 0)."""
+    """Number of cells without a source (negative position)."""
     seam_sides: NDArray[np.uint8]
-    """Sides of each cell at which there is a seam: the sum of 1 (east), 2 (north) and 4 (up)."""
+    """Sum of the codes of each cell's sides with a seam: 1 (east), 2 (north) and 4 (up)."""
 
     def seams_within(self, axis: int) -> NDArray[np.bool_]:
-        """Return the seams of a volume without the seams between slices along an axis.
+        """Return the mask `seams` of a volume, without seams between slices along an axis.
 
         Examples
         --------
@@ -53,13 +53,13 @@ class Copying:
 
 
 def copying(positions: ArrayLike, ti_shape: tuple[int, ...]) -> Copying:
-    """Return the copied pieces of a realization, given the source of each cell.
+    """Return the copied pieces of a realization, computed from the source of each cell.
 
     Parameters
     ----------
     positions : array_like of int, shape (ny, nx) or (nz, ny, nx)
         Source of each cell in the training image: row · nx + column, or in a volume
-        (layer · ny + row) · nx + column. Cells without a source have a number below 0.
+        (layer · ny + row) · nx + column. Cells without a source have a negative number.
     ti_shape : tuple of int
         (Layers,) rows and columns of the training image.
 
@@ -73,14 +73,14 @@ def copying(positions: ArrayLike, ti_shape: tuple[int, ...]) -> Copying:
     if source.ndim != len(ti_shape) or source.dtype.kind not in "ui" or not source.size:
         shape = "(ny, nx)" if len(ti_shape) < N_AXES else "(nz, ny, nx)"
         raise CCWSIMError(
-            f"positions of shape {shape} and whole numbers are needed, not {source.shape} of "
+            f"positions must be whole numbers of shape {shape}, not of shape {source.shape} and "
             f"type {source.dtype}"
         )
     n_cells = prod(ti_shape)
     if source.max() >= n_cells:
         raise CCWSIMError(
             f"position {source.max()} lies outside a training image of "
-            f"{' × '.join(map(str, ti_shape))} cells; the largest is {n_cells - 1}"
+            f"{' × '.join(map(str, ti_shape))} cells; the largest position is {n_cells - 1}"
         )
     shift = _shifts(as_volume(source.astype(np.int64, copy=False)), *ti_shape[-2:])
     sides = np.zeros(shift.shape, np.uint8)
@@ -104,7 +104,7 @@ def copying(positions: ArrayLike, ti_shape: tuple[int, ...]) -> Copying:
 
 @allocating_kernel
 def _shifts(source, ti_ny, ti_nx):
-    """Return the offset of each cell from its source, as one number."""
+    """Return the offset from each cell to its source as one number; −1 without a source."""
     nz, ny, nx = source.shape
     shift = np.full(source.shape, -1)
     for k in range(nz):
@@ -120,7 +120,7 @@ def _shifts(source, ti_ny, ti_nx):
 
 @kernel
 def _mark_seams(shift, sides):
-    """Mark sides between cells of different shift; return the number of pairs of equal shift."""
+    """Mark sides between cells with different shifts; count the pairs with equal shifts."""
     nz, ny, nx = shift.shape
     n_copied = 0
     for k in range(nz):
@@ -142,7 +142,7 @@ def _mark_seams(shift, sides):
 
 @allocating_kernel
 def _largest_cube(shift, n_axes):
-    """Return side and position of the largest square (in volumes, cube) of cells of equal shift."""
+    """Return side and position of the largest square (or cube) of cells with equal shifts."""
     nz, ny, nx = shift.shape
     depth = n_axes - 1
     sides = np.zeros((2, ny, nx), np.int64)
@@ -172,7 +172,7 @@ def _largest_cube(shift, n_axes):
 
 @allocating_kernel
 def _largest_block(shift):
-    """Return the size of the largest piece: cells of equal shift, joined by sides (union-find)."""
+    """Return the size of the largest piece of cells with equal shifts (union-find)."""
     nz, ny, nx = shift.shape
     own = shift.ravel()
     parents = np.arange(len(own))
@@ -194,7 +194,7 @@ def _largest_block(shift):
                     root = min(root, other)
     sizes = np.zeros(len(own), np.int64)
     for cell in range(len(own)):
-        if own[cell] >= 0:  # a parent comes before its cell, so its root is known
+        if own[cell] >= 0:  # the parent of a cell precedes it and has a root already
             parents[cell] = parents[parents[cell]]
             sizes[parents[cell]] += 1
     return sizes.max()

@@ -18,13 +18,13 @@ class DataMatch:
     """Hard data that realizations do not honour."""
 
     wrong: NDArray[np.bool_]
-    """Mask of the data that each realization misses, shape (n, n_data)."""
+    """Mask of the data that each realization does not honour, shape (n, n_data)."""
     n_wrong: NDArray[np.int64]
-    """Number of data that each realization misses, shape (n,)."""
+    """Number of data that each realization does not honour, shape (n,)."""
     times_wrong: NDArray[np.int64]
-    """Number of realizations that miss each datum, shape (n_data,)."""
+    """Number of realizations that do not honour each datum, shape (n_data,)."""
     map: NDArray[np.int64]
-    """`times_wrong` in the shape of a realization; −1 in cells without data."""
+    """Map (or volume) of `times_wrong`, with −1 in cells without data."""
 
 
 def data_match(realizations: Images, hard_data: HardData) -> DataMatch:
@@ -40,7 +40,7 @@ def data_match(realizations: Images, hard_data: HardData) -> DataMatch:
     (array([1]), [[1, -1], [-1, 0]])
     """
     if not isinstance(hard_data, HardData):
-        raise CCWSIMError(f"hard_data: HardData is needed, not {shown(hard_data)}")
+        raise CCWSIMError(f"hard_data must be of type HardData, not {shown(hard_data)}")
     cells = hard_data.cells
     stack = as_values(realizations, hard_data.n_dimensions)
     shape = stack.shape[1:]

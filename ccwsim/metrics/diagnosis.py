@@ -23,25 +23,25 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 
 MIN_ACROSS = 6
-"""Minimum number of templates along the smaller side; with fewer, realizations copy the image."""
+"""Minimum number of templates along an image's smaller side, to avoid copies of the image."""
 MIN_ACROSS_PERIOD = 4
 """Minimum number of templates along the smaller side of a periodic image."""
 MAX_ADVISED_LEVEL = 3
 COARSE_LEVEL = 3
-"""Lowest level at which dense data break shapes; `docs/quality.md` has the measurements."""
+"""Minimum wavelet level at which dense data break shapes (measured in `docs/quality.md`)."""
 MIN_HALVED_LAYERS = 16
-"""Volumes with fewer layers are simulated with templates as high as the volume."""
+"""Minimum number of layers for templates with half the layers; thinner volumes use all layers."""
 MIN_LAYERS = 8
-"""Minimum height of a template in layers, unless the image has fewer."""
+"""Minimum height of a template in layers, if the image has enough layers."""
 TREND_WEIGHT = 0.5
-"""Location weight along z for volumes with a vertical trend; larger weights change little."""
+"""Location weight along z for volumes with a vertical trend; larger weights add little effect."""
 PERIODIC = 0.5
-"""Minimum strength of the spacing of a periodic image."""
+"""Minimum `Spacing.strength` at which an image is considered periodic."""
 
 
 @dataclass(frozen=True)
 class Advice:
-    """An advised value of a parameter, and the reason; three values (z, y, x) for a volume."""
+    """An advised parameter value with its reason; a volume has three values (z, y, x)."""
 
     parameter: str
     value: Any
@@ -51,8 +51,8 @@ class Advice:
 def templates_that_fit(shape: tuple[int, ...], template_size: int | tuple[int, int, int]) -> int:
     """Return the number of templates that fit into an image without overlap.
 
-    `shape` holds the (layers,) rows and columns of the image. `template_size` is the side of the
-    template in cells, or its layers, rows and columns.
+    `shape` is the number of (layers,) rows and columns of the image. `template_size` is the side of
+    the template in cells, or its layers, rows and columns.
 
     Examples
     --------
@@ -67,11 +67,11 @@ def templates_that_fit(shape: tuple[int, ...], template_size: int | tuple[int, i
 
 
 def feature_size(ew: Spacing, ns: Spacing, side: int) -> tuple[int, str]:
-    """Return the side in cells of a template that holds a feature, and the reason in words.
+    """Return the side in cells of a template that contains a feature, and the reason as text.
 
-    If features repeat along an axis, the template is as long as their spacing. A spacing larger
-    than the largest advised template is used only if the period is clear and more than three
-    periods fit into `side`. Otherwise the template is twice the geometric mean of both ranges.
+    If features repeat along an axis, the side is the spacing of the features. A spacing larger than
+    the largest advised template is used only if the period is clear and more than three periods fit
+    into `side`. Otherwise the side is twice the geometric mean of both variogram ranges.
     """
     largest = largest_template(side)
     spacings = [
@@ -109,7 +109,7 @@ def advise_level(thinnest: int, side: int) -> Advice:
     level = min(by_feature, by_side, MAX_ADVISED_LEVEL)
     compared = "single cells must be compared"
     if level:
-        compared = f"blocks of 2^{level} = {2**level} cells still resolve it"
+        compared = f"blocks of 2^{level} = {2**level} cells still resolve this facies"
     reason = f"The thinnest facies is {plural(thinnest, 'cell')} thick: {compared}."
     return Advice("wavelet_level", level, reason)
 
@@ -117,9 +117,9 @@ def advise_level(thinnest: int, side: int) -> Advice:
 def advise_template(
     wanted: int, why: str, side: int, level: int, is_period: bool = False
 ) -> Advice:
-    """Advise the smallest template that holds a feature, if enough such templates fit.
+    """Advise the smallest template that contains a feature, if enough templates fit into the image.
 
-    Fewer templates need to fit if features are periodic.
+    Periodic features need fewer templates.
 
     Examples
     --------
@@ -138,7 +138,7 @@ def advise_template(
 
 
 def advise_overlap(template: int, thinnest: int, level: int) -> Advice:
-    """Advise an overlap: a quarter of the template, or the smallest thickness if that is larger.
+    """Advise an overlap: a quarter of the template, at least the smallest facies thickness.
 
     Examples
     --------
@@ -149,8 +149,8 @@ def advise_overlap(template: int, thinnest: int, level: int) -> Advice:
     largest = max(template // 2 // block_size, 1)
     n_blocks = min(max(round(template / 4 / block_size), -(-thinnest // block_size), 1), largest)
     reason = (
-        "Geobodies continue if the overlap is a quarter of the template and, if possible, has the "
-        f"{plural(thinnest, 'cell')} of the thinnest facies."
+        "Geobodies continue across patches if the overlap is a quarter of the template and, if "
+        f"possible, has the {plural(thinnest, 'cell')} of the thinnest facies."
     )
     return Advice("overlap_size", n_blocks * block_size, reason)
 
@@ -158,7 +158,7 @@ def advise_overlap(template: int, thinnest: int, level: int) -> Advice:
 def warn_of_level(parameters: Parameters, grid_shape: tuple[int, ...], n_data: int) -> str:
     """Return a one-sentence warning if the level is too coarse for the hard data; otherwise "".
 
-    The level is too coarse if templates hold more data, on average, than an unsplit tile may hold.
+    The level is too coarse if a template has more than `MAX_DATA` data on average.
 
     Examples
     --------
@@ -173,14 +173,14 @@ def warn_of_level(parameters: Parameters, grid_shape: tuple[int, ...], n_data: i
         return ""
     return (
         f"A template has {a_template:.0f} data on average: at level {level} the small patches "
-        "between them break shapes more than at level 2 or 1, and take no less time."
+        "between the data break shapes more than at level 2 or 1, and save no time."
     )
 
 
 def advise_along_z(
     level: int, thinnest: int, spacing: Spacing, n_layers: int
 ) -> tuple[tuple[int, int, int], str]:
-    """Return level, template and overlap along z of a volume, and the reason in words.
+    """Return level, template and overlap along z of a volume, and the reason as text.
 
     The level is lower than along rows and columns because volumes are thin. The template has at
     most half of the layers, or all layers of a thin volume.
@@ -198,7 +198,7 @@ def advise_along_z(
     block_size = 2**z_level
     template = min(-(-max(wanted, MIN_LAYERS) // block_size), largest // block_size) * block_size
     if template < wanted < n_layers:
-        why += f", of which {template} fit half of the image"
+        why += f", but only {template} layers fit into half of the image"
     n_blocks = max(round(template / 4 / block_size), -(-thinnest // block_size), 1)
     overlap = min(n_blocks, template // 2 // block_size) * block_size
     return (z_level, template, overlap), why
@@ -211,24 +211,24 @@ class Diagnosis:
     stationarity: Stationarity
     thickness: tuple[int, ...]
     """Thickness of each facies in cells: side of the largest squares that cover 95 % of the facies.
-    Geobodies at the border are continued beyond the border."""
+    Geobodies at the border are extended beyond the border."""
     spacing_ew: Spacing
     spacing_ns: Spacing
     feature_size: int
-    """Side in cells of a template that holds a feature."""
+    """Side in cells of a template that contains a feature."""
     n_templates: int
     """Number of templates of the advised size that fit into the image without overlap."""
     advice: tuple[Advice, ...]
     """Consistent values of wavelet_level, template_size and overlap_size. If a volume has a
     vertical trend, a location_weight is added."""
     warnings: tuple[str, ...]
-    """Possible problems, one sentence each."""
+    """Warnings about possible problems of the image."""
     vertical_thickness: tuple[int, ...] = ()
     """Vertical thickness of each facies of a volume, in layers; empty for a map."""
     vertical_spacing: Spacing | None = None
 
     def advised(self, parameter: str) -> Any:
-        """Return the advised value of a parameter; for volumes (layers, rows, columns)."""
+        """Return the advised value of a parameter, in volumes as (layers, rows, columns)."""
         return next(a.value for a in self.advice if a.parameter == parameter)
 
 
@@ -270,7 +270,7 @@ def diagnose(training_image: TrainingImage | ArrayLike) -> Diagnosis:
         )
         if quarters.vertical_trend.any() and along_z[1] < image.shape[0]:
             weight = TREND_WEIGHT, 0.0, 0.0
-            why = "The upper layers differ from the lower ones: patches come from similar heights."
+            why = "Upper and lower layers differ. The weight keeps patches at similar heights."
             advice = *advice, Advice("location_weight", weight, why)
     n_fit = templates_that_fit(image.shape, advice[1].value)
     boxes = wanted if vertical is None else (advice[1].value[0], wanted, wanted)
@@ -303,9 +303,9 @@ def _warnings(
     sides = wanted if isinstance(wanted, tuple) else (wanted,)
     if n_fit < MIN_ACROSS**2:
         warnings.append(
-            f"Only {n_fit} templates large enough for its features "
-            f"({' × '.join(map(str, sides))} cells) fit the image: "
-            "realizations repeat pieces of it; a larger training image would give more variety."
+            f"Only {n_fit} templates of the size of a feature "
+            f"({' × '.join(map(str, sides))} cells) fit into the training image. "
+            "Realizations repeat pieces of the image. A larger image would give more variety."
         )
     if quarters.drifting.any():
         warnings.append(_drift(ti, named, quarters))
@@ -313,9 +313,9 @@ def _warnings(
         shift = np.where(quarters.changing, quarters.variogram_shift, 0)
         where = QUARTERS[int(shift.max(axis=(1, 2)).argmax())]
         warnings.append(
-            f"The variogram of the {where} quarter differs from that of the whole image by more "
-            "than chance explains: sizes or directions of features change across the image, and "
-            "realizations mix them."
+            f"The variogram of the {where} quarter differs from the variogram of the image by more "
+            "than chance explains. Sizes or directions of features change across the image, and "
+            "realizations mix all sizes and directions."
         )
     if quarters.vertical_trend.any():
         warnings.append(_trend(ti, named, quarters))
@@ -323,8 +323,8 @@ def _warnings(
     for name, spacing in zip(ways, spacings, strict=True):
         if spacing.spacing is not None and spacing.strength >= PERIODIC:
             warnings.append(
-                f"The image repeats every {spacing.spacing} cells {name}; an overlap that "
-                "is too narrow loses the period."
+                f"The image repeats every {spacing.spacing} cells {name}. If the overlap "
+                "is too narrow, realizations lose this period."
             )
     return warnings
 
@@ -336,21 +336,21 @@ def _trend(ti: Stack, named: tuple[str, ...], found: Stationarity) -> str:
     facies = int(sizes.argmax())
     share, difference = proportions(ti)[0, facies], found.vertical_differences[facies]
     return (
-        f"The upper half of the layers has {share + difference:.0%} of {named[facies]}, the lower "
-        f"half {share - difference:.0%}: there is a vertical trend. Realizations keep it only if "
-        "templates have all layers, or with a location weight along z."
+        f"In the upper half of the layers, {share + difference:.0%} of the cells are "
+        f"{named[facies]}, and in the lower half {share - difference:.0%}. Realizations reproduce "
+        "this trend only with templates as high as the image or with a location weight along z."
     )
 
 
 def _drift(ti: Stack, named: tuple[str, ...], found: Stationarity) -> str:
-    """Describe the part of the image whose proportion differs most from the whole."""
+    """Describe the part of the image whose facies proportion differs most from the whole image."""
     p = found.proportions.mean(axis=0)
     sizes = np.abs(found.differences) / np.sqrt(np.maximum(p * (1 - p), 1e-12))
     part, facies = divmod(int(np.where(found.drifting, sizes, 0).argmax()), ti.n_facies)
     share, error = p[facies] + found.differences[part, facies], found.errors[part, facies]
     return (
-        f"The {PARTS[part]} has {share:.0%} of {named[facies]}, the whole image "
-        f"{proportions(ti)[0, facies]:.0%}, but chance explains ±{2 * error:.1%} at most: the "
-        "image is not stationary. Realizations mix the patterns of its parts, unless a location "
-        "weight is used."
+        f"In the {PARTS[part]}, {share:.0%} of the cells are {named[facies]}, and in the image "
+        f"{proportions(ti)[0, facies]:.0%}. Because chance explains ±{2 * error:.1%} at most, the "
+        "image is not stationary. Realizations mix patterns of all parts of the image, unless a "
+        "location weight is used."
     )

@@ -20,7 +20,7 @@ CELLS_OF_ENTROPY = 1_000_000
 
 
 def proportions(images: Images, codes: Codes | None = None) -> NDArray[np.float64]:
-    """Return the share of the cells of each facies, shape (n, n_facies).
+    """Return the proportion of each facies in each image, shape (n, n_facies).
 
     Each row sums to 1.
 
@@ -51,7 +51,7 @@ def vertical_proportions(images: Images, codes: Codes | None = None) -> NDArray[
     if not stack.is_volumes:
         raise CCWSIMError(
             "proportions by layer need volumes, shape (nz, ny, nx) or (n, nz, ny, nx), not "
-            f"{len(stack)} of shape {stack.shape}"
+            f"{len(stack)} maps of shape {stack.shape}"
         )
     n = stack.n_facies
     counts = [
@@ -67,7 +67,7 @@ def proportion_quantiles(
 ) -> NDArray[np.float64]:
     """Return quantiles of each facies' proportion, shape (n_quantiles, n_facies).
 
-    Quantiles are taken over the realizations; `probabilities` are from 0 to 1.
+    Quantiles are computed over the realizations; `probabilities` are between 0 and 1.
 
     Examples
     --------
@@ -107,7 +107,7 @@ class EType:
 
     @property
     def maps(self) -> dict[str, NDArray]:
-        """All maps (or volumes) by name, as `ccwsim.io.write_maps` needs them."""
+        """Dictionary of all maps (or volumes) by name, for `ccwsim.io.write_maps`."""
         each = zip(self.codes.tolist(), self.probability, strict=True)
         return {
             **{f"probability_{code}": values for code, values in each},
@@ -154,7 +154,7 @@ def facies_counts(images: Images, codes: Codes | None = None) -> NDArray[np.int3
 
 
 def etype_of_counts(counts: NDArray[np.integer], codes: Codes | None = None) -> EType:
-    """Return the E-type of counts that `facies_counts` returned.
+    """Return the E-type computed from the result of `facies_counts`.
 
     The codes are 0 … n_facies − 1 by default. Raises `CCWSIMError` if all counts are 0.
 

@@ -16,7 +16,7 @@ SILL_SHARE = 0.95
 PROMINENCE = 0.1
 """Minimum prominence of a peak of the correlation; lower peaks are noise."""
 THICK_SHARE = 0.95
-"""A facies is as thick as the largest squares that cover at least this share of it."""
+"""Minimum share of a facies covered by squares whose side is the thickness of the facies."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +27,7 @@ class Spacing:
     correlation: NDArray[np.float64]
     """Correlation 1 − Σ γ / Σ sill, with sums over facies, shape (n_lags,)."""
     range: int | None
-    """First lag at which γ reaches 95 % of the sill; None if γ stays below."""
+    """First lag at which γ reaches 95 % of the sill; None if γ stays below this value."""
     spacing: int | None
     """Distance between features: the lag of the first peak of the correlation. None if there is no
     peak."""
@@ -38,9 +38,9 @@ class Spacing:
 def feature_spacing(
     image: Images, codes: Codes | None = None, direction: Direction = "E-W"
 ) -> Spacing:
-    """Return range and spacing of the features; lags go up to half of the smaller side.
+    """Return range and spacing of the features; lags are at most half of the smaller side.
 
-    In a volume, the smaller side of a layer is used, or the number of layers for "vertical".
+    In a volume, this is the smaller side of a layer or, for "vertical", the number of layers.
 
     Examples
     --------
@@ -57,7 +57,7 @@ def feature_spacing(
         return Spacing(lags, np.ones(len(lags)), None, None, 0.0)
     correlation = 1 - np.sum([part.gamma[0] for part in parts], axis=0) / sill
     reached = np.flatnonzero(correlation <= 1 - SILL_SHARE)
-    from scipy.signal import find_peaks  # imported late: it loads slowly
+    from scipy.signal import find_peaks  # imported here because loading takes time
 
     peaks, about = find_peaks(correlation, prominence=PROMINENCE)
     reach = int(reached[0]) if len(reached) else None
@@ -76,7 +76,7 @@ class Granulometry:
     """Share of the facies' cells covered by squares of each size that are inside the facies."""
 
     def thickness(self, share: float = THICK_SHARE) -> int:
-        """Return the largest size that keeps at least `share` of the facies; 0 if it is absent."""
+        """Return the largest size that keeps at least `share` of the facies; 0 if absent."""
         return int(np.count_nonzero(self.kept >= share))
 
 
@@ -88,21 +88,21 @@ def granulometry(
     extend: bool = False,
     vertical: bool = False,
 ) -> Granulometry:
-    """Open a facies with squares of growing size (Matheron 1975), until no cell remains.
+    """Compute morphological openings of a facies with growing squares (Matheron 1975).
 
     Squares are inside the image and, in volumes, within layers. A geobody cut by the edge has the
-    thickness of its visible part, unless the image is extended.
+    thickness of the visible part, unless the image is extended.
 
     Parameters
     ----------
     max_size : int
         Side of the largest square in cells.
     down_to : float
-        Stop after the first size at which a smaller share remains.
+        Stop after the first size at which less than this share of the facies remains.
     extend : bool
         Extend the image by repeating its edge cells.
     vertical : bool
-        Use vertical columns of 1, 2, … layers instead of squares, for volumes.
+        In volumes, use vertical columns of 1, 2, … layers instead of squares.
 
     Examples
     --------
@@ -139,7 +139,8 @@ def granulometry(
 def _combined(
     operation: np.ufunc, mask: NDArray[np.bool_], size: int, axis: int
 ) -> NDArray[np.bool_]:
-    """Apply `operation` to runs of `size` cells along an axis; the first cell gets the result."""
+    """Apply `operation` to runs of `size` cells along an axis, with the result in the first
+    cell."""
     length = 1
     mask = np.moveaxis(mask, axis, 0)
     while length < size:

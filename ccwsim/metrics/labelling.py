@@ -12,9 +12,9 @@ from ccwsim.metrics.stack import N_AXES
 from ccwsim.model.errors import CCWSIMError, shown
 
 NEIGHBOURS = {2: (8, 4), 3: (26, 18, 6)}
-"""Allowed numbers of neighbours of a cell, by number of axes; the first is the default."""
+"""Allowed numbers of neighbours of a cell, by number of axes; the first number is the default."""
 _SHARED_AXES = {4: 1, 6: 1, 18: 2, 8: 3, 26: 3}
-"""Maximum number of axes along which a cell and its neighbour differ."""
+"""Maximum number of axes along which neighbours differ, by number of neighbours."""
 
 
 def neighbours_of(shape: tuple[int, ...], neighbours: int | None) -> int:
@@ -37,9 +37,9 @@ def neighbours_of(shape: tuple[int, ...], neighbours: int | None) -> int:
 def label(inside: NDArray[np.bool_], neighbours: int) -> tuple[NDArray[np.int32], int]:
     """Label the connected sets of cells of a volume 1, 2, … in the order of their first cells.
 
-    Cells outside the mask are 0. The second result is the number of sets.
+    Cells outside the mask have label 0. The second result is the number of sets.
     """
-    from scipy import ndimage  # imported late: it loads slowly
+    from scipy import ndimage  # imported here because loading takes time
 
     cells = inside[0] if len(inside) == 1 else inside  # a single layer is labelled faster as a map
     touching = ndimage.generate_binary_structure(cells.ndim, _SHARED_AXES[neighbours])
@@ -48,11 +48,11 @@ def label(inside: NDArray[np.bool_], neighbours: int) -> tuple[NDArray[np.int32]
 
 
 def euler_number(inside: NDArray[np.bool_], neighbours: int) -> int:
-    """Return the number of geobodies − holes; in a volume, geobodies − tunnels + cavities.
+    """Return geobodies − holes in a map, or geobodies − tunnels + cavities in a volume.
 
     With 8 or 26 neighbours, the result is corners − edges + faces − cells of the union of cells.
-    With 4 or 6, cell centres are the corners, and adjacent cells span edges, faces and cubes. With
-    18, corners at which only two cells touch count twice because such cells are not joined.
+    With 4 or 6 neighbours, cell centres are corners, and adjacent cells span edges, faces and
+    cubes. With 18 neighbours, a corner of only two cells counts twice: the cells are not joined.
     """
     cells = np.pad(inside[0] if len(inside) == 1 else inside, 1)
     only_sides = _SHARED_AXES[neighbours] == 1
@@ -65,7 +65,7 @@ def euler_number(inside: NDArray[np.bool_], neighbours: int) -> int:
 
 
 def _alternating_sum(cells: NDArray[np.bool_], combine: np.ufunc, axis: int = 0) -> int:
-    """Return (number of cells) − (number of pairs combined along an axis), for all axes."""
+    """Return the alternating sum (number of cells) − (number of combined pairs) over all axes."""
     if axis == cells.ndim:
         return int(np.count_nonzero(cells))
     lines = np.moveaxis(cells, axis, 0)

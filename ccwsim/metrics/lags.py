@@ -23,11 +23,11 @@ MAX_STEPS = 1_000_000
 """Maximum lag in steps."""
 
 Direction = str | float | tuple[int, ...]
-"""A name in `STEPS`, an azimuth in degrees clockwise from north, or the (rows, columns) of one
-step; in volumes also "vertical" and (layers, rows, columns)."""
+"""A direction: a name in `STEPS`, an azimuth in degrees clockwise from north, or the (rows,
+columns) of one step; in volumes also "vertical" and (layers, rows, columns)."""
 
 Lags = int | Sequence[int] | NDArray[np.integer]
-"""The largest lag, or a list of lags."""
+"""Lags of a curve: the largest lag, or a list of lags."""
 
 
 def axes_of(shape: tuple[int, ...]) -> tuple[str, ...]:
@@ -46,16 +46,16 @@ def lag_offsets(
 ) -> NDArray[np.int64]:
     """Return the offset (rows, columns) from x to x + h for each lag, shape (n_lags, 2).
 
-    Along a named direction or a pair (rows, columns), lags are numbers of steps; along an azimuth
-    they are distances in cells, rounded to the nearest cell. For volumes, `n_axes` = 3, offsets are
-    (layers, rows, columns); only "vertical" and triples change the layer.
+    Along a named direction or a pair (rows, columns), lags are numbers of steps. Along an azimuth,
+    lags are distances in cells, and offsets are rounded to whole cells. In volumes (`n_axes` = 3),
+    offsets are (layers, rows, columns); only "vertical" and triples change the layer.
     """
     offsets = _offsets(direction, lags, n_axes)
     return np.pad(offsets, ((0, 0), (n_axes - offsets.shape[1], 0)))
 
 
 def _offsets(direction: Direction, lags: NDArray[np.integer], n_axes: int) -> NDArray[np.int64]:
-    """Return the offsets of lags along a direction; they have two columns, or three with layers."""
+    """Return the offsets (rows, columns) or (layers, rows, columns) of lags along a direction."""
     if isinstance(direction, str):
         if direction == VERTICAL:
             if n_axes < N_AXES:
@@ -95,7 +95,7 @@ def max_lag(direction: Direction, *shapes: tuple[int, ...]) -> int:
 
 
 def as_lags(lags: Lags) -> NDArray[np.int64]:
-    """Return the lags as an array; a single number n stands for 0 … n.
+    """Return the lags as an array; a single number n means 0 … n.
 
     Examples
     --------
@@ -104,7 +104,7 @@ def as_lags(lags: Lags) -> NDArray[np.int64]:
     """
     array = as_array(lags, "lags")
     if array.dtype.kind not in "ui" or array.ndim > 1 or array.size == 0 or array.min() < 0:
-        raise CCWSIMError(f"lags = {shown(lags)} must be whole numbers of steps from 0 on")
+        raise CCWSIMError(f"lags = {shown(lags)} must be whole numbers of steps, at least 0")
     if array.max() > MAX_STEPS:
         raise CCWSIMError(f"lags = {shown(lags)} must be at most {MAX_STEPS} steps")
     return np.arange(int(array) + 1) if array.ndim == 0 else array.astype(np.int64)
@@ -134,8 +134,8 @@ def lags_within(
         *layers, rows, columns = offsets[far[0]]
         across = f"{layers[0]} layers, " if layers else ""
         raise CCWSIMError(
-            f"lag no. {far[0]} of {across}{rows} rows and {columns} columns does not fit an image "
-            f"of {' × '.join(map(str, shape))}; give a smaller largest lag"
+            f"lag no. {far[0]} ({across}{rows} rows and {columns} columns) does not fit an image "
+            f"of {' × '.join(map(str, shape))}; reduce the largest lag"
         )
     return steps, np.pad(offsets, ((0, 0), (N_AXES - len(shape), 0)))
 
@@ -143,7 +143,7 @@ def lags_within(
 def lags_that_fit(
     shape: tuple[int, ...], direction: Direction, lags: NDArray[np.int64]
 ) -> NDArray[np.int64]:
-    """Return the lags for which an image has pairs of cells.
+    """Return the lags at which an image has pairs of cells.
 
     Examples
     --------
@@ -163,7 +163,7 @@ def lags_of_map(max_lag: int, shape: tuple[int, ...]) -> NDArray[np.int64]:
     """Return the lags −max_lag … max_lag; raise `CCWSIMError` if they do not fit the image."""
     if len(shape) == N_AXES:
         raise CCWSIMError(
-            f"lags of a map need a map, not a volume of {shape[0]} layers; give some of its layers "
+            f"lags in two directions need maps, not a volume of {shape[0]} layers; give one layer, "
             "or compute along a direction"
         )
     max_lag = check_int("max_lag", max_lag, 1, min(shape) - 1)

@@ -1,6 +1,6 @@
 """Measures of one facies: one number for each realization and for each crop of the training image.
 
-`MEASURES` holds the title, function and smallest reported difference of each measure. The page
+`MEASURES` lists the title, function and smallest reported difference of each measure. The page
 *Validate*, reports and CSV files show all measures.
 """
 
@@ -24,14 +24,14 @@ from ccwsim.model.training_image import TrainingImage
 MAX_IMAGES = 200
 """Maximum number of measured realizations; later realizations are not measured."""
 PER_CELLS, PER_CELLS_VOLUME = 10_000, 1_000_000
-"""Geobodies are counted per this number of cells because images differ in size."""
+"""Number of cells to which geobody counts are scaled, because images differ in size."""
 PATTERN_SIDE = 3
 Values = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class OfFacies:
-    """A stack of images, and the facies that is measured in them."""
+    """A stack of images, and the code of the measured facies."""
 
     images: Stack
     code: int
@@ -45,7 +45,7 @@ class OfFacies:
 
     @cached_property
     def geobodies(self) -> Geobodies:
-        """Geobodies of the facies; cells that touch at corners are joined."""
+        """Geobody statistics of the facies; cells that touch at corners are joined."""
         return geobody_statistics(self.images, self.code)
 
     @property
@@ -59,20 +59,20 @@ class Measure:
     """One entry of `MEASURES`."""
 
     title: str
-    """Name, with the unit."""
+    """Name of the measure, with the unit."""
     definition: str
     values: Callable[[OfFacies], Values]
     """Function of an `OfFacies` that returns a value (or NaN) for each image, shape (n,)."""
     least: float
     """Smallest reported difference, in units of the value."""
     words: tuple[str, str] = ("too low", "too high")
-    """Verdicts on values below and above those of crops."""
+    """Words for a value below the crops and for a value above the crops."""
     factor: float = 1.0
     """Factor applied to values on screen, such as 100 for percent."""
     digits: int = 2
     """Number of decimals on screen."""
     volumes: bool | None = None
-    """True for volumes only, False for maps only, None for both."""
+    """True for measures of volumes, False for measures of maps, None for measures of both."""
 
     def text(self, value: float) -> str:
         """Return a value as text.
@@ -92,7 +92,7 @@ def _share(of: OfFacies) -> Values:
 
 
 def _boundary(of: OfFacies) -> Values:
-    """Return the share of adjacent pairs with only one cell in the facies; NaN if no pair."""
+    """Return the share of adjacent cell pairs with only one cell in the facies, or NaN."""
     unequal, n_pairs = np.zeros(len(of.inside)), 0
     for axis in (1, 2, 3):
         here, next_to = (np.delete(of.inside, end, axis) for end in (-1, 0))
@@ -146,32 +146,32 @@ def _counted(
 MEASURES = (
     Measure(
         "Proportion, %",
-        "Share of the cells.",
+        "Share of the cells that have this facies.",
         _share, 0.01, ("too little", "too much"), 100, 1,
     ),
     Measure(
         "Boundary, %",
-        "Share of adjacent pairs of cells with only one in the facies; larger values are rougher.",
+        "Share of adjacent cell pairs with only one cell in the facies: the boundary roughness.",
         _boundary, 0.003, ("too smooth", "too rough"), 100,
     ),
     Measure(
         "Chord E–W, cells",
-        "Mean length of the facies along a line; pieces end at the border.",
+        "Mean length of the facies along east–west lines, which end at the border.",
         _chord(3), 0.5, ("too short", "too long"), digits=1,
     ),
     Measure(
         "Chord N–S, cells",
-        "Mean length of the facies along a line; pieces end at the border.",
+        "Mean length of the facies along north–south lines, which end at the border.",
         _chord(2), 0.5, ("too short", "too long"), digits=1,
     ),
     Measure(
         "Chord vertical, layers",
-        "Mean thickness of the facies along a column; pieces end at top and bottom of the volume.",
+        "Mean thickness of the facies along vertical columns, which end at top and bottom.",
         _chord(1), 0.25, ("too thin", "too thick"), digits=1, volumes=True,
     ),
     *_counted(
         "Geobodies",
-        "Number of connected pieces; cells that touch at sides or corners are connected.",
+        "Number of geobodies; cells that touch at sides or corners belong to one geobody.",
         lambda of: of.geobodies.n_geobodies, ("too few", "too many"),
     ),
     Measure(
@@ -191,7 +191,7 @@ MEASURES = (
     ),
     Measure(
         "Unseen patterns, %",
-        f"Share of the patterns of {PATTERN_SIDE} cells a side, of all facies, that do not occur "
+        f"Share of the patterns (all facies, {PATTERN_SIDE} cells along a side) that do not occur "
         "in the training image.",
         _unseen, 0.01, ("", "too many"), 100,
     ),
@@ -205,15 +205,15 @@ class Measured:
 
     measures: tuple[Measure, ...]
     each: Values
-    """Values by realization and measure, shape (n, m)."""
+    """Value of each measure in each realization, shape (n, m)."""
     reference: Values
-    """Values of the whole training image, shape (m,)."""
+    """Value of each measure in the training image, shape (m,)."""
     fit: Fit | None
     """Comparison of pieces of the realizations with crops of the training image, by measure."""
 
 
 def measure(ensemble: Ensemble, facies: int, progress: Fraction | None = None) -> Measured:
-    """Measure a facies in at most 200 realizations, and compare these with crops of the image.
+    """Measure a facies in at most 200 realizations, and compare the values with crops of the image.
 
     Examples
     --------

@@ -13,7 +13,7 @@ from ccwsim.jobs.workers import check_stop
 CELLS_OF_STRIP = 4_000_000
 """Number of cells whose patterns are counted at a time."""
 MAX_TABLE = 2**20
-"""Maximum number of possible patterns that are counted in a table; above it, codes are sorted."""
+"""Maximum number of possible patterns for counting in a table; above it, codes are sorted."""
 
 
 def count_patterns(
@@ -21,7 +21,7 @@ def count_patterns(
 ) -> tuple[NDArray[np.uint64], NDArray[np.int64]]:
     """Return the sorted codes of the patterns of height × size × size cells, and their counts.
 
-    See `PatternHistogram` for the codes.
+    `PatternHistogram` explains the codes.
 
     Examples
     --------
@@ -48,7 +48,7 @@ def count_patterns(
 def codes_in(
     volume: NDArray[np.uint8], n_facies: int, height: int, size: int
 ) -> Iterator[NDArray[np.uint64]]:
-    """Yield the codes of all patterns; to save memory, only some layers and rows at a time."""
+    """Yield the codes of all patterns, for some layers and rows at a time to save memory."""
     fits = height * size * size * np.log2(max(n_facies, 2)) < 64
     nz, ny, nx = volume.shape
     n_layers = max(CELLS_OF_STRIP // (ny * nx), 1)
@@ -72,7 +72,7 @@ def _mixed(value):
 
 @allocating_kernel
 def _pattern_codes(image, height, size, base):
-    """Return the code of each location's pattern: its cells as digits, or a hash if `base` is 0."""
+    """Return the code of each location's pattern: cells as digits, or a hash if `base` is 0."""
     nz, ny, nx = image.shape
     digit = np.uint64(base) if base else np.uint64(0x9E3779B97F4A7C15)
     row_weight = np.uint64(1)
@@ -136,7 +136,7 @@ def _add_to(sums, values, weight):
 
 
 def table_of(codes: NDArray[np.uint64]) -> tuple[NDArray[np.uint64], NDArray[np.bool_]]:
-    """Return a hash table of distinct codes for `are_unknown`, and the mask of its used places."""
+    """Return a hash table of distinct codes for `are_unknown`, and the mask of the used slots."""
     n_places = 2 ** (4 * len(codes)).bit_length()
     keys, full = np.zeros(n_places, np.uint64), np.zeros(n_places, bool)
     _fill(codes, keys, full)
@@ -145,7 +145,7 @@ def table_of(codes: NDArray[np.uint64]) -> tuple[NDArray[np.uint64], NDArray[np.
 
 @part_of_kernel
 def _place(code, keys, full):
-    """Return the place of a code, or a free place for it; the table's size is a power of two."""
+    """Return the slot of a code, or a free slot; the size of the table is a power of two."""
     last = np.uint64(len(keys) - 1)
     place = _mixed(code) & last
     while full[place] and keys[place] != code:

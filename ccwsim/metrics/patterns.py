@@ -25,7 +25,7 @@ from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.training_image import TrainingImage
 
 PATTERN_SIZE, VOLUME_PATTERN_SIZE = 4, 3
-"""Side of patterns in cells, in maps and in volumes."""
+"""Default side of patterns in cells, for maps and for volumes."""
 FACTORS = (1, 2, 3)
 """Coarsening factors of full, half and third resolution."""
 
@@ -35,25 +35,25 @@ class PatternHistogram:
     """Frequency of each pattern of size × size cells, or size × size × size cells in a volume."""
 
     codes: NDArray[np.uint64]
-    """Sorted codes of the patterns that occur. The digits of a code in base n_facies are the cells
-    of the pattern; the code of a pattern too large for 64 bits is a 64-bit hash."""
+    """Sorted codes of the patterns that occur. The digits of a code in base n_facies are the facies
+    of the pattern's cells. A code of more than 64 bits is replaced by a 64-bit hash."""
     frequencies: NDArray[np.float64]
-    """Share of each pattern; the sum is 1."""
+    """Relative frequency of each pattern; the sum is 1."""
     size: int
     """Side of the patterns in cells."""
     facies: tuple[int, ...] = ()
     """Sorted facies codes; a digit k in a pattern's code stands for facies[k]."""
     layers: int = 1
-    """Height of the patterns in cells: 1 in maps, and `size` in volumes, or the number of layers if
-    that is smaller."""
+    """Height of the patterns in cells: 1 in maps; in volumes `size`, but at most the number of
+    layers."""
 
 
 def pattern_histogram(
     image: Images, codes: Codes | None = None, size: int | None = None
 ) -> PatternHistogram:
-    """Count the patterns of size × size (× size) cells at every location of an image, exactly.
+    """Count the patterns of size × size (× size) cells at all locations of an image exactly.
 
-    In a volume with fewer layers, patterns are as high as the volume.
+    In a volume with fewer than `size` layers, patterns are as high as the volume.
 
     Examples
     --------
@@ -74,12 +74,12 @@ def size_of(stack: Stack, size: int | None) -> int:
 
 
 def layers_of(stack: Stack, *others: Stack) -> int:
-    """Return the number of layers of the thinnest volume, 1 for maps."""
+    """Return the number of layers of the thinnest volume; 1 for maps."""
     for other in others:
         if other.is_volumes != stack.is_volumes:
             raise CCWSIMError(
                 f"images of shape {other.shape} and of {stack.shape} cannot be compared: give "
-                "maps only or volumes only, several volumes as (n, nz, ny, nx), one as array[None]"
+                "only maps or only volumes; give one volume as array[None], shape (1, nz, ny, nx)"
             )
     return min(one.shape[0] for one in (stack, *others)) if stack.is_volumes else 1
 
@@ -100,10 +100,10 @@ def pyramid_histograms(
     progress: Fraction | None = None,
     layers: int | None = None,
 ) -> list[list[PatternHistogram]]:
-    """Return the pattern histograms of each image, one for each resolution.
+    """Return a pattern histogram for each image and resolution.
 
     Along z, factors are reduced so that patterns fit into `layers` layers. `layers` is the number
-    of layers of the thinnest compared volume, by default of the thinnest of these images.
+    of layers of the thinnest compared volume, by default of the thinnest volume in `images`.
 
     Examples
     --------
@@ -130,9 +130,9 @@ def pyramid_histograms(
 def js_divergence(a: PatternHistogram, b: PatternHistogram) -> float:
     """Return the Jensen–Shannon divergence of two histograms in bits, from 0 to 1.
 
-    JS = ½ Σ a log₂(a / m) + ½ Σ b log₂(b / m) with m = (a + b) / 2 (Lin 1991). It is 0 for equal
-    histograms, and 1 if no pattern is in both. Its square root is a distance. Raises `CCWSIMError`
-    for histograms of different pattern sizes or facies codes.
+    JS = ½ Σ a log₂(a / m) + ½ Σ b log₂(b / m) with m = (a + b) / 2 (Lin 1991). The divergence is 0
+    for equal histograms, and 1 for histograms without a common pattern. The square root is a
+    metric. Raises `CCWSIMError` for histograms of different pattern sizes or facies codes.
 
     Examples
     --------
@@ -143,7 +143,7 @@ def js_divergence(a: PatternHistogram, b: PatternHistogram) -> float:
     (0.0, 1.0)
     """
     if not isinstance(a, PatternHistogram) or not isinstance(b, PatternHistogram):
-        raise CCWSIMError("two histograms of patterns are needed, as pattern_histogram makes them")
+        raise CCWSIMError("two results of pattern_histogram are needed")
     if (a.size, a.layers) != (b.size, b.layers):
         one, other = (
             f"{h.size}" if h.layers == 1 else f"{h.layers} × {h.size} × {h.size}" for h in (a, b)
@@ -152,7 +152,7 @@ def js_divergence(a: PatternHistogram, b: PatternHistogram) -> float:
     if a.facies != b.facies:
         raise CCWSIMError(
             f"patterns of the facies {shown(a.facies)} and {shown(b.facies)} cannot be compared; "
-            "count both with the same codes"
+            "count both images with the same codes"
         )
     result = np.zeros((2, 2))
     _fill_row(*_joined([a, b]), 0, result)
@@ -198,13 +198,13 @@ def unseen_patterns(
     """Return the share of the patterns of each image that do not occur in the training image.
 
     Patterns of volumes have `size` layers, or all layers of the thinner image. The result has shape
-    (n,); it is NaN for a mask without cells.
+    (n,), and is NaN if the mask is empty.
 
     Parameters
     ----------
     mask : ndarray of bool, shape of one image, optional
-        Only patterns that contain a cell of the mask are counted; the mask may hold the cells with
-        hard data.
+        Count only patterns that contain a cell of the mask, such as a mask of the cells with hard
+        data.
 
     Examples
     --------
@@ -233,7 +233,7 @@ def unseen_patterns(
 def _containing(
     mask: NDArray[np.bool_], shape: tuple[int, ...], height: int, size: int
 ) -> NDArray[np.bool_]:
-    """Return the flat mask of patterns that contain a cell of `mask`, in the order of the codes."""
+    """Return the flat mask of the locations whose pattern contains a cell of `mask`."""
     mask = as_array(mask, "mask")
     if mask.shape != shape or mask.dtype != np.bool_:
         raise CCWSIMError(
@@ -292,7 +292,7 @@ def _fill_row(codes, shares, starts, row, result):
 
 @part_of_kernel
 def _js_of(codes_a, shares_a, codes_b, shares_b):
-    """Return the divergence of two sorted histograms; a pattern in only one adds half its share."""
+    """Return the divergence of two sorted histograms; an unpaired pattern adds half its share."""
     total, i, j = 0.0, 0, 0
     while i < len(codes_a) and j < len(codes_b):
         if codes_a[i] == codes_b[j]:

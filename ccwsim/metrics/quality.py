@@ -24,21 +24,21 @@ CELLS_COMPARED = 1_000_000
 
 @dataclass(frozen=True)
 class Quality:
-    """Similarity of an ensemble to its training image, its match with the data, and its CPU time.
+    """Similarity of an ensemble to the training image, match with the data, and CPU time.
 
-    Counts of hard data are defined in `Ensemble`; here they are averaged over realizations. Spreads
-    are standard deviations between realizations; they are NaN for one realization.
+    `Ensemble` defines the counts of hard data; `Quality` contains their means over realizations.
+    Spreads are standard deviations between realizations, and NaN for one realization.
     """
 
     n: int
     pattern_distances: tuple[float, float, float]
-    """Mean Jensen–Shannon divergence in bits between patterns of realizations and of the training
-    image, at full, half and third resolution. Patterns are 4 × 4 cells, in volumes 3 × 3 × 3."""
+    """Mean Jensen–Shannon divergence in bits of the patterns of realizations from the training
+    image, at full, half and third resolution. Patterns have 4 × 4 or 3 × 3 × 3 cells."""
     pattern_spread: float
-    """Spread of the realizations' mean divergence over the three resolutions."""
+    """Spread of the realizations' divergences, each a mean over the three resolutions."""
     tau_errors: tuple[float, ...]
-    """|mean τ(h) of the realizations − τ(h) of the training image|, averaged over the lags at which
-    both are known. Axes are E–W, N–S and, in volumes, vertical. NaN if there is no such lag."""
+    """|mean τ(h) of the realizations − τ(h) of the training image|, averaged over lags with both
+    values, along E–W, N–S and, in volumes, vertically. NaN if no lag has both values."""
     facies: int
     """Code of the facies whose τ(h) is compared."""
     differing: float
@@ -48,18 +48,18 @@ class Quality:
     n_forced: float
     n_mismatched: float
     cpu_seconds: float
-    """Median CPU time of a realization."""
+    """Median CPU time of a realization in seconds."""
     proportion_error: float = nan
-    """Relative error of the mean proportion of the facies with the largest error. −0.4 means that
+    """Largest relative error of the mean proportion of a facies. A value of −0.4 means that
     realizations have 40 % less of this facies than the training image."""
     proportion_facies: int = 0
-    """Code of the facies with the largest error of its proportion."""
+    """Code of the facies with the largest relative error of the proportion."""
     proportion_spread: float = nan
     tau_spreads: tuple[float, ...] = (nan, nan)
     """Spread of τ(h), averaged over the lags, along each axis of `tau_errors`."""
     largest_copied: float = nan
     """Mean size in cells of the largest piece that a realization copied from the training image;
-    NaN if the ensemble does not keep its sources."""
+    NaN if the ensemble does not contain sources."""
     copied_spread: float = nan
 
     @property
@@ -85,8 +85,8 @@ class Quality:
 def judge(ensemble: Ensemble, facies: int | None = None) -> Quality:
     """Judge an ensemble by patterns, connectivity, proportions, copying, data and CPU time.
 
-    Copied pieces are measured if the ensemble was made with `keep_sources`. τ(h) is computed for
-    `facies`, by default the last one. Raises `CCWSIMError` for a grid too small for patterns.
+    Measuring copied pieces needs an ensemble with `sources`. τ(h) is computed for `facies`, by
+    default the last facies. Raises `CCWSIMError` for a grid smaller than a pattern.
 
     Examples
     --------
@@ -130,7 +130,7 @@ def _spread(each: NDArray[np.floating]) -> float:
 
 
 def _copied(ensemble: Ensemble) -> NDArray[np.float64]:
-    """Return the size in cells of each realization's largest copied piece, if sources are kept."""
+    """Return the size in cells of each realization's largest copied piece; needs sources."""
     sources = () if ensemble.sources is None else ensemble.sources
     shape = ensemble.training_image.array.shape
     return np.array([copying(one, shape).largest_block for one in sources], float)
@@ -139,8 +139,8 @@ def _copied(ensemble: Ensemble) -> NDArray[np.float64]:
 def differing_share(images: Images, codes: Codes | None = None) -> float:
     """Return the share of cells in which two realizations differ, averaged over all pairs.
 
-    If c realizations have a facies in a cell, c (c − 1) / 2 pairs agree there; these numbers are
-    summed over facies. The share is NaN for a single realization.
+    If c realizations have a facies in a cell, c (c − 1) / 2 pairs of realizations agree in this
+    cell. The numbers of pairs are summed over facies. The share is NaN for a single realization.
 
     Examples
     --------

@@ -19,17 +19,17 @@ class ReferenceScores:
     """Scores of probabilities against the reference field."""
 
     accuracy: float
-    """Share of the cells whose most likely facies equals the true one in the reference field."""
+    """Share of the cells whose most likely facies is the facies of the reference field."""
     brier: float
     """Brier score: Σ (p − o)² over facies, averaged over cells, with o = 1 for the true facies and
     0 for others. 0 is perfect, and 2 is the worst value."""
     log_score: float
     """Mean of −ln p of the true facies; 0 is perfect. The probability p from n realizations is
-    replaced by (n p + ½) / (n + n_facies / 2), so that it is never 0."""
+    replaced by (n p + ½) / (n + n_facies / 2), which is never 0."""
     n_cells: int
     """Number of scored cells."""
     right: NDArray[np.bool_]
-    """Mask of the cells, scored or not, whose most likely facies is the true one."""
+    """Mask of the cells, scored or not, whose most likely facies is the true facies."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +66,7 @@ def score_reference(
     truth : image
         The reference field.
     n_realizations : int, optional
-        Number of realizations; an `EType` holds this number itself.
+        Number of realizations; not needed for an `EType`, which contains this number.
     scored : ndarray of bool, shape of `truth`, optional
         Mask of the scored cells; exclude cells with hard data, which every realization honours.
     codes : array_like of int, shape (n_facies,), optional
@@ -144,9 +144,8 @@ def _checked(
     field = as_image(truth, known, p.ndim - 1)
     if p.shape[1:] != field.shape:
         raise CCWSIMError(
-            "probabilities of shape (n_facies, ny, nx) and a reference field of (ny, nx), or of "
-            "(n_facies, nz, ny, nx) and (nz, ny, nx), are needed, not "
-            f"{p.shape} and {field.shape}"
+            f"probabilities of shape {p.shape} do not fit a reference field of {field.shape}; "
+            "needed are (n_facies, ny, nx) and (ny, nx), or (n_facies, nz, ny, nx) and (nz, ny, nx)"
         )
     true = field.indices[0].astype(np.int64)
     mask = np.ones(true.shape, bool) if scored is None else np.asarray(scored, dtype=bool)

@@ -1,14 +1,14 @@
 """Comparison of realizations with crops of their training image.
 
-Statistics vary between crops of one training image. They also depend on the size of the window,
-because a smaller window cuts geobodies. So pieces of the realizations are compared with crops of
-the same size. The allowed difference follows from the standard deviation s between crops. The
-spread of realizations is not used, because it grows when realizations get worse. The mean over m
+Statistics vary between crops of one training image. Statistics also depend on the window size,
+because a smaller window cuts more geobodies. Pieces of the realizations are therefore compared with
+crops of equal size. The allowed difference follows from the standard deviation s between crops. The
+spread of realizations is not used, because worse realizations have a larger spread. The mean over m
 pieces and the mean over crops may differ by c · s · √(1/k + 1/m) if k crops are independent.
 
-Windows nearly as large as the training image give too few crops for this rule. In such windows, a
-curve is outside if its mean over pieces is far from the image's value, and nearly no piece reaches
-that value.
+Windows nearly as large as the training image give too few crops to estimate s. In these windows, a
+curve is outside the band if the mean over pieces is far from the image's value and nearly no piece
+reaches the image's value.
 """
 
 from __future__ import annotations
@@ -34,33 +34,33 @@ from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.training_image import TrainingImage
 
 MIN_SIDE, MAX_SIDE = 8, 512
-"""Limits of the rows and columns of a crop: smaller crops hold no pattern, larger ones are slow."""
+"""Limits of a crop's side in cells: smaller crops contain no pattern, larger crops are slow."""
 MAX_CROP_CELLS = 2_000_000
-"""Maximum number of cells of a crop of a volume."""
+"""Maximum number of cells in a crop from a volume."""
 MAX_CROPS_ALONG = 4
-"""Maximum number of crops along an axis; they overlap by about half or less."""
+"""Maximum number of crops along an axis; crops overlap by about half or less."""
 MAX_CROPS_ABOVE = 2
 """Maximum number of crops along z in a volume."""
 MIN_CROPS = 3
-"""Minimum number of crops with a known value; with fewer, the value is not judged."""
+"""Minimum number of crops in which a value is not NaN; otherwise the value is not judged."""
 MAX_PIECES = 32
-"""Maximum number of pieces; the number of crops limits the precision, so more would not help."""
+"""Maximum number of pieces; more would not help because the crops limit the precision."""
 CURVE_ERRORS, VALUE_ERRORS = 4.0, 2.0
-"""Allowed differences in standard errors; larger for curves because many lags are judged."""
+"""Allowed differences in standard errors, larger for curves because curves have many values."""
 STATISTICS = ("connectivity", "variogram")
 MIN_GAP = 0.1
-"""Smallest reported difference of a curve: in units of τ, or for γ in sills p (1 − p)."""
+"""Smallest reported difference of a curve, in units of τ or, for γ, in sills p (1 − p)."""
 MIN_LARGE_GAP = 0.5
 """Smallest reported difference for pieces that are nearly as large as the training image."""
 MIN_LARGE_PIECES, MAX_LARGE_PIECES = 10, 16
 LARGE_STEP = 3
 """Step between the lags that are compared in large pieces; a step above 1 saves time."""
 TAIL = 0.05
-"""A curve is outside only if at most this share of large pieces reaches the image's value."""
+"""Maximum share of large pieces that reach the image's value if a curve is outside the band."""
 MIN_PROPORTION_GAP = 0.05
 """Smallest reported difference of a proportion, relative to the training image's proportion."""
 PATTERN_SIZES = (2, 3)
-"""Sides of patterns in cells: 2 × 2 × 2 and 3 × 3 × 3 in volumes."""
+"""Sides of the compared patterns in cells; patterns are squares, or cubes in volumes."""
 MIN_GAMMA_GAP, MIN_PERCOLATION_GAP = 0.1, 0.25
 """Smallest reported differences of Γ and of the share of pieces that percolate."""
 Floats = NDArray[np.float64]
@@ -75,7 +75,7 @@ class Fit:
     at: Floats
     """Position of each value: the lag in cells on a curve, the facies code, or an index."""
     found: Floats
-    """Mean of each value over pieces of the realizations; NaN if it is unknown."""
+    """Mean of each value over pieces of the realizations; NaN if no piece has the value."""
     reference: Floats
     """Mean of each value over crops of the training image."""
     tolerance: Floats
@@ -100,12 +100,12 @@ class Fit:
 
     @property
     def worst(self) -> int:
-        """Index of the value with the largest difference / tolerance; 0 if none is known."""
+        """Index of the value with the largest difference / tolerance; 0 if no value is judged."""
         return int(np.argmax(np.nan_to_num(self._excess, nan=-1.0)))
 
     @property
     def _excess(self) -> Floats:
-        """Difference divided by tolerance of each value; NaN if it is unknown."""
+        """Ratio of difference to tolerance of each value; NaN if the value cannot be judged."""
         with np.errstate(divide="ignore", invalid="ignore"):  # a constant image has no tolerance
             return np.abs(self.found - self.reference) / self.tolerance
 
@@ -152,10 +152,10 @@ class ReferenceBand:
 def crop_shape(image_shape: Shape, grid_shape: Shape) -> Shape | None:
     """Return the shape of crops and pieces for comparing a training image with realizations.
 
-    A crop is as long as the grid, but has at most 512 cells along a side. It is at most half as
-    long as the training image, so that crops differ. In volumes, a crop has all common layers and
-    at most two million cells. The result is None if crops would have fewer than 8 rows or columns.
-    Raises `CCWSIMError` if one shape belongs to a map and the other to a volume.
+    A crop is as long as the grid, but at most 512 cells and at most half as long as the training
+    image. In volumes, a crop has the layers of the thinner shape and at most two million cells. The
+    result is None if crops would have fewer than 8 rows or columns. Raises `CCWSIMError` if a map
+    is compared with a volume.
 
     Examples
     --------
@@ -200,7 +200,7 @@ def _window(start: Sequence[int], shape: Shape) -> tuple[slice, ...]:
 def pieces_of(
     realizations: NDArray[np.uint8], shape: Shape, max_pieces: int = MAX_PIECES
 ) -> NDArray[np.uint8]:
-    """Return m ≤ `max_pieces` pieces of realizations, shape (m, *shape); they do not overlap."""
+    """Return m ≤ `max_pieces` pieces of realizations without overlap, shape (m, *shape)."""
     along = (
         np.linspace(0, side - own, side // own).astype(int)
         for side, own in zip(realizations.shape[1:], shape, strict=True)
@@ -220,8 +220,8 @@ def fit_curve(
     """Compare a curve of realizations with the curves of crops of their training image.
 
     `statistic` is "variogram" or "connectivity". Lags extend to half of a crop. If the curve
-    deviates more in the largest common window, lags extend to half of this window. The result is
-    None if the training image or the grid is too small.
+    deviates more in the largest common window than in crops, lags extend to half of this window.
+    The result is None if the training image or the grid is too small.
 
     Examples
     --------
@@ -245,7 +245,7 @@ def fit_curve(
         shape: Shape, least: float, n_pieces: int, step: int = 1
     ) -> tuple[ReferenceBand, Floats]:
         lags, distances = distinct_lags(direction, max_lag(direction, shape))
-        lags, distances = lags[:0:-step][::-1], distances[:0:-step][::-1]  # the largest is kept
+        lags, distances = lags[:0:-step][::-1], distances[:0:-step][::-1]  # with the largest lag
 
         def values(images: Stack) -> Floats:
             return curves_of(statistic, images, facies, direction, lags)
@@ -307,7 +307,7 @@ def fit_values(
 def fit_proportions(ensemble: Ensemble) -> Fit | None:
     """Compare the mean facies proportions of realizations with the whole training image.
 
-    `reference` holds the proportions of the image; the tolerance follows from the scatter of crops.
+    In the result, `reference` contains the image's proportions; crops determine the tolerance.
 
     Examples
     --------
@@ -329,9 +329,9 @@ def fit_proportions(ensemble: Ensemble) -> Fit | None:
 def fit_patterns(ensemble: Ensemble, sizes: Sequence[int] = PATTERN_SIZES) -> Fit | None:
     """Compare realizations with crops by their pattern distance from the training image.
 
-    Values are Jensen–Shannon divergences in bits at full resolution; `at` holds the pattern sizes.
-    Crops differ from the image only because they are smaller. The result is None if the training
-    image or the grid is too small for crops.
+    Values are Jensen–Shannon divergences in bits at full resolution; `at` contains the pattern
+    sizes. The divergence of a crop results only from the smaller size of the crop. The result is
+    None if the training image or the grid is too small for crops.
 
     Examples
     --------
@@ -354,9 +354,9 @@ def fit_patterns(ensemble: Ensemble, sizes: Sequence[int] = PATTERN_SIZES) -> Fi
 def fit_vertical_proportions(ensemble: Ensemble, facies: int) -> Fit | None:
     """Compare the share of a facies in each layer of volumes with the training image.
 
-    `at` is the layer, 0 at the bottom; `reference` is the share in this layer of the training
-    image. The result is None if the image has a different number of layers or is too small for
-    crops. Raises `CCWSIMError` for maps.
+    In the result, `at` is the layer (0 at the bottom), and `reference` the share in this layer of
+    the training image. The result is None if the image has a different number of layers or is too
+    small for crops. Raises `CCWSIMError` for maps.
 
     Examples
     --------
@@ -394,7 +394,7 @@ def fit_shares(ensemble: Ensemble, crops: ReferenceBand, each: Floats, reference
 
 _bands: WeakKeyDictionary[TrainingImage, dict] = WeakKeyDictionary()
 MAX_BANDS = 256
-"""Maximum number of bands kept for each training image; each takes some kilobytes."""
+"""Maximum number of bands stored for each training image; a band needs some kilobytes."""
 
 
 def band_of_crops(
@@ -434,6 +434,6 @@ def _gap(fit: Fit) -> float:
 
 
 def _mean(values: Floats) -> Floats:
-    """Return the mean of the known values in each column; NaN if no value is known."""
+    """Return the mean of each column without NaN; NaN if all values of a column are NaN."""
     known = ~np.isnan(values)
     return ratio(np.where(known, values, 0.0).sum(axis=0), known.sum(axis=0))

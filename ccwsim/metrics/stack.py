@@ -20,7 +20,7 @@ from ccwsim.system.machine import n_cores
 N_AXES = 3
 """Axes of a volume: layers from the bottom, rows from the south, columns from the west."""
 CELLS_A_PIECE = 200_000_000
-"""Number of cells compared between checks for cancelling; it takes some tenths of a second."""
+"""Number of cells compared between two checks for cancellation (some tenths of a second)."""
 Result = TypeVar("Result")
 Fraction = Callable[[float], None]
 """Progress function, called as progress(fraction) in the caller's thread."""
@@ -28,7 +28,7 @@ Fraction = Callable[[float], None]
 
 @dataclass(frozen=True, eq=False)
 class Stack:
-    """Images as facies indices, with the codes of all facies; some may not occur in the images."""
+    """Images as facies indices, with the codes of all facies, including absent facies."""
 
     indices: NDArray[np.uint8]  # shape (n, ny, nx), or (n, nz, ny, nx) for volumes
     codes: NDArray[np.integer]  # shape (n_facies,): sorted
@@ -38,7 +38,7 @@ class Stack:
 
     @property
     def n_facies(self) -> int:
-        """Number of facies, including those that do not occur."""
+        """Number of facies, including absent facies."""
         return len(self.codes)
 
     @property
@@ -61,7 +61,7 @@ class Stack:
 
 
 def index_of(codes: NDArray[np.integer], code: int, name: str = "facies") -> int:
-    """Return the index of a code among codes, or raise `CCWSIMError`."""
+    """Return the index of a facies code in `codes`, or raise `CCWSIMError`."""
     indices = np.flatnonzero(codes == code) if is_whole(code) else np.empty(0, int)
     if not len(indices):
         raise CCWSIMError(f"{name} = {shown(code)} must be one of the codes {listed(codes)}")
@@ -71,15 +71,15 @@ def index_of(codes: NDArray[np.integer], code: int, name: str = "facies") -> int
 Images = Stack | Ensemble | TrainingImage | ArrayLike
 """Types of images; by default, the codes of an array are the values that occur in it."""
 Codes = ArrayLike
-"""Codes of all facies, including those that do not occur."""
+"""Codes of all facies, including absent facies."""
 
 
 def as_stack(images: Images, codes: Codes | None = None, n_axes: int = 2) -> Stack:
-    """Return images as a stack with the given codes, by default all codes that occur.
+    """Return images as a stack with the facies `codes`, by default all codes that occur.
 
     An array with two axes is a map. An array with three axes is a stack of maps, or a volume if
     `n_axes` is 3. An array with four axes is a stack of volumes.
-    Raises `CCWSIMError` for another shape or type, and for a cell with none of the given codes.
+    Raises `CCWSIMError` for another shape or type, and for a cell whose code is not in `codes`.
     """
     wanted = None if codes is None else checked_codes(codes)
     if isinstance(images, Stack):
@@ -157,7 +157,7 @@ def codes_or_places(codes: Codes | None, n_facies: int) -> NDArray[np.integer]:
     """Return the codes of `n_facies` facies; the default is 0 … n_facies − 1."""
     known = np.arange(n_facies) if codes is None else checked_codes(codes)
     if len(known) != n_facies or not (codes is None or np.array_equal(known, codes)):
-        raise CCWSIMError(f"codes = {shown(codes)} must be {n_facies} facies codes that ascend")
+        raise CCWSIMError(f"codes = {shown(codes)} must be {n_facies} ascending facies codes")
     return known
 
 
@@ -186,7 +186,7 @@ def _codes_in(values: NDArray[np.integer]) -> NDArray[np.integer]:
 def _indices(values: NDArray[np.integer], codes: NDArray[np.integer]) -> NDArray[np.uint8]:
     """Return the index in `codes` of each cell's code."""
     n = len(codes)
-    if codes[0] == 0 and codes[-1] == n - 1:  # codes are their own indices
+    if codes[0] == 0 and codes[-1] == n - 1:  # codes equal indices
         low, high = int(values.min()), int(values.max())
         wrong = low if low < 0 else high
         if low < 0 or high >= n:
@@ -204,7 +204,7 @@ def _indices(values: NDArray[np.integer], codes: NDArray[np.integer]) -> NDArray
 def in_pieces(
     function: Callable[[NDArray], NDArray], rows: NDArray, cells: int
 ) -> NDArray[np.integer]:
-    """Return function(rows), computed for some rows at a time so that it can be cancelled.
+    """Return function(rows), computed for some rows at a time so that a user can cancel.
 
     For each row, `function` reads `cells` cells and returns one row.
     """

@@ -25,16 +25,16 @@ WEIGHTS = (
     np.array([*np.eye(4), *np.array([[1, 1, 0, 0], [0, 0, 1, 1], [1, 0, 1, 0], [0, 1, 0, 1]]) / 2])
     - 0.25
 )
-"""Weights of the quarters' means in (mean of each part − mean of the whole), shape (8, 4)."""
+"""Weights of the quarters' means in (mean of each part − mean of the image), shape (8, 4)."""
 PROPORTION_LIMIT = 0.15
 """Allowed difference of a part's proportion, in units of √(p (1 − p))."""
 VARIOGRAM_LIMIT = 0.2
-"""Allowed root mean square, over lags, of the difference of a quarter's variogram, in sills."""
+"""Allowed root mean square of (γ of a quarter − γ of the image) over lags, in sills."""
 PROPORTION_DOUBT, VARIOGRAM_DOUBT = 3.0, 4.0
-"""Number of standard errors that a difference must also exceed. At least 90 % of stationary images
-then pass, even if features are as long as an eighth of the image."""
+"""Minimum significant difference in standard errors. At least 90 % of stationary images then pass,
+even if features are as long as an eighth of the image."""
 LEAST = 0.1
-"""Minimum correlation; smaller values are noise."""
+"""Minimum correlation in sums of a covariance over lags; smaller values are noise."""
 BLOCKS = 32
 """Maximum number of blocks along a side of a quarter when its covariance is computed."""
 SLOPES = 0.5
@@ -43,7 +43,7 @@ SLOPES = 0.5
 
 @dataclass(frozen=True, eq=False)
 class Stationarity:
-    """Proportions and variograms of the quarters of an image, and their standard errors."""
+    """Proportions and variograms of the quarters of an image, with standard errors."""
 
     proportions: NDArray[np.float64]
     """Proportions of the quarters in the order of `QUARTERS`, shape (4, n_facies)."""
@@ -77,18 +77,18 @@ class Stationarity:
 
     @property
     def drifting(self) -> NDArray[np.bool_]:
-        """Mask of proportions whose difference exceeds limit and chance, shape (8, n_facies)."""
+        """Mask of proportions that differ by more than limit and chance, shape (8, n_facies)."""
         return self._differ(self.differences, self.errors)
 
     def _differ(self, differences: NDArray, errors: NDArray) -> NDArray[np.bool_]:
-        """Return the mask of the differences that exceed the limit and what chance explains."""
+        """Return the mask of the differences above `PROPORTION_LIMIT` and `PROPORTION_DOUBT`."""
         p = self.proportions.mean(axis=0)
         limit = np.maximum(PROPORTION_LIMIT * np.sqrt(p * (1 - p)), PROPORTION_DOUBT * errors)
         return np.abs(differences) > limit
 
     @property
     def changing(self) -> NDArray[np.bool_]:
-        """Mask of variograms whose difference exceeds limit and chance, shape (4, n_facies, 2)."""
+        """Mask of variograms that differ by more than limit and chance, shape (4, n_facies, 2)."""
         certain = self.variogram_scores.max(axis=0) > VARIOGRAM_DOUBT
         return (self.variogram_shift > VARIOGRAM_LIMIT) & certain
 
@@ -100,7 +100,7 @@ class Stationarity:
 
 
 def stationarity(image: Images, codes: Codes | None = None) -> Stationarity:
-    """Compare quarters and halves of an image with the whole.
+    """Compare quarters and halves of an image with the whole image.
 
     The standard error of a quarter's mean is estimated from the covariance within the quarters,
     after their means and a common plane are removed. The covariance is summed over the lags around
@@ -126,7 +126,7 @@ def stationarity(image: Images, codes: Codes | None = None) -> Stationarity:
     if min(ny, nx) < 8:
         raise CCWSIMError(
             f"an image of {ny} × {nx} cells is too small to compare its quarters; "
-            "at least 8 × 8 are needed"
+            "at least 8 × 8 cells are needed"
         )
     indices, n_facies = stack.indices[0], stack.n_facies
     quarters = [Stack(quarter[None], stack.codes) for quarter in _quarters(indices)]
@@ -136,7 +136,7 @@ def stationarity(image: Images, codes: Codes | None = None) -> Stationarity:
     lags = np.arange(min(ny, nx) // 4 + 1)
     own = np.array([_curves(quarter, lags) for quarter in quarters])
     distance = np.sqrt(np.mean((own - _curves(stack, lags)) ** 2, axis=3))
-    shift = ratio(np.abs(shares - whole), deviation, 0.0)  # 0 for a facies everywhere or nowhere
+    shift = ratio(np.abs(shares - whole), deviation, 0.0)  # 0 for a facies in all cells or in none
     variogram_shift = ratio(distance, (deviation**2)[:, None], 0.0)
     facies = [stack.volume(0) == k for k in range(n_facies)]
     compared = [_compare_parts(one.mean(axis=0, dtype=float)) for one in facies]
@@ -155,7 +155,7 @@ def stationarity(image: Images, codes: Codes | None = None) -> Stationarity:
 def _compare_halves(
     facies: Sequence[NDArray[np.bool_]],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the proportions of the upper half minus the whole, and the standard errors."""
+    """Return proportions of the upper half minus proportions of the volume, and standard errors."""
     middle = len(facies[0]) // 2
     if not middle:
         return np.zeros(len(facies)), np.zeros(len(facies))
@@ -192,7 +192,7 @@ def _half_squares(facies: NDArray[np.bool_], axis: int) -> NDArray[np.float32]:
 
 
 def _compare_parts(field: NDArray) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return each part's mean minus the mean of the whole, and the standard errors."""
+    """Return each part's mean minus the mean of the image, and the standard errors."""
     means = np.array([quarter.mean(dtype=float) for quarter in _quarters(field)])
     errors = np.sqrt(_mean_variance(field) * (WEIGHTS**2).sum(axis=1))
     differences = WEIGHTS @ means
@@ -203,9 +203,9 @@ def _mean_variance(field: NDArray) -> float:
     """Return the variance of a field's mean over a quarter, computed from the field's covariance.
 
     Removing the quarters' means reduces the covariance by this variance. Removing the common plane
-    reduces it by half of this variance. The sum is corrected for both.
+    reduces the covariance by half of this variance. The sum is corrected for both reductions.
     """
-    from scipy.ndimage import label  # imported late: it loads slowly
+    from scipy.ndimage import label  # imported here because loading takes time
 
     parts = [_blocks(quarter) for quarter in _quarters(field)]
     ny, nx = (min(part.shape[axis] for part in parts) for axis in range(2))

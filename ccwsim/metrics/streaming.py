@@ -34,7 +34,7 @@ class RunningSummary:
 
 
 class RunningStatistics:
-    """Statistics of realizations that are added one by one; memory use does not grow.
+    """Statistics of realizations that are added one by one, in constant memory.
 
     E-type, entropy, means and extremes are exact; quantiles of curves are accurate to 1/2048 (γ) or
     1/1024 (proportions, τ). An object must not be used by several threads at a time.
@@ -46,7 +46,7 @@ class RunningStatistics:
     codes : array_like of int
         The codes of all facies.
     facies : sequence of int, optional
-        Codes of the facies with curves; by default all facies, or only the second of two.
+        Codes of the facies with curves; by default all facies, or the second of two facies.
     directions : sequence of str, optional
         Directions of the curves; by default "E-W", "N-S" and, in volumes, "vertical".
     max_lag : int
@@ -93,7 +93,7 @@ class RunningStatistics:
 
     @property
     def nbytes(self) -> int:
-        """Memory in bytes; it does not grow with the number of realizations."""
+        """Memory in bytes, independent of the number of realizations."""
         curves = [self._shares, *self._gamma.values(), *self._tau.values()]
         return self._counts.nbytes + sum(c.nbytes for c in curves)
 
@@ -102,7 +102,7 @@ class RunningStatistics:
         image = as_image(realization, self.codes, len(self.shape))
         if image.shape != self.shape:
             raise CCWSIMError(f"a realization of shape {self.shape} is needed, not {image.shape}")
-        curves = [  # all computed before any is added: cancelling leaves no partial realization
+        curves = [  # computed before anything is added: cancelling adds no partial realization
             (
                 key,
                 variogram(image, *key, self._fitting[key[1]]).gamma[0],
@@ -118,7 +118,7 @@ class RunningStatistics:
         self.n += 1
 
     def summary(self, low: float = 0.1, high: float = 0.9) -> RunningSummary:
-        """Return the statistics of all realizations so far; bands go from quantile `low` to `high`.
+        """Return the statistics of all added realizations; bands are from quantile `low` to `high`.
 
         Raises `CCWSIMError` if no realization was added yet.
         """

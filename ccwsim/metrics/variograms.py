@@ -100,7 +100,7 @@ def variogram_map(
 
 @allocating_kernel
 def _count_unequal(inside, offsets):
-    """Return for each lag the number of pairs with one cell in the facies and one outside."""
+    """Return for each lag the number of pairs with one cell in the facies and one cell outside."""
     nz, ny, nx = inside.shape
     counts = np.zeros(len(offsets), np.int64)
     for lag in range(len(offsets)):
@@ -137,8 +137,8 @@ def transiograms(
 ) -> Transiograms:
     """Return P(x + h in head | x in tail) for all pairs of facies (Li 2007).
 
-    The head x + h is east or north of the tail x, or above it, so the matrix of a lag need not be
-    symmetric.
+    The head x + h is east or north of the tail x, or above x in volumes. The matrix of a lag is
+    therefore not symmetric in general.
 
     Examples
     --------
@@ -163,8 +163,8 @@ def transition_map(
 ) -> NDArray[np.float64]:
     """Return the exact P(x + h in head | x in tail) in maps for all lags up to max_lag, by FFT.
 
-    `tail` and `head` are facies codes. The result has shape (n, 2 max_lag + 1, 2 max_lag + 1); rows
-    go to the north and columns to the east, with lag 0 in the middle.
+    `tail` and `head` are facies codes. The result has shape (n, 2 max_lag + 1, 2 max_lag + 1); lags
+    increase to the north along rows and to the east along columns, with lag 0 in the middle.
 
     Examples
     --------

@@ -13,7 +13,7 @@ from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.lazy_stack import LazyStack
 
 Shape: TypeAlias = Any
-"""(ny, nx) of a map or (nz, ny, nx) of a volume; `Any` because some functions accept only maps."""
+"""Shape of a map or a volume; typed `Any` because some functions accept only maps."""
 MAX_INT = 2**63 - 1
 """Largest 64-bit integer."""
 AXES = "x", "y", "z"
@@ -40,7 +40,7 @@ def listing(words: Iterable[str]) -> str:
 def as_array(values: ArrayLike, what: str) -> NDArray:
     """Return `values` as an array, or raise `CCWSIMError`."""
     if np.ma.is_masked(values):
-        raise CCWSIMError(f"{what}: some values are masked; every value must be known")
+        raise CCWSIMError(f"{what}: some values are masked; no value may be missing")
     try:
         return np.asarray(values)
     except ValueError:
@@ -50,7 +50,7 @@ def as_array(values: ArrayLike, what: str) -> NDArray:
 
 
 def as_floats(values: ArrayLike, what: str) -> NDArray[np.float64]:
-    """Return `values` as an array of real numbers, which may be NaN.
+    """Return `values` as an array of real numbers; NaN is allowed.
 
     Examples
     --------
@@ -64,7 +64,7 @@ def as_floats(values: ArrayLike, what: str) -> NDArray[np.float64]:
 
 
 def is_whole(value: object) -> TypeGuard[int]:
-    """Return whether a value is an integer; True and False are not.
+    """Return whether a value is an integer; True and False are not integers.
 
     Examples
     --------
@@ -110,7 +110,7 @@ def as_integers(values: ArrayLike, what: str) -> NDArray[np.int64]:
         raise CCWSIMError(f"{what}: whole numbers are needed, not values of type {array.dtype}")
     if not np.isfinite(array).all():
         bad = array[~np.isfinite(array)].flat[0]
-        raise CCWSIMError(f"{what}: {bad} is not a number; every value must be known")
+        raise CCWSIMError(f"{what}: {bad} is not a number; no value may be missing")
     rounded = np.rint(array)
     far = np.abs(array - rounded) > 1e-3
     if far.any():
@@ -124,7 +124,7 @@ def as_integers(values: ArrayLike, what: str) -> NDArray[np.int64]:
 
 
 def codes_of(integers: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the different values, sorted.
+    """Return the distinct values of an array, sorted.
 
     Examples
     --------
@@ -176,7 +176,7 @@ def smallest_integers(array: NDArray[np.int64]) -> NDArray[np.integer]:
 
 
 def digest(*parts: object) -> str:
-    """Return a short hash of the content of arrays and plain values.
+    """Return a short hash of arrays and plain values.
 
     Examples
     --------
@@ -187,7 +187,7 @@ def digest(*parts: object) -> str:
     for part in parts:
         if isinstance(part, (np.ndarray, LazyStack)):
             sums.update(repr((part.shape, part.dtype.str)).encode())
-            for piece in part if part.ndim > 2 else (part,):  # in pieces: a stack may be on disk
+            for piece in part if part.ndim > 2 else (part,):  # stacks on disk are read in pieces
                 sums.update(np.ascontiguousarray(piece).tobytes())
         elif isinstance(part, bytes):  # hashed directly: repr would need four times the memory
             sums.update(b"%d:" % len(part))

@@ -1,12 +1,12 @@
-"""Bounds of user input, common to core, widgets, links, projects and command line.
+"""Bounds of user input, shared by core, widgets, links, projects and command line.
 
-If a page offers less than the core accepts, both bounds are listed.
+If a page accepts less than the core, both bounds are listed.
 """
 
 from __future__ import annotations
 
 MAX_SEED = 2**31 - 1
-"""Maximum seed in widgets and links; it is exact in the browser and in 32 bits."""
+"""Maximum seed in widgets and links, exact in the browser and in 32-bit integers."""
 
 # Training image and grid
 MAX_FACIES = 254
@@ -18,19 +18,19 @@ MAX_GRID_SIDE_OFFERED = 10_000
 
 # Parameters
 MIN_TEMPLATE, MAX_TEMPLATE = 4, 1024
-"""Limits of template sides in cells: smaller patches hold no pattern; few images are larger."""
+"""Limits of template sides in cells: smaller patches contain no pattern, few images are larger."""
 MAX_OVERLAP = MAX_TEMPLATE // 2
-"""Maximum overlap in cells: overlaps on both sides of a patch must not meet."""
+"""Maximum overlap in cells: overlaps on opposite sides of a patch must not intersect."""
 MAX_LEVEL = 6
 """Maximum wavelet level: one coefficient covers 64 × 64 cells, more than most templates have."""
 MAX_CANDIDATES = 10**6
-"""Maximum number of candidates K: about the number of locations in a TI of 1000 × 1000 cells."""
+"""Maximum number of candidates K, about the number of locations in a TI of 1000 × 1000 cells."""
 MAX_CANDIDATES_OFFERED = 10_000
-"""Maximum number of candidates on a page; with more, the choice is nearly random."""
+"""Maximum number of candidates K on a page; with a larger K, the choice is nearly random."""
 MAX_CO_TEMPLATE = 4
-"""Maximum look-ahead in template sizes: more distant data have little influence on a patch."""
+"""Maximum look-ahead for data in template sizes; more distant data hardly influence a patch."""
 MAX_TEMPLATE_VARIATION = 0.5
-"""Maximum variation as a share of the template: the smallest template still holds the overlap."""
+"""Maximum relative variation of the template size; the overlap must fit the smallest template."""
 MAX_LOCATION_WEIGHT = 10.0
 """Maximum location weight; at this weight, distant locations are hardly ever chosen."""
 
@@ -48,11 +48,11 @@ PARAMETERS: dict[str, tuple[float, float]] = {
 
 # Realizations; their cost differs between pages
 MAX_REALIZATIONS = 1000
-"""Maximum number of realizations on a page or in a link; all are kept in memory and drawn."""
+"""Maximum number of realizations on a page or in a link, all stored in memory and plotted."""
 MAX_REALIZATIONS_OF_PROJECT = 1_000_000
 """Maximum number of realizations in a project file, for scripts."""
 MAX_LARGE_ENSEMBLE = 100_000
-"""Maximum number of realizations of a large ensemble; only their statistics are kept."""
+"""Maximum number of realizations of a large ensemble, which stores only statistics."""
 MAX_REALIZATIONS_COMPARED = 100
 """Maximum number of realizations of each setting on the page Compare."""
 MAX_REALIZATIONS_TIMED = 100
@@ -78,4 +78,4 @@ MAX_WRITTEN_DATA = 40
 MAX_LAG = 100
 """Maximum lag in cells of variograms and connectivity, unless half of the side is smaller."""
 MAX_CURVES = 100
-"""Maximum number of realizations drawn as curves; more would overlap."""
+"""Maximum number of realizations plotted as curves; more curves would hide each other."""

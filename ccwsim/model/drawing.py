@@ -1,4 +1,4 @@
-"""Access to the module that draws images, data and ensembles; it is imported on first use."""
+"""Import the module that draws images, data and ensembles when it is first needed."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from importlib import import_module
 from typing import Any
 
 backend = ""
-"""Name of the drawing module; `ccwsim` sets it, so that `model` does not depend on `figures`."""
+"""Name of the drawing module, set by `ccwsim` so that `model` does not depend on `figures`."""
 
 
 def notebook() -> Any:

@@ -36,7 +36,7 @@ class Ensemble:
     seed: int
     indices: NDArray[np.uint8]
     """Indices of the facies in `training_image.codes`, shape (n, ny, nx) or (n, nz, ny, nx);
-    read-only. If `simulate` wrote realizations to disk, they are read from disk."""
+    read-only. Realizations that `simulate` wrote to disk are read on access."""
     cpu_seconds: NDArray[np.float64]
     """CPU time of each realization in seconds, shape (n,)."""
     wall_seconds: float
@@ -46,12 +46,12 @@ class Ensemble:
     pass; side of the window in cells if honoured by local re-simulation; FORCED (−1) if its cell
     was forced; WRONG (−2) if not honoured."""
     numbers: NDArray[np.int64]
-    """Number of each realization in the study, shape (n,)."""
+    """Number that identifies each realization in the study, shape (n,)."""
     sources: NDArray[np.int32] | None = None
     """Flat index of each cell's source in the training image, shape of `indices`; −1 for cells that
     were forced or set by seam repair. None if `simulate` was called without `keep_sources`."""
     revised: bool = False
-    """Whether `revise` adapted the ensemble to edited data; its seed then does not reproduce it."""
+    """Whether `revise` adapted the ensemble to edited data, which the seed cannot reproduce."""
 
     @property
     def n(self) -> int:
@@ -119,7 +119,7 @@ class Ensemble:
 
     @property
     def is_stored(self) -> bool:
-        """Whether the ensemble was delivered with the program; its CPU times are unknown (NaN)."""
+        """Whether the ensemble was delivered with the program, with unknown CPU times (NaN)."""
         return bool(np.isnan(self.cpu_seconds).any())
 
     @cached_property
@@ -157,7 +157,7 @@ class Ensemble:
         """Return the realizations as an xarray DataArray of facies codes.
 
         Dimensions are realization, (z,) y and x; coordinates are the centres of cells in world
-        units. Attributes hold the codes and names of facies, as in the CF conventions. Raises
+        units. Attributes contain the codes and names of facies, as in the CF conventions. Raises
         `CCWSIMError` if xarray is not installed.
 
         Examples
@@ -196,7 +196,7 @@ class Ensemble:
 def joined(parts: Sequence[Ensemble]) -> Ensemble:
     """Join ensembles of one study into one ensemble, with realizations in the given order."""
     if not parts:
-        raise CCWSIMError("no realizations to join; give one ensemble at least")
+        raise CCWSIMError("there is no ensemble to join; give at least one")
     first = parts[0]
     if any(_study(part) != _study(first) for part in parts):
         raise CCWSIMError(
@@ -207,7 +207,7 @@ def joined(parts: Sequence[Ensemble]) -> Ensemble:
     twice = np.flatnonzero(np.bincount(numbers) > 1)
     if len(twice):
         raise CCWSIMError(
-            f"realization {twice[0]} is in two ensembles; leave it out of one of them"
+            f"realization {twice[0]} is in two ensembles; remove it from one ensemble"
         )
     sources = [part.sources for part in parts if part.sources is not None]
     return replace(

@@ -11,11 +11,11 @@ class CCWSIMError(ValueError):
 
 
 class Cancelled(CCWSIMError):
-    """The user stopped a simulation; `ensemble` holds the finished realizations, if any."""
+    """The user stopped a simulation; `ensemble` contains finished realizations, if any."""
 
     def __init__(self, message: str, ensemble: Any = None) -> None:
         super().__init__(message)
-        self.ensemble = ensemble  # an `Ensemble`; that type cannot be imported here (a circle)
+        self.ensemble = ensemble  # an `Ensemble`, whose import here would be circular
 
 
 _SHORT = Repr()

@@ -97,19 +97,19 @@ class Grid:
         shape: Sequence[int] | None = None,
         cell_size: float | Sequence[float] | None = None,
     ) -> Grid:
-        """Return a grid that holds all points, with a margin around them.
+        """Return a grid that contains all points, with a margin around the points.
 
-        The origin is a multiple of the cell size, or of ten cells if the margin allows. Raises
-        `CCWSIMError` if there is no point, if a coordinate is unknown or too large, and if a grid
-        of the given `shape` and `cell_size` does not hold the points.
+        The origin is a multiple of the cell size, or of ten cell sizes if the margin allows. Raises
+        `CCWSIMError` if there is no point, if a coordinate is NaN or too large, and if a grid of
+        `shape` and `cell_size` cannot contain the points.
 
         Parameters
         ----------
         places : array_like, shape (n, 2) or (n, 3)
             x, y and, for a volume, z in world coordinates, at least one point.
         shape : pair or triple of int, optional
-            (Layers,) rows and columns. By default, they follow from `cell_size`. Without it, the
-            longer horizontal side has 100 to 300 cells, and a volume 20 to 60 layers.
+            (Layers,) rows and columns. The default follows from `cell_size`. Without `cell_size`,
+            the longer horizontal side has 100 to 300 cells, and a volume has 20 to 60 layers.
         cell_size : float, pair or triple of float, optional
             Widths along x, y and z in world units. By default, cells are square, and their width
             and height are each 1, 2 or 5 times a power of ten.
@@ -122,13 +122,13 @@ class Grid:
         points = as_floats(places, "points")
         if points.ndim != 2 or points.shape[1] not in (2, 3) or not len(points):
             raise CCWSIMError(
-                f"points of shape {points.shape} must be (n, 2), x and y, or (n, 3), x, y and z, "
-                "n above 0"
+                f"points of shape {points.shape} must be (n, 2) for x and y, or (n, 3) for x, y "
+                "and z, with n above 0"
             )
         n = points.shape[1]
         if not np.isfinite(points).all() or np.abs(points).max() > _MAX_PLACE:
             raise CCWSIMError(
-                f"{listing(AXES[:n])} of every point must be known numbers up to {_MAX_PLACE:g}"
+                f"{listing(AXES[:n])} of every point must be finite numbers up to {_MAX_PLACE:g}"
             )
         low, high = points.min(axis=0), points.max(axis=0)
         asked = None if shape is None else cls.of(shape).shape[::-1]
@@ -145,8 +145,8 @@ class Grid:
         if not grid.holds(grid.cells_of(*points.T)).all():
             raise CCWSIMError(
                 f"{describe_shape(grid.shape)} cells of "
-                f"{' × '.join(f'{size:g}' for size in grid.cell_size)} do "
-                f"not hold points from {low.tolist()} to {high.tolist()}; give more or larger cells"
+                f"{' × '.join(f'{size:g}' for size in grid.cell_size)} do not "
+                f"cover points from {low.tolist()} to {high.tolist()}; give more or larger cells"
             )
         return grid
 
@@ -191,14 +191,14 @@ class Grid:
         if any(p.ndim != 1 or p.shape != points[0].shape for p in points):
             raise CCWSIMError(f"{listing(names)} of points must be lists of the same length")
         if not all(np.isfinite(p).all() for p in points):
-            raise CCWSIMError(f"{listing(names)} of every point must be known numbers")
+            raise CCWSIMError(f"{listing(names)} of every point must be finite numbers")
         sides = zip(points, self.origin, self.cell_size, self.shape[::-1], strict=True)
         cells = np.empty((len(points[0]), len(points)), np.int64)
         for axis, (along, corner, width, n) in enumerate(sides, start=1):
             with np.errstate(over="ignore"):
                 places = (along - corner) / width
             if not (np.abs(places) < 2.0**62).all():
-                raise CCWSIMError("some points are too far from the grid; check their coordinates")
+                raise CCWSIMError("some points are too far from the grid; check the coordinates")
             places[places == n] = n - 1
             cells[:, -axis] = np.floor(places)
         return cells
@@ -209,13 +209,13 @@ class Grid:
         return middles * np.array(self.cell_size) + np.array(self.origin)
 
     def holds(self, cells: NDArray[np.integer]) -> NDArray[np.bool_]:
-        """Return the mask of the cells in the grid; cells are given as (layer,) row and column."""
+        """Return the mask of the cells ((layer,) row and column) that are in the grid."""
         places = self._checked(cells)
         sides = zip(places.T, self.shape, strict=True)
         return np.logical_and.reduce([(place >= 0) & (place < n) for place, n in sides])
 
     def _checked(self, cells: NDArray[np.integer]) -> NDArray[np.integer]:
-        """Return cells as an array, or raise `CCWSIMError` if they do not suit the dimensions."""
+        """Return cells as an array, or raise `CCWSIMError` for a wrong number of dimensions."""
         places = np.asarray(cells)
         if places.ndim == 2 and places.shape[1] == self.n_dimensions:
             return places
@@ -232,7 +232,7 @@ _MARGIN = 0.05
 _FITTED_CELLS = 250
 """Approximate number of cells along the longer horizontal side of a fitted grid."""
 _FITTED_LAYERS = 50
-"""Approximate number of layers of a fitted grid; volumes are flat, so z needs smaller cells."""
+"""Approximate number of layers of a fitted grid; small because volumes are flat."""
 
 
 def _fitting(
@@ -241,9 +241,9 @@ def _fitting(
     shape: Shape | None,
     cell_size: tuple[float, ...] | None,
 ) -> Grid:
-    """Return a grid that holds the box from `low` to `high`; arguments are in the order x, y, z."""
+    """Return a grid that contains the box from `low` to `high`; arguments are ordered x, y, z."""
     extent = (high - low) * (1 + 2 * _MARGIN)
-    least = 1e-12 * max(np.abs([low, high]).max(), 1.0)  # rounding error of numbers of this size
+    least = 1e-12 * max(np.abs([low, high]).max(), 1.0)  # rounding error of coordinates
     if cell_size is None:
         usual = (_FITTED_CELLS, _FITTED_CELLS, _FITTED_LAYERS)
         needed = extent / np.array(shape or usual[: len(low)], float)
@@ -275,7 +275,7 @@ def _nice(least: float) -> float:
 
 
 def _numbers(name: str, values: object, n: int, along_z: float) -> tuple[float, ...]:
-    """Return two numbers for a map, three for a volume; the third is `along_z` by default."""
+    """Return two numbers for a map or three for a volume, by default with `along_z` as third."""
     try:
         numbers = tuple(float(value) for value in values)  # type: ignore[attr-defined]
     except (TypeError, ValueError):

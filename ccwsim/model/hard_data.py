@@ -64,14 +64,14 @@ class HardData:
         Parameters
         ----------
         data : HardData, None, pair, DataFrame or array_like
-            A pair is (cells, facies), the arguments of `HardData`. A table with named `columns`,
-            such as a DataFrame, has facies and either x and y (world coordinates) or row and
-            column; for a volume, also z or layer. An array has the shape of the grid; it holds a
-            facies code in each cell with a datum, and NaN in all other cells.
+            A pair is (cells, facies), the arguments of `HardData`. A table, such as a DataFrame,
+            has named columns: facies, and x and y (world coordinates) or row and column; for a
+            volume, also z or layer. An array has the shape of the grid, with facies codes in cells
+            with data and NaN in all other cells.
         grid : Grid
             Grid of the data.
         training_image : TrainingImage, optional
-            Its facies names, in upper or lower case, may replace the codes in a pair or table.
+            Training image whose facies names, in upper or lower case, may replace codes.
 
         Examples
         --------
@@ -95,9 +95,9 @@ class HardData:
         if values.shape != grid.shape:
             world = "x, y" if grid.nz is None else "x, y, z"
             raise CCWSIMError(
-                f"hard data: an array of shape {values.shape} is not one of the grid's "
-                f"{grid.shape} with NaN in other cells; give that, (cells, facies) or a "
-                f"table with {world} and facies"
+                f"hard data: an array of shape {values.shape} does not have the grid's shape "
+                f"{grid.shape}; give such an array with NaN in cells without data, "
+                f"(cells, facies), or a table with {world} and facies"
             )
         cells = np.argwhere(~np.isnan(values))
         return cls(cells, values[tuple(cells.T)])
@@ -127,10 +127,10 @@ class HardData:
         if self.n and self.n_dimensions != grid.n_dimensions:
             raise CCWSIMError(
                 "hard data have rows and columns only, but the grid is a volume of "
-                f"{grid.nz} layers: give layer, row and column of each"
+                f"{grid.nz} layers: give layer, row and column of each datum"
                 if grid.nz is not None
                 else "hard data have layers, rows and columns, but the grid is a map: give the "
-                "grid nz, or row and column of the data of one layer"
+                "grid nz, or give only row and column of data in one layer"
             )
         outside = np.flatnonzero(~grid.holds(self.cells)) if self.n else np.empty(0, int)
         if len(outside):
@@ -147,7 +147,7 @@ class HardData:
             there = ", ".join(map(str, training_image.codes))
             raise CCWSIMError(
                 f"{len(unknown)} of {self.n} hard data have a facies that the training image does "
-                f"not have (it has {there}): {_listed(self, unknown)}; recode or drop them"
+                f"not have (its facies are {there}): {_listed(self, unknown)}; recode or drop them"
             )
 
     def n_mismatched(self, realization: NDArray[np.integer]) -> int:
@@ -157,7 +157,7 @@ class HardData:
         return int(np.count_nonzero(realization[tuple(self.cells.T)] != self.facies))
 
     def plot(self) -> Any:
-        """Return the data as points at their columns and rows, as a plotly Figure."""
+        """Return a plotly Figure with the data as points at their columns and rows."""
         return notebook().data_chart(self)
 
     def _repr_html_(self) -> str:
@@ -180,7 +180,7 @@ def _of_table(table: Any, grid: Grid) -> tuple[NDArray, NDArray]:
         there = ", ".join(map(str, table.columns))
         raise CCWSIMError(
             f"hard data: a table needs columns {', '.join(world)} and facies, or "
-            f"{', '.join(own)} and facies; it has {there}: rename some"
+            f"{', '.join(own)} and facies; the table has {there}: rename columns"
         )
     columns = [np.asarray(table[given[name]]) for name in names]
     if names == world:
@@ -189,7 +189,7 @@ def _of_table(table: Any, grid: Grid) -> tuple[NDArray, NDArray]:
 
 
 def _codes(facies: Any, training_image: TrainingImage | None) -> Any:
-    """Return the codes of facies given as codes or names."""
+    """Return facies codes; names of facies are replaced by codes."""
     values = facies.tolist() if isinstance(facies, np.ndarray) else facies
     if not isinstance(values, (list, tuple)) or not any(isinstance(v, str) for v in values):
         return facies
@@ -202,8 +202,8 @@ def _codes(facies: Any, training_image: TrainingImage | None) -> Any:
     if unknown:
         there = ", ".join(training_image.facies_names) if training_image is not None else "none"
         raise CCWSIMError(
-            f"hard data: {shown(unknown[0])} is no name of a facies (there are: {there}); give "
-            "such names or codes"
+            f"hard data: {shown(unknown[0])} is not a facies name (names are: {there}); give "
+            "names or codes of facies"
         )
     return codes
 
@@ -225,4 +225,4 @@ def _named(cell: NDArray[np.integer]) -> str:
 def _clash(places: NDArray, codes: NDArray, cell: NDArray) -> str:
     same = np.flatnonzero((places == cell).all(axis=1))
     said = ", ".join(f"no. {k + 1} says {codes[k]}" for k in same[:6])
-    return f"hard data: two facies in the cell at {_named(cell)} ({said}); keep one of them"
+    return f"hard data: two facies in the cell at {_named(cell)} ({said}); keep one datum"

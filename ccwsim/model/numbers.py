@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 
 THREE_DIGITS = 999.5
-"""Smallest value that is written as an integer: it has three digits before the point."""
+"""Minimum number that is rounded to an integer; the integer has at least four digits."""
 
 
 def plural(n: int, noun: str) -> str:
-    """Return a count with its noun.
+    """Return a count and its noun, singular or plural.
 
     Examples
     --------

@@ -28,20 +28,20 @@ MEANINGS = {
     "ms-ccsim: number of times that the images are coarsened.",
     "n_candidates": "Number of best locations from which the patch is drawn at random. As "
     "published, K = 1 copies large pieces of the training image; a larger K copies less but fits "
-    "less well. By default, locations are excluded if they have over 8 more wrong cells than the "
-    "best (more with wide overlaps) or, in maps, merely continue the image. K then has little "
-    "effect, but in volumes K = 1 copies more than K = 20. Near hard data the limit is 6 cells, so "
-    "often only one or two locations remain: with dense data K has little effect.",
+    "less well. By default, a location is excluded if its wrong cells exceed those of the best by "
+    "over 8 (more with wide overlaps) or, in maps, if it merely continues the image. K then has "
+    "little effect, but in volumes K = 1 copies more than K = 20. Near hard data the limit is "
+    "6 cells, so often only one or two locations remain: with dense data K has little effect.",
     "method": "ccwsim searches wavelet coefficients; ccsim searches single cells (level 0); "
     "ms-ccsim searches a coarsened image, then refines the locations scale by scale.",
     "similarity": "Score that compares overlap and training image: the sum of squared differences "
     "(the smallest is best), as in the authors' code, or the plain cross-correlation of the paper "
     "(the largest is best).",
-    "search_fraction": "Share of the locations that are searched for a fit to hard data: the "
-    "locations with the best overlaps. A smaller share gives better overlaps; a larger share "
+    "search_fraction": "Share of the locations, those with the best overlaps, that are searched "
+    "for a fit to hard data. A smaller share gives better overlaps; a larger share "
     "honours more data in the raster pass.",
-    "co_template": "Number of template sizes ahead along the path in which hard data count; 1 "
-    "counts only data in the patch.",
+    "co_template": "Distance ahead on the path, in template sizes, within which hard data count; "
+    "1 counts only data in the patch.",
     "random_path": "Start each realization in a random corner and along a random axis (8 ways). "
     "The first patch begins a random distance before the grid. Off: always start in the "
     "south-west, along rows.",
@@ -62,8 +62,8 @@ MEANINGS = {
     "repaired.",
     "location_weight": "Strength of the preference for patches from the corresponding location in "
     "the training image, for images that change from one end to the other. At 1, a patch from the "
-    "other end is used only if it fits better by a whole overlap; at 0, patches may come from "
-    "anywhere. In a volume, (0.5, 0, 0) along z, y and x keeps only a vertical trend.",
+    "other end is used only if it fits better by as many cells as the overlap has; at 0, patches "
+    "may come from anywhere. In a volume, (0.5, 0, 0) along z, y, x keeps only a vertical trend.",
     "refine": "Shift each drawn patch by up to 2^level − 1 cells to the location that fits best at "
     "full resolution. The shift closes breaks caused by a coarse level.",
     "exact_data": "Honour every datum at full resolution. Off, as in the published CCWSIM code: "
@@ -72,7 +72,7 @@ MEANINGS = {
 
 
 def _parameter(default: Any, symbol: str, matlab: str, allowed: str) -> Any:
-    """Return a field with its symbol in the paper and its name in the authors' code."""
+    """Return a dataclass field with the symbol in the paper and the name in the authors' code."""
     about = {"symbol": symbol, "matlab": matlab, "allowed": allowed}
     return field(default=default, metadata=about)
 
@@ -86,7 +86,7 @@ class Lengths(NamedTuple):
 
 
 def describe_weight(weight: Any) -> str:
-    """Return a location weight in words.
+    """Return a location weight as text.
 
     Examples
     --------
@@ -132,16 +132,16 @@ class Parameters:
 
     @property
     def scale(self) -> int:
-        """Number of times that images are coarsened: the largest level for "ms-ccsim", else 0."""
+        """Number of times that images are coarsened: the largest level for "ms-ccsim", or 0."""
         return max(_triple(self.level)) if self.method == "ms-ccsim" else 0
 
     @property
     def draws_as_published(self) -> bool:
-        """Whether patches are drawn as published: on request, or if a weight along y or x is set.
+        """Whether patches are chosen as published: on request, or with a weight along y or x.
 
-        Such a location weight keeps patches near their own location. Few other patches could then
-        be drawn, and the first patch must begin at the corner of the grid. With a weight only along
-        z, patches may come from any location at their own height.
+        A location weight along y or x keeps patches near their location in the image. Few other
+        patches can then be chosen, and the first patch must begin at the corner of the grid. With a
+        weight only along z, patches may come from any location at the same height.
         """
         return self.published_draw or max(self.location_weights[1:]) > 0
 
@@ -180,7 +180,7 @@ class Parameters:
             value = getattr(self, name)
             if isinstance(value, tuple):
                 raise CCWSIMError(
-                    f"{name} = {value} has a number along z, y and x, but the grid is a map: give "
+                    f"{name} = {value} has numbers along z, y and x, but the grid is a map: give "
                     f"one number, such as {max(value)}"
                 )
         return Lengths((1, *template[1:]), (0, *overlap[1:]), (0, *level[1:]))
@@ -206,7 +206,7 @@ def legal_sizes(level: int, smallest: int, largest: int) -> list[int]:
 
 
 def _checked(name: str, value: Any, default: Any) -> Any:
-    """Return the value of a parameter, or of its three axes, or raise an error that names it."""
+    """Return a parameter's value or three values, or raise an error that names the parameter."""
     if name in CHOICES:
         if not isinstance(value, str) or value not in CHOICES[name]:
             allowed = ", ".join(CHOICES[name])
@@ -222,7 +222,7 @@ def _checked(name: str, value: Any, default: Any) -> Any:
     if not along_axes or name not in (*PER_AXIS, "location_weight"):
         return _checked_number(name, value, *PARAMETERS[name])
     low, high = PARAMETERS[name]
-    lows = {"template_size": 1, "overlap_size": 0}.get(name, low), low, low  # z may be thin
+    lows = {"template_size": 1, "overlap_size": 0}.get(name, low), low, low  # thin volumes
     sides = zip(AXES[::-1], value, lows, strict=True)
     return tuple(_checked_number(f"{name} along {axis}", v, low, high) for axis, v, low in sides)
 
@@ -257,7 +257,7 @@ def _check_sizes(p: Parameters) -> None:
 
 
 def _check_axis(where: str, template: int, overlap: int, level: int) -> None:
-    """Check the sizes along one axis, or all axes if sizes are equal; z may have fewer cells."""
+    """Check the sizes along one axis or all axes at once; sizes along z may be smaller."""
     thin = where == " along z"
     _check_size("Template", where, template, level, 1 if thin else MIN_TEMPLATE, MAX_TEMPLATE)
     least = 0 if thin and template < MIN_TEMPLATE else 1
@@ -293,8 +293,8 @@ def _documented() -> str:
 _DOCUMENTATION = """All parameters of a simulation, checked when the object is made.
 
 For a volume template_size, overlap_size and wavelet_level may each be three
-numbers, along z, y and x; one number holds for all axes. Along z a template may have
-only 1 cell (overlap 0), or 2 or 3 cells (overlap 0 or 1), as volumes are often thin.
+numbers, along z, y and x; one number applies to all axes. Volumes are often thin, so a
+template along z may have only 1 cell (overlap 0), or 2 or 3 cells (overlap 0 or 1).
 
 Parameters
 ----------

@@ -1,4 +1,4 @@
-"""The training image: the map or volume of facies that realizations should look like."""
+"""The training image: the map or volume of facies whose patterns realizations reproduce."""
 
 from __future__ import annotations
 
@@ -28,9 +28,8 @@ from ccwsim.model.errors import CCWSIMError, shown
 class TrainingImage:
     """A map or volume of facies codes, in which patches are searched (the TI).
 
-    Facies are categories: at most 254 integer codes, whose order has no meaning. Raises
-    `CCWSIMError` for more codes, a wrong number of dimensions, no cells, or a value that is not a
-    whole number.
+    Facies are at most 254 integer codes, whose order has no meaning. Raises `CCWSIMError` for too
+    many codes, a wrong number of dimensions, no cells, or a code that is not an integer.
 
     Parameters
     ----------
@@ -84,7 +83,7 @@ class TrainingImage:
 
     @classmethod
     def of(cls, image: TrainingImage | ArrayLike) -> TrainingImage:
-        """Return a training image unchanged, or make one from an array of facies codes.
+        """Return a training image unchanged, or make a training image from an array of codes.
 
         Examples
         --------
@@ -153,7 +152,9 @@ class TrainingImage:
         indices = np.flatnonzero(self.codes == code) if is_whole(code) else np.empty(0, int)
         if not len(indices):
             there = ", ".join(map(str, self.codes))
-            raise CCWSIMError(f"facies {shown(code)} is not in the training image; it has {there}")
+            raise CCWSIMError(
+                f"facies {shown(code)} is not in the training image, which has {there}"
+            )
         return int(indices[0])
 
     def plot(self) -> Any:
@@ -169,10 +170,10 @@ class TrainingImage:
 
 
 def _indices_in(codes: NDArray[np.int64], integers: NDArray[np.int64]) -> NDArray[np.uint8]:
-    """Return the index in the sorted codes of each cell's code."""
+    """Return the index of each cell's code in the sorted codes."""
     low, high = int(codes[0]), int(codes[-1])
     if high - low >= 2**16:
         return np.searchsorted(codes, integers).astype(np.uint8)
-    places = np.zeros(high - low + 1, np.uint8)  # codes are close together: a table is fast
+    places = np.zeros(high - low + 1, np.uint8)  # a table is fast for similar codes
     places[codes - low] = np.arange(len(codes))
     return places[integers - low]

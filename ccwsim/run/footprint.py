@@ -1,4 +1,4 @@
-"""An estimate of the memory that a run takes; it is a little too high rather than too low."""
+"""An estimate of the memory that a run needs, a little too high rather than too low."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from ccwsim.model.study import Study
 from ccwsim.system.machine import n_cores
 
 GRIDS_AT_WORK = 2
-"""Number of grids of one byte per cell in a thread: one in path and one in grid coordinates."""
+"""Grids of a thread with one byte per cell: one in path coordinates, one in grid coordinates."""
 GRIDS_OF_DATA = 2
-"""Number of grids that hold the hard data: one in path and one in grid coordinates."""
+"""Number of grids with the hard data: one in path coordinates and one in grid coordinates."""
 BYTES_A_DATUM = 200
 MAKING = 40
-"""Bytes per block of the image for 64-bit sums while its energies are computed."""
+"""Bytes per image block for 64-bit sums while block energies are computed."""
 LOOKING_AROUND = 6
-"""Bytes per cell of the image while thresholds for isolated data are computed."""
+"""Bytes per image cell while thresholds for isolated data are computed."""
 TOTALS_AND_PLACES = 24
 """Bytes per location for total scores and for the indices of good locations."""
 KERNELS = 60_000_000
@@ -38,7 +38,7 @@ FACIES_BYTES = 12
 def footprint(
     study: Study, n: int, n_workers: int | None = None, keep_sources: bool = False
 ) -> int:
-    """Return an estimate of the bytes that `simulate` takes, including its result."""
+    """Return an estimate of the bytes that `simulate` needs, including the result."""
     cells, threads = study.grid.n_cells, min(n, n_workers or n_cores())
     bytes_a_cell = 5 if keep_sources else 1
     grids = GRIDS_AT_WORK * bytes_a_cell + (GRIDS_OF_DATA if study.hard_data.n else 0)
@@ -60,7 +60,7 @@ def demand_of(
 ) -> Demand:
     """Return the resources demanded by a run of `n` realizations and the page that shows them.
 
-    At most `n_kept` realizations are in memory at a time; for a moment there are several `copies`.
+    At most `n_kept` realizations are in memory; for a moment, each exists `copies` times.
     """
     cells, image = study.grid.n_cells, study.training_image
     kept = n if n_kept is None else min(n, n_kept)

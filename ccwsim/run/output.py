@@ -86,7 +86,7 @@ class MapFile:
             if size > (free := shutil.disk_usage(path.parent).free):
                 raise CCWSIMError(
                     f"realizations of {format_bytes(size)} do not fit into {path.parent}, which "
-                    f"has {format_bytes(free)} left; ask for fewer or use another folder"
+                    f"has {format_bytes(free)} free; simulate fewer or use another folder"
                 )
             self._whole = WholeFile(path)
             self._file = self._whole.file
@@ -130,7 +130,7 @@ class MapFile:
                 self._file.write(content)
 
     def _header_of(self, n: int) -> bytes:
-        """Return a header; NumPy pads the digits, so the length does not depend on n."""
+        """Return a header, whose length does not depend on n because NumPy pads the digits."""
         header = BytesIO()
         kind = np.lib.format.dtype_to_descr(self._codes.dtype)
         shape = n, *self._shape[1:]
@@ -145,5 +145,5 @@ def _allocate(shape: tuple[int, ...], kind: type[np.integer]) -> NDArray:
     except (MemoryError, ValueError):
         raise CCWSIMError(
             f"{shape[0]} realizations of {describe_shape(shape[1:])} cells do not fit into memory; "
-            "ask for fewer, for a smaller grid, or send them to disk"
+            "simulate fewer, use a smaller grid, or write realizations to disk"
         ) from None

@@ -58,8 +58,8 @@ def simulate(
         array with the shape of the grid and NaN in cells without a datum.
     n_realizations : int
     seed : int, optional
-        If None, a seed is drawn and stored as `Ensemble.seed`. A seed gives the same realizations
-        for any number of workers; realization r does not depend on `n_realizations`.
+        If None, a random seed is chosen and stored as `Ensemble.seed`. A seed gives the same
+        realizations for any number of workers; realization r does not depend on `n_realizations`.
     n_workers : int, optional
         Number of threads; by default one per core.
     progress : callable, optional
@@ -67,17 +67,17 @@ def simulate(
     cancel : callable, optional
         Called as cancel() about 20 times a second; returns True to stop the run.
     first_realization : int
-        Number of the first realization: calls for 0 … 9 and 10 … 19 equal one call for 0 … 19.
+        Number of the first realization; 0 … 9 and then 10 … 19 are the same as 0 … 19 in one call.
     keep_sources : bool
         Whether to record the cell of the TI from which each cell was copied (4 bytes per cell).
     executor : concurrent.futures.Executor or distributed.Client, optional
         Simulate on the threads or processes of this executor, or on the workers of a Dask cluster,
-        which need ccwsim too. The executor stays open. `n_workers` applies only if the executor
-        does not tell its number of workers. A call from a thread of the executor itself simulates
-        on other threads, because that thread would wait for itself.
+        which need ccwsim. The executor stays open. `n_workers` applies only if the executor does
+        not report its number of workers. A call on a thread of this executor simulates on other
+        threads, because the thread would wait for itself.
     out : path, optional
-        An npy file. Realizations are written to it as facies codes, and the ensemble reads them
-        from it. An existing file is replaced at the end.
+        An npy file. Realizations are written to the file as facies codes, and the ensemble reads
+        from the file. An existing file is replaced at the end.
 
     Returns
     -------
@@ -88,7 +88,7 @@ def simulate(
     CCWSIMError
         If inputs do not fit together; the message suggests a fix.
     Cancelled
-        If `cancel` returned True; its `ensemble` has the finished realizations.
+        If `cancel` returned True; the exception's `ensemble` has the finished realizations.
 
     Examples
     --------
@@ -114,7 +114,7 @@ def simulate(
     try:
         data_status, seconds = np.zeros((n, study.hard_data.n), np.int16), np.zeros(n)
     except (MemoryError, ValueError):
-        raise CCWSIMError(f"{n} realizations do not fit into memory; ask for fewer") from None
+        raise CCWSIMError(f"{n} realizations do not fit into memory; simulate fewer") from None
     with store_of(study, n, keep_sources, out) as store:
 
         def take(k: int, r: Realization) -> None:

@@ -1,4 +1,4 @@
-"""Errors of background work: described to the reader, and logged with their cause."""
+"""Errors of background work: a short reason for the user, and a log entry with the cause."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ class LruCache(Generic[Value]):
             return self._values.get(key)
 
     def put(self, key: Hashable, value: Value) -> None:
-        """Keep a value; drop the oldest values if the values exceed the bounds."""
+        """Store a value; drop the least recently used values if the bounds are exceeded."""
         with self._lock:
             self._values[key] = value
             self._values.move_to_end(key)
@@ -53,7 +53,7 @@ class LruCache(Generic[Value]):
                 self._values.popitem(last=False)
 
     def get_or_make(self, key: Hashable, make: Callable[[], Value]) -> Value:
-        """Return a value; make it if it is not in the cache. Two threads may both make it."""
+        """Return a value, computed if absent from the cache. Two threads may compute it twice."""
         value = self.get(key)
         if value is None:
             value = make()

@@ -1,4 +1,4 @@
-"""The available memory of the machine, or of its container if that has less."""
+"""The available memory of the machine, or of the container if the container has less."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from pathlib import Path
 
 ROOT = Path("/")
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD, M_ARENA_MAX = -1, -3, -8
-"""Numbers of options of `mallopt`, from <malloc.h> of glibc."""
+"""Codes of three options of `mallopt`, from <malloc.h> of glibc."""
 OWN_PIECE = 1 << 20
-"""An allocation of at least this number of bytes returns to the system as soon as it is freed."""
+"""Minimum bytes of an allocation that returns to the system as soon as it is freed."""
 UNLIMITED = 1 << 60
-"""A limit of at least this number of bytes means no limit (control groups, version 1)."""
+"""Minimum bytes of a memory limit that means "no limit" in control groups of version 1."""
 VERSION_1 = "memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"
 VERSION_2 = "memory.max", "memory.current", "inactive_file"
-"""Files of control groups: limit and usage of memory; also the name of reclaimable memory."""
+"""Per version: files with limit and usage of a control group, name of reclaimable memory."""
 
 
 def free_memory(root: Path = ROOT) -> int | None:
     """Return the bytes available without swapping, or None if unknown.
 
-    This is the minimum over the machine and the control groups of this process.
+    The result is the minimum over the machine and the control groups of this process.
     """
     found = [_field(root / "proc/meminfo", "MemAvailable"), *_of_groups(root)]
     known = [free for free in found if free is not None]
@@ -30,7 +30,7 @@ def free_memory(root: Path = ROOT) -> int | None:
 
 
 def used_memory(root: Path = ROOT, process: int | None = None) -> int | None:
-    """Return the bytes of memory that a process (by default this one) holds; None if unknown."""
+    """Return the bytes of memory that a process uses, by default this process; None if unknown."""
     return _field(root / f"proc/{process or 'self'}/status", "VmRSS")
 
 
@@ -40,7 +40,7 @@ def address_space() -> int | None:
 
 
 def give_back_memory() -> None:
-    """Return freed memory of this process to the system, if its C library can."""
+    """Give freed memory of this process back to the system, if the C library can."""
     # glibc keeps freed memory in the arenas of threads and returns it only on request. Without this
     # call, a server would hold the memory of its largest run until the server ends.
     with suppress(OSError, AttributeError):
@@ -48,10 +48,10 @@ def give_back_memory() -> None:
 
 
 def settle_memory(n_arenas: int) -> None:
-    """Let memory return to the system when threads free it, if the C library can.
+    """Configure the C library, if possible, to return memory to the system when threads free it.
 
-    By default glibc uses eight arenas per core and keeps ever larger blocks in them. This call
-    limits glibc to `n_arenas` arenas and to blocks below `OWN_PIECE`. Call it before threads start.
+    By default, glibc uses eight arenas per core and stores ever larger blocks in them. This
+    function, called before threads start, allows `n_arenas`, for blocks below `OWN_PIECE` bytes.
     """
     with suppress(OSError, AttributeError):
         library = ctypes.CDLL(None)
@@ -75,14 +75,14 @@ def _of_groups(root: Path) -> list[int | None]:
 def _along(top: Path, path: str, names: tuple[str, str, str]) -> list[int | None]:
     """Return the bytes available in each group, from the group of the process up to the top group.
 
-    Inside a container, the path may be the path on the host, but the top is the container itself.
+    Inside a container, the path may be a path on the host; the top group is then the container.
     """
     parts = [part for part in path.split("/") if part not in ("", "..")]
     return [_left(top.joinpath(*parts[:n]), *names) for n in range(len(parts), -1, -1)]
 
 
 def _left(group: Path, limit: str, usage: str, reclaimable: str) -> int | None:
-    """Return the bytes left below a limit; cached files can be dropped, so they do not count."""
+    """Return the unused bytes below a limit. Cached files count as unused."""
     maximum, used = _number(group / limit), _number(group / usage)
     if maximum is None or used is None or maximum >= UNLIMITED:
         return None

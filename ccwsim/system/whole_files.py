@@ -15,16 +15,16 @@ from ccwsim.model.errors import CCWSIMError
 
 try:
     import fcntl
-except ImportError:  # missing on Windows, which does not let open files be deleted anyway
+except ImportError:  # Windows does not let open files be deleted anyway
     fcntl: Any = None
 
 MIN_AGE = 60.0
-"""A temporary file of at least this age, in seconds, may have been left by a killed run."""
+"""Minimum age in seconds of a temporary file that a killed run may have left."""
 
 
 @contextmanager
 def unwritable(path: str | os.PathLike[str]) -> Iterator[None]:
-    """Convert errors of the system to a `CCWSIMError` that names the file."""
+    """Convert operating-system errors to a `CCWSIMError` that names the file."""
     try:
         yield
     except CCWSIMError:
@@ -35,21 +35,20 @@ def unwritable(path: str | os.PathLike[str]) -> Iterator[None]:
 
 
 def check_replaceable(path: str | os.PathLike[str]) -> Path:
-    """Follow links and return the file behind a path; raise if it cannot be replaced."""
+    """Follow links and return the file behind a path; raise if the file cannot be replaced."""
     with unwritable(path):
         target = Path(os.path.realpath(path))
         if target.exists() and not target.is_file():
-            raise OSError("it is no file; give another path")
+            raise OSError("it is not a regular file; give another path")
         if target.exists() and not target.stat().st_mode & 0o222:
             raise OSError("it is read-only; make it writable or give another path")
     return target
 
 
 class WholeFile:
-    """A temporary file beside its target. It replaces the target when it is complete.
+    """A temporary file that replaces its target when the temporary file is complete.
 
-    It gets the mode of the target. Temporary files of the same target that killed runs left are
-    deleted.
+    The file gets the mode of the target. Temporary files of killed runs for the target are deleted.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
@@ -67,7 +66,7 @@ class WholeFile:
             pass
 
     def commit(self) -> Path:
-        """Replace the target by the file, and return the path of the target."""
+        """Replace the target by the temporary file, and return the path of the target."""
         self.file.flush()
         os.fsync(self.file.fileno())
         self.file.close()
@@ -83,7 +82,7 @@ class WholeFile:
 
 
 def delete_left_over(target: Path) -> None:
-    """Delete old temporary files of a target to which no process writes."""
+    """Delete old temporary files of a target, except files to which a process writes."""
     if fcntl is None:
         return
     with suppress(OSError):

@@ -1,1 +1,1 @@
-"""The dashboard's parts: state, jobs, controls, maps, charts. Pages put them together."""
+"""The parts of which the dashboard's pages consist: state, jobs, controls, maps, charts."""

@@ -1,7 +1,7 @@
-// On a narrow screen the menu is one line that scrolls sideways: bring the page's own name into view, and
-// again where its width changes, as by a style or a font that comes late, or by another screen.
+// On a narrow screen the menu is one line that scrolls sideways. Scroll the name of the current page into
+// view, and again if the width of the menu changes because of a late style, a late font or another screen.
 (() => {
-  document.leavesMenu?.(); // of the page before
+  document.leavesMenu?.(); // stop the observers of the previous page
   let timer = 0, watched = null;
   const look = () => {
     const menu = document.querySelector('.st-key-menu');
@@ -11,7 +11,7 @@
       timer = setTimeout(look, 100);
       return;
     }
-    if (own !== watched) { // drawn anew
+    if (own !== watched) { // the element was drawn again
       sizes.disconnect();
       for (const element of [menu, own]) sizes.observe(element);
       watched = own;
@@ -24,7 +24,7 @@
   look();
 })();
 
-// The address follows every change of the study; Back leads to the page before, not to each of them.
+// The address contains every change of the study, but “Back” leads to the previous page.
 (() => {
   if (history.pushesPages) return;
   history.pushesPages = history.pushState.bind(history);
@@ -34,8 +34,8 @@
   };
 })();
 
-// A link within a page scrolls and leaves the address alone: Streamlit would take another address for
-// a step in the history and draw the page anew.
+// A link within a page scrolls without changing the address. Otherwise, Streamlit would add the address to
+// the history and draw the page again.
 (() => {
   if (document.scrollsToParts) return;
   document.scrollsToParts = true;

@@ -40,13 +40,13 @@ PAGES = (
     ("Benchmark", "pages/benchmark.py"),
     ("Paper", "pages/paper.py"),
 )
-"""Name and file of each page in the menu (`st.navigation` hides names in narrow windows)."""
+"""Names and files of the pages in the menu (`st.navigation` hides names in narrow windows)."""
 OFF_MENU = (("Import", IMPORT_PAGE),)
-"""Pages that are not in the menu; a step of the study links to them."""
+"""Pages that are not in the menu; steps in the study column link to these pages."""
 
 
 def show_page(title: str, body: Callable[[State], None]) -> None:
-    """Configure the page, draw its menu, and call `body` with the state of the session."""
+    """Configure the page, draw the menu, and call `body` with the state of the session."""
     st.set_page_config(
         page_title=f"{title} · CCWSIM",
         page_icon=str(ASSETS / "logo-mark.svg"),
@@ -55,7 +55,7 @@ def show_page(title: str, body: Callable[[State], None]) -> None:
     )
     st.html(f"<style>{own_colours()}\n{STYLE.read_text('utf-8')}</style>")
     st.logo(str(ASSETS / f"logo-{theme_name()}.svg"), size="large")
-    # because the theme is read, Streamlit draws the page again when the user switches it
+    # because the theme is read, Streamlit redraws the page when the user switches the theme
     draw_component("theme", "theme", {"theme": theme_name()}, "theme")
     draw_component("cookie", "cookie", {"name": COOKIE, "value": browser()})
     settle_server()
@@ -72,7 +72,7 @@ def show_page(title: str, body: Callable[[State], None]) -> None:
 
 
 def _top(title: str, state: State) -> None:
-    """Draw the menus (pages, Share, Open, How to) and notes about the address."""
+    """Draw the menus (pages, Share, Open, How to) and notes about the page address."""
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="top"):
         _menu(title)
         draw_share(state)
@@ -92,7 +92,7 @@ def _menu(title: str) -> None:
             except (StreamlitAPIException, KeyError):
                 if label == title:
                     st.markdown(f"**{label}**")
-        # the last element of the row keeps the name of the current page in view
+        # the last element of the row scrolls the current page's name into view
         here = [label for label, _ in PAGES].index(title) if title in dict(PAGES) else 0
         script = MENU_SCRIPT.read_text("utf-8").replace("PLACE", str(here))
         st.html(f"<script>{script}</script>", unsafe_allow_javascript=True)
@@ -100,7 +100,7 @@ def _menu(title: str) -> None:
 
 @st.fragment
 def _draw_how_to(title: str) -> None:
-    """Draw a menu with the how-to of the page with this title, then the how-tos of other pages."""
+    """Draw a menu with the how-to of the page `title`, followed by the how-tos of other pages."""
     with error_boundary():
         titles = list(how_tos())
         if title not in titles:

@@ -44,7 +44,7 @@ def fill_with_wells(page: Any) -> None:
     file = {"name": "wells.csv", "mimeType": "text/csv", "buffer": WELLS.encode()}
     box = page.locator(".st-key-wells_file input[type=file]")
     box.set_input_files(file, timeout=SLOW)
-    page.wait_for_selector("img[alt='Where the data fall in the grid']", timeout=SLOW)
+    page.wait_for_selector("img[alt='Positions of the data in the grid']", timeout=SLOW)
 
 
 def draw_a_well(page: Any) -> None:

@@ -393,7 +393,7 @@ def test_a_threshold_leaves_the_cells_from_a_value_on(tab):
     shares = np.broadcast_to(np.linspace(0, 1, NX), (NZ, NY, NX))
     show(tab, share_map(shares, "P(sand) =", "Probability"))
     tab.locator(".mode").select_option("from")
-    slider = tab.get_by_role("slider", name="Lowest value that the body shows")
+    slider = tab.get_by_role("slider", name="Lowest value shown in the volume")
     drawn_cells = """() => { const c = document.querySelector('[data-panel=body] canvas');
       const p = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
       return p.filter((a, k) => k % 4 === 3 && a > 250).length; }"""

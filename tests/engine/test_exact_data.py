@@ -126,7 +126,7 @@ def test_pages_say_how_many_are_wrong():
     fact = facts_of(ensemble)[0]
     assert fact.startswith("“Honour data exactly” is off: ")
     assert fact.endswith(f"of 80 data wrong ({100 * n_wrong.mean() / 80:.1f} %)")
-    wrong = f"{n_wrong[1]} wrong, as “Honour data exactly” is off"
+    wrong = f"{n_wrong[1]} wrong, because “Honour data exactly” is off"
     assert wrong in describe_data_status(ensemble.data_status[1])
     names, shares = data_status_shares(ensemble)
     assert names == ["raster pass", "wrong"]
@@ -161,6 +161,6 @@ def test_each_page_is_drawn_with_data_that_are_wrong(page):
 def test_the_editor_says_why_nothing_answers():
     state = State()
     state.ensemble = wrongly_met()
-    assert "as “Honour data exactly” is off" in describe_answer(state, state.ensemble)
+    assert "because “Honour data exactly” is off" in describe_answer(state, state.ensemble)
     local = revise(state.ensemble, scattered(20, seed=2))
-    assert "Edits steer the search of the next run" in describe_answer(state, local)
+    assert "edits only condition the next search" in describe_answer(state, local)

@@ -108,7 +108,7 @@ def test_files_cut_at_any_byte_are_never_read_as_something_else(name):
 @pytest.mark.parametrize("name", ["sgems", "geone", "esri"])
 def test_texts_that_end_early_say_so(name):
     content = SAMPLES[name].rstrip().rsplit(None, 1)[0]
-    with pytest.raises(CCWSIMError, match="promises"):
+    with pytest.raises(CCWSIMError, match="states"):
         cio.read_training_image(io.BytesIO(content))
 
 
@@ -236,16 +236,16 @@ def test_pickles_are_never_loaded(tmp_path):
         (b"", "is empty"),
         (b" \r\n\x00", "is empty"),
         (b"%PDF-1.7\x00\x01\x02", "has an unknown format"),
-        (b"MATLAB 7.3 MAT-file", "save it with -v7"),
-        (b"\x89HDF\r\n\x1a\n", "save it with -v7"),
-        (b"PK\x05\x06" + bytes(18), "holds no NumPy array"),
-        (b"# only a remark\n", "holds no values"),
-        (b"Dear Sir or Madam\n", "holds no numbers"),
+        (b"MATLAB 7.3 MAT-file", "save the file with -v7"),
+        (b"\x89HDF\r\n\x1a\n", "save the file with -v7"),
+        (b"PK\x05\x06" + bytes(18), "contains no NumPy array"),
+        (b"# only a remark\n", "contains no values"),
+        (b"Dear Sir or Madam\n", "contains no numbers"),
         (b"3 2 1\n1\nfacies\n0\n0\n1_0\n1\n1\n0\n", "line 6: '1_0' is not a number"),
         (b"3 2 1\n1\nfacies\n0\n0\nsand\n1\n1\n0\n", "line 6: 'sand' is not a number"),
         (b"3 2 1\n1\nfacies\n0\n0\n1\n1\n1\n0\n7\n", "6 values, but 7 follow"),
         (b"3 2 1\n3\nfacies\n", "ends before the 3 variable names"),
-        (b"0 1 1\n0 1\n", "line 2: 2 fields where 3 are needed"),
+        (b"0 1 1\n0 1\n", "line 2: 2 fields, but 3 are needed"),
         (b"0 1 1\n0 1 sand\n0 1 2\n", "'sand' is not a number"),
         (sample.npy(np.array([["a"]])), "are not numbers"),
         (sample.npy(np.array([[1j]])), "are not numbers"),

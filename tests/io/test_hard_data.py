@@ -49,10 +49,10 @@ def test_unclear_columns_are_taken_as_world_or_as_asked_and_noted():
     content = sample.csv("a,b,facies")
     as_cells = load(content, coordinates="cells")
     assert as_cells.hard_data.digest == EXPECTED.digest
-    assert "a and b were taken as row and col" in as_cells.notes[0]
+    assert "a and b are read as row and col" in as_cells.notes[0]
     as_world = load(content, None)
     assert as_world.hard_data.digest == HardData(POINTS[:, 1::-1], POINTS[:, 2]).digest
-    assert "a and b were taken as x and y" in as_world.notes[0]
+    assert "a and b are read as x and y" in as_world.notes[0]
     with pytest.raises(CCWSIMError, match="must be"):
         load(content, coordinates="polar")
 
@@ -62,7 +62,7 @@ def test_other_columns_and_blank_lines_and_comments():
     points = cio.read_points(BytesIO(text))
     assert points.values.tolist() == [1, 0]
     assert points.lines.tolist() == [4, 5]
-    with pytest.raises(CCWSIMError, match="no facies code; for a continuous variable"):
+    with pytest.raises(CCWSIMError, match="not a facies code; for continuous values"):
         load(text, facies="quality")
     assert load(text, facies="quality", threshold=0.2).hard_data.facies.tolist() == [1]
 
@@ -100,7 +100,7 @@ def test_a_collision_names_cell_lines_and_facies():
     inside = CROWDED.rsplit(b"\n", 3)[0]
     with pytest.raises(CCWSIMError) as caught:
         load(inside)
-    assert "row 0, column 0 (line 2 says 0, line 3 says 1, line 4 says 1)" in str(caught.value)
+    assert "row 0, column 0 (line 2: 0, line 3: 1, line 4: 1)" in str(caught.value)
 
 
 def test_an_outsider_is_named():
@@ -139,7 +139,7 @@ def test_a_tie_goes_to_the_first_in_the_file_and_is_noted():
     for choice in ("majority", "nearest"):
         imported = load(content, on_collision=choice)
         assert imported.hard_data.facies.tolist() == [2]
-        assert "only the order in the file decided: 1" in " ".join(imported.notes)
+        assert "only the data order in the file decided the facies: 1" in " ".join(imported.notes)
 
 
 def test_unknown_choices_say_what_there_is():
@@ -189,7 +189,9 @@ def test_rows_without_a_value_are_left_out_and_counted(missing):
 
 
 def test_a_grid_must_be_the_simulation_grid():
-    with pytest.raises(CCWSIMError, match="3 rows and 4 columns, the simulation grid has 5 and 6"):
+    with pytest.raises(
+        CCWSIMError, match="3 rows and 4 columns, but the simulation grid has 5 and 6"
+    ):
         load(SAMPLES["grid"], Grid(5, 6))
     assert load(SAMPLES["grid"], None).hard_data.digest == EXPECTED.digest
 
@@ -220,20 +222,20 @@ def test_continuous_data_need_the_edges_of_the_training_image():
         (b"x,y,facies\n1,2,0\n1,sand,0\n3,4,1\n", r"line 3: 'sand' is not a number"),
         (
             b"x,y,facies\n1,2,0\n1,3,sand\n3,2,1\n",
-            r"line 3: .* no facies 'sand'; say which they are",
+            r"line 3: .* no facies 'sand'; give codes, as",
         ),
-        (b"x,y,facies\n1,2,0\n1,2\n", "line 3: 2 fields where 3 are needed"),
-        (b"x,y,facies\n1,2,sand\n1,2,clay\n", "no facies 'clay', 'sand'; say which they are"),
-        (b"x,y,facies\n", "holds no numbers"),
+        (b"x,y,facies\n1,2,0\n1,2\n", "line 3: 2 fields, but 3 are needed"),
+        (b"x,y,facies\n1,2,sand\n1,2,clay\n", "no facies 'clay', 'sand'; give codes, as"),
+        (b"x,y,facies\n", "contains no numbers"),
         (b"x,y,facies\n1,,0\n1,2,0\n", "line 2: a coordinate is missing"),
         (b"row,col,facies\n1.5,2,0\n", "line 2: rows and columns must be whole numbers"),
         (b"row,col,facies\n1e300,2,0\n", "line 2: rows and columns must be"),
-        (b"x,y,facies\n1e300,2,0\n", "line 2: the coordinates are absurdly far"),
+        (b"x,y,facies\n1e300,2,0\n", "line 2: the coordinates are too far"),
         (b"x,facies\n1,2\n", "needs columns x, y, facies or row, col, facies"),
-        (sample.geo_eas_points(b"9"), "promises 9 points in line 1, but 4 follow"),
+        (sample.geo_eas_points(b"9"), "states 9 points in line 1, but 4 follow"),
         (sample.geo_eas_points() + b"1 2 3\n", "19 values do not fill rows of 4 columns"),
         (sample.geo_eas_points() + b"1 2 3\n4\n", "line 11: 4 numbers are needed in every line"),
-        (sample.picture(), "is a picture; hard data come as a table or a grid"),
+        (sample.picture(), "is a picture; hard data must be a table or a grid"),
     ],
 )
 def test_broken_tables_say_where(content, message):

@@ -169,8 +169,8 @@ def test_a_package_that_is_missing_is_named(kind, package, monkeypatch):
     [
         ({}, "vti", "no maps"),
         ({"a": np.zeros((4, 3))}, "vti", r"shape \(4, 3\)"),
-        ({"a": np.zeros((3, 4), complex)}, "npz", "not a map of numbers"),
-        ({"a\nb": np.zeros((3, 4))}, "gslib", "not a name of a map"),
+        ({"a": np.zeros((3, 4), complex)}, "npz", "is not numeric"),
+        ({"a\nb": np.zeros((3, 4))}, "gslib", "cannot be a map name"),
         ({"origin": np.zeros((3, 4))}, "npz", "rename"),
         ({"a": np.full((3, 4), 2**40)}, "tif", "below 2³¹"),
         ({"a": np.full((3, 4), 2**40)}, "nc", "below 2³¹"),

@@ -66,7 +66,7 @@ def test_a_grid_with_gaps_has_layers(kind):
         content = cio.maps_as_bytes({"facies": values}, GRID, kind)
     assert read(content).triples == DATA.triples
     with pytest.raises(
-        CCWSIMError, match="grid of 9 × 8 × 20 cells, the simulation grid has 9 × 8"
+        CCWSIMError, match="grid of 9 × 8 × 20 cells, but the simulation grid has 9 × 8"
     ):
         read(content, Grid(8, 9, nz=4))
 
@@ -122,7 +122,7 @@ class TestWells:
     def test_what_is_too_thin_for_a_cell_is_said(self):
         rows = "A,350005,4505010,0,0,0.1,0\nA,350005,4505010,0,0.1,2,1"
         report = cio.import_hard_data(BytesIO(well(rows).encode()), GRID, IMAGE)
-        assert "Intervals of depth without the centre of a cell, left out: 1." in report.notes
+        assert "Depth intervals without a cell centre, left out: 1." in report.notes
         assert report.hard_data.facies.tolist() == [1] * 4
 
     def test_wells_that_leave_the_grid_are_named(self):
@@ -137,11 +137,11 @@ class TestWells:
             (well("A,1,1,0,1", "well,x,y,depth,facies"), r"depths \(depth\) but no z of the coll"),
             (well("A,1,1,0,1,1", "well,x,y,from,to,facies"), r"depths \(from and to\) but no z"),
             (well("A,1,1,0,1", "well,x,y,porosity,facies"), "no column of heights"),
-            (well("A,1,1,0,1,1", "well,x,y,z,from,facies"), "add a column to"),
-            (well("A,1,1,0,1,1", "well,x,y,z,to,facies"), "add a column from"),
+            (well("A,1,1,0,1,1", "well,x,y,z,from,facies"), "add a column 'to'"),
+            (well("A,1,1,0,1,1", "well,x,y,z,to,facies"), "add a column 'from'"),
             (well("A,1,1,0,3,2,1"), "line 2: the depth from 3 is below the depth to 2"),
             (well("A,1,1,0,,2,1\nA,1,1,0,2,3,1"), "line 2: a coordinate is missing"),
-            (well("A,1,1,0,0,1e300,1"), "absurdly far"),
+            (well("A,1,1,0,0,1e300,1"), "too far"),
             (well("3,4,1", "row,col,facies"), "no column of layers"),
             ("1 2 0\n3 4 1\n", "four: x, y, z and facies|no column of heights"),
         ],
@@ -152,7 +152,7 @@ class TestWells:
 
     def test_two_facies_in_a_cell_are_said_with_the_layer(self):
         rows = "A,350005,4505010,0,1,2,0\nB,350006,4505011,0,1,2,1"
-        with pytest.raises(CCWSIMError, match=r"layer 16, row 0, column 0 \(line 2 says 0, line 3"):
+        with pytest.raises(CCWSIMError, match=r"layer 16, row 0, column 0 \(line 2: 0, line 3"):
             read(well(rows))
         assert read(well(rows), on_collision="drop").n == 0
 
@@ -182,7 +182,7 @@ def test_a_map_reads_files_with_z_as_before():
     text = well("A,5,5,0,1,2,1")
     found = cio.import_hard_data(BytesIO(text.encode()), (8, 9))
     assert found.hard_data.triples == ((5, 5, 1),)
-    with pytest.raises(CCWSIMError, match="of a volume; give a grid with nz"):
+    with pytest.raises(CCWSIMError, match="applies only to volumes; give a grid with nz"):
         cio.read_hard_data(BytesIO(text.encode()), (8, 9), z="z")
 
 
@@ -239,7 +239,7 @@ def test_depths_below_z_are_said_and_may_be_left_out():
     rows = "A,350005,4505010,-1,8.8,1"
     text = well(rows, "well,x,y,z,depth,facies")
     report = cio.import_hard_data(BytesIO(text.encode()), GRID, IMAGE)
-    assert report.notes[0] == "z is the height of the collar, and depth below it."
+    assert report.notes[0] == "z is the height of the collar. Depths below it: depth."
     assert report.hard_data.triples == ((0, 0, 0, 1),)
     assert [*report.wells] == ["A"]
     own = cio.import_hard_data(BytesIO(text.encode()), GRID, IMAGE, depth="", well="")
@@ -259,13 +259,13 @@ def test_depths_below_z_are_said_and_may_be_left_out():
     ("columns", "said"),
     [
         ({"z": "a", "x": "a"}, "x and z are both 'a'; name two columns"),
-        ({"well": "e"}, "no variable 'e'; it has 'a', 'b', 'c', 'd'"),
+        ({"well": "e"}, "no variable 'e'; choose from 'a', 'b', 'c', 'd'"),
         ({"z": ""}, "no column of heights, which a volume needs"),
         ({"x": "a", "y": "b", "depth": "c", "depth_to": "d"}, "depth and depth_to are both named"),
-        ({"z": "c", "depth_to": "d"}, r"add a column from, or name it \(depth_from=\)"),
+        ({"z": "c", "depth_to": "d"}, "add a column 'from', or set depth_from= to a column"),
         (
             {"z": "c", "depth": "d", "coordinates": "cells"},
-            "depth = 'd' is a depth below z, and ce",
+            "depth = 'd' is a depth below z, but ce",
         ),
     ],
 )
@@ -277,7 +277,9 @@ def test_columns_that_cannot_be_are_said(columns, said):
 @pytest.mark.parametrize("name", ["z", "well", "depth_from", "depth_to", "depth"])
 def test_columns_of_a_volume_are_refused_for_a_map(name):
     text = BytesIO(UNNAMED.encode())
-    with pytest.raises(CCWSIMError, match=f"{name} = 'c' is of a volume; give a grid with nz"):
+    with pytest.raises(
+        CCWSIMError, match=f"{name} = 'c' applies only to volumes; give a grid with nz"
+    ):
         cio.read_hard_data(text, (8, 9), **{name: "c"})
     array = BytesIO(sample.npy(np.array(DATA.triples)))
     with pytest.raises(CCWSIMError, match=f"no named columns; leave {name} out"):

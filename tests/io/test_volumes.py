@@ -82,14 +82,14 @@ class TestTrainingImages:
         content = FILES["sgems"]
         one = cio.read_training_image(BytesIO(content), slice_index=2)
         np.testing.assert_array_equal(one.array, CODES[2])
-        with pytest.raises(CCWSIMError, match="slice_index = 2 takes one layer"):
+        with pytest.raises(CCWSIMError, match="slice_index = 2 and volume=True exclude"):
             read(content, slice_index=2)
         np.testing.assert_array_equal(cio.read_grid(BytesIO(content), volume=True), CODES)
 
     def test_pictures_are_maps(self):
-        with pytest.raises(CCWSIMError, match="a picture, one layer"):
+        with pytest.raises(CCWSIMError, match="a picture with one layer"):
             read(sample.picture())
-        with pytest.raises(CCWSIMError, match="a PNG holds maps"):
+        with pytest.raises(CCWSIMError, match="a PNG can show maps"):
             cio.training_image_as_bytes(IMAGE, "png")
 
     def test_a_promise_that_does_not_hold_says_both_numbers(self):
@@ -129,7 +129,7 @@ class TestRealizations:
             again = cio.read_realizations(BytesIO(content), image)
             np.testing.assert_array_equal(again.realizations, e.realizations)
             assert again.grid.shape == PLACED.shape
-        with pytest.raises(CCWSIMError, match="holds volumes, but the training image is a map"):
+        with pytest.raises(CCWSIMError, match="contains volumes, but the training image is a map"):
             cio.read_realizations(BytesIO(content), CODES[0])
 
     def test_arrays_of_three_dimensions_are_maps_unless_the_image_is_a_volume(self):
@@ -145,7 +145,7 @@ class TestRealizations:
 
     @pytest.mark.parametrize("kind", ["png", "tif"])
     def test_formats_of_maps_say_what_to_write_instead(self, kind):
-        with pytest.raises(CCWSIMError, match="holds maps, not volumes"):
+        with pytest.raises(CCWSIMError, match="can show maps, not volumes"):
             cio.realizations_as_bytes(an_ensemble(), kind)
 
 
@@ -242,10 +242,10 @@ class TestVtk:
             read(content)
 
     def test_another_number_of_values_is_said_with_both(self):
-        with pytest.raises(CCWSIMError, match="promises 60 cells, but 2 values"):
+        with pytest.raises(CCWSIMError, match="states 60 cells, but 2 values"):
             read(vtk(self.cells("ascii", "0 1")))
         text = base64.b64encode(struct.pack("<I", 8) + self.raw[:8]).decode()
-        with pytest.raises(CCWSIMError, match="promises 60 cells, but 2 values"):
+        with pytest.raises(CCWSIMError, match="states 60 cells, but 2 values"):
             read(vtk(self.cells("binary", text)))
 
     def test_sizes_are_looked_at_before_values(self):

@@ -37,7 +37,7 @@ def test_a_german_spreadsheet_in_utm_with_names():
     assert found.lines.tolist() == [3, 4, 5]
     data = cio.read_hard_data(BytesIO(sample.in_utm()), UTM, SAND, facies_names={"ton": 0})
     assert data.facies.tolist() == [1, 1, 0]
-    with pytest.raises(CCWSIMError, match=r"line 4: .* no facies 'Ton'; say .*names=\{'Ton': 1\}"):
+    with pytest.raises(CCWSIMError, match=r"line 4: .* no facies 'Ton'; give .*names=\{'Ton': 1\}"):
         cio.read_hard_data(BytesIO(sample.in_utm()), UTM, SAND)
     left = cio.import_hard_data(BytesIO(sample.in_utm()), UTM, SAND, on_unknown="drop")
     assert (left.hard_data.n, left.n_unknown) == (2, 1)
@@ -72,7 +72,9 @@ def test_headers_are_guessed_and_heights_are_no_facies(header, heights):
 @pytest.mark.parametrize("height", ["z", "depth", "Elevation [m]", "Tiefe", "TVD"])
 def test_a_height_or_the_name_of_a_well_is_taken_only_when_named(height):
     text = f"x,y,{height},well\n1,2,3,W1\n"
-    with pytest.raises(CCWSIMError, match=r"no column that looks like facies .*name it \(facies="):
+    with pytest.raises(
+        CCWSIMError, match=r"no column that looks like facies .*name the column \(facies="
+    ):
         cio.read_points(BytesIO(text.encode()))
     assert "facies" not in preview(text).guess
     assert points(text, facies=height).values.tolist() == [3]
@@ -86,7 +88,7 @@ def test_columns_are_named():
     cells = points(text, x="b", y="d", facies="a", coordinates="cells")
     assert cells.places.tolist() == [[4, 2]]
     assert not cells.world
-    with pytest.raises(CCWSIMError, match="no variable 'e'; it has 'a', 'b', 'c', 'd'"):
+    with pytest.raises(CCWSIMError, match="no variable 'e'; choose from 'a', 'b', 'c', 'd'"):
         points(text, x="e")
     with pytest.raises(CCWSIMError, match="x and y are both 'a'"):
         points(text, x="a", y="a")
@@ -142,7 +144,7 @@ def test_absurd_names_are_refused(names):
 
 
 def test_two_names_in_one_cell_are_told():
-    with pytest.raises(CCWSIMError, match="line 2 says Sand, line 3 says clay"):
+    with pytest.raises(CCWSIMError, match="line 2: Sand, line 3: clay"):
         cio.read_hard_data(BytesIO(b"x,y,f\n0,0,Sand\n0,0,clay\n"), (2, 3), SAND)
 
 
@@ -221,9 +223,9 @@ def test_rows_and_columns_fit_as_they_are():
     ("places", "options", "message"),
     [
         ([], {}, "n above 0"),
-        ([[0, np.nan]], {}, "known numbers"),
-        ([[0, 1e300]], {}, "known numbers"),
-        ([[0, 0], [9, 9]], {"shape": (2, 2), "cell_size": 1.0}, "do not hold points"),
+        ([[0, np.nan]], {}, "finite numbers"),
+        ([[0, 1e300]], {}, "finite numbers"),
+        ([[0, 0], [9, 9]], {"shape": (2, 2), "cell_size": 1.0}, "do not cover points"),
         ([[0, 0]], {"cell_size": 0}, "must be positive"),
         ([[0, 0], [1e12, 1]], {"cell_size": 1e-3}, "from 1 to"),
     ],
@@ -239,7 +241,7 @@ def test_points_that_no_grid_fits_are_said(places, options, message):
 def test_geojson_of_names_and_other_shapes():
     found = points(sample.geojson(["sand", "clay", None, "sand"]))
     assert (found.words, found.n_missing, found.counted) == (("clay", "sand"), 1, "feature")
-    with pytest.raises(CCWSIMError, match="feature 1: a LineString, where a Point is needed"):
+    with pytest.raises(CCWSIMError, match="feature 1: the geometry is a LineString, not a Point"):
         points(sample.geojson().replace(b'"Point"', b'"LineString"', 1))
     for broken in (
         b'{"features": 3}',
@@ -263,7 +265,7 @@ def test_geopackage_and_shapefile_read_alike(ending):
     content = sample.gis(ending)
     data = cio.read_hard_data(BytesIO(content), (3, 4))
     assert data.digest == cio.read_hard_data(BytesIO(sample.csv()), (3, 4)).digest
-    few, said = upload_limits({"CCWSIM_MAX_UPLOAD_POINTS": "3"}), "4 points of 2 columns are more"
+    few, said = upload_limits({"CCWSIM_MAX_UPLOAD_POINTS": "3"}), "4 points with 2 columns exceed"
     with limited(few), pytest.raises(CCWSIMError, match=said):
         cio.read_points(BytesIO(content))
     with pytest.raises(CCWSIMError, match="file"):
@@ -277,5 +279,5 @@ def test_without_pyogrio_the_package_is_named(monkeypatch):
 
 
 def test_a_shape_alone_says_what_it_lacks():
-    with pytest.raises(CCWSIMError, match=r"lacks its table \(.dbf\)"):
+    with pytest.raises(CCWSIMError, match=r"without its table \(.dbf\)"):
         points(b"\0\0\x27\x0a" + bytes(96))

@@ -69,8 +69,8 @@ def test_what_was_taken_for_granted_of_paths_is_said():
     surveys = b"well,depth,azimuth,dip\nA-1,0,90,-80\nA-1,5,90,-70\n"
     found = imported(surveys=surveys)
     assert found.notes[:2] == (
-        "Wells without stations, taken as vertical: 1 (B).",
-        "Below its last station a well keeps its direction (line 3).",
+        "Wells without stations, assumed vertical: 1 (B).",
+        "Wells are straight below their last station (line 3).",
     )
     deeper = imported(surveys=surveys + b"A-1,7.1,90,-70\nB,30,0,-90\n")
     assert deeper.hard_data.digest == found.hard_data.digest
@@ -82,7 +82,7 @@ def test_an_interval_without_length_has_no_cells(tilt):
     surveys = None if tilt is None else b"well,depth,azimuth,inclination\nB,0,9,%d\n" % tilt
     found = imported(intervals=b"well,from,to,facies\nB,2.4,2.4,1\n", surveys=surveys)
     assert found.hard_data.n == 0
-    assert any(note.startswith("Intervals") and "1." in note for note in found.notes)
+    assert any(note.startswith("Depth intervals") and "1." in note for note in found.notes)
 
 
 def test_a_length_may_be_known_of_some_wells_alone():
@@ -206,7 +206,7 @@ def test_data_of_deviated_wells_are_honoured(seed):
         ),
         (
             {"intervals": b"well,from,facies\nB,1,1\n"},
-            "but not that of their other end; add a column to",
+            "at one end of intervals; add a column 'to'",
         ),
         ({"intervals": b"well,facies\nB,1\n"}, "no column of depths; it has well, facies"),
         ({"intervals": b"well,from,to,facies\nB,5,2,1\n"}, "from 5 is below the depth to 2"),
@@ -217,7 +217,7 @@ def test_data_of_deviated_wells_are_honoured(seed):
         ),
         (
             {"intervals": b"well,from,to,facies\nB,4,6,1\nA-1,0,9,0\nB,1,5,0\n"},
-            "lines 2 and 4: two intervals of 'B' overlap from 4 on",
+            "lines 2 and 4: two intervals of 'B' overlap below the depth 4",
         ),
         ({"surveys": b"well,depth,azimuth\nB,1,2\n"}, "no column of the tilt of wells"),
         ({"surveys": b"well,depth,azimuth,dip\nC,1,2,-3\n"}, "no collar of the well 'C'"),
@@ -228,7 +228,7 @@ def test_data_of_deviated_wells_are_honoured(seed):
         ),
         (
             {"surveys": b"well,depth,azimuth,inclination\nB,9,200,80\nB,1,20,100\n"},
-            "lines 3 and 2: 'B' turns back on itself",
+            "lines 3 and 2: 'B' reverses its direction",
         ),
         (
             {"surveys": b"well,depth,azimuth,dip\nB,1,2,-95\n"},
@@ -324,22 +324,22 @@ def test_an_empty_name_says_that_there_is_no_such_column():
 @pytest.mark.parametrize(
     ("tables", "said"),
     [
-        ({"x": "Ost"}, "file has no variable 'Ost'; it has 'Hole ID', 'East', 'North'"),
+        ({"x": "Ost"}, "file has no variable 'Ost'; choose from 'Hole ID', 'East', 'North'"),
         ({"x": "East", "y": "east"}, "x and y are both 'East'; name two columns"),
         ({"facies": "To", "depth_to": "To"}, "facies and depth_to are both 'To'"),
         ({"depth": "From", "depth_to": "To"}, "depth and depth_to are both named"),
-        ({"depth_from": "From", "depth_to": ""}, r"add a column to, or name it (depth_to=)"),
+        ({"depth_from": "From", "depth_to": ""}, "add a column 'to', or set depth_to= to a column"),
         ({"z": ""}, "no column of the elevations of the collars"),
-        ({"collar_well": ""}, "call it well, or name it (collar_well=)"),
+        ({"collar_well": ""}, "rename a column to 'well', or set collar_well= to a column"),
         ({"well": 3}, "file has no variable 3"),
-        ({"survey_dip": "a"}, "survey_dip = 'a' is of a table of surveys; give surveys"),
+        ({"survey_dip": "a"}, "survey_dip = 'a' belongs to a table of surveys; give surveys"),
         (
             {"surveys": TILTED, "survey_dip": "dip", "survey_inclination": "inc"},
             "survey_dip and survey_inclination are both named",
         ),
         (
             {"surveys": b"a,depth,azi,dip\nB,0,0,-90\n"},
-            "call it well, or name it (survey_well=)",
+            "rename a column to 'well', or set survey_well= to a column",
         ),
         ({"depth_from": "BHID", "well": "From"}, "line 2: 'A-1'"),
     ],

@@ -157,11 +157,11 @@ def test_parameters_round_trip(parameters):
         ("[" * 50_000, "not JSON"),
         ("1" * 5000, "not JSON"),
         (b"\xff\xfe{", "not JSON"),
-        ('{"tempate_size": 32}', "there is no 'tempate_size'; there are template_size"),
+        ('{"tempate_size": 32}', "'tempate_size' is not a parameter; choose from template_size"),
         ('{"template_size": "32"}', "template_size = '32' must be"),
         ('{"template_size": NaN}', "template_size = nan must be"),
         ('{"refine": [1]}', "refine"),
-        (" " * 200_000, "too long for parameters"),
+        (" " * 200_000, "exceed the limit"),
     ],
 )
 def test_broken_parameters_say_so(text, message):

@@ -42,7 +42,7 @@ def test_a_limit_is_stated_and_names_value_limit_and_mend(monkeypatch, text):
     monkeypatch.setenv("CCWSIM_MAX_DATA", "500")
     limits = limits_of_environment()
     assert str(limits) == (
-        "This server takes up to 2 million cells × realizations and 500 hard data a run."
+        "This server allows up to 2 million cells × realizations and 500 hard data per run."
     )
     limits.check(Demand(2_000_000, 500))
     with pytest.raises(CCWSIMError, match=r"3\.1 million .* the 2 million .* fewer realizations"):

@@ -146,7 +146,7 @@ def test_experiments_take_and_name_codes(ensemble):
         lambda: compare(IMAGE, (40, 50), settings, facies=2),
         lambda: sweep(IMAGE, (40, 50), [P], facies=2),
     ):
-        with pytest.raises(CCWSIMError, match="facies 2 is not in the training image; it has 3"):
+        with pytest.raises(CCWSIMError, match="facies 2 is not in the training image, which has 3"):
             run()
 
 

@@ -303,7 +303,7 @@ def test_a_direction_in_numbers_gives_what_its_name_gives(direction):
 def test_an_unknown_facies_or_statistic_is_an_error():
     image = TrainingImage(blobs((40, 40), 2))
     found = ensemble_of(image, np.zeros((1, 40, 40), np.uint8))
-    with pytest.raises(CCWSIMError, match="facies 2 is not in the training image; it has 0, 1"):
+    with pytest.raises(CCWSIMError, match="facies 2 is not in the training image, which has 0, 1"):
         fit_curve(found, "variogram", 2)
     with pytest.raises(CCWSIMError, match="must be one of connectivity, variogram"):
         fit_curve(found, "madogram", 1)

@@ -151,7 +151,7 @@ def test_unseen_patterns_without_cells_and_with_bad_input():
         unseen_patterns(a_volume(1), a_volume(2))
     with pytest.raises(CCWSIMError, match="3 × 3 × 3 and of 3 cells"):
         js_divergence(pattern_histogram(a_volume(1)), pattern_histogram(image, size=3))
-    with pytest.raises(CCWSIMError, match="one number or three"):
+    with pytest.raises(CCWSIMError, match="one number, or three"):
         coarsened(a_volume(1), (1, 2))
     with pytest.raises(CCWSIMError, match="coarsening factor = 8"):
         coarsened(a_volume(1), 8)

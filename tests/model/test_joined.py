@@ -58,5 +58,5 @@ def test_mended_realizations_do_not_join_with_simulated_ones():
 def test_a_realization_twice_and_none_at_all_are_refused():
     with pytest.raises(CCWSIMError, match="realization 1 is in two"):
         joined([part(0, 2), part(1, 1)])
-    with pytest.raises(CCWSIMError, match="no realizations"):
+    with pytest.raises(CCWSIMError, match="no ensemble"):
         joined([])

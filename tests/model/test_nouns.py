@@ -246,7 +246,7 @@ class TestStudy:
             Study(self.ti, Grid(9, 9), SMALL, data)
 
     def test_data_of_an_unknown_facies_are_named(self):
-        with pytest.raises(CCWSIMError, match=r"1 of 2 .*it has 0, 1\).*facies 7"):
+        with pytest.raises(CCWSIMError, match=r"1 of 2 .*its facies are 0, 1\).*facies 7"):
             Study(self.ti, Grid(9, 9), SMALL, HardData([[0, 0], [1, 1]], [0, 7]))
 
     def test_a_template_larger_than_the_image_says_what_would_fit(self):

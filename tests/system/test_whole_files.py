@@ -259,7 +259,7 @@ class TestTarget:
     def test_what_is_no_file_is_not_replaced(self, write, target):
         fifo = target.with_name("fifo.npy")
         os.mkfifo(fifo)
-        with pytest.raises(CCWSIMError, match="cannot be written: it is no file"):
+        with pytest.raises(CCWSIMError, match="cannot be written: it is not a regular file"):
             self.write(write, fifo)
 
     def test_only_what_a_killed_run_left_is_deleted(self, write, target):

@@ -72,11 +72,11 @@ def test_a_refused_upload_is_alone_on_its_page():
     app = settled(opened("simulate", State(choices=STUDY)).run())
     file = app.file_uploader(key="image_file")
     file.upload("broken.csv", b"sand, and mud\n", "text/csv").run()
-    assert "keeps the image" in " ".join(error.value for error in app.error)
+    assert "keeps its present image" in " ".join(error.value for error in app.error)
     imported = opened("import", app.session_state[KEY]).run()
     assert not any(box.label.startswith("Flip") for box in imported.checkbox)
     assert not any((box.key or "").startswith("image_name") for box in imported.text_input)
-    assert "holds no" in texts(imported)
+    assert "contains no" in texts(imported)
     next(b for b in imported.button if b.label == "Keep the image as it was").click().run()
     assert {box.label for box in imported.checkbox} >= {"Flip E–W", "Transpose"}
 
@@ -95,7 +95,7 @@ def test_data_of_ones_own_are_asked_after_when_the_image_changes():
     app = settled(opened("simulate", State(choices=replace(STUDY, data=mine))).run())
     named(app.selectbox, "image_bundled").set_value("dunes").run()
     assert app.session_state[KEY].choices.data == DataChoice()
-    assert "Your 2 data (placed by hand) fit the study and are not in it yet" in html(app)
+    assert "Your 2 data (placed by hand) fit the study but are not in the study yet" in html(app)
     named(app.button, "data_keep").click().run()
     assert app.session_state[KEY].choices.data == mine
     assert "another training image" not in html(app)
@@ -110,5 +110,5 @@ def test_data_of_ones_own_that_the_image_does_not_have_are_said_and_kept():
     mine = DataChoice("placed", placed=HardData([[1, 1], [9, 30]], [0, 7]))
     state = State(choices=replace(STUDY, data=DataChoice()), data_draft=mine)
     app = settled(opened("simulate", state).run())
-    assert "The study keeps the data that it has" in texts(app)
+    assert "The study keeps its present data" in texts(app)
     assert app.session_state[KEY].data_draft == mine

@@ -70,7 +70,7 @@ def test_compiling_says_how_many_kernels_are_done_and_how_long_it_takes(monkeypa
 
 @pytest.mark.parametrize("page", ["sweep", "benchmark", "paper"])
 def test_an_estimate_of_time_says_that_kernels_compile_before(page, monkeypatch):
-    said = "Before that the kernels compile, once."
+    said = "Kernels are compiled first; this happens only once."
     for must in (True, False):
         monkeypatch.setattr(progress, "must_compile", lambda must=must: must)
         app = opened(page, State(choices=SMALL)).run()

@@ -67,7 +67,7 @@ def test_without_limits_the_page_says_nothing_of_them():
 def test_limits_are_stated_and_a_study_beyond_them_is_refused_before_it_starts(monkeypatch):
     monkeypatch.setenv("CCWSIM_MAX_CELLS", str(CELLS))
     app = launched(path="pages/simulate.py")
-    said = f"This server takes up to {CELLS:,} cells × realizations a run."
+    said = f"This server allows up to {CELLS:,} cells × realizations per run."
     assert said in html(app)
     before = app.session_state[KEY].ensemble
     named(app.number_input, "n_realizations").set_value(3).run()
@@ -240,4 +240,4 @@ def test_times_that_others_disturbed_are_told(monkeypatch, alone):
     state.page(Benchmark).grids = run
     app = AppTest.from_file(str(ROOT / "pages/benchmark.py"), default_timeout=SLOW)
     app.session_state[KEY] = state
-    assert ("Others were computing" in html(app.run())) is not alone
+    assert ("Other sessions were computing" in html(app.run())) is not alone

@@ -36,7 +36,7 @@ def by_link(page: str, choices: Choices):
 
 def asked(app) -> bool:
     """Whether the page asks before it runs."""
-    return "so it waits for you" in html(app)
+    return "or first choose fewer realizations" in html(app)
 
 
 def project_of(choices: Choices) -> Upload:

@@ -83,7 +83,7 @@ def test_none_is_taken_that_the_memory_has_no_room_for(manager, monkeypatch):
     large, small = sent(manager, "ann", "large")[0], sent(manager, "ann", "small", size=MB)[0]
     assert (large.type, len(large.data)) == (NO_ROOM, 0)
     assert len(small.data) == MB
-    with pytest.raises(CCWSIMError, match=r"large.dat was not taken.*a smaller file"):
+    with pytest.raises(CCWSIMError, match=r"large.dat was not accepted.*a smaller file"):
         upload_of(UploadedFile(large, FileURLs()))
 
 
@@ -98,7 +98,7 @@ def test_the_page_says_that_there_was_no_room(key):
     name = "mine.ccwsim" if key == "share_open" else "mine.dat"
     app.file_uploader(key=key).upload(name, b"", NO_ROOM).run()
     assert not app.exception
-    assert f"{name} was not taken" in texts(app)
+    assert f"{name} was not accepted" in texts(app)
     assert app.session_state[KEY].choices == SMALL
 
 
@@ -128,5 +128,5 @@ def test_a_server_does_not_grow_with_what_it_never_asked_for(monkeypatch):
         assert grown < 100 * MB + 3 * 32 * MB  # 720 MB were sent; some are held on the way
         ann = readers[0]
         ann.upload("image_file", "mine.dat", bytes(20 * MB))
-        assert any("mine.dat was not taken" in said for said in ann.alerts())
+        assert any("mine.dat was not accepted" in said for said in ann.alerts())
         assert ann.errors == []

@@ -98,7 +98,7 @@ def test_the_table_has_all_axes_and_all_layers(ensemble):
 def test_a_grid_of_other_layers_than_the_image_is_said(ensemble):
     study = ensemble.training_image, (6, 20, 24), ensemble.parameters
     thinner = simulate(*study, n_realizations=2)
-    assert "training image of 10 layers drawn as high as the grid" in html(drawn(thinner))
+    assert "training image (10 layers) scaled to the grid" in html(drawn(thinner))
     layers = [r for r in csv_rows(curves_csv(thinner, 1)) if r["statistic"] == "proportion"]
     assert [r["realization_1"] == "" for r in layers] == [False] * 6 + [True] * 4
     assert all(r["training_image"] for r in layers)

@@ -16,7 +16,7 @@ MAX_CODES = 32
 """Maximum number of facies codes; integers with more distinct values count as continuous."""
 
 Classes = int | Sequence[float] | Literal["codes"] | None
-"""A number of classes, their inner edges, or "codes" to keep the values unchanged."""
+"""Classes: a number, a sequence of inner edges, or "codes" to keep the values unchanged."""
 
 
 def classify(
@@ -29,15 +29,15 @@ def classify(
     Parameters
     ----------
     values : array_like
-        Codes, or a continuous variable.
+        Facies codes, or values of a continuous variable.
     threshold : float, optional
         Values at or above the threshold become 1, values below it 0.
     classes : int, sequence of float or "codes", optional
         A number of classes with equal counts of values (except for ties), or ascending inner edges.
         A value on an edge belongs to the upper class. "codes" keeps the values as codes, even if
-        they are more than `MAX_CODES` distinct integers. Classes are numbered from 0, low to high.
+        there are more than `MAX_CODES` distinct values. Classes are numbered from 0, low to high.
     what : str
-        The name of the values in messages.
+        Name of the values in error messages.
 
     Examples
     --------
@@ -60,7 +60,7 @@ def classify(
     if classes is None and not are_codes(array):
         raise CCWSIMError(
             f"{label}: values from {array.min():g} to {array.max():g} look continuous; give a "
-            "threshold (1 at or above it), or classes: a number of equal size, or a list of edges"
+            "threshold (values at or above it become 1), a number of classes, or class edges"
         )
     if asks_for_codes(classes):
         return as_integers(array, label)
@@ -69,7 +69,7 @@ def classify(
 
 
 def asks_for_codes(classes: Classes) -> bool:
-    """Return whether `classes` is None or "codes", which both keep the values unchanged.
+    """Return whether the values stay unchanged, because `classes` is None or "codes".
 
     Examples
     --------
@@ -82,7 +82,7 @@ def asks_for_codes(classes: Classes) -> bool:
 def class_edges(values: ArrayLike, n: int) -> NDArray[np.float64]:
     """Return the n − 1 ascending inner edges of n classes with equal counts of values.
 
-    Raises `CCWSIMError` if n is outside 2 to 254, or too many values are equal for n classes.
+    Raises `CCWSIMError` if n is outside 2 to 254, or if equal values prevent n distinct edges.
 
     Examples
     --------
@@ -96,8 +96,8 @@ def class_edges(values: ArrayLike, n: int) -> NDArray[np.float64]:
     edges = edges[edges > array.min()] if array.size else edges
     if len(edges) < n - 1:
         raise CCWSIMError(
-            f"many values are equal, so that only {len(edges) + 1} classes of equal size can be "
-            f"made, not {n}; give fewer, or the edges themselves"
+            f"many values are equal, so only {len(edges) + 1} classes of equal size are possible, "
+            f"not {n}; give fewer classes, or a list of class edges"
         )
     return edges.astype(np.float64)
 
@@ -114,7 +114,7 @@ def are_codes(values: NDArray) -> bool:
 
 
 def distinct_values(values: NDArray, most: int) -> NDArray[np.int64] | None:
-    """Return the sorted distinct codes; None if there are more than `most` or any is no integer.
+    """Return the sorted distinct codes; None for more than `most` codes or a non-integer value.
 
     Examples
     --------
@@ -141,10 +141,10 @@ def _edges(classes: object) -> NDArray[np.float64]:
         edges = np.empty((0, 0))
     if edges.ndim != 1 or not edges.size or not np.isfinite(edges).all():
         raise CCWSIMError(
-            f"classes or threshold = {shown(classes)} must be a number or a list of them"
+            f"classes or threshold = {shown(classes)} must be a number or a list of numbers"
         )
     if (np.diff(edges) <= 0).any() or len(edges) >= MAX_FACIES:
         raise CCWSIMError(
-            f"classes = {shown(classes)} must be ascending edges, fewer than {MAX_FACIES}"
+            f"classes = {shown(classes)} must be fewer than {MAX_FACIES} edges in ascending order"
         )
     return edges

@@ -21,7 +21,7 @@ GIS_FILES = {"geopackage": "GeoPackage", "shapefile": "Shapefile", "shp": "Shape
 
 
 class Point(NamedTuple):
-    """A point, its properties, and the number of its feature (the first feature has number 1)."""
+    """A point, its properties, and the number of its feature, counted from 1."""
 
     number: int
     x: float
@@ -52,9 +52,9 @@ def read_geojson(text: bytes, name: str) -> DataFile:
     """
     n = text.count(b",") + text.count(b"[") + text.count(b"{")  # estimate of the number of objects
     if n > 2 * limits().fields:
-        raise CCWSIMError(f"{name}: {n} values in JSON are too many; save it as CSV")
+        raise CCWSIMError(f"{name}: {n} values in JSON are too many; save the points as CSV")
     kinds = ValueError, TypeError, KeyError, AttributeError, RecursionError
-    with broken(f"{name} is not GeoJSON of points; save points as GeoJSON", *kinds):
+    with broken(f"{name} is not a GeoJSON file of points; save points as GeoJSON", *kinds):
         features = enumerate(json.loads(text)["features"], start=1)
         points = [point for k, feature in features for point in _points(feature, name, k)]
     return _table("GeoJSON points", name, points)
@@ -65,8 +65,8 @@ def _points(feature: Any, name: str, number: int) -> list[Point]:
     kind = geometry["type"]
     if kind not in ("Point", "MultiPoint"):
         raise CCWSIMError(
-            f"{name}, feature {number}: a {printable(str(kind)[:30])}, where a Point is needed; "
-            "save points"
+            f"{name}, feature {number}: the geometry is a {printable(str(kind)[:30])}, not a "
+            "Point; save points"
         )
     places = [geometry["coordinates"]] if kind == "Point" else geometry["coordinates"]
     return [Point(number, _finite(x), _finite(y), dict(values)) for x, y, *_ in places]
@@ -82,7 +82,7 @@ def _finite(value: Any) -> float:
 
 
 def is_shapefile_zip(content: bytes) -> bool:
-    """Return whether a zip lists a .shp file in its directory; the zip is not unpacked."""
+    """Return whether the directory of a zip lists a .shp file, without unpacking the zip."""
     entries = content[-(2**20) :].lower()
     return b"pk\x01\x02" in entries and b".shp" in entries.split(b"pk\x01\x02", 1)[1]
 
@@ -90,12 +90,12 @@ def is_shapefile_zip(content: bytes) -> bool:
 def read_gis(content: bytes, name: str, kind: str) -> DataFile:
     """Return the points of a GeoPackage or a zipped Shapefile as a table.
 
-    Raises `CCWSIMError` if pyogrio is not installed, or the file holds no points.
+    Raises `CCWSIMError` if pyogrio is not installed, or if the file contains no points.
     """
     if kind == "shp":
         raise CCWSIMError(
-            f"{name}: a .shp alone lacks its table (.dbf); bring all files of the Shapefile as "
-            "one zip"
+            f"{name}: a .shp file is not enough without its table (.dbf); put all files of the "
+            "Shapefile into one zip"
         )
     try:
         from pyogrio import raw, read_info
@@ -111,8 +111,8 @@ def read_gis(content: bytes, name: str, kind: str) -> DataFile:
         n, fields = int(info["features"]), list(info["fields"])
         if n > limits().points or len(fields) > MAX_VARIABLES:
             raise CCWSIMError(
-                f"{name}: {n} points of {len(fields)} columns are more than {limits().points} of "
-                f"{MAX_VARIABLES}; leave some out"
+                f"{name}: {n} points with {len(fields)} columns exceed the limits of "
+                f"{limits().points} points or {MAX_VARIABLES} columns; leave some out"
             )
         check_cells(name, (max(n, 1), len(fields) + 2))
         meta, _, shapes, columns = raw.read(content, max_features=limits().points + 1)
@@ -127,9 +127,9 @@ def read_gis(content: bytes, name: str, kind: str) -> DataFile:
 
 
 def _parts(content: bytes, name: str) -> bytes:
-    """Return a zip with the needed files of one Shapefile; check limits when unpacking them.
+    """Return a zip of the required files of one Shapefile; apply size limits when unpacking.
 
-    The coordinate system is left out, because looking up a broken one takes seconds.
+    The coordinate system is omitted, because reading an invalid coordinate system takes seconds.
     """
     with opened_archive(content, name) as archive:
         stem = next(m[:-4] for m in archive.infos if m.lower().endswith(".shp"))
@@ -158,11 +158,11 @@ def _point(shape: bytes | None, name: str, number: int) -> tuple[float, float]:
 
 def _table(kind: str, name: str, points: list[Point]) -> DataFile:
     if not points:
-        raise CCWSIMError(f"{name}: the file holds no points")
+        raise CCWSIMError(f"{name}: the file contains no points")
     properties = dict.fromkeys(str(key) for point in points for key in point.values)
     keys = distinct_names(["x", "y", *properties])
     if len(keys) > MAX_VARIABLES:
-        raise CCWSIMError(f"{name}: {len(keys)} columns are more than {MAX_VARIABLES}")
+        raise CCWSIMError(f"{name}: {len(keys)} columns exceed the limit of {MAX_VARIABLES}")
     check_cells(name, (len(points), len(keys)))
     variables = {"x": np.array([p.x for p in points]), "y": np.array([p.y for p in points])}
     words: dict[str, tuple[str, ...]] = {}

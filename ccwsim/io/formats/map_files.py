@@ -20,10 +20,10 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 
 NEEDS = {"tif": "rasterio", "nc": "xarray"}
-"""Optional package needed to write each format."""
+"""Optional package that is needed to write each format."""
 _VTK_TYPES = {kind: name for name, kind in TYPES.items()}
 _BLOCK = 2**20
-"""Number of bytes in each block that VTK unpacks."""
+"""Number of uncompressed bytes in each compressed block of a VTK file."""
 
 
 def can_write(kind: str) -> bool:
@@ -38,7 +38,7 @@ def can_write(kind: str) -> bool:
 
 
 def vti_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
-    """Return maps or volumes (row 0 at the south) as VTK XML ImageData, each as one array.
+    """Return maps or volumes (row 0 at the south) as VTK XML ImageData, one array per map.
 
     A map becomes one layer of cells between z = 0 and z = 1.
     """
@@ -67,12 +67,12 @@ def _packed(values: NDArray) -> bytes:
 
 
 def geotiff_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
-    """Return maps as a GeoTIFF, north up; each map is a named band, and all bands have one type.
+    """Return maps as a GeoTIFF, north up, with one named band per map and a common data type.
 
     Raises `CCWSIMError` if rasterio is missing, codes do not fit a GeoTIFF, or maps are volumes.
     """
     if grid.nz is not None:
-        raise CCWSIMError("a GeoTIFF holds maps, not volumes; write vti, npz or gslib")
+        raise CCWSIMError("a GeoTIFF can show maps, not volumes; write vti, npz or gslib")
     rasterio = _package("tif")
     from rasterio.io import MemoryFile
 
@@ -129,7 +129,7 @@ def realizations_as_netcdf(array: Any) -> bytes:
 
 
 def netcdf_integers(values: NDArray) -> NDArray:
-    """Return integers in the smallest NetCDF type that holds them; return other values unchanged.
+    """Convert integers to the smallest sufficient NetCDF type; return other values unchanged.
 
     Examples
     --------
@@ -147,5 +147,5 @@ def netcdf_integers(values: NDArray) -> NDArray:
 
 def _package(kind: str) -> Any:
     name = NEEDS[kind]
-    with broken(f"{name} is not installed, .{kind} needs it: pip install {name}", ImportError):
+    with broken(f"{name}, needed for .{kind}, is not installed: pip install {name}", ImportError):
         return import_module(name)

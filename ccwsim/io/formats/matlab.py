@@ -1,7 +1,7 @@
 """Read arrays of numbers from MATLAB files, versions 5 to 7.
 
-`scipy.io.loadmat` does not check sizes and types: a few changed bytes in a file can crash the
-process. This reader follows chapter 1 of "MAT-File Format" by MathWorks.
+`scipy.io.loadmat` does not check sizes and types, so a few changed bytes can crash the process.
+This reader follows chapter 1 of "MAT-File Format" by MathWorks.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ _MATRIX, _COMPRESSED = 14, 15
 _NUMERIC_CLASSES = range(6, 16)
 _COMPLEX = 0x08
 _START, _BLOCK = 2000, 4 * 2**20
-"""Bytes to unpack to read the header of a packed variable; bytes to unpack in each step."""
+"""Bytes to unpack for the header of a packed variable, and bytes to unpack in each step."""
 
 
 def read_matlab(content: bytes, name: str) -> DataFile:
@@ -70,7 +70,7 @@ def read_matlab(content: bytes, name: str) -> DataFile:
 
 
 def _as_grid(array: NDArray) -> NDArray:
-    """Return an array with the slices along the first axis; in MATLAB they are along the last."""
+    """Move the slices of an array from the last axis (MATLAB's order) to the first axis."""
     return array.reshape((1, *array.shape)) if array.ndim == 2 else np.moveaxis(array, 2, 0)
 
 
@@ -96,7 +96,7 @@ def _unpacked(data: memoryview, left: int, order: str, name: str) -> bytes:
     try:
         start = stream.decompress(data, _START)
         if len(start) < 8:
-            raise CCWSIMError(f"{name} ends in the middle of a variable; get the whole file")
+            raise CCWSIMError(f"{name} ends in the middle of a variable; get a complete file")
         kind, size = np.frombuffer(start, order + "u4", count=2).tolist()
         if kind == _MATRIX:
             _shape_and_name(memoryview(start)[8:], order, name)
@@ -120,7 +120,7 @@ def _unpacked(data: memoryview, left: int, order: str, name: str) -> bytes:
 def _element(content: memoryview, at: int, order: str, name: str) -> tuple[int, memoryview, int]:
     """Return type, data and end of the element at byte `at`."""
     if at + 8 > len(content):
-        raise CCWSIMError(f"{name} ends in the middle of a variable; get the whole file")
+        raise CCWSIMError(f"{name} ends in the middle of a variable; get a complete file")
     first, second = np.frombuffer(content, order + "u4", count=2, offset=at).tolist()
     if first >> 16:  # short element: one word holds size and type, the next word holds the data
         size, start, end = first >> 16, at + 4, at + 8
@@ -129,14 +129,14 @@ def _element(content: memoryview, at: int, order: str, name: str) -> tuple[int, 
         kind, size, start = first, second, at + 8
         end = start + size + -size % 8
     if start + size > len(content) or (first >> 16 and size > 4):
-        raise CCWSIMError(f"{name} ends in the middle of a variable; get the whole file")
+        raise CCWSIMError(f"{name} ends in the middle of a variable; get a complete file")
     return kind, content[start : start + size], end
 
 
 def _shape_and_name(
     content: memoryview, order: str, name: str
 ) -> tuple[tuple[int, ...], str, int] | None:
-    """Return shape, name and start of the values of a matrix; None if it is not a real grid."""
+    """Return shape, name and start of values of a matrix; None if the matrix is not a real grid."""
     _, flags, at = _element(content, 0, order, name)
     _, sizes, at = _element(content, at, order, name)
     if len(flags) < 4 or len(sizes) % 4:

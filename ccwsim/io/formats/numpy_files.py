@@ -18,13 +18,13 @@ from ccwsim.io.limits import MAX_VARIABLES, check_cells
 from ccwsim.model.errors import CCWSIMError, shown
 
 MAX_NPY_HEADER = 10_000
-"""Maximum number of bytes of the header of an array, as in NumPy."""
+"""Maximum number of bytes of an array header, equal to NumPy's limit."""
 
 
 def read_npy(content: bytes, name: str, *, whole: bool = False, stacked: bool = False) -> DataFile:
     """Return the array of an `.npy` file; its shape is (ny, nx), or (n, ny, nx) with n slices.
 
-    With `whole`, the size limit is higher, because the caller uses only a part of the array.
+    With `whole`, larger arrays are accepted, because the caller then uses only a part of the array.
     With `stacked`, the shape may also be (n, nz, ny, nx).
 
     Examples
@@ -39,7 +39,7 @@ def read_npy(content: bytes, name: str, *, whole: bool = False, stacked: bool = 
 
 
 def npy_shape(content: bytes, name: str) -> tuple[int, int] | None:
-    """Return rows and columns of the array of an `.npy` file; None if it has no columns.
+    """Return rows and columns of the array in an `.npy` file; None if the array is no grid.
 
     Examples
     --------
@@ -53,7 +53,7 @@ def npy_shape(content: bytes, name: str) -> tuple[int, int] | None:
 
 
 def read_npz(content: bytes, name: str) -> DataFile:
-    """Return those arrays of an `.npz` file that can be grids, or its table of cells and facies.
+    """Return the arrays of an `.npz` file that can be grids, or a table of `cells` and `facies`.
 
     Examples
     --------
@@ -73,13 +73,13 @@ def read_npz(content: bytes, name: str) -> DataFile:
     names = distinct_names([key.removesuffix(".npy") for key in members])
     grids: dict[str, NDArray] = {}
     for key in names:
-        member = members.pop(next(iter(members)))  # so converted bytes can be freed
+        member = members.pop(next(iter(members)))  # free bytes after conversion
         grids[key] = _grid(member, f"{name}, {key}")
     return DataFile("NumPy arrays", name, grids, asks_up=True)
 
 
 def npz_arrays(content: bytes, name: str, kinds: Mapping[str, str]) -> dict[str, NDArray]:
-    """Return the members of an `.npz` file named in `kinds`, which gives their NumPy kinds.
+    """Return members of an `.npz` file; `kinds` maps their names to the allowed NumPy kinds.
 
     Examples
     --------
@@ -148,9 +148,9 @@ def _grids(archive: Archive, name: str) -> tuple[dict[str, bytes], list[str]]:
     """Return the members that can be grids, and the reasons that exclude the other members."""
     arrays = [key for key in archive.infos if key.endswith(".npy")]
     if not arrays:
-        raise CCWSIMError(f"{name}: the zip file holds no NumPy array")
+        raise CCWSIMError(f"{name}: the zip file contains no NumPy array")
     if len(arrays) > MAX_VARIABLES:
-        raise CCWSIMError(f"{name}: {len(arrays)} arrays are more than {MAX_VARIABLES}")
+        raise CCWSIMError(f"{name}: {len(arrays)} arrays exceed the limit of {MAX_VARIABLES}")
     archive.check(arrays)
     shapes, reasons = {}, []
     for key, label in zip(arrays, distinct_names(arrays), strict=True):
@@ -167,7 +167,7 @@ def _grids(archive: Archive, name: str) -> tuple[dict[str, bytes], list[str]]:
 
 
 class _Array(NamedTuple):
-    """The header of an array, and the open file, positioned at the first value."""
+    """The header of an array, and the file that contains it, open at the first value."""
 
     file: BytesIO
     name: str
@@ -187,7 +187,7 @@ class _Array(NamedTuple):
 
     @classmethod
     def of_numbers(cls, content: bytes, name: str, whole: bool = False) -> _Array:
-        """Read the header; raise an error if values are too many or are not numbers."""
+        """Read the header; raise an error if values are too many or have a non-numeric type."""
         array = cls.opened(content, name)
         if array.dtype.kind not in "buif" or array.dtype.itemsize > 16:
             raise CCWSIMError(

@@ -101,8 +101,8 @@ def picture_facies(
         colours, places = distinct_colours(picture.rgb)
         if len(colours) > MAX_COLOURS:
             raise CCWSIMError(
-                f"{picture.name} has {len(colours)} colours, as blur or smooth edges make; give "
-                "classes= (the number of facies) or a threshold on the grey value (0 to 255)"
+                f"{picture.name} has {len(colours)} colours, probably from blur or smooth edges; "
+                "give classes= (the number of facies) or a threshold on the grey value (0 to 255)"
             )
         return places.astype(np.int64)
     grey = grey_of(picture.rgb)
@@ -116,7 +116,7 @@ def picture_as_bytes(
     *,
     are_codes: bool = False,
 ) -> bytes:
-    """Return colour indices, shape (ny, nx), row 0 at the south, as a palette PNG, north up.
+    """Return a palette PNG (north up) of colour indices, shape (ny, nx), row 0 at the south.
 
     After the n colours, the palette contains white for gaps between maps. With `are_codes`, the
     file marks the indices as facies codes.
@@ -127,7 +127,7 @@ def picture_as_bytes(
     b'PNG'
     """
     if indices.min() < 0 or indices.max() > min(n_colours, 255):
-        raise CCWSIMError(f"a picture of {n_colours} colours cannot show {indices.max()}")
+        raise CCWSIMError(f"a picture of {n_colours} colours cannot show colour {indices.max()}")
     palette = np.vstack([colours_for(n_colours, colours), [[255, 255, 255]]])[:256]
     image = Image.fromarray(np.ascontiguousarray(indices[::-1].astype(np.uint8)))
     image.putpalette(palette.astype(np.uint8).tobytes())
@@ -165,7 +165,7 @@ def _on_white(image: Image.Image) -> NDArray[np.uint8]:
 
 
 MAX_COLOURS = 16
-"""Maximum number of colours that are facies; more colours indicate blur or shading."""
+"""Maximum number of colours that count as facies; more colours indicate blur or shading."""
 
 GREY = 24
 """Maximum difference between red, green and blue for a colour to count as grey."""
@@ -278,8 +278,8 @@ def facies_colours_of(picture: PictureFile, codes: NDArray[np.int64]) -> list[st
 def nearest_colours(rgb: NDArray[np.uint8], n: int) -> NDArray[np.int64]:
     """Return the facies of a picture reduced to n colours, numbered from dark to light.
 
-    The first colour is the most frequent one. Each further colour is frequent and differs much from
-    the colours already chosen. Lloyd's k-means on the histogram of colours then refines them.
+    The first colour is the most frequent colour. Each further colour is frequent and differs
+    strongly from the colours already chosen. Lloyd's k-means then refines the colours.
 
     Examples
     --------

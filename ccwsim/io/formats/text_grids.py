@@ -140,8 +140,8 @@ def _grid_values(
     values = numbers_in(content, name, start=start, first_line=n + 3)
     if len(values) != promised:
         raise CCWSIMError(
-            f"{name} promises {nx} × {ny} × {nz} cells of {n} variables, {promised} values, but "
-            f"{len(values)} follow; correct the header or get the whole file"
+            f"{name} states {nx} × {ny} × {nz} cells of {n} variables, which are {promised} "
+            f"values, but {len(values)} follow; correct the header or get the complete file"
         )
     return np.ascontiguousarray(values.reshape(-1, n).T).reshape(n, nz, ny, nx)
 
@@ -153,7 +153,7 @@ def _table(content: bytes, name: str, names: list[str], start: int, title: str) 
         raise CCWSIMError(f"{name}: {len(values)} values do not fill rows of {n} columns")
     rows = values.reshape(-1, n)
     if title.isdecimal() and len(title) < 9 and n > 1 and len(rows) < int(title):
-        raise CCWSIMError(f"{name} promises {title} points in line 1, but {len(rows)} follow")
+        raise CCWSIMError(f"{name} states {title} points in line 1, but {len(rows)} follow")
     few = len(rows) <= limits().points and content.count(b"\n") <= 3 * limits().points
     lines = _line_numbers(content, name, start, n) if few else None
     columns = dict(zip(names, np.ascontiguousarray(rows.T), strict=True))
@@ -200,13 +200,13 @@ def read_esri(content: bytes, name: str) -> DataFile:
     """
     header, start, line = _header(content, name)
     if "ncols" not in header or "nrows" not in header:
-        raise CCWSIMError(f"{name}: the header must say ncols and nrows")
+        raise CCWSIMError(f"{name}: the header must contain ncols and nrows")
     shape = (int(header["nrows"]), int(header["ncols"]))
     check_cells(name, shape)
     values = numbers_in(content, name, start=start, first_line=line)
     if len(values) != shape[0] * shape[1]:
         raise CCWSIMError(
-            f"{name} promises {shape[0]} rows of {shape[1]}, but {len(values)} values follow"
+            f"{name} states {shape[0]} rows of {shape[1]} cells, but {len(values)} values follow"
         )
     side = header.get("cellsize", 1.0)
     cell = header.get("dx", side), header.get("dy", side)
@@ -226,7 +226,7 @@ def _header(content: bytes, name: str) -> tuple[dict[str, float], int, int]:
     at, line = 0, 1
     while at < len(content):
         if line > MAX_HEADER_LINES:
-            raise CCWSIMError(f"{name}: more than {MAX_HEADER_LINES} lines of header; correct it")
+            raise CCWSIMError(f"{name}: the header exceeds {MAX_HEADER_LINES} lines; correct it")
         end = content.find(b"\n", at, at + MAX_ESRI_HEADER)
         end = end if end >= 0 else min(len(content), at + MAX_ESRI_HEADER)
         words = content[at:end].decode("latin-1").split()

@@ -17,7 +17,7 @@ from ccwsim.io.limits import MAX_VARIABLES, check_cells, limits
 from ccwsim.model.errors import CCWSIMError
 
 CHUNK = 2**20
-"""Number of bytes that are split into words at once; this limits memory use."""
+"""Number of bytes that are split into words at a time, to limit memory use."""
 
 MAX_WORD = 80
 """Maximum number of characters in one number."""
@@ -43,7 +43,7 @@ def is_number(word: str) -> bool:
 def numbers_in(
     content: bytes, name: str, *, start: int = 0, first_line: int = 1
 ) -> NDArray[np.float64]:
-    """Return all numbers in a text from byte `start` on; this byte is in line `first_line`.
+    """Return all numbers in a text from byte `start` on, which is in line `first_line`.
 
     Examples
     --------
@@ -109,7 +109,7 @@ def split_fields(line: str, separator: str | None) -> list[str]:
         return [field.strip("\"'") for field in fields]
     fields = line.split(separator)
     if '"' in line:
-        with suppress(csv.Error, StopIteration):  # a quoted field may hold the separator
+        with suppress(csv.Error, StopIteration):  # a quoted field may contain the separator
             fields = next(csv.reader([line], delimiter=separator, skipinitialspace=True))
     return [field.strip().strip("\"'") for field in fields]
 
@@ -184,8 +184,8 @@ _COMMENT = (b"#", b"%", b"//")
 def read_delimited(content: bytes, name: str) -> DataFile:
     """Return the columns of a table with a header, or the matrix in a text without a header.
 
-    If the row below the header has no numbers (for example units), it is skipped. Headers of
-    Petrel points and well logs (LAS) are also understood.
+    A row without numbers below the header, such as a row of units, is skipped. Headers of Petrel
+    points and well logs (LAS) are also recognized.
 
     Examples
     --------
@@ -197,12 +197,12 @@ def read_delimited(content: bytes, name: str) -> DataFile:
     """
     if (n_lines := content.count(b"\n")) > limits().lines:
         raise CCWSIMError(
-            f"{name}: {n_lines} lines are more than {limits().lines}; bring an SGeMS grid or an "
-            "npy file, or cut a smaller piece"
+            f"{name}: {n_lines} lines exceed the limit of {limits().lines}; use an SGeMS grid or "
+            "an npy file, or cut a smaller piece"
         )
     lines, numbers, remark = _filled_lines(content, name)
     if not lines:
-        raise CCWSIMError(f"{name}: the file holds no values")
+        raise CCWSIMError(f"{name}: the file contains no values")
     header = _own_header(lines)
     lines, numbers = lines[header.n_lines :], numbers[header.n_lines :]
     if not lines:
@@ -219,11 +219,11 @@ def read_delimited(content: bytes, name: str) -> DataFile:
         names = names if len(second) <= len(names) else second  # a title precedes the header
         body, numbers = body[1:], numbers[1:]
     if not body:
-        raise CCWSIMError(f"{name}: {lines[0][:40].decode('latin-1')!r} holds no numbers")
+        raise CCWSIMError(f"{name}: {lines[0][:40].decode('latin-1')!r} contains no numbers")
     names, headed = (list(header.names), True) if header.names else (names, headed)
     n = len(names) if headed else len(marks.fields(body[0]))
     if headed and n > MAX_VARIABLES:
-        raise CCWSIMError(f"{name}: {n} columns are more than {MAX_VARIABLES}")
+        raise CCWSIMError(f"{name}: {n} columns exceed the limit of {MAX_VARIABLES}")
     check_cells(name, (len(body), n))
     at = np.array(numbers, dtype=np.int64)
     values, words = _fast(body, name, n, marks), {}
@@ -237,7 +237,7 @@ def read_delimited(content: bytes, name: str) -> DataFile:
     empty = [k for k, key in enumerate(keys) if headed and np.isnan(columns[key]).all()]
     kept = {key: columns[key] for k, key in enumerate(keys) if k not in {*empty, *words}}
     if not kept:
-        raise CCWSIMError(f"{name}: no column holds numbers")
+        raise CCWSIMError(f"{name}: no column contains numbers")
     texts = {keys[k]: fields for k, fields in words.items()}
     names = tuple(key for key in keys if key in kept or key in texts)
     table = DataFile("table in text", name, kept, is_table=True, lines=at, words=texts)
@@ -296,15 +296,15 @@ def _own_header(lines: list[bytes]) -> _Header:
 
 
 def _filled_lines(content: bytes, name: str) -> tuple[list[bytes], list[int], str]:
-    """Return the lines that are not empty, their numbers, and the last comment before them."""
+    """Return the non-empty lines, their line numbers, and the last comment before these lines."""
     lines: list[bytes] = []
     numbers: list[int] = []
     remark = ""
     for k, line in enumerate(content.split(b"\n"), start=1):
         if len(line) > limits().line_bytes:
             raise CCWSIMError(
-                f"{name}, line {k}: {len(line)} bytes are more than {limits().line_bytes} in a "
-                "line; break it up"
+                f"{name}, line {k}: {len(line)} bytes exceed the limit of {limits().line_bytes} "
+                "bytes per line; split the line"
             )
         bare = line.strip(b" \r")
         if bare.startswith(_COMMENT):
@@ -343,10 +343,10 @@ def _by_field(
         while len(fields) > n and not fields[-1]:
             fields.pop()
         if len(fields) != n:
-            raise CCWSIMError(f"{name}, line {number}: {len(fields)} fields where {n} are needed")
+            raise CCWSIMError(f"{name}, line {number}: {len(fields)} fields, but {n} are needed")
         table.append(fields)
         if len(table) * n > limits().fields:
-            raise CCWSIMError(f"{name}: too large a table for words or empty fields; clean it")
+            raise CCWSIMError(f"{name}: the table is too large for words or empty fields; clean it")
     columns, words = [], {}
     for k, fields in enumerate(zip(*table, strict=True)):
         values = [field_number(field, marks.decimal) for field in fields]
@@ -361,7 +361,7 @@ def _by_field(
 
 
 def not_a_number(name: str, line: int, field: str) -> str:
-    """Return the error message for a word in the place of a number.
+    """Return the error message for a word in a field that must be a number.
 
     Examples
     --------

@@ -28,7 +28,7 @@ _MARKS = ("vtkGhostType", "vtkGhostLevels", "vtkOriginalCellIds")
 """Names of arrays that VTK adds."""
 _NORTH_UP = "1 0 0 0 1 0 0 0 1"
 _START = 1000
-"""Number of bytes, from the start of a file, in which the format is looked for."""
+"""Number of bytes at the start of a file that are searched for the name of the format."""
 
 
 class _Appended(NamedTuple):
@@ -67,11 +67,11 @@ def read_vti(content: bytes, name: str) -> DataFile:
     image = root.find("ImageData")
     pieces = [] if image is None else image.findall("Piece")
     if root.get("type") != "ImageData" or image is None or len(pieces) != 1:
-        raise CCWSIMError(f"{name}: only VTK ImageData in one piece can be read; save it as such")
+        raise CCWSIMError(f"{name}: only VTK ImageData in one piece can be read; save one piece")
     spacing = _numbers(image, "Spacing", "1 1 1", 3, name)
     origin = _numbers(image, "Origin", "0 0 0", 3, name)
     if _numbers(image, "Direction", _NORTH_UP, 9, name).tolist() != np.eye(3).ravel().tolist():
-        raise CCWSIMError(f"{name}: rotated grids are not supported; resample it")
+        raise CCWSIMError(f"{name}: rotated grids are not supported; resample the grid")
     if not (spacing > 0).all():
         raise CCWSIMError(f"{name}: the spacing {spacing.tolist()} must be positive")
     extent = _numbers(pieces[0], "Extent", image.get("WholeExtent", ""), 6, name)
@@ -99,7 +99,7 @@ def read_vti(content: bytes, name: str) -> DataFile:
 
 
 def _tree(content: bytes, name: str) -> tuple[ElementTree.Element, _Appended]:
-    """Return the XML elements of a file, and the appended data, which need not be XML."""
+    """Return the XML elements of a file, and the appended data, which may not be XML."""
     appended = _Appended(b"", True)
     at = content.find(b"<AppendedData")
     if at >= 0:
@@ -109,7 +109,7 @@ def _tree(content: bytes, name: str) -> tuple[ElementTree.Element, _Appended]:
         appended = _Appended(memoryview(content)[mark + 1 :] if mark >= 0 else b"", raw)
         content = content[:at] + b"</VTKFile>"
     kinds = ElementTree.ParseError, ValueError, LookupError
-    with broken(f"{name}: the XML is broken", *kinds, remedy="get the whole file"):
+    with broken(f"{name}: the XML is broken", *kinds, remedy="get the complete file"):
         parser = ElementTree.XMLParser(target=_Builder(name))
         return ElementTree.fromstring(content, parser), appended
 
@@ -178,7 +178,7 @@ class _Values:
             return np.array(words, "S40").astype(np.float64)
 
     def _plain(self, text: memoryview | bytes, raw: bool, n: int) -> bytes:
-        """Return the uncompressed bytes after their count; the count can be separate base64."""
+        """Return uncompressed bytes; their count precedes them, possibly encoded separately."""
         size = self._header.itemsize
         promised = int(self._words(text, raw, 1)[0])
         if raw:
@@ -224,9 +224,9 @@ class _Values:
     def _raise_count(self, promised: int, n: int) -> NoReturn:
         more = "more than " if n > promised else ""
         raise CCWSIMError(
-            f"{self._name} promises {promised} cells, but {more}{min(n, promised)} values of "
-            "an array follow; get the whole file"
+            f"{self._name} states {promised} cells, but {more}{min(n, promised)} values of an "
+            "array follow; get the complete file"
         )
 
     def _raise_end(self) -> NoReturn:
-        raise CCWSIMError(f"{self._name} ends in the middle of an array; get the whole file")
+        raise CCWSIMError(f"{self._name} ends in the middle of an array; get a complete file")

@@ -15,24 +15,24 @@ _FILE = Path(__file__).parents[2] / "assets" / "column_names.toml"
 WORDS = {
     kind: tuple(text.split()) for kind, text in tomllib.loads(_FILE.read_text("utf-8")).items()
 }
-"""For each kind of column, the words that identify it."""
+"""For each kind of column, the words that identify a column of this kind."""
 
 
 class Role(NamedTuple):
-    """A kind of column, which is a key of `WORDS`, and its name in messages."""
+    """The role of a column: its kind, which is a key of `WORDS`, and its name in messages."""
 
     kind: str
     what: str
     call: str
-    prefix: int = 0  # a word of at least this length need only match the start of a name
+    prefix: int = 0  # longer words may match the start of a name
     optional: bool = False
 
 
 Asked = Mapping[str, Any]
-"""For each role, the column given by the user; an empty text means that there is no column."""
+"""The columns that a user names, by role; an empty text means that there is no such column."""
 DEPTHS = {
-    "depth_from": Role("from", "where intervals begin", "from", optional=True),
-    "depth_to": Role("to", "where intervals end", "to", optional=True),
+    "depth_from": Role("from", "starts of intervals", "from", optional=True),
+    "depth_to": Role("to", "ends of intervals", "to", optional=True),
     "depth": Role("depth", "depths", "from and to, or depth", optional=True),
 }
 _NAMES_OF_WELLS = Role("well", "the names of the wells", "well")
@@ -57,7 +57,7 @@ SURVEYS = {
 WELL_TABLES = {"collars": COLLARS, "intervals": INTERVALS, "surveys": SURVEYS}
 """The roles of columns in each table of wells."""
 ALTERNATIVE_ROLES = {"depth": ("depth_from", "depth_to"), "survey_dip": ("survey_inclination",)}
-"""For each role, alternative roles; if a table has both, the alternatives are the default."""
+"""Alternatives to a role; if a table has columns of both, the alternatives are the default."""
 
 
 def is_points(names: list[str]) -> bool:
@@ -79,9 +79,9 @@ def place_columns(
     coordinates: str | None = None,
     taken: Sequence[str] = (),
 ) -> tuple[str, str, bool, list[str]]:
-    """Return the columns of x and y (or col and row), whether these are world units, and notes.
+    """Return two columns of coordinates, whether coordinates are in world units, and notes.
 
-    Columns in `taken` already have another role, so they are not guessed here.
+    Columns in `taken` already have another role, so they are not guessed as coordinates.
 
     Examples
     --------
@@ -103,7 +103,7 @@ def place_columns(
         return first, second, True, []
     if row and column and coordinates != "world":
         letters = {_plain(row), _plain(column)} == {"i", "j"} and asked == [None, None]
-        note = [f"{row} was taken as the row and {column} as the column."] if letters else []
+        note = [f"{row} is read as the row and {column} as the column."] if letters else []
         return column, row, False, note
     numeric = [name for name in free if name in file.variables]
     if len(names) < 3 or len(numeric) < asked.count(None):
@@ -121,7 +121,7 @@ def place_columns(
 
 
 def _untold(one: str, two: str, said: str) -> str:
-    return f"No column has such a name: {one} and {two} were taken as {said}."
+    return f"No column name shows coordinates. {one} and {two} are read as {said}."
 
 
 def columns_of(
@@ -129,8 +129,8 @@ def columns_of(
 ) -> dict[str, str]:
     """Return the column of each role in a table, as given by the user or guessed by name.
 
-    If a table has one depth and also from and to, or both inclination and dip, the user's choice
-    is returned. By default, from and to or the inclination are returned.
+    If a table has a column of depths and also columns from and to, the user's choice is returned
+    (default: from and to). If it has inclination and dip, the default is inclination.
 
     Examples
     --------
@@ -155,8 +155,8 @@ def columns_of(
         rivals = [other for other in others if other in named]
         if one in named and rivals:
             raise CCWSIMError(
-                f"{file.name}: {one} and {rivals[0]} are both named, but exclude each other; "
-                "leave one out"
+                f"{file.name}: {one} and {rivals[0]} are both named, but are alternatives; leave "
+                "one out"
             )
         if one in named:
             columns = {role: column for role, column in columns.items() if role not in others}
@@ -207,9 +207,9 @@ def value_column(file: DataFile, rest: list[str], variable: str | None) -> str:
     if len(likely) == 1:
         return likely[0]
     if not likely:
-        others = f" (left are {', '.join(rest[:9])})" if rest else ""
+        others = f" (among {', '.join(rest[:9])})" if rest else ""
         raise CCWSIMError(
-            f"{file.name} has no column that looks like facies{others}; name it (facies=)"
+            f"{file.name} has no column that looks like facies{others}; name the column (facies=)"
         )
     there = ", ".join(map(repr, likely[:20]))
     raise CCWSIMError(f"{file.name} has {len(likely)} variables: {there}; pick one (facies=)")
@@ -231,7 +231,7 @@ def height_column(rest: list[str], key: str) -> str | None:
 
 
 def _first(names: list[str], kind: str, prefix: int = 0) -> str | None:
-    """Return the first name that equals a word, or starts with one of at least `prefix` letters."""
+    """Return the first name that equals a word, or starts with a word of ≥ `prefix` letters."""
     words = WORDS[kind]
     exact = next((name for word in words for name in names if _plain(name) == word), None)
     long = [word for word in words if prefix and len(word) >= prefix]

@@ -28,24 +28,25 @@ class PointColumns:
     y: str | None = None
     """Columns of the coordinates. With `coordinates="cells"`, x is the column and y the row."""
     facies: str | None = None
-    """Column, variable or array of the facies, given as numbers or names. By default, columns of
-    heights or well names are never used as facies."""
+    """Name of the column, variable or array that contains facies as numbers or names. By default,
+    columns of heights or well names are never used as facies."""
     well: str | None = None
-    """For a volume: column of the names of wells; "" for none."""
+    """Name of the column of well names, only for a volume; "" for no column."""
     z: str | None = None
-    """For a volume: column of elevations. These are elevations of points or, if there are depths,
-    of the collars of vertical wells. With `coordinates="cells"`, column of the layers."""
+    """Name of the column of elevations, only for a volume. If the table has depths, these are
+    elevations of collars of vertical wells. With `coordinates="cells"`, the column contains
+    layers."""
     depth_from: str | None = None
     depth_to: str | None = None
     depth: str | None = None
-    """For a volume: columns of depths below z. These are from and to, or one depth; "" for none."""
+    """Columns of depths below z, only for a volume: from and to, or one depth; "" for no column."""
     coordinates: str | None = None
     """Whether two columns with unclear names are x and y ("world"), or row and col ("cells")."""
     up: bool | None = None
     slice_index: int | None = None
-    """Options for whole grids, as in `read_training_image`."""
+    """Options for files with a grid, as in `read_training_image`."""
     z_up: bool | None = None
-    """For whole grids in a volume: whether the first layer is the bottom (default: yes)."""
+    """Whether the first layer of a file with a grid is the bottom of the volume (default: yes)."""
 
     def __post_init__(self) -> None:
         known = isinstance(self.coordinates, str) and self.coordinates in ("world", "cells")
@@ -92,9 +93,9 @@ GUESSED_WELLS = WellColumns()
 class Assignment:
     """The columns of a table by role, given or guessed, with assumptions and open questions."""
 
-    columns: dict[str, str]  # column by role; only roles that have a column
-    notes: tuple[str, ...] = ()  # assumptions, one sentence each
-    problems: tuple[str, ...] = ()  # questions, one sentence each
+    columns: dict[str, str]  # columns by role, for roles that have a column
+    notes: tuple[str, ...] = ()  # assumptions about columns, one sentence each
+    problems: tuple[str, ...] = ()  # open questions, one sentence each
     world: bool = True  # whether points have world coordinates instead of rows and columns
     unclear: bool = False  # whether the columns of coordinates have unclear names
 
@@ -121,7 +122,7 @@ def assign_columns(file: DataFile, asked: PointColumns, *, volume: bool) -> Assi
     >>> assign_columns(file, PointColumns(), volume=True).columns
     {'x': 'Ost', 'y': 'Nord', 'z': 'z', 'facies': 'Rock'}
     >>> assign_columns(file, PointColumns(well="Rock"), volume=False).problems
-    ("well = 'Rock' is of a volume; give a grid with nz, or leave it out",)
+    ("well = 'Rock' applies only to volumes; give a grid with nz, or leave the column out",)
     """
     columns, named = dict[str, str](), dict[str, str]()
     notes, problems = list[str](), list[str]()
@@ -131,7 +132,8 @@ def assign_columns(file: DataFile, asked: PointColumns, *, volume: bool) -> Assi
         if role and not volume:
             column = shown(getattr(asked, role))
             raise CCWSIMError(
-                f"{role} = {column} is of a volume; give a grid with nz, or leave it out"
+                f"{role} = {column} applies only to volumes; give a grid with nz, or leave the "
+                "column out"
             )
         named = asked_columns(file, asked.named(volume=volume))
         taken = [column for role, column in named.items() if role not in ("x", "y")]
@@ -179,7 +181,7 @@ def assign_well_columns(file: DataFile, table: str, asked: WellColumns) -> Assig
 def _assign_facies(
     file: DataFile, columns: dict[str, str], asked: str | None, problems: list[str]
 ) -> None:
-    """Add the column of facies; if there is none, add the reason to the problems."""
+    """Add the column of facies; if no column fits, append the error's text to `problems`."""
     try:
         rest = [name for name in file.names if name not in columns.values()]
         columns["facies"] = value_column(file, rest, asked)
@@ -194,8 +196,8 @@ def _check_heights(
     """Raise an error if a table of data in a volume has no column of heights."""
     if not world and (role := next((role for role in DEPTHS if getattr(asked, role)), None)):
         raise CCWSIMError(
-            f"{file.name}: {role} = {shown(getattr(asked, role))} is a depth below z, and cells "
-            "have a layer; leave it out"
+            f"{file.name}: {role} = {shown(getattr(asked, role))} is a depth below z, but cells "
+            "have layers; leave the column out"
         )
     there = ", ".join(file.names)
     if "z" in columns:
@@ -203,14 +205,12 @@ def _check_heights(
         return
     if not world:
         raise CCWSIMError(
-            f"{file.name} has no column of layers, which a volume needs; it has {there}: name it "
-            "(z=)"
+            f"{file.name} has no column of layers, which a volume needs; set z= to one of {there}"
         )
     depths = " and ".join(columns[role] for role in DEPTHS if role in columns)
     said = f"depths ({depths}) but no z of the collars" if depths else "no column of heights"
     raise CCWSIMError(
-        f"{file.name} has {said}, which a volume needs; it has {there}: add a column z, or name it "
-        "(z=)"
+        f"{file.name} has {said}, which a volume needs; add a column z, or set z= to one of {there}"
     )
 
 
@@ -220,8 +220,8 @@ def _check_depths(file: DataFile, columns: Mapping[str, str]) -> None:
     if len(ends) == 1:
         other = "depth_to" if ends == ["depth_from"] else "depth_from"
         raise CCWSIMError(
-            f"{file.name} has the depth {columns[ends[0]]} of intervals, but not that of their "
-            f"other end; add a column {DEPTHS[other].call}, or name it ({other}=)"
+            f"{file.name} has only the depth {columns[ends[0]]} at one end of intervals; add a "
+            f"column '{DEPTHS[other].call}', or set {other}= to a column of the file"
         )
 
 
@@ -237,7 +237,7 @@ def _check_well_columns(file: DataFile, table: str, columns: Mapping[str, str]) 
         if role not in columns:
             raise CCWSIMError(
                 f"{file.name} has no column of {roles[role].what}; it has {', '.join(file.names)}: "
-                f"call it {roles[role].call}, or name it ({role}=)"
+                f"rename a column to '{roles[role].call}', or set {role}= to a column of the file"
             )
     if table == "intervals":
         _check_depths(file, columns)

@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 STRAIGHT = 1e-6
-"""Minimum bend between two stations in radians; below it, the path counts as straight."""
+"""Minimum bend between two stations in radians; with a smaller bend, the path is straight."""
 
 
 class Stations(NamedTuple):
     """Survey stations: depths along a well with a known direction."""
 
-    depths: NDArray[np.float64]  # shape (n,): depths along the well; the first is 0
-    directions: NDArray[np.float64]  # shape (n, 3): unit vectors along x, y and z
+    depths: NDArray[np.float64]  # depths along the well from 0, shape (n,)
+    directions: NDArray[np.float64]  # unit vectors along x, y and z, shape (n, 3)
 
 
 def positions(

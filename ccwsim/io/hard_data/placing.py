@@ -31,10 +31,10 @@ class Conversion:
 
     facies_names: FaciesNames | None = None
     """Facies codes of names that the training image does not have: `{"Sand": 1, "Ton": 0}` or
-    pairs. A name can also be a number, whose code then changes: `{"7": 1}` turns 7 into 1."""
+    pairs. A name can also be a number: `{"7": 1}` changes the code 7 to 1."""
     threshold: float | None = None
     classes: Classes = None
-    """For continuous values, as in `classify`; use the same class edges as the training image."""
+    """Threshold or classes of continuous values, as in `classify`; use the image's class edges."""
     on_collision: str = "error"
     """Treatment of a cell with data of several facies: raise an "error", "drop" all its data, keep
     the "majority" facies, or keep the facies of the datum "nearest" to the centre. The nearest
@@ -73,17 +73,17 @@ class PlacedPoints:
     points: ImportedPoints
     """The imported points; an interval in a well has one point per cell."""
     cells: NDArray[np.int64]
-    """Shape (n, 2) or (n, 3): (layer,) row and column of each point, also outside the grid."""
+    """(Layer,) row and column of each point, in or outside the grid; shape (n, 2) or (n, 3)."""
     facies: NDArray[np.int64]
-    """Shape (n,): facies codes; an unknown name has the minimum of int64."""
+    """Facies codes, shape (n,); the code of an unknown name is the minimum of int64."""
     offsets: NDArray[np.float64]
-    """Shape (n,): distance of each point from the centre of its cell, in cells."""
+    """Distance of each point from the centre of its cell, in cells, shape (n,)."""
     outside: NDArray[np.int64]
     """Indices of points outside the grid."""
     unknown: NDArray[np.int64]
-    """Indices of points inside the grid with a facies that the training image does not have."""
+    """Indices of the points in the grid whose facies the training image does not have."""
     collisions: tuple[NDArray[np.int64], ...]
-    """For each cell with several facies: indices of those points that have a known facies."""
+    """For each cell with several facies: indices of its points that have a known facies."""
 
     @property
     def unknown_facies(self) -> tuple[str, ...]:
@@ -160,8 +160,8 @@ def fit_grid(
     Parameters
     ----------
     points : ImportedPoints
-        The result of `read_points`. If points have (layer,) row and column, the largest values
-        define the grid. If the file is a whole grid with gaps, its grid is returned.
+        The result of `read_points`. If points have (layer,) row and column, the maximum indices
+        define the grid. If the file is a grid with gaps, this grid is returned.
     shape, cell_size
         As in `Grid.fit`, for points in world coordinates.
 
@@ -207,7 +207,7 @@ def _cells(
     far = np.abs(in_cells).max(axis=1, initial=0) > _FAR
     if far.any():
         raise CCWSIMError(
-            f"{points.name}, {points.named(np.flatnonzero(far))}: the coordinates are absurdly far "
+            f"{points.name}, {points.named(np.flatnonzero(far))}: the coordinates are too far "
             "from the grid; correct them"
         )
     floors = np.floor(in_cells[:, ::-1]).astype(np.int64)
@@ -222,8 +222,8 @@ def _facies(points: ImportedPoints, threshold: float | None, classes: Classes) -
         bad = np.flatnonzero(np.abs(points.values - np.rint(points.values)) > 1e-3)
         if len(bad):
             raise CCWSIMError(
-                f"{points.name}, {points.named(bad)}: {points.values[bad[0]]:g} is no facies code; "
-                "for a continuous variable give the threshold or class edges of the training image"
+                f"{points.name}, {points.named(bad)}: {points.values[bad[0]]:g} is not a facies "
+                "code; for continuous values give the class edges or threshold of the image"
             )
         classes = "codes"
     return classify(points.values, threshold=threshold, classes=classes, what=points.name)
@@ -238,7 +238,7 @@ def _checked_names(facies_names: FaciesNames | None) -> dict[str, int]:
     for name, code in pairs:
         if not name or not is_whole(code) or abs(int(code)) >= 2**53:  # type: ignore[arg-type]
             raise CCWSIMError(
-                f"facies_names = {shown(facies_names)} must give whole numbers to names, as "
+                f"facies_names = {shown(facies_names)} must map names to whole numbers, as "
                 "{'sand': 1}"
             )
     pairs = [(name, int(code)) for name, code in pairs if len(name) < 400]  # type: ignore[arg-type]
@@ -255,9 +255,9 @@ _NO_CODE = np.iinfo(np.int64).min  # the code of an unknown name
 def _by_name(
     points: ImportedPoints, training_image: TrainingImage | None, given: dict[str, int]
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """Return facies codes of data that have names of facies, and a mask of the known names.
+    """Return the facies codes of data with facies names, and a mask of the known names.
 
-    A name is looked up in `given`, then in the training image, then read as a number.
+    A name is looked up in `given`, then in the training image; otherwise it is read as a number.
     """
     codes = dict(given)
     if training_image is not None:
@@ -291,7 +291,7 @@ def colliding(
 def settled(
     facies: NDArray[np.int64], offsets: NDArray[np.float64], choice: str
 ) -> tuple[int | None, bool]:
-    """Return the facies to keep in a cell, and whether only the order in the file decided."""
+    """Return the facies to keep in a cell, and whether only the order of the data decided."""
     if choice == "drop":
         return None, False
     running = np.ones(len(facies), bool)
@@ -318,7 +318,7 @@ class HardDataImport:
     n_repeated: int  # points that repeat the facies of their cell
     n_dropped: int  # points left out: outside, unknown, or rejected in a collision
     notes: tuple[str, ...]
-    """The whole report as sentences to show to the user."""
+    """The report as sentences for the user."""
     wells: Mapping[str, NDArray[np.int64]] = field(default_factory=dict)
     """For named wells in a volume: the cells, shape (n, 3), that contain data of each well."""
 
@@ -372,7 +372,7 @@ def _said_unknown(placed: PlacedPoints) -> str:
     if not points.words:
         return f"{start}{', '.join(unknown[:10])}; recode or drop these data"
     listed = ", ".join(map(repr, unknown))[:300]
-    remedy = f"say which they are, as facies_names={{{shown(unknown[0])}: 1}}, or drop these data"
+    remedy = f"give codes, as facies_names={{{shown(unknown[0])}: 1}}, or drop these data"
     return f"{start}{listed}; {remedy}"
 
 
@@ -383,12 +383,12 @@ def _said_collision(placed: PlacedPoints) -> str:
     where = ", ".join(f"{name} {number}" for name, number in numbers)
     values = [points.said(k) if points.words else placed.facies[k] for k in members[:6]]
     lines = zip(points.lines[members[:6]], values, strict=True)
-    said = ", ".join(f"{points.counted} {line} says {value}" for line, value in lines)
+    said = ", ".join(f"{points.counted} {line}: {value}" for line, value in lines)
     more = len(placed.collisions) - 1
     tail = f", and {more} more such cells" if more else ""
     return (
-        f"{points.name}: two facies in the cell at {where} ({said}){tail}; "
-        "drop them, or keep the majority or the nearest"
+        f"{points.name}: two facies in the cell at {where} ({said}){tail}; drop these data, or "
+        "keep the majority or the nearest facies"
     )
 
 
@@ -414,14 +414,14 @@ def _report(placed: PlacedPoints, keep: NDArray[np.bool_], ties: int) -> HardDat
         (
             n_clashing,
             f"Cells with data of more than one facies: {len(placed.collisions)}; "
-            f"{n_dropped - n_outside - n_unknown} of the {n_clashing} data there were left out.",
+            f"{n_dropped - n_outside - n_unknown} of these {n_clashing} data were left out.",
         ),
-        (ties, f"Cells among these in which only the order in the file decided: {ties}."),
-        (n_repeated, f"Data that repeat the facies of their cell: {n_repeated}."),
+        (ties, f"Cells whose facies depends only on the order of data in the file: {ties}."),
+        (n_repeated, f"Data that repeat another datum of their cell: {n_repeated}."),
         (
             placed.n_off_centre,
             f"{placed.n_off_centre} of {points.n} data were not at the centre of their cell and "
-            "count for the whole cell.",
+            "apply to the cell.",
         ),
     )
     notes = points.notes + tuple(text for count, text in sentences if count)

@@ -24,12 +24,12 @@ class ImportedPoints:
     """Hard data of a file before they are placed in cells."""
 
     places: NDArray[np.float64]
-    """Shape (n, 2), for a volume (n, 3). If `world` is true: x, y (and z) in world units.
-    Otherwise: (layer,) row (from the south) and column."""
+    """Coordinates, shape (n, 2) or (n, 3): x, y (and z) in world units if `world` is true,
+    otherwise (layer,) row (from the south) and column."""
     values: NDArray[np.float64]
-    """Shape (n,): a facies code or a continuous variable; never NaN."""
+    """Facies codes or values of a continuous variable, shape (n,); never NaN."""
     lines: NDArray[np.int64]
-    """Shape (n,): the line number of each datum in the file; the first line has number 1."""
+    """The line number of each datum in the file, from 1, shape (n,)."""
     world: bool
     """Whether `places` are world coordinates."""
     counted: str
@@ -38,18 +38,18 @@ class ImportedPoints:
     variable: str
     """Names of the file and of the variable."""
     n_missing: int = 0
-    """Number of rows without a value, which are left out."""
+    """Number of rows that are left out because they have no value."""
     notes: tuple[str, ...] = ()
-    """Assumptions, one sentence each."""
+    """Assumptions made in reading the file, one sentence each."""
     words: tuple[str, ...] = ()
-    """The distinct names, if facies are given by name; `values` are then indices of `words`."""
+    """Distinct facies names, if the file contains names; `values` are then indices of `words`."""
     grid: Grid | None = None
-    """The grid of the file, if the file is a whole grid with gaps."""
+    """The grid of the file, if the file is a grid with gaps."""
     spans: NDArray[np.float64] | None = None
-    """Shape (n, 2): z of the bottom and the top of each interval in a vertical well; the middle is
-    in `places`."""
+    """Heights z of bottom and top of each interval in a vertical well, shape (n, 2); `places`
+    contains the middle of each interval."""
     wells: Mapping[int, str] = field(default_factory=dict)
-    """For a volume: the name of the well by line number, if the file has names of wells."""
+    """Well names by line number, if the file has well names (only for a volume)."""
 
     @property
     def n(self) -> int:
@@ -62,7 +62,7 @@ class ImportedPoints:
         return not self.words and self.n > 0 and not are_codes(self.values)
 
     def said(self, k: int) -> str:
-        """Return as text the value (a name or a number) that a datum has in the file."""
+        """Return the value of a datum in the file (a name or a number) as text."""
         value = self.values[k]
         return self.words[int(value)] if self.words else f"{value:g}"
 
@@ -76,7 +76,7 @@ class ImportedPoints:
         >>> points.named(np.array([0, 1]))
         'lines 2 and 3'
         """
-        different = np.unique(self.lines[which])  # many cells of a well have the same line
+        different = np.unique(self.lines[which])  # many cells of a well have one line number
         numbers = [str(line) for line in different[:6]]
         if len(numbers) < 2:
             return f"{self.counted} {''.join(numbers)}"
@@ -106,7 +106,7 @@ def known_points(
     notes: Sequence[str] = (),
     spans: NDArray | None = None,
 ) -> ImportedPoints:
-    """Return the rows with a value; raise an error if such a row has no coordinates."""
+    """Return the rows with a value; raise an error if a row with a value lacks coordinates."""
     check_few(file.name, len(values), "rows")
     values, places = values.astype(np.float64), places.astype(np.float64)
     known = file.known(values) & ~np.isin(values, MISSING_CODES)
@@ -135,18 +135,18 @@ def check_few(name: str, n: int, what: str) -> None:
     """Raise an error if a file has too many rows or cells for hard data."""
     if n > limits().points:
         raise CCWSIMError(
-            f"{name}: {n} {what} are more than {limits().points} hard data; a grid without gaps "
-            "cannot be hard data"
+            f"{name}: {n} {what} are more than the limit of {limits().points} hard data; a grid "
+            "without gaps cannot be hard data"
         )
 
 
 def heights_below(
     name: str, lines: NDArray[np.int64], z: NDArray[np.float64], depths: list[NDArray[np.float64]]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
-    """Return heights and spans of data, from z and 0 to 2 columns of depths below z.
+    """Return heights and spans of data, from z and at most two columns of depths below z.
 
-    Two depths define an interval. Its height is the height of its middle, and its span, shape
-    (n, 2), consists of the heights of bottom and top.
+    Two depths define an interval. The height of an interval is the height of its middle; spans,
+    shape (n, 2), contain the heights of bottom and top.
 
     Examples
     --------
@@ -168,28 +168,28 @@ def heights_below(
 
 
 def along_wells(points: ImportedPoints, grid: Grid | None) -> ImportedPoints:
-    """Replace each interval of depth by a datum in every cell whose centre is in the interval.
+    """Replace each depth interval by a datum in every cell whose centre is in the interval.
 
     A centre on the border of two intervals belongs to the upper interval.
     """
     if points.spans is None:
         return points
     if grid is None or grid.nz is None:
-        raise CCWSIMError(f"{points.name}: intervals of depth need a grid with nz; give one")
+        raise CCWSIMError(f"{points.name}: depth intervals need a grid with nz; give such a grid")
     bottom, top = ((points.spans - grid.origin[2]) / grid.cell_size[2] - 0.5).T
     far = np.flatnonzero(np.maximum(np.abs(bottom), np.abs(top)) > _FAR)
     if len(far):
         raise CCWSIMError(
-            f"{points.name}, {points.named(far)}: the depths are absurdly far from the grid; "
-            "correct them"
+            f"{points.name}, {points.named(far)}: the depths are too far from the grid; correct "
+            "them"
         )
     first = np.ceil(bottom).astype(np.int64)
     counts = np.ceil(top).astype(np.int64) - first
     n = int(counts.sum())
     if n > limits().points:
         raise CCWSIMError(
-            f"{points.name}: its wells have {n} cells, more than {limits().points} hard data; "
-            "take fewer, or larger cells along z"
+            f"{points.name}: its wells have {n} cells, more than {limits().points} hard data; use "
+            "fewer wells, or larger cells along z"
         )
     which = np.repeat(np.arange(points.n), counts)
     layers = first[which] + np.arange(n) - (np.cumsum(counts) - counts)[which]
@@ -197,5 +197,5 @@ def along_wells(points: ImportedPoints, grid: Grid | None) -> ImportedPoints:
     places[:, 2] = grid.origin[2] + (layers + 0.5) * grid.cell_size[2]
     empty, notes = int(np.count_nonzero(counts == 0)), points.notes
     if empty:
-        notes += (f"Intervals of depth without the centre of a cell, left out: {empty}.",)
+        notes += (f"Depth intervals without a cell centre, left out: {empty}.",)
     return replace(points.taken(which), places=places, spans=None, notes=notes)

@@ -25,7 +25,7 @@ from ccwsim.model.arrays import Shape, check_int, describe_shape
 from ccwsim.model.errors import CCWSIMError
 
 PREFERRED = ("hd", "hard_data")
-"""If a file has several grids, the grid with one of these names is read by default."""
+"""Names of the grid that is read by default if a file has several grids."""
 
 
 def read_points(
@@ -35,20 +35,20 @@ def read_points(
 
     Formats are tables in text (CSV, Petrel points, well logs), points in Geo-EAS, GeoJSON,
     GeoPackage and Shapefile (the last two need pyogrio), and all formats of grids. Unknown cells of
-    grids are NaN or a code for missing values (−99, −999, −997799, −9977799). An array or a text
-    without header that has three columns is a list, unless it has the size of the grid. The columns
-    are row, col, facies in an array, and x, y, facies (or x, y, z, facies) in a text.
+    grids are NaN or a code for missing values (−99, −999, −997799, −9977799). An array or
+    text of three unnamed columns is read as a list of data, unless it has the size of the grid. The
+    columns are row, col, facies in an array, and x, y, facies (or x, y, z, facies) in a text.
 
     Raises `CCWSIMError` for a file that cannot be read or has no columns of coordinates and facies.
 
     Parameters
     ----------
     path_or_file : str, Path or binary file
-        The format is found from the content, not from the name.
+        The format is detected from the content, not from the name.
     columns : PointColumns
-        Names of columns (guessed if not given), and options for whole grids.
+        Names of columns (guessed if not given), and options for files that are grids.
     grid_shape : (ny, nx) or (nz, ny, nx), optional
-        Shape of the simulation grid; a file with a whole grid must have this shape. Data in a
+        Shape of the simulation grid; a file that is a grid must have this shape. Data in a
         volume need heights, which are z or the layer of a cell.
 
     Examples
@@ -60,7 +60,7 @@ def read_points(
     """
     file, volume = open_file(path_or_file), _is_volume(grid_shape)
     if isinstance(file, PictureFile):
-        raise CCWSIMError(f"{file.name} is a picture; hard data come as a table or a grid")
+        raise CCWSIMError(f"{file.name} is a picture; hard data must be a table or a grid")
     if file.is_table:
         return _of_table(file, assign_columns(file, columns, volume=volume).complete())
     named = [name for name, column in columns.named().items() if column and name != "facies"]
@@ -85,7 +85,7 @@ class PointsPreview:
     numeric: tuple[str, ...] = ()
     """Names of the columns of numbers."""
     rows: tuple[tuple[str, ...], ...] = ()
-    """The first rows, with decimal points: a number written as 2,5 in the file is 2.5 here."""
+    """The first rows, with decimal points: 2,5 in the file is returned as 2.5."""
     lines: tuple[int, ...] = ()
     """For each row of `rows`, its line number in the file."""
     n_rows: int = 0
@@ -100,7 +100,7 @@ class PointsPreview:
 
     @property
     def reasons(self) -> tuple[str, ...]:
-        """Assumptions and questions, one sentence each."""
+        """Assumptions and open questions about columns, one sentence each."""
         return (*self.assignment.notes, *self.assignment.problems)
 
 
@@ -173,11 +173,11 @@ def _of_table(file: DataFile, assigned: Assignment) -> ImportedPoints:
         along.append(z)
         if depths:
             names = " and ".join(depths)
-            notes.append(f"{roles['z']} is the height of the collar, and {names} below it.")
+            notes.append(f"{roles['z']} is the height of the collar. Depths below it: {names}.")
     else:
         height = height_column(list(file.variables), roles["facies"])
         if height and len(np.unique(file.variables[height])) > 1:
-            notes.append(f"The column {height} has several values, which a map ignores.")
+            notes.append(f"The column {height} is ignored, because the grid is a map.")
     places = np.stack(along if assigned.world else along[::-1], axis=1)
     wells = names_of_wells(file, roles["well"]) if "well" in roles else ()
     return points_of_rows(
@@ -221,7 +221,7 @@ def names_of_wells(file: DataFile, column: str) -> list[str]:
 
 
 def _name_of(number: float) -> str:
-    """Return a number as a well name with all digits, because the last can mark a sidetrack."""
+    """Return a number as a well name with all digits; the last digit can mark a sidetrack."""
     if not np.isfinite(number):
         return ""
     return str(int(number)) if number.is_integer() else repr(number)
@@ -250,8 +250,8 @@ def _of_list(file: DataFile, key: str, coordinates: str | None, volume: bool) ->
     rows = file.variables[key][0]
     if volume and rows.shape[1] < 4:
         raise CCWSIMError(
-            f"{file.name} has three columns without names, and data of a volume need four: x, y, z "
-            "and facies"
+            f"{file.name} has three columns without names, but data of a volume need four: x, y, "
+            "z and facies"
         )
     rows = rows[:, [0, 1, 2, -1] if volume else [0, 1, -1]]
     world = coordinates == "world" or (coordinates is None and file.lines is not None)
@@ -260,7 +260,7 @@ def _of_list(file: DataFile, key: str, coordinates: str | None, volume: bool) ->
         said = ("x, y, z" if world else "layer, row, column") + " and facies"
     lines = np.arange(1, len(rows) + 1) if file.lines is None else file.lines
     counted = "row" if file.lines is None else "line"
-    notes = [f"Columns without names were taken as {said}."]
+    notes = [f"Columns without names are read as {said}."]
     how = {"world": world, "counted": counted, "notes": notes}
     return known_points(file, key, rows[:, :-1], rows[:, -1], lines, **how)
 
@@ -272,7 +272,7 @@ def _of_grid(file: DataFile, key: str, cells: NDArray, grid_shape: Shape | None)
             size = "{} rows and {} columns".format(*cells.shape)
             other = "{} and {}".format(*grid_shape)
         raise CCWSIMError(
-            f"{file.name} is a grid of {size}, the simulation grid has {other}; make them the same"
+            f"{file.name} is a grid of {size}, but the simulation grid has {other}; use one size"
         )
     known = file.known(cells) & ~np.isin(cells, MISSING_CODES)
     check_few(file.name, int(np.count_nonzero(known)), "known cells")
@@ -283,7 +283,7 @@ def _of_grid(file: DataFile, key: str, cells: NDArray, grid_shape: Shape | None)
 
 
 def _is_list(values: NDArray, in_text: bool, grid_shape: Shape | None) -> bool:
-    """Return whether a file is not a grid but a list of 3 or 4 (x, y, z, facies) columns."""
+    """Return whether a file lists data in 3 or 4 columns (x, y, (z,) facies) and is no grid."""
     four = in_text or _is_volume(grid_shape)
     one = values.shape[0] == 1 and (values.shape[2] == 3 or (four and values.shape[2] == 4))
     return one and (grid_shape is None or values.shape[-len(grid_shape) :] != tuple(grid_shape))

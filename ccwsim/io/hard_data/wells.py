@@ -33,9 +33,9 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 
 STEPS_A_CELL = 16
-"""Number of points on the path of a deviated well per length of the shortest cell side."""
+"""Number of points on a deviated well's path within the length of the shortest cell side."""
 MAX_BEND = np.radians(179.0)
-"""Maximum bend between stations; above it, the plane of the arc is undefined."""
+"""Maximum bend between stations; near 180°, the plane of the arc is undefined."""
 
 
 def import_wells(
@@ -67,9 +67,9 @@ def import_wells(
     surveys : path or binary file, optional
         A table with one row per station of a deviated well: name of the well, `depth` along it,
         `azimuth` (degrees from north, clockwise), and `inclination` (degrees from straight down) or
-        `dip` (degrees from horizontal, negative downwards; all dips positive is an error).
+        `dip` (degrees from horizontal, negative downwards; not all dips may be positive).
         Between stations, a well is an arc of minimum curvature [1]_. Above the first and below the
-        last station, its direction is constant. Wells without stations are vertical.
+        last station, the well is straight. Wells without stations are vertical.
     **options
         Fields of `WellColumns`, such as `collar_well="BHID"`, and of `Conversion`, such as
         `on_outside="drop"`.
@@ -159,7 +159,7 @@ def read_well_points(
     elif lost := next((name for name in SURVEYS if getattr(columns, name)), None):
         named = shown(getattr(columns, lost))
         raise CCWSIMError(
-            f"{lost} = {named} is of a table of surveys; give surveys, or leave it out"
+            f"{lost} = {named} belongs to a table of surveys; give surveys, or leave the column out"
         )
     return _points(_table(intervals), wells, grid, columns)
 
@@ -253,9 +253,9 @@ def _add_stations(file: DataFile, wells: dict[str, Well], asked: WellColumns) ->
     lines = lines_of(file)
     if is_dip and tilts.max(initial=0) > 0 and tilts.min() >= 0:
         raise CCWSIMError(
-            f"{file.name}: {tilt} is {tilts.min():g} to {tilts.max():g}, above the horizon: "
-            "give dips of wells that go down below 0, or call the column inclination if 0 is "
-            "straight down"
+            f"{file.name}: {tilt} is {tilts.min():g} to {tilts.max():g}, above the horizon; give "
+            "downward dips as negative numbers, or call the column inclination if 0 is straight "
+            "down"
         )
     least, most = (-90, 90) if is_dip else (0, 180)
     for what, values, low, high in ((azimuth, bearings, -180, 360), (tilt, tilts, least, most)):
@@ -284,8 +284,8 @@ def _add_stations(file: DataFile, wells: dict[str, Well], asked: WellColumns) ->
         for k, after in pairwise(rows):
             if bend_between(ways[k], ways[after]) > MAX_BEND:
                 raise CCWSIMError(
-                    f"{file.name}, lines {lines[k]} and {lines[after]}: {shown(name)} turns back "
-                    f"on itself between these stations; correct {azimuth} or {tilt} of one"
+                    f"{file.name}, lines {lines[k]} and {lines[after]}: {shown(name)} reverses "
+                    f"its direction between these stations; correct {azimuth} or {tilt}"
                 )
         stations = Stations(depths[rows], ways[rows])
         if depths[rows[0]] > 0:  # above its first station, a well keeps this station's direction
@@ -327,7 +327,7 @@ def _points(
     n_empty = sum(not part.n for part in parts[1:])
     notes = parts[0].notes
     if n_empty:
-        notes += (f"Intervals without the middle of a well's path in a cell: {n_empty}.",)
+        notes += (f"Depth intervals that are too short to give any cell a datum: {n_empty}.",)
     notes += _notes_on_paths(points, names, end, wells)
     arrays = {
         name: [getattr(part, name) for part in parts] for name in ("places", "values", "lines")
@@ -349,7 +349,7 @@ def _notes_on_paths(
     straight = [name for name in wells if name in logged and not wells[name].stations and surveyed]
     kinds = {
         "Wells without intervals": empty,
-        "Wells without stations, taken as vertical": straight,
+        "Wells without stations, assumed vertical": straight,
     }
     notes = [
         f"{kind}: {len(which)} ({', '.join(which[:6])}{' …' if len(which) > 6 else ''})."
@@ -360,7 +360,7 @@ def _notes_on_paths(
     last = np.array([known[0].depths[-1] if known else np.inf for known in stations])
     below = np.flatnonzero(end > last)
     if len(below):
-        notes.append(f"Below its last station a well keeps its direction ({points.named(below)}).")
+        notes.append(f"Wells are straight below their last station ({points.named(below)}).")
     return tuple(notes)
 
 
@@ -389,14 +389,14 @@ def _check(
             first, second = sorted((lines[a], lines[b]))
             raise CCWSIMError(
                 f"{file.name}, lines {first} and {second}: two intervals of {shown(names[a])} "
-                f"overlap from {start[b]:g} on; correct one of them"
+                f"overlap below the depth {start[b]:g}; correct one of them"
             )
 
 
 def _along_path(
     point: ImportedPoints, well: Well, start: float, end: float, grid: Grid
 ) -> ImportedPoints:
-    """Return an interval of a deviated well as one point per cell.
+    """Return the data of an interval of a deviated well, one point per cell.
 
     A cell belongs to the interval that contains the middle of the well's path in the cell.
     """
@@ -411,7 +411,7 @@ def _along_path(
     if n > STEPS_A_CELL * limits().points:
         raise CCWSIMError(
             f"{point.name}, {point.named(np.array([0]))}: the interval is {(end - start):g} long, "
-            f"and cells {min(grid.cell_size):g}; correct its depths"
+            f"but cells are only {min(grid.cell_size):g} wide or high; correct the depths"
         )
     depths = step * np.arange(first, first + n, dtype=np.float64)  # multiples of `step`
     path = positions(well.collar, stations, depths)

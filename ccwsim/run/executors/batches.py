@@ -1,4 +1,4 @@
-"""Batches of realizations: a few at a time are sent to workers and collected when they return."""
+"""Batches of realizations, which are sent to workers and collected a few at a time."""
 
 from __future__ import annotations
 
@@ -25,14 +25,15 @@ BATCH_BYTES = 64_000_000
 BATCHES_PER_WORKER = 2
 """Number of batches that each worker has at a time, so that no worker waits for its next batch."""
 STOP_SECONDS = 0.7
-"""Seconds after a stop in which running batches may return their finished realizations."""
+"""Seconds that running batches have after a stop to return their finished realizations."""
 
 
 class BatchBackend:
     """Sends batches to an executor of `concurrent.futures`, which stays open.
 
     A request contains only the key of its study. If the worker lacks the study, the batch is sent
-    again with the study. `n_workers` applies if the executor does not tell its number of workers.
+    again with the study. `n_workers` applies only if the executor does not report its number of
+    workers.
     """
 
     def __init__(self, executor: Any, n_workers: int) -> None:
@@ -61,11 +62,11 @@ class BatchBackend:
             raise CCWSIMError(f"the executor takes no work: {error}; give an open one") from error
 
     def shares(self, numbers: Iterable[int]) -> dict[int, float]:
-        """Return the finished shares of realizations, from the last reports of their workers."""
+        """Return which share of each realization is finished, as its worker last reported."""
         return self._flag.shares(numbers)
 
     def recovers(self, error: BaseException) -> bool:
-        """Return whether to send a failed batch again; raise `CCWSIMError` if this cannot help."""
+        """Return whether to resend a failed batch; raise `CCWSIMError` if resending cannot help."""
         if isinstance(error, BrokenExecutor):
             raise CCWSIMError(
                 "a worker process ended before its work was done, perhaps for lack of memory; "
@@ -133,7 +134,7 @@ class BatchRunner:
                 return
 
     def _receive(self, take: Take) -> None:
-        """Wait a moment for replies, and collect those that arrived."""
+        """Wait a moment for replies, and collect the replies that arrived."""
         done, _ = wait(self._out, POLL_SECONDS, FIRST_COMPLETED)
         for future in done:
             batch = self._out.pop(future)
@@ -146,7 +147,7 @@ class BatchRunner:
                 self._keep(take, batch, future.result())
 
     def _under_way(self) -> float:
-        """Return the sum of the finished shares of realizations that are still running."""
+        """Return the sum, over all realizations still running, of the share that is finished."""
         sent = [number for batch in self._out.values() for number in batch]
         return sum(self._backend.shares(sent).values())
 

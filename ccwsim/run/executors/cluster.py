@@ -47,7 +47,7 @@ def connect(address: str, seconds: float = CONNECT_SECONDS) -> Any:
             "pip install -r requirements-dask.txt"
         ) from error
     try:
-        # Without a scheduler a client would try again for long, so the address is checked first.
+        # Check the address first, because a client without a scheduler retries for a long time.
         parts = urlsplit(address)
         if not parts.hostname or not parts.port:
             raise ValueError("host and port are needed")
@@ -62,7 +62,7 @@ def connect(address: str, seconds: float = CONNECT_SECONDS) -> Any:
 
 
 def executor_of_environment() -> Any:
-    """Return a client of the scheduler in `CCWSIM_SCHEDULER`, or None if that is not set."""
+    """Return a client of the scheduler in `CCWSIM_SCHEDULER`, or None without this variable."""
     address = os.environ.get(SCHEDULER, "").strip()
     if not address:
         return None
@@ -125,8 +125,8 @@ class ClusterBackend(BatchBackend):
             self._study = self._client.scatter(self._content, broadcast=True, hash=False)
         except Exception as error:
             raise CCWSIMError(
-                f"the study cannot be sent to the Dask workers ({error}); "
-                "start some with 'dask worker ADDRESS'"
+                f"the study cannot be sent to the Dask workers ({error}); start workers with "
+                "'dask worker ADDRESS'"
             ) from error
 
     def n_workers(self) -> int:
@@ -168,17 +168,17 @@ class ClusterBackend(BatchBackend):
         self._shares[number] = share
 
     def shares(self, numbers: Iterable[int]) -> dict[int, float]:
-        """Return the finished shares of realizations, from the last reports of the workers."""
+        """Return which share of each realization is finished, as its worker last reported."""
         return {number: self._shares[number] for number in numbers if number in self._shares}
 
     def recovers(self, error: BaseException) -> bool:
-        """Send the study again if it was lost with its workers; otherwise do as the base class."""
+        """Send the study again if it was lost with its workers; otherwise call the base class."""
         from distributed import KilledWorker
 
         if isinstance(error, KilledWorker):
             raise CCWSIMError(
                 f"workers ended again and again before their work was done ({error}), perhaps "
-                "for lack of memory; use fewer threads a worker or a smaller grid"
+                "for lack of memory; use fewer threads per worker or a smaller grid"
             ) from error
         if not isinstance(error, (CancelledError, asyncio.CancelledError)) or self._stopped:
             return super().recovers(error)

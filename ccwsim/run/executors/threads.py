@@ -17,7 +17,7 @@ from ccwsim.jobs.workers import Cancel, Progress, Watch, run_all
 from ccwsim.model.study import Study
 
 Take = Callable[[int, Realization], None]
-"""Called as take(k, realization), in any order; k counts from 0 within the run."""
+"""Callback take(k, realization), called in any order; k counts from 0 within the run."""
 
 
 class Work(NamedTuple):
@@ -30,16 +30,16 @@ class Work(NamedTuple):
 
 
 class ThreadRunner:
-    """Runs the realizations of `work` on threads, because kernels release the interpreter lock.
+    """Runs the realizations of `work` on threads; kernels release the interpreter lock.
 
-    A given `pool` stays open; its number of threads then replaces `n_workers`.
+    A given `pool` stays open, and the number of threads of the pool replaces `n_workers`.
     """
 
     def __init__(self, work: Work, n_workers: int, pool: ThreadPoolExecutor | None = None) -> None:
         self._work, self._n_workers, self._pool = work, n_workers, pool
 
     def prepare(self, progress: Progress | None, cancel: Cancel | None) -> bool:
-        """Prepare the image and compile the kernels; return False if cancelled meanwhile."""
+        """Prepare the image and compile the kernels; return False after a cancel."""
         study = self._work.study
         self._image = image = PreparedImage(study)
         if is_compiled(study, image):

@@ -27,7 +27,7 @@ from ccwsim.model.training_image import TrainingImage
 from ccwsim.system.lru_cache import LruCache
 
 FLAG_SECONDS = 0.2
-"""Seconds between two polls of the stop flag by a worker; at each poll it reports its progress."""
+"""Seconds between two polls of the stop flag by a worker, which reports progress at each poll."""
 MAX_STUDIES = 4
 """Maximum number of recent studies that a worker keeps."""
 
@@ -86,7 +86,7 @@ class FileFlag:
             (Path(self.path) / str(number)).write_text(str(share))
 
     def shares(self, numbers: Iterable[int]) -> dict[int, float]:
-        """Return the last reported shares of realizations."""
+        """Return which share of each realization is finished, as last reported."""
         shares = {}
         for number in numbers:
             with suppress(FileNotFoundError, ValueError):  # no report yet, or it is being written
@@ -108,17 +108,17 @@ class BatchRequest:
 
 @dataclass(frozen=True)
 class Reply:
-    """The realizations of a request; if the flag was set, some of them are missing."""
+    """The realizations of a request; some of them are missing if the stop flag was set."""
 
     known: bool
-    """False if the worker lacks the study; the request must be resent with it."""
+    """False if the worker lacks the study; the request must then be resent with the study."""
     realizations: list[Realization]
     seconds: float = 0.0
     """Seconds per realization, from which the size of the next batches is computed."""
 
 
 class FlagWatch(Watch):
-    """A watch that polls a flag every `FLAG_SECONDS` and sends progress reports through it."""
+    """A watch that polls a flag every `FLAG_SECONDS` and reports progress to the flag."""
 
     def __init__(self, flag: Flag) -> None:
         self._flag, self._raised = flag, Event()
@@ -127,7 +127,7 @@ class FlagWatch(Watch):
         self._next = 0.0
 
     def begin(self, number: int) -> None:
-        """From now on report the progress of another realization."""
+        """Switch to reporting the progress of another realization."""
         self._number, self.share = number, 0.0
         self.check()
 

@@ -25,18 +25,18 @@ from ccwsim.ui.widgets.text import scrolled
 
 TEACHING = (
     "Press Measure: a line for each level will show how the time of one realization grows with "
-    "the grid. Linear growth is a straight line of slope one, or a constant time per cell. The red "
-    "markers are the paper's times, on another machine."
+    "the grid. Linear growth appears as a straight line of slope one, or as a constant time per "
+    "cell. Red markers show the paper's times, measured on another machine."
 )
 WHAT_CAN_BE_COMPARED = (
-    "The paper's times were measured with MATLAB on the authors' machine; the times here are of "
-    "compiled kernels on this machine. Their seconds cannot be compared, and no speed-up follows "
-    "from them. You can compare ratios within one machine: of two levels, two methods or two "
-    "numbers of data, and the growth of time with the cells."
+    "The paper's times were measured with MATLAB on the authors' machine; the times on this page "
+    "are those of compiled kernels on this machine. Seconds from different machines cannot be "
+    "compared. Compare ratios from one machine: between levels, methods or numbers of data. The "
+    "growth of time with the number of cells can be compared too."
 )
 DISTURBED = (
-    "Others were computing on this server at the same time, so CPU times are longer than on an "
-    "idle machine. Measure again when the server is idle."
+    "Other sessions were computing on this server during the measurement, so CPU times are "
+    "longer than usual. Measure again when the server is idle."
 )
 TABLE_2_NOTE = (
     "wrong: number of data that a realization does not honour here. paper: Table 2, channel "
@@ -45,10 +45,10 @@ TABLE_2_NOTE = (
     "data are honoured, unless the study turns that off."
 )
 Setting = tuple[str, int, bool]
-"""Method, level (for volumes, the level in layers), and whether volumes are simulated."""
+"""Key of a curve: method, level (for volumes, within layers), and whether volumes are simulated."""
 NONE = "–"
 PAPER_SIDE = 512
-"""Side of the grid of Table 2."""
+"""Side of the grid in the paper's Table 2, in cells."""
 
 
 def by_setting(timings: Sequence[Timing]) -> dict[Setting, list[Timing]]:
@@ -66,7 +66,7 @@ def setting_of(timed: Timing | TimingCase) -> Setting:
 
 
 def name_of(setting: Setting, settings: Sequence[Setting]) -> str:
-    """Return the name of a setting; it has the method if methods differ between settings."""
+    """Return the name of a setting, including the method if methods differ between settings."""
     method, level, volume = setting
     several = len({method for method, _, _ in settings}) > 1
     kind = ("volume " if volume else "map ") if any(v for _, _, v in settings) else ""
@@ -79,7 +79,7 @@ def size_text(shape: Shape) -> str:
 
 
 def describe_growth(name: str, timings: Sequence[Timing]) -> str:
-    """Describe how a setting's time grows with the number of cells; empty for one size."""
+    """Describe the growth of a setting's time with the number of cells; empty for only one size."""
     if len({t.n_cells for t in timings}) < 2:
         return ""
     found = growth(timings)
@@ -88,7 +88,7 @@ def describe_growth(name: str, timings: Sequence[Timing]) -> str:
     if not found.linear:
         how = "more than linear" if found.exponent > 1 else "less than linear"
     if found.exponent < 1 and not found.linear:
-        why = ": preparing the training image weighs more on small grids"
+        why = ": on small grids, preparing the training image takes a larger share of the time"
     return (
         f"{name[:1].upper()}{name[1:]}: {three_digits(found.seconds_per_million)} µs a cell from "
         f"{low} to {high}: {how} (cells to the power {found.exponent:.2f}){why}."
@@ -96,7 +96,7 @@ def describe_growth(name: str, timings: Sequence[Timing]) -> str:
 
 
 def growth_lines(timings: Sequence[Timing]) -> list[str]:
-    """Describe, line by line, how each setting's time grows and how levels change it."""
+    """Describe, a line per setting, how time grows with the grid; compare levels and volumes."""
     found = by_setting(timings)
     each = [describe_growth(name_of(setting, list(found)), own) for setting, own in found.items()]
     more = (describe_levels(timings), describe_volumes(timings))
@@ -104,7 +104,7 @@ def growth_lines(timings: Sequence[Timing]) -> list[str]:
 
 
 def describe_volumes(timings: Sequence[Timing]) -> str:
-    """Compare the times per cell of volumes and maps, each on its largest grid."""
+    """Compare the times per cell of volumes and of maps, on the largest grid of each."""
     found = by_setting(timings)
     both = [
         (setting, own[-1], found[(*setting[:2], False)][-1])
@@ -118,8 +118,8 @@ def describe_volumes(timings: Sequence[Timing]) -> str:
         for (_, level, _), a, b in both
     )
     return (
-        f"A cell of a volume takes {', '.join(said)} times as long as one of a map of the middle "
-        "layer, each on its largest grid."
+        f"A cell of a volume takes {', '.join(said)} times as long as a cell of a map of the "
+        "middle layer. Both were measured on their largest grids."
     )
 
 
@@ -138,10 +138,10 @@ def describe_levels(timings: Sequence[Timing]) -> str:
     shares = published.LEVEL_CHANGES.items()
     changes = " and ".join(f"−{-100 * v:.1f} % ({a} to {b})" for (a, b), v in shares)
     return (
-        f"Level {low} takes {ratio:.1f} times as long as level {high} at "
-        f"{round(sides[low].n_cells ** 0.5)}² here, {paper[low] / paper[high]:.1f} times at 25 "
-        f"million cells in the paper (Fig. 13); averaged over its five sizes a level changes the "
-        f"time by {changes}."
+        f"Level {low} takes {ratio:.1f} times as long as level {high} here "
+        f"({round(sides[low].n_cells ** 0.5)}² cells), and {paper[low] / paper[high]:.1f} times "
+        "at 25 million cells in the paper (Fig. 13). Averaged over the paper's five sizes, each "
+        f"further level changes the time by {changes}."
     )
 
 
@@ -168,12 +168,14 @@ def describe_run(run: TimingRun | None) -> str:
         return ""
     image, p = run.training_image, max(run.cases, key=lambda c: len(c.grid_shape)).parameters
     template, overlap = map(_sizes, (p.template_size, p.overlap_size))
-    off = "" if p.exact_data else "; data condition the search only, wrong ones are not corrected"
+    off = (
+        "" if p.exact_data else "; data only condition the search, and mismatches are not corrected"
+    )
     return (
         f"Training image {pretty(image.name)}, {describe_shape(image.shape)} cells, "
         f"{image.n_facies} facies; template {template}, overlap {overlap}, K {p.n_candidates}"
-        f"{_how_maps(run.cases)}; median of "
-        f"{run.n_realizations}, preparation of the training image included; one thread; seed "
+        f"{_how_maps(run.cases)}; median time of {plural(run.n_realizations, 'realization')}, "
+        "including preparation of the training image; one thread; seed "
         f"{run.seed}{off}."
     )
 
@@ -183,18 +185,18 @@ def _sizes(size: Any) -> str:
 
 
 def _how_maps(cases: Sequence[TimingCase]) -> str:
-    """Describe the maps that are timed beside volumes; empty if there are none."""
+    """Describe the maps that are timed in addition to volumes; empty if no maps are timed."""
     maps = [case.parameters for case in cases if len(case.grid_shape) == 2]
     if not maps or len(maps) == len(cases):
         return ""
     return (
-        f"; maps of its middle layer, as many cells, template {_sizes(maps[0].template_size)}, "
-        f"overlap {_sizes(maps[0].overlap_size)}"
+        "; maps of the image's middle layer, with as many cells as the volumes, template "
+        f"{_sizes(maps[0].template_size)}, overlap {_sizes(maps[0].overlap_size)}"
     )
 
 
 def progress_label(run: TimingRun) -> str:
-    """Return, as text, the number of timed settings and the name of the present one."""
+    """Return a text with the number of timed settings and the name of the setting being timed."""
     n = len(run.timings)
     text = f"{n} of {len(run.cases)} settings"
     if n < len(run.cases):
@@ -205,7 +207,7 @@ def progress_label(run: TimingRun) -> str:
 
 
 def grid_table(timings: Sequence[Timing]) -> str:
-    """Return times by grid size as HTML; for maps, the last row has the paper's largest grid."""
+    """Return an HTML table of times by grid size; for maps, the paper's largest grid is last."""
     found = by_setting(timings)
     head = ["cells", *(name_of(setting, list(found)) for setting in found)]
     rows = []
@@ -225,9 +227,9 @@ def grid_table(timings: Sequence[Timing]) -> str:
 def data_table(
     timings: Sequence[Timing], settings: Sequence[Setting], numbers: Sequence[int], side: int
 ) -> str:
-    """Return Table 2 as HTML: measured and published times by method, level and number of data.
+    """Return an HTML table of measured and published times, in the layout of the paper's Table 2.
 
-    Volumes have no published times. `side` is the side of the grid or of its layers.
+    Volumes have no published times. `side` is the number of cells along a side of the grid.
     """
     found = {(*setting_of(t)[:2], t.n_data): t for t in timings}
     shown = [n for n in numbers if n]
@@ -273,7 +275,7 @@ def table_of(
     marked: int = -1,
     words: Sequence[int] = (0,),
 ) -> str:
-    """Return an HTML table; equal neighbours in a head are merged, and row `marked` is marked."""
+    """Return an HTML table; adjacent equal headings are merged, and row `marked` is highlighted."""
     top = "".join(f"<tr>{_head(row)}</tr>" for row in heads)
     body = "".join(
         f"<tr{' class=paper' if k == marked else ''}>"

@@ -1,4 +1,4 @@
-"""The page Benchmark: two measurements; the controls of each are above its results."""
+"""The page Benchmark: two measurements, each with its controls above its results."""
 
 from __future__ import annotations
 
@@ -51,12 +51,12 @@ LEVELS_HELP = (
     "compares single cells."
 )
 MIN_BYTES_TOLD = 50e6
-"""Memory use is stated if it is at least this number of bytes."""
+"""Minimum memory use, in bytes, that the description of a run mentions."""
 MICRO = 1e6
 
 
 def draw_benchmark(state: State) -> None:
-    """Draw both measurements."""
+    """Draw the two measurements of the page."""
     page_state = state.page(Benchmark)
     draw_style(STYLE)
     with st.container(horizontal=True, vertical_alignment="center", key="machine_row"):
@@ -99,8 +99,8 @@ def _draw_largest(state: State) -> None:
         sides, name, layers = side_options(this_machine().free_bytes), "largest", ""
         page_state.largest = min(page_state.largest, sides[-1])
         tip = (
-            "Square grids from 256 × 256 up to this size. Time grows with the cells: 5000 × 5000 "
-            "takes six times as long as 2000 × 2000."
+            "Square grids from 256 × 256 up to this size. Time grows with the number of cells: "
+            "5000 × 5000 cells take six times as long as 2000 × 2000."
         )
     else:
         sides, name, layers = list(VOLUME_SIDES[1:]), "largest_volume", f" × {nz}"
@@ -109,7 +109,7 @@ def _draw_largest(state: State) -> None:
     options |= {"format_func": lambda side: f"{side} × {side}{layers}"}
     field(st.selectbox, "Largest grid", key=name, **bound_to(page_state, name), **options)
     if nz is not None:
-        tip = "Also time maps with as many cells, simulated from the training image's middle layer."
+        tip = "Also measure maps of the image's middle layer, with as many cells as the volumes."
         field(st.checkbox, "Maps beside", key="maps", help=tip, **bound_to(page_state, "maps"))
 
 
@@ -117,7 +117,7 @@ def _draw_numbers(state: State) -> None:
     page_state, nz = state.page(Benchmark), layers_of(state)
     name, sides = ("side", DATA_SIDES) if nz is None else ("side_volume", DATA_SIDES_VOLUME)
     layers = f" × {nz}" if nz else ""
-    tip = "Volume with the data; the paper has no volumes."
+    tip = "Size of the volume with the data. The paper has no times for volumes."
     options: dict[str, Any] = {"options": list(sides), "width": 170 if nz else 130}
     options["help"] = tip if nz else "The paper's Table 2 uses 512 × 512 cells."
     options["format_func"] = lambda side: f"{side} × {side}{layers}"
@@ -137,7 +137,7 @@ def _draw_choices(state: State, which: Literal["grid", "data"]) -> None:
 
 
 def _draw_pills(page_state: Benchmark, name: str, label: str, options: dict) -> None:
-    """Draw pills for a list of choices; selected but unavailable values are not shown."""
+    """Draw pills for a list of choices; selected values that are unavailable are not shown."""
     options |= {"selection_mode": "multi", "width": "content"} | bound_to(page_state, name)
     options["value"] = [one for one in options["value"] if one in options["options"]]
     field(st.pills, label, key=name, **options)
@@ -155,7 +155,7 @@ def _draw_start(state: State, kind: Kind) -> None:
 
 
 def _describe_plan(state: State, kind: Kind) -> str:
-    """Describe the planned run; if a choice is missing, name it."""
+    """Describe the planned run, or name a missing choice."""
     page_state = state.page(Benchmark)
     try:
         cases = cases_of(state, kind)
@@ -171,7 +171,7 @@ def _describe_plan(state: State, kind: Kind) -> str:
 
 
 def _draw_part(state: State, kind: Kind) -> None:
-    """Draw a measurement with its description; update the drawing while it runs."""
+    """Draw a measurement with a description; update the drawing while the measurement runs."""
     step_note(_describe_plan(state, kind))
     run = getattr(state.page(Benchmark), kind)
 
@@ -192,7 +192,7 @@ def _draw_part(state: State, kind: Kind) -> None:
 
 
 def _draw_grids(state: State) -> None:
-    """Draw times by size of the grid; empty before a run."""
+    """Draw times by size of the grid; draw outlines before the first run."""
     run = state.page(Benchmark).grids
     timings = list(run.timings) if run else []
     ticks = ticks_of(timings, layers_of(state) is not None)
@@ -221,16 +221,16 @@ def _draw_chart(
     unit, key = ("µs", "times_cell") if per_cell else ("s", "times_grid")
     y_title = f"CPU time {'a cell ' if per_cell else ''}({unit})"
     chart = timings_chart(*series, ticks, chart_theme(), y_title=y_title, unit=unit)
-    titled_chart(title, note, chart, key, f"{title} against the cells of the grid")
+    titled_chart(title, note, chart, key, f"{title} against the number of cells of the grid")
 
 
 def has_paper(timings: Sequence[Timing]) -> bool:
-    """Return whether the paper's times can be shown; the paper has times only for maps."""
+    """Return whether the paper's times can be shown, because the paper has times only for maps."""
     return all(len(t.grid_shape) == 2 for t in timings)
 
 
 def ticks_of(timings: Sequence[Timing], volumes: bool) -> dict[int, str]:
-    """Return the ticks of the axis of cells; these are sizes of square grids or powers of ten."""
+    """Return the ticks of the axis of cell numbers: sizes of square grids or powers of ten."""
     if has_paper(timings) and not (volumes and not timings):
         sides = {t.grid_shape[0] for t in timings} | {SIDES[0], SIDES[1], SIDES[3], SIDES[-1]}
         return {side**2: f"{side}²" for side in sorted(sides)}
@@ -256,13 +256,13 @@ def _draw_data(state: State) -> None:
     step_note(findings.TABLE_2_NOTE)
     if timings:
         step_note(findings.describe_run(run))
-    with st.expander("The published codes in GNU Octave: times, and data they leave wrong"):
+    with st.expander("The published codes in GNU Octave: times, and data not honoured"):
         step_note(f"{published.OCTAVE.reference}.\n{published.OCTAVE.machine}.")
         st.html(findings.octave_table())
 
 
 def chosen_settings(state: State) -> list[findings.Setting]:
-    """Return the chosen methods and levels; empty if they do not fit the study."""
+    """Return the cases of the chosen methods and levels; empty if they do not fit the study."""
     own = state.page(Benchmark)
     if not own.data_levels or not own.data_methods:
         return []

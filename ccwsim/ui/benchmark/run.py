@@ -1,4 +1,4 @@
-"""Measurements: choices on the page, the cases made from them, and the run on a thread."""
+"""State and run of the page Benchmark: the user's choices, the measured cases, the thread."""
 
 from __future__ import annotations
 
@@ -32,16 +32,16 @@ from ccwsim.ui.session.state import State
 
 Kind = Literal["grids", "data"]
 SIDES = (256, 512, 1000, 2000, 3000, 5000)
-"""Sides of square grids as in Fig. 13; the last grid has the paper's 25 million cells."""
+"""Sides of the square grids in Fig. 13, in cells; the last grid has 25 million cells."""
 DATA_SIDES = (256, 512, 1000)
 VOLUME_SIDES = (48, 64, 100, 160, 256)
-"""Sides of the layers of volumes; the grid of the study sets the number of layers."""
+"""Sides of the layers of timed volumes; the number of layers is that of the study's grid."""
 DATA_SIDES_VOLUME = (64, 100, 160)
 NUMBERS = (0, 100, 400, 1000, 2000, 4000)
 TIMED_METHODS = tuple(method for method in METHODS if method != "ccsim")
-"""The methods that have levels; CCSIM is left out because it is level 0 of CCWSIM."""
+"""Methods with levels; CCSIM is not included, because CCSIM is level 0 of CCWSIM."""
 BYTES_PER_CELL = 10
-"""Bytes of memory that a run needs per cell, including a margin."""
+"""Number of bytes of memory that a run needs per cell, including a margin."""
 MAX_SHARE_OF_MEMORY = 0.5
 FINEST, COARSEST = 0, 3
 
@@ -50,7 +50,7 @@ FINEST, COARSEST = 0, 3
 class TimingRun(PageRun[None]):
     """A measurement of several cases, one after another.
 
-    `timings` has the finished cases in order; `disturbed` states whether other sessions computed
+    `timings` contains the finished cases in order; `disturbed` is whether other sessions computed
     on this server at the same time.
     """
 
@@ -64,11 +64,11 @@ class TimingRun(PageRun[None]):
 
     @property
     def n_pieces(self) -> int:
-        """Number of cases."""
+        """Number of cases to measure."""
         return len(self.cases)
 
     def demand(self) -> Demand:
-        """Return the resources that the run needs; one case runs at a time."""
+        """Return the resources that the largest case needs; one case runs at a time."""
         n_bytes = 0
         for case in self.cases:
             with suppress(CCWSIMError):  # the run ends when it reaches a case that does not fit
@@ -94,11 +94,11 @@ class TimingRun(PageRun[None]):
 
 @dataclass
 class Benchmark:
-    """The state of the page: choices, latest run of each kind, reason why a run did not start.
+    """The state of the page: the user's choices, the latest runs, and why a run did not start.
 
-    `largest` is the side of the largest grid, and `side` is the side of the grid with data.
-    `largest_volume` and `side_volume` are the sides of the layers of volumes. `maps` states whether
-    maps are timed beside volumes. Unknown methods are left out.
+    `largest` is the side of the largest map, and `side` is the side of the map with data.
+    `largest_volume` and `side_volume` are the same for the layers of volumes. `maps` tells whether
+    maps are timed in addition to volumes. Unknown methods are ignored.
     """
 
     largest: int = 2000
@@ -118,17 +118,17 @@ class Benchmark:
 
     @property
     def runs(self) -> list[TimingRun]:
-        """The latest run of each kind that has begun."""
+        """The latest run of each measurement that has begun."""
         return [run for run in (self.grids, self.data) if run]
 
     @property
     def running(self) -> TimingRun | None:
-        """The current run, if any. Only one is allowed, because two would slow each other down."""
+        """The current run, if any; two runs at a time would slow each other down."""
         return next((run for run in self.runs if run.going), None)
 
 
 def start_timing(state: State, kind: Kind) -> None:
-    """Start a measurement; if it cannot start, earlier results stay."""
+    """Start a measurement; if it cannot start, earlier results remain on the page."""
     page_state = state.page(Benchmark)
     image, n = image_of(state.choices.image), page_state.n_realizations
     try:
@@ -146,13 +146,13 @@ def level_options(state: State) -> list[int]:
 
 
 def side_options(free_bytes: int | None) -> list[int]:
-    """Return the sides offered for the largest grid: at least two, and more if memory allows."""
+    """Return the grid sides offered to the user: at least two, and more if memory allows."""
     available = float("inf") if free_bytes is None else MAX_SHARE_OF_MEMORY * free_bytes
     return [s for s in SIDES[1:] if s == SIDES[1] or s * s * BYTES_PER_CELL <= available]
 
 
 def number_options(side: int, nz: int | None = None) -> list[int]:
-    """Return the numbers of data that are offered, up to a quarter of the cells."""
+    """Return the numbers of data that the user can choose, at most a quarter of the cells."""
     return [n for n in NUMBERS if 4 * n <= side * side * (nz or 1)]
 
 
@@ -182,7 +182,7 @@ def cases_of(state: State, kind: Kind) -> list[TimingCase]:
 
 
 def layers_of(state: State) -> int | None:
-    """Return the number of layers of timed volumes; None if the study is for maps."""
+    """Return the number of layers of timed volumes, or None if the study simulates maps."""
     image = image_of(state.choices.image)
     if image.n_dimensions == 2:
         return None
@@ -197,7 +197,7 @@ def timed_parameters(
 ) -> list[Parameters]:
     """Return the study's parameters for each method and level, with the nearest valid sizes.
 
-    Sizes fit an image of `image_shape` if it is given, else the training image.
+    Sizes fit an image of shape `image_shape`, by default the training image.
     """
     p, shape = state.choices.parameters, image_shape or image_of(state.choices.image).shape
     found = [

@@ -21,19 +21,19 @@ MAX_EQUAL_TIME = 1.05
 
 
 def colour_of(letter: str) -> str:
-    """Return the colour of a setting as a CSS value for both themes."""
+    """Return the colour of a setting as a CSS value for the light and the dark theme."""
     light, dark = (setting_colours(theme)[LETTERS.index(letter)] for theme in (LIGHT, DARK))
     return f"light-dark({light}, {dark})"
 
 
 def sentences(found: Comparison) -> list[str]:
-    """Return sentences that compare each setting with the first, then proportions and data."""
+    """Return sentences that compare the settings, and describe their proportions and data."""
     each = [describe_against_first(found, k) for k in range(1, len(found.names))]
     return [*each, *_describe_proportions(found), *_describe_data(found)]
 
 
 def describe_against_first(found: Comparison, k: int) -> str:
-    """Compare setting `k` with the first setting, by speed and by ANODI ratios."""
+    """Return a comparison of setting `k` with the first setting, by speed and ANODI ratios."""
     name, first = found.names[k], found.names[0]
     text = f"{name} is {describe_speed(found.cpu_seconds[k] / found.cpu_seconds[0])} {first}"
     if found.anodi is None:
@@ -67,22 +67,22 @@ def _describe_data(found: Comparison) -> list[str]:
         name: float(e.n_mismatched.mean())
         for name, e in zip(found.names, found.ensembles, strict=True)
     }
-    broken = [f"{name} leaves {three_digits(w)}" for name, w in wrong.items() if w]
+    broken = [f"{name} {three_digits(w)}" for name, w in wrong.items() if w]
     if not broken:
         return [f"All {n} data are honoured by all settings."]
-    rest = "" if len(broken) == len(wrong) else "; the others honour all"
-    return [f"Of {n} data {', '.join(broken)} wrong on average{rest}."]
+    rest = "" if len(broken) == len(wrong) else "; the other settings honour all data"
+    return [f"Mean number of data not honoured, of {n}: {', '.join(broken)}{rest}."]
 
 
 def describe_grades(row: PairRatio) -> str:
-    """Describe a pair of settings; a ratio within two standard errors of 1 means equal."""
+    """Describe a pair of settings; a ratio that is within two standard errors of 1 counts as 1."""
     if not np.isfinite(row.ratio):
-        return "one realization has no variety"
+        return "one realization shows no variety"
     if np.isnan(row.errors).any():
-        return "too few realizations to tell their patterns apart"
+        return "too few realizations to distinguish the settings' patterns"
     between, within, ratio = row.grades
     if not (between or within or ratio):
-        return "patterns not told apart, within two standard errors"
+        return "no difference in patterns beyond two standard errors"
     percent = [f"{abs(value - 1):.0%}" for value in (row.between, row.within)]
     varied = _graded(between, f"{percent[0]} less varied", "as varied", f"{percent[0]} more varied")
     near = _graded(within, f"{percent[1]} nearer to", "as near to", f"{percent[1]} farther from")
@@ -91,7 +91,7 @@ def describe_grades(row: PairRatio) -> str:
 
 
 def describe_ratio(row: PairRatio) -> str:
-    """Return a row of the table of ratios in words."""
+    """Return a sentence for a row of the table of ratios."""
     return f"{row.name} against {row.other}: {describe_grades(row)}"
 
 
@@ -117,7 +117,7 @@ def figures_table(found: Comparison) -> str:
 
 
 def ratio_table(found: Comparison) -> str:
-    """Return an HTML table with between, within, ratio and verdict of every pair."""
+    """Return an HTML table of distances (between, within), ratio and verdict of each pair."""
     rows = []
     for row in found.ratios:
         ratios = (row.between, row.within, row.ratio)
@@ -128,7 +128,7 @@ def ratio_table(found: Comparison) -> str:
 
 
 def settings_csv(found: Comparison) -> bytes:
-    """Return CSV with parameters and mean figures of each setting."""
+    """Return CSV with parameters and mean results of each setting."""
     codes = found.ensembles[0].training_image.codes
     names = [f.name for f in fields(Parameters)]
     data = ["data_wrong", "data_mended", "data_forced"]

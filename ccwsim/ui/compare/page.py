@@ -90,17 +90,17 @@ SHOWN_AT_ONCE = {
     *("method", "wavelet_level", "template_size", "overlap_size"),
     *("n_candidates", "search_fraction", "refine"),
 }
-"""Parameters that are shown outside the menu of a setting."""
+"""Parameters of a setting that are shown on the page, outside the setting's menu."""
 MIN_IMAGE_SHARE = 0.8
-"""Minimum width of the training image's column, relative to the column of a setting."""
+"""Minimum ratio of the width of the training image's column to the width of a setting's column."""
 MAPS: dict[str, Any] = {"scale": "compared", "body": False}
 MAX_HEIGHTS = {2: 460, 3: 300}
-"""Maximum height of maps and of slices of volumes in pixels, by dimension."""
+"""Maximum height in pixels of maps (2) and of slices of volumes (3)."""
 NO_CURVES = np.empty((0, 0))
 BORDERS = dict(zip(DASHES, ("solid", "dashed", "dotted", "dashed"), strict=True))
-"""CSS border style of each dash; CSS has no dash-dot."""
+"""CSS border style for each line style of charts; CSS has no dash-dot."""
 GLYPHS = dict(zip(SYMBOLS, "●■▲✚", strict=True))
-"""Character in text for each chart symbol."""
+"""Text character for each marker symbol of charts."""
 
 
 def draw_page(state: State) -> None:
@@ -116,7 +116,7 @@ def draw_page(state: State) -> None:
     run = page_state.run
     _draw_settings(state)
     _draw_run_row(state, problem)
-    with st.container(key="news"):  # always there, so that the rest never moves
+    with st.container(key="news"):  # always drawn, so that elements below do not move
         if run is not None:
             follow_comparison(state, run)
             if page_state.found is not None and run.partial is None:
@@ -124,7 +124,7 @@ def draw_page(state: State) -> None:
         if problem:
             st.error(plain(problem))
         elif run is None and _is_outdated(state):
-            draw_out_of_date("the settings or the study were changed. Compare again.")
+            draw_out_of_date("the settings or the study have changed. Compare again.")
         if page_state.message:
             st.warning(plain(page_state.message))
     with st.container(key="results"):
@@ -151,7 +151,7 @@ def problem_of(state: State) -> str:
 
 
 def _draw_settings(state: State) -> None:
-    """Draw one column per setting: common parameters, and a menu with the rest."""
+    """Draw one column per setting, with common parameters and a menu of further parameters."""
     settings = settings_of(state)
     with st.container(key="settings"):
         columns = st.columns(len(settings), gap="medium", wrap=False)
@@ -159,7 +159,7 @@ def _draw_settings(state: State) -> None:
         letter = LETTERS[k]
         note = describe_setting(p, settings[0]) if k else "the study’s own"
         with column, st.container(key=f"setting_{letter}"):
-            draw_name(letter, "the same as A" if note == "the same" else note)
+            draw_name(letter, "identical to A" if note == "the same" else note)
             _draw_parameters(state, k, p)
             _draw_actions(state, k, len(settings))
 
@@ -187,9 +187,9 @@ def _draw_parameters(state: State, k: int, p: Parameters) -> None:
 def _draw_actions(state: State, k: int, n: int) -> None:
     letter = LETTERS[k]
     with st.container(horizontal=True, gap="small", key=f"actions_{letter}"):
-        help_ = "Take this setting to Simulate."
+        help_ = "Use this setting in the study and open Simulate."
         if k:
-            help_ = "Take this setting to Simulate; the study's setting takes its place."
+            help_ = "Swap this setting with the study's setting (A) and open Simulate."
         act: dict[str, Any] = {"on_click": use_setting, "args": (state, k)}
         if button("Use these", key=f"use_{letter}", help=help_, **act):
             go_to("pages/simulate.py", "The study has this setting now.")
@@ -213,7 +213,7 @@ def _draw_run_row(state: State, problem: str) -> None:
     page_state = state.page(ComparePageState)
     with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="compare_row"):
         limits = {"min_value": 1, "max_value": MAX_REALIZATIONS_COMPARED, "width": 140}
-        options = {"help": "More realizations make small differences more certain.", **limits}
+        options = {"help": "With more realizations, smaller differences are significant.", **limits}
         n_of(state)
         n = bound_to(page_state, "n")
         field(st.number_input, "Realizations of each", key="n_compared", **n, **options)
@@ -224,7 +224,7 @@ def _draw_run_row(state: State, problem: str) -> None:
                 first = found.ensembles[0]
                 of = f"{grid_part(first.training_image, first.grid)}_seed{first.seed}"
                 for label, name, made in (
-                    ("Settings and their figures, CSV", "settings", findings.settings_csv),
+                    ("Settings and their results, CSV", "settings", findings.settings_csv),
                     ("Every realization, CSV", "compared_realizations", findings.realizations_csv),
                     ("ANODI ratios, CSV", "anodi_ratios", findings.ratios_csv),
                 ):
@@ -239,21 +239,21 @@ def describe_study(state: State) -> str:
     image, data, grid = image_of(choices.image), data_of(choices), choices.grid
     with_data = f"{data.n} data" if data.n else "no data"
     return (
-        f"The same for all, as on Simulate: {pretty(image.name)}, {with_data}, grid "
+        f"All settings use the study's inputs: {pretty(image.name)}, {with_data}, grid "
         f"{describe_shape(grid.shape)}, seed {choices.seed}."
     )
 
 
 @st.fragment
 def _draw_results(state: State, busy: bool) -> None:
-    """Draw the partial results of a running comparison, or the results of the latest one.
+    """Draw the partial results of a running comparison, or the results of the latest comparison.
 
-    `busy` states whether a computation was running when the page was drawn.
+    `busy` tells whether a computation was running when the page was drawn.
     """
     page_state = state.page(ComparePageState)
     with error_boundary():
         run = page_state.run
-        if (run is not None) != busy:  # a part of the page has started more work
+        if (run is not None) != busy:  # a fragment of the page has started another job
             st.rerun()
         found, request = page_state.found, page_state.request
         if run is not None and run.partial is not None:
@@ -269,7 +269,7 @@ def _draw_found(state: State, found: Comparison, request: ComparisonRequest) -> 
     page_state = state.page(ComparePageState)
     page_state.shown = min(page_state.shown, found.ensembles[0].n - 1)
     state.facies = min(state.facies, image.n_facies - 1)
-    with st.container(key="said"):  # always there, so that the rest never moves
+    with st.container(key="said"):  # always drawn, so that elements below do not move
         if len(found.names) == len(request.settings) or page_state.run is None:
             left, right = st.columns(2, gap="medium")
             with left:
@@ -291,12 +291,12 @@ def _draw_outlines(state: State) -> None:
         columns = st.columns(n, gap="medium")
     for column in columns:
         with column:
-            text = "The same realization of each setting, from the same random numbers"
+            text = "One realization of each setting, simulated with the same random numbers"
             ghost_panel(text, f"aspect-ratio: {grid.nx} / {grid.ny}")
 
 
 def draw_name(letter: str, note: str) -> None:
-    """Draw the letter of a setting in its colour, followed by the description `note`."""
+    """Draw the letter of a setting in the setting's colour, followed by the text `note`."""
     text = escape(note)
     html = f'<b>{letter}</b><span title="{text}">{text}</span>'
     st.html(f'<div class="setting" style="--own: {findings.colour_of(letter)}">{html}</div>')
@@ -364,12 +364,12 @@ def _draw_beside(found: Comparison) -> None:
 
 
 def draw_curves(state: State, found: Comparison) -> None:
-    """Draw the curves of the chosen facies; until they are computed, draw a note."""
+    """Draw the curves of the chosen facies or, until curves are computed, a note."""
     facies = state.facies
     name = found.ensembles[0].training_image.facies_names[facies]
     if not has_curves(found, facies):
         if state.page(ComparePageState).run is None:
-            label = f"Work out the curves of {plain(name)}"
+            label = f"Compute the curves of {plain(name)}"
             button(label, key="want_curves", on_click=want_curves, args=(state,))
         else:
             st.html('<div class="unseen curves"></div>')
@@ -384,7 +384,7 @@ def draw_curves(state: State, found: Comparison) -> None:
     ways = axes_of(found.ensembles[0].grid.shape)
     each = [found.curves[code, "variogram", way] for way in ways]
     values = [c.reference.max() for c in each] + [b.high.max() for c in each for b in c.bands]
-    top = 1.08 * float(np.nanmax(values)) or 0.5  # the same along all axes
+    top = 1.08 * float(np.nanmax(values)) or 0.5  # the same scale along all axes
     with st.container(key="charts"):
         in_rows = [2 * len(ways)] if len(ways) == 2 else [len(ways)] * 2
         columns = [place for n in in_rows for place in st.columns(n, gap="medium")]
@@ -407,7 +407,7 @@ def draw_curves(state: State, found: Comparison) -> None:
 
 
 def draw_patterns(state: State, found: Comparison) -> None:
-    """Draw the MDS plot and the ANODI ratios; if they are missing, draw the reason."""
+    """Draw the MDS plot and the ANODI ratios; if there are none, write the reason."""
     if found.anodi is None:
         if found.problem:
             step_note(f"Patterns are not compared: {found.problem}.")
@@ -420,17 +420,18 @@ def draw_patterns(state: State, found: Comparison) -> None:
     with left:
         _draw_mds(state, found)
     with right:
-        panel_title("ANODI ratios", "each setting against those before it")
+        panel_title("ANODI ratios", "each setting against the settings before it")
         st.html(scrolled(findings.ratio_table(found), "ANODI ratios"))
         weights = ", ".join(three_digits(w) for w in found.anodi.weights)
         image, side = found.ensembles[0].training_image, found.anodi.pattern_size
         size = describe_shape((side,) * image.n_dimensions)
         step_note(
-            "Between: how varied the realizations are; within: how far they are from the training "
-            "image; each is the first setting's value / the second's, at full, half and third "
-            f"resolution, weighted {weights}; ratio = between / within. Above 1 the first setting "
-            f"is better (Tan et al. 2014, on exact histograms of all {size} patterns). Differences "
-            "count if they exceed two standard errors (jackknife)."
+            "Between: how varied the realizations are. Within: how far they are from the "
+            "training image. Each is the first setting's value divided by the second setting's, "
+            f"at full, half and one-third resolution with weights {weights}. Ratio = between / "
+            "within; if the ratio exceeds 1, the first setting is better (Tan et al. 2014, on "
+            f"exact histograms of all {size} patterns). Differences smaller than two standard "
+            "errors (jackknife) are ignored."
         )
 
 

@@ -1,4 +1,4 @@
-"""The compared settings, the run of the comparison, and the state of the page."""
+"""The settings on the page Compare, the run that compares them, and the state of the page."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ LETTERS: tuple[str, ...] = ("A", "B", "C", "D")
 
 @dataclass(frozen=True)
 class ComparisonRequest:
-    """The inputs of a comparison; its results are outdated if the page has other inputs."""
+    """The inputs of a comparison; the results are outdated if the inputs on the page differ."""
 
     image: ImageChoice
     data: DataChoice
@@ -50,13 +50,13 @@ class ComparisonRequest:
 
     @property
     def key(self) -> tuple:
-        """Key that is equal if the results are equal; colours of facies are ignored."""
+        """Key that two requests share if their results are equal; colours of facies are ignored."""
         return self.image.digest, self.data, self.grid, self.seed, self.n, self.settings
 
 
 @dataclass
 class ComparisonRun(PageRun[Comparison]):
-    """A comparison, or a run that adds curves of one more facies (a code) to `known`."""
+    """A run that compares settings, or adds the curves of another `facies` (a code) to `known`."""
 
     request: ComparisonRequest
     training_image: TrainingImage
@@ -72,7 +72,7 @@ class ComparisonRun(PageRun[Comparison]):
         return self.request.n * len(self.request.settings)
 
     def demand(self) -> Demand:
-        """Return the resources that the run needs; all realizations are kept."""
+        """Return the resources that the run needs, including memory for all realizations."""
         if self.known is not None:
             return NOTHING
         r, image, data = self.request, self.training_image, self.hard_data
@@ -82,7 +82,7 @@ class ComparisonRun(PageRun[Comparison]):
         return Demand(sum(demand.n_cells for demand in each), data.n, n_bytes)
 
     def work(self, job: Job[Comparison]) -> Comparison:
-        """Return the comparison, after publishing partial results."""
+        """Run the comparison, publish partial results, and return the comparison."""
         r, options = self.request, (job.report, job.is_cancelled)
         if self.known is not None:
             return add_curves(self.known, self.facies, *options)
@@ -99,10 +99,10 @@ class ComparisonRun(PageRun[Comparison]):
 class ComparePageState:
     """The state of the page.
 
-    `others` are all settings except the setting of the study; None stands for the default setting,
-    which follows the study. `n` is the number of realizations per setting, and None until the page
-    is first drawn. `run` is the running comparison, `found` is the latest result, and `request` has
-    the inputs of this result.
+    `others` are the settings besides the setting of the study; None is a default setting, derived
+    from the study. `n` is the number of realizations per setting, or None until the page is first
+    drawn. `run` is the running comparison, `found` is the latest result, and `request` has the
+    inputs of this result.
     """
 
     others: list[Parameters | None] = field(default_factory=lambda: [None, None])
@@ -115,7 +115,7 @@ class ComparePageState:
 
 
 def settings_of(state: State) -> tuple[Parameters, ...]:
-    """Return all settings; sizes are the nearest that fit the training image."""
+    """Return all settings, with sizes changed to the nearest that fit the training image."""
     shape = image_of(state.choices.image).shape
     own = fitted(state.choices.parameters, shape)
     usual = usual_others(own, shape)
@@ -125,7 +125,7 @@ def settings_of(state: State) -> tuple[Parameters, ...]:
 
 
 def usual_others(own: Parameters, shape: Shape) -> list[Parameters]:
-    """Return distinct settings that are worth comparing with the setting of the study."""
+    """Return default settings for a comparison with the setting of the study."""
     wanted: list[Any] = [k for k in (3, 1, 2) if k in levels(shape)]
     if len(shape) == 3:  # volumes are thin, so the level along z is at most the level in layers
         wanted = [(z, k, k) for k in wanted for z in (k - 1, k) if z in levels(shape, True)]
@@ -167,7 +167,7 @@ def describe_parameters(p: Parameters) -> str:
 
 
 def change_setting(state: State, k: int, **changes: object) -> None:
-    """Change setting `k`; setting 0 is the setting of the study."""
+    """Replace setting `k`; setting 0 is the setting of the study."""
     if k == 0:
         set_parameters(state, **changes)
         return
@@ -191,7 +191,7 @@ def add_setting(state: State) -> None:
 
 
 def remove_setting(state: State, k: int) -> None:
-    """Remove setting `k`; later settings move up and stay the same."""
+    """Remove setting `k`; the letters of later settings move up by one."""
     present = list(settings_of(state))
     if 0 < k < len(present) and len(present) > MIN_SETTINGS:
         del present[k]
@@ -221,7 +221,7 @@ def request_of(state: State) -> ComparisonRequest:
 
 
 def n_of(state: State) -> int:
-    """Return the number of realizations per setting; the default is smaller for volumes."""
+    """Return the number of realizations per setting; volumes have a smaller default than maps."""
     page_state = state.page(ComparePageState)
     if page_state.n is None:
         page_state.n = N_USUAL if state.choices.grid.nz is None else N_USUAL_VOLUME
@@ -245,7 +245,7 @@ def start_comparison(state: State) -> None:
 
 
 def want_curves(state: State) -> None:
-    """Compute the curves of the chosen facies if the comparison lacks them."""
+    """Start computing the curves of the chosen facies if the comparison lacks these curves."""
     page_state = state.page(ComparePageState)
     found = page_state.found
     if page_state.run is not None or found is None or has_curves(found, state.facies):
@@ -257,7 +257,7 @@ def want_curves(state: State) -> None:
 
 
 def has_curves(found: Comparison, facies: int) -> bool:
-    """Return whether the curves of a facies are known."""
+    """Return whether the comparison contains the curves of a facies."""
     code = code_of(found, facies)
     return any(key[0] == code for key in found.curves)
 
@@ -297,7 +297,7 @@ def _stopped(found: Comparison | None, n: int, has_older: bool) -> str:
 
 
 def follow_comparison(state: State, run: ComparisonRun) -> None:
-    """Show the progress; draw the page again for new partial results and at the end."""
+    """Show the progress of the run; redraw the page for new partial results and at the end."""
     job, n_parts = run.job, run.n_parts
     if job is not None:
         follow(
@@ -309,7 +309,7 @@ def follow_comparison(state: State, run: ComparisonRun) -> None:
 
 
 def progress_label(run: ComparisonRun) -> str:
-    """Return the name of the work that follows the last realization; empty before that."""
+    """Return the name of the work after the last realization; empty during the simulation."""
     if run.job is None or run.job.n_done < run.n_pieces:
         return ""
     return "Comparing patterns" if run.partial and run.partial.curves else "Comparing curves"

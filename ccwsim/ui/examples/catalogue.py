@@ -19,9 +19,9 @@ Shows = Literal["realization", "second", "data", "probability", "variogram", "la
 class Example:
     """A study that demonstrates one aspect of the method.
 
-    `name` is a word for keys and addresses. `text` tells the reader where to look. `others` are
+    `name` is used in keys and addresses. `text` says which features to look for. `others` are
     settings to compare with the study. `source` is the section of the paper, if there is one.
-    `shows` are the pictures beside the training image; if there are `others`, the pictures are one
+    `shows` lists the pictures beside the training image; with `others`, the pictures are one
     realization of each setting.
     """
 
@@ -35,26 +35,26 @@ class Example:
 
     @property
     def settings(self) -> tuple[Parameters, ...]:
-        """The setting of the study and the settings compared with it."""
+        """The setting of the study, followed by the settings that are compared with it."""
         return self.choices.parameters, *self.others
 
 
 @dataclass(frozen=True)
 class LecturePart:
-    """A part of the lecture."""
+    """A part of the lecture: a title and its examples."""
 
     title: str
     examples: tuple[Example, ...]
 
 
 def _parameters(row: dict[str, Any]) -> Parameters:
-    """Return the parameters in a table; a list has the numbers along z, y and x."""
+    """Return the parameters in a TOML table; lists contain the numbers along z, y and x."""
     own: dict[str, Any] = {name: tuple(v) if isinstance(v, list) else v for name, v in row.items()}
     return Parameters(**own)
 
 
 def _example(row: dict[str, Any]) -> Example:
-    """Return the example in a table of the catalogue, which leaves out default values."""
+    """Return the example described by a TOML table, in which default values may be missing."""
     side = row.pop("side", 512)
     shape = tuple(row.pop("grid", (side, side)))
     choices = Choices(
@@ -77,7 +77,7 @@ EXAMPLES = tuple(example for part in PARTS for example in part.examples)
 
 
 def example_named(name: str) -> Example | None:
-    """Return the example with this name, or None if there is none."""
+    """Return the example with this name, or None if no example has this name."""
     return next((example for example in EXAMPLES if example.name == name), None)
 
 

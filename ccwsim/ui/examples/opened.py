@@ -1,4 +1,4 @@
-"""Open an example as the study, describe it above the results, and restore the user's study."""
+"""Open an example as the study, describe the example on the page, restore the user's study."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ccwsim.ui.widgets.fields import button
 SIMULATE, COMPARE = "pages/simulate.py", "pages/compare.py"
 TAKEN = "The study is this example now."
 N_COMPARED = 8
-BACK_HELP = "Restores the study you had before the first example, with its results."
+BACK_HELP = "Restores your study from before the first example, with its results."
 View = Literal["studies", "quiz"]
 
 
@@ -26,7 +26,7 @@ View = Literal["studies", "quiz"]
 class Examples:
     """The state of the page.
 
-    `opened` is the name of the open example, or empty if no example is open; `kept` is the study,
+    `opened` is the name of the open example, or empty if no example is open. `kept` is the study,
     with its comparison, before the first example was opened.
     """
 
@@ -36,7 +36,7 @@ class Examples:
 
 
 def open_example(state: State, example: Example) -> None:
-    """Use an example as the study and run it; keep the user's study."""
+    """Use an example as the study, run it, and keep the user's study for later."""
     _take(state, example)
     start_run(state)
 
@@ -85,9 +85,9 @@ def keep_example(state: State) -> None:
 
 
 def draw_opened(state: State, *, compared: bool = False) -> None:
-    """If an example is open, or the link of a class was used, draw a line about it.
+    """Draw a line of text about the open example, or about the link for a class of students.
 
-    `compared` tells whether this is the page that compares settings.
+    `compared` tells whether the line is on the page Compare.
     """
     example = example_named(state.page(Examples).opened)
     with st.container(key="opened"):  # always drawn, so that Streamlit keeps the elements below
@@ -115,9 +115,9 @@ def _draw_example(state: State, example: Example, compared: bool) -> None:
             act = compare_example if compared else open_example
             action("Next example", "next_example", act, following, note=following.title)
         if example.others and not compared:
-            act, note = compare_example, "This setting is A; the other settings are beside it."
+            act, note = compare_example, "The example's setting is A, beside other settings."
             if action("Compare its settings", "compare_opened", act, example, note=note):
                 go_to(COMPARE, TAKEN)
         action("Back to my study", "back_from_example", back_to_own, note=BACK_HELP)
-        note = "Continues with this study as your own; your earlier study is discarded."
+        note = "Keeps this example as your study and discards your earlier study."
         action("Keep this one", "keep_example", keep_example, note=note)

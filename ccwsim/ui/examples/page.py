@@ -1,4 +1,4 @@
-"""The page Examples: studies in the order of a lecture, the quiz, and the link for a class."""
+"""The page Examples: example studies in the order of a lecture, a quiz, and a link for a class."""
 
 from __future__ import annotations
 
@@ -50,15 +50,14 @@ from ccwsim.ui.widgets.theme import chart_theme, draw_style
 STYLE = Path(__file__).with_name("examples.css")
 VIEWS = {"studies": "Lecture plan", "quiz": "Quiz: which one is the training image?"}
 MAX_PICTURE_SIDE = 300
-"""Maximum number of cells along a side of a picture; a larger study is cut to its south-west
-    corner."""
+"""Maximum cells along a side of a picture; larger studies show only their south-west corner."""
 MAX_VOLUME_SIDE = 80
 """Maximum number of cells along a horizontal side of a volume in a picture."""
 N_TOGETHER = 20
-"""Number of realizations for a probability map or for curves."""
+"""Number of realizations from which a probability map or curves are computed."""
 MAX_DOTS = 1000
 MAX_PIXELS = 600
-"""Pixels of a picture, twice its size on the page for high-resolution screens."""
+"""Width of a picture in pixels, twice the width on the page for high-resolution screens."""
 N_LAGS = 80
 
 
@@ -82,12 +81,12 @@ def draw_examples(state: State) -> None:
 
 
 def _draw_class_link(choices: Choices) -> None:
-    """Draw the menu that gives the link of the study for a class."""
+    """Draw the menu with a link that opens the study for a class."""
     with st.popover("Link for a class", key="class_menu"):
         step_note(
             "Everybody who opens this link gets your present study with a different random seed, "
-            "which is shown. Compare the pictures: common features come from the image and the "
-            "data, differences show the uncertainty."
+            "and sees this seed. Compare the pictures: common features come from the image and "
+            "the data, differences show the uncertainty."
         )
         st.code(class_link(choices, st.context.url or ""), language=None, wrap_lines=True)
         missing = left_out(choices)
@@ -107,9 +106,9 @@ def class_link(choices: Choices, page: str) -> str:
 
 def _draw_plan(state: State) -> None:
     step_note(
-        "A click opens an example; your own study is kept, and another click restores it. The "
-        "pictures are new realizations on a grid of at most 300 × 300 cells, or 80 × 80 cells in "
-        "all layers of a volume."
+        "Click an example to open it. Your own study is kept, and “Back to my study” restores "
+        "it. The pictures are new realizations on a grid of at most 300 × 300 cells, or 80 × 80 "
+        "cells in all layers of a volume."
     )
     deadline = time.monotonic() + PATIENCE
     number, waiting = 0, []
@@ -129,7 +128,7 @@ def _draw_plan(state: State) -> None:
 
 
 def _draw_card(state: State, number: int, example: Example, deadline: float) -> bool:
-    """Draw an example and return whether its pictures are complete or failed."""
+    """Draw an example; return whether its pictures are done, with or without an error."""
     worker, task = picture_worker(), pictures_of(example, chart_theme())
     worker.ask(task)
     found = worker.wait_for(task, max(0.0, deadline - time.monotonic()))
@@ -149,9 +148,9 @@ def _draw_card(state: State, number: int, example: Example, deadline: float) -> 
         return button(label, key=key, on_click=clicked, help=note)
 
     with st.container(horizontal=True, gap="small", key=f"actions_{example.name}"):
-        note = "Makes it the study and runs it."
+        note = "Makes this example the study and runs it."
         is_opened = action("Open", f"open_{example.name}", open_example, note)
-        note = "Its settings side by side, with their figures."
+        note = "Compares the settings of this example side by side."
         compare = "Compare", f"compare_{example.name}", compare_example
         is_compared = bool(example.others) and action(*compare, note)
     if is_opened or is_compared:
@@ -160,7 +159,7 @@ def _draw_card(state: State, number: int, example: Example, deadline: float) -> 
 
 
 def _html(text: str) -> str:
-    """Return a text in HTML, with text between backticks as code."""
+    """Return a text as HTML; text between backticks becomes code."""
     parts = escape(text).split("`")
     return "".join(f"<code>{p}</code>" if k % 2 else p for k, p in enumerate(parts))
 
@@ -175,7 +174,7 @@ def pictures_html(example: Example, found: tuple[CardPicture, ...] | Failure | N
         for p in pictures
     )
     busy = "" if found else ' aria-busy="true"'
-    columns = " ".join(f"minmax(0, {p.nx}fr)" for p in pictures)  # all have the same scale
+    columns = " ".join(f"minmax(0, {p.nx}fr)" for p in pictures)  # all pictures have the same scale
     return (
         f'<div class="pictures n{len(pictures)}" style="grid-template-columns: {columns}"{busy}>'
         f"{figures}</div>"
@@ -184,7 +183,7 @@ def pictures_html(example: Example, found: tuple[CardPicture, ...] | Failure | N
 
 @dataclass(frozen=True)
 class CardPicture:
-    """One picture of an example: its HTML, with the label below it.
+    """A picture of an example: its HTML, its label and its size.
 
     The picture has nx × ny cells; pictures beside each other have the same scale.
     """
@@ -197,12 +196,12 @@ class CardPicture:
 
 @st.cache_resource(show_spinner=False)
 def picture_worker() -> StatisticsWorker:
-    """Return the worker that draws pictures one after another and keeps them for all sessions."""
+    """Return the worker that draws pictures one at a time and keeps them for all sessions."""
     return StatisticsWorker(LruCache(max_values=128, max_bytes=256 * 10**6))
 
 
 def small(choices: Choices) -> Choices:
-    """Return a study on a grid small enough for a picture, with only the data in this grid."""
+    """Return a study on a grid that is small enough for a picture, with the data in that grid."""
     most = MAX_PICTURE_SIDE if choices.grid.nz is None else MAX_VOLUME_SIDE
     ny, nx = (min(side, most) for side in choices.grid.shape[-2:])
     data = choices.data
@@ -212,7 +211,7 @@ def small(choices: Choices) -> Choices:
 
 
 def pictures_of(example: Example, theme: Theme) -> Task[tuple[CardPicture, ...]]:
-    """Return the task that draws the pictures of an example, the training image first."""
+    """Return the task that draws the training image and the other pictures of an example."""
     choices = small(example.choices)
     shown = choices.image.digest, repr(choices), repr(example.others), example.shows
     return Task(("example", *shown, theme.each), lambda progress: _drawn(example, choices, theme))
@@ -238,7 +237,7 @@ def expected(example: Example) -> list[tuple[str, int, int]]:
 
 
 def cut(cells: NDArray, kind: str) -> NDArray:
-    """Return the middle layer of a volume, or its middle section along x; a map as it is.
+    """Return the middle layer of a volume or the middle section along x; return a map unchanged.
 
     Examples
     --------
@@ -296,7 +295,7 @@ def _shown(name: str, e: Ensemble, colours: list[str], theme: Theme) -> str:
         known = np.full(e.grid.shape, len(colours), np.uint8)
         rows, columns = e.hard_data.cells.T
         known[rows, columns] = _facies_of_data(e)
-        ground = [*colours, LIGHT.paper]  # facies are visible on this grey in both themes
+        ground = [*colours, LIGHT.paper]  # this grey contrasts with the facies in both themes
         return _img(data_map_png(known, ground, longest=MAX_PIXELS), f"{e.hard_data.n} hard data")
     return _realization(e, 1 if name == "second" else 0, colours, name)
 

@@ -1,7 +1,7 @@
 """The quiz: find the piece of the training image among pieces of realizations.
 
-A realization is recognized by a seam with a shape (a window of cells) that is absent from the
-training image.
+A realization differs from the training image by seams, because windows of cells at a seam may be
+absent from the training image.
 """
 
 from __future__ import annotations
@@ -44,24 +44,24 @@ from ccwsim.ui.widgets.theme import chart_theme
 N_PICTURES = 6
 MAX_PIECE_SIDE = 96
 SIDES_PER_REALIZATION = 2
-"""Side of a realization divided by the side of the piece shown."""
+"""Ratio of the side of a realization to the side of the piece shown."""
 SIDE = 6
-"""Side, in cells, of the compared windows; small enough to be seen at a glance."""
+"""Side of the compared windows in cells; windows of this size can be seen at a glance."""
 PICTURES = "quiz_pictures"
 MAX_QUIZ_LEVEL = 4
-"""Maximum level of the quiz; at higher levels the difference is too obvious."""
+"""Maximum wavelet level of the quiz; at higher levels realizations are too easy to recognize."""
 MAX_QUIZ_CANDIDATES = 2000
 REVEAL_HEIGHT = 340
 MAX_FACIES_MARKED = 120
-"""If an image has more facies than this, seams cannot be drawn; each facies needs two colours."""
+"""Maximum number of facies for drawing seams, because each facies then needs two colours."""
 
 
 @dataclass(frozen=True, eq=False)
 class Round:
-    """The pictures of a round.
+    """The pictures of a round of the quiz.
 
-    `pictures` are facies indices and `sources` the position of each cell in the training image,
-    both of shape (n, side, side). Picture `answer` is a piece of the training image. The other
+    `pictures` are facies indices, and `sources` are the positions of cells in the training image;
+    both have shape (n, side, side). Picture `answer` is a piece of the training image. The other
     pictures are pieces of different realizations, simulated with `parameters`.
     """
 
@@ -72,12 +72,12 @@ class Round:
     answer: int
 
     def copying_of(self, k: int) -> Copying:
-        """Return the pieces of the training image that make up picture k."""
+        """Return the pieces of the training image of which picture k consists."""
         return copying(self.sources[k], self.training_image.shape)
 
     @cached_property
     def known(self) -> NDArray[np.uint64]:
-        """The hashes of all windows of the training image."""
+        """The hashes of all windows in the training image."""
         return np.unique(window_hashes(self.training_image.indices))
 
     def shapes_at(self, k: int) -> tuple[NDArray[np.bool_], float]:
@@ -93,9 +93,9 @@ class Round:
 
 
 def draw_round(image: TrainingImage, parameters: Parameters, seed: int) -> Round:
-    """Draw a round at random; the same arguments give the same round.
+    """Create a random round; equal arguments give equal rounds.
 
-    Every piece is cut at random from inside its image, so that no edge or location gives a hint.
+    Pieces are cut at random positions away from edges, so that edges do not give the answer away.
     """
     rng = np.random.default_rng(seed)
     side = piece_side(image.shape)
@@ -117,14 +117,14 @@ def draw_round(image: TrainingImage, parameters: Parameters, seed: int) -> Round
 
 
 def piece_side(shape: tuple[int, int]) -> int:
-    """Return the side of the pieces: at most half the training image, so that pieces differ."""
+    """Return the side of the pieces, at most half the training image, so that pieces differ."""
     return max(4, min(MAX_PIECE_SIDE, min(shape) // 2))
 
 
 def window_hashes(indices: NDArray[np.integer]) -> NDArray[np.uint64]:
-    """Return a number for each window of SIDE × SIDE cells; equal windows have equal numbers.
+    """Return a hash of each window of SIDE × SIDE cells; equal windows have equal hashes.
 
-    Two different windows have the same number with a probability of about 10⁻¹⁹.
+    Two different windows have equal hashes with a probability of about 10⁻¹⁹.
     """
     ny, nx = (n - SIDE + 1 for n in indices.shape)
     weights = np.random.default_rng(SIDE).integers(2**63, size=(SIDE, SIDE), dtype=np.uint64)
@@ -139,10 +139,10 @@ def window_hashes(indices: NDArray[np.integer]) -> NDArray[np.uint64]:
 def new_shapes(
     indices: NDArray[np.integer], known: NDArray[np.uint64]
 ) -> tuple[NDArray[np.bool_], float]:
-    """Return a mask of the windows of a map that the training image lacks, and their share.
+    """Return a mask of the windows that are absent from the training image, and their share.
 
     `known` are the hashes of the windows of the training image. The mask marks the four middle
-    cells of each window that the training image lacks.
+    cells of each window that is absent from the training image.
     """
     new = ~np.isin(window_hashes(indices), known)
     where = np.zeros(indices.shape, bool)
@@ -155,14 +155,14 @@ def new_shapes(
 
 @dataclass
 class RoundRun(PageRun[Round]):
-    """The task that draws a round, running or finished."""
+    """The task, running or finished, that draws a round of the quiz."""
 
     training_image: TrainingImage
     parameters: Parameters
     seed: int
 
     def work(self, job: Job[Round]) -> Round:
-        """Return the round."""
+        """Compute and return the round of the quiz."""
         return draw_round(self.training_image, self.parameters, self.seed)
 
 
@@ -170,11 +170,11 @@ class RoundRun(PageRun[Round]):
 class Quiz:
     """The state of the quiz.
 
-    `image` is a bundled training image, or empty for the image of the study; `level`,
-    `n_candidates` and `refine` are the parameters of the realizations. `seed` is drawn once per
-    session and increased by `n_rounds`. `run` draws the round with the settings in `asked`.
+    `image` is the name of a bundled training image, or empty for the image of the study. `level`,
+    `n_candidates` and `refine` are parameters of the realizations. `seed` is random, one per
+    session, and `n_rounds` is added to it. `run` computes the round with the settings `asked`.
     `picked` is the picture that the user took for the training image. `tallies` has the number of
-    right picks and the number of all picks for each setting.
+    right picks and the number of picks for each setting.
     """
 
     image: str = "channels"
@@ -190,12 +190,12 @@ class Quiz:
 
     @property
     def round(self) -> Round | None:
-        """The round, or None until its pictures are drawn."""
+        """The present round, or None until its pictures are drawn."""
         return self.run.result if self.run is not None else None
 
 
 def draw_quiz(state: State) -> None:
-    """Draw the settings, the pictures of the round, and the answer to a pick."""
+    """Draw the settings, the pictures of the round and, after a pick, the answer."""
     quiz = state.page(Quiz)
     _controls(state)
     if quiz.asked != _asked(state):
@@ -212,7 +212,7 @@ def draw_quiz(state: State) -> None:
 
 
 def begin_round(state: State) -> None:
-    """Draw new pictures; an earlier pick has already been counted."""
+    """Start a new round with new pictures."""
     quiz = state.page(Quiz)
     quiz.asked, quiz.picked = _asked(state), None
     quiz.n_rounds += 1
@@ -220,7 +220,7 @@ def begin_round(state: State) -> None:
 
 
 def pick(quiz: Quiz, k: int) -> None:
-    """Store a pick; only the first pick of a round counts."""
+    """Store the user's pick; only the first pick of a round counts."""
     if quiz.round is None or quiz.picked is not None or not 0 <= k < len(quiz.round.pictures):
         return
     quiz.picked = k
@@ -230,7 +230,7 @@ def pick(quiz: Quiz, k: int) -> None:
 
 
 def describe_setting(quiz: Quiz) -> str:
-    """Return the settings of a round."""
+    """Return the settings for the next round."""
     name = pretty(quiz.image) if quiz.image else "your image"
     refine = [] if quiz.refine else ["no refine"]
     return ", ".join([name, f"level {quiz.level}", f"K {quiz.n_candidates}", *refine])
@@ -265,8 +265,8 @@ def _draw_round(state: State, shown: Round) -> None:
     n = len(shown.pictures)
     if quiz.picked is None:
         step_note(
-            f"One of these {n} is a piece of the training image; the others are pieces of "
-            "realizations made from it. Pick it."
+            f"One of these {n} pictures is a piece of the training image; the others are pieces "
+            "of realizations. Pick the piece of the training image."
         )
     colours = _colours(state, shown)
     pictures = [b64encode(map_png(p, colours)).decode() for p in shown.pictures]
@@ -322,7 +322,7 @@ def _colours(state: State, shown: Round) -> list[str]:
 
 
 def draw_reveal(quiz: Quiz, shown: Round, colours: Sequence[str]) -> None:
-    """Say whether the pick was right, and draw the seams of a realization."""
+    """Tell whether the pick was right, and draw the seams of a realization."""
     picked = quiz.picked
     assert picked is not None
     k = shown.easiest if picked == shown.answer else picked
@@ -335,17 +335,17 @@ def draw_reveal(quiz: Quiz, shown: Round, colours: Sequence[str]) -> None:
         seams = seam_map(shown, k, colours)
         draw_cells(seams, "quiz_seams", name="seams", max_height=REVEAL_HEIGHT)
     with middle:
-        panel_title("Where its pieces are from")
+        panel_title("Where the pieces come from in the training image")
         pieces = piece_map(shown, k, colours)
         draw_cells(pieces, "quiz_pieces", name="pieces", max_height=REVEAL_HEIGHT)
     with words:
-        panel_title("What gives it away")
+        panel_title("How to recognize the realization")
         lines = describe_seams(shown, k)
         st.html("".join(f'<p class="telling">{escape(line)}</p>' for line in lines))
 
 
 def describe_verdict(picked: int, shown: Round) -> str:
-    """Say whether a pick was right."""
+    """Return a sentence that tells whether the pick was right."""
     if picked == shown.answer:
         return f"Yes: picture {picked + 1} is the training image."
     return (
@@ -355,25 +355,25 @@ def describe_verdict(picked: int, shown: Round) -> str:
 
 
 def describe_seams(shown: Round, k: int) -> list[str]:
-    """Describe the seams of picture k, and compare them with the seams of the other pictures."""
+    """Describe the seams of picture k and compare their shapes with the other pictures."""
     found, own = shown.copying_of(k), shown.shapes_at(k)[1]
     others = [shown.shapes_at(j)[1] for j in range(len(shown.pictures)) if j != shown.answer]
     low, high = (f"{100 * share:.1f}" for share in (min(others), max(others)))
     return [
-        f"Picture {k + 1} is put together from pieces of the training image: "
-        f"{100 * found.seams.mean():.0f} % of its cells are at a seam, and the largest square of "
-        f"one piece has {found.largest_square} × {found.largest_square} cells.",
-        "Most seams cannot be seen. A seam is visible if it makes a shape absent from the training "
-        f"image (red): {100 * own:.1f} % of the windows of {SIDE} × {SIDE} cells here, {low} to "
-        f"{high} % in the realizations of this round. Look there for banks with a step, and for "
-        "geobodies that end or change their width abruptly.",
-        "The training image has no such windows, by definition. Their number grows with a higher "
-        "level, more candidates or refine off.",
+        f"Picture {k + 1} consists of pieces of the training image. "
+        f"{100 * found.seams.mean():.0f} % of its cells are at a seam, and the largest square "
+        f"copied in one piece has {found.largest_square} × {found.largest_square} cells.",
+        "Most seams cannot be seen. A seam is visible if it makes a shape absent from the "
+        f"training image (red): {100 * own:.1f} % of the windows of {SIDE} × {SIDE} cells here, "
+        f"{low} to {high} % in the realizations of this round. At visible seams, look for steps "
+        "in the edges of geobodies, and for geobodies that end or change width abruptly.",
+        "By definition, the training image has no such windows. A higher level, more candidates, "
+        "or no refinement gives more such windows.",
     ]
 
 
 def seam_map(shown: Round, k: int, colours: Sequence[str]) -> CellMap:
-    """Return picture k with its seams and, on top, the shapes that the training image lacks."""
+    """Return picture k with its seams, and a mask of shapes absent from the training image."""
     theme, names = chart_theme(), shown.training_image.facies_names
     indices = shown.pictures[k]
     n = len(names)
@@ -391,7 +391,7 @@ def seam_map(shown: Round, k: int, colours: Sequence[str]) -> CellMap:
 
 
 def piece_map(shown: Round, k: int, colours: Sequence[str]) -> CellMap:
-    """Return the training image; cells used in picture k are in colour, all other cells grey."""
+    """Return the training image; cells used in picture k are in colour, and others are grey."""
     image = shown.training_image
     n = image.n_facies
     if n > MAX_FACIES_MARKED:
@@ -401,7 +401,7 @@ def piece_map(shown: Round, k: int, colours: Sequence[str]) -> CellMap:
         indices=np.where(used, image.indices, n + image.indices).astype(np.uint8),
         colours=[*colours, *(_greyed(colour, 0.25) for colour in colours)],
         labels=[*image.facies_names, *(f"{name}, not used" for name in image.facies_names)],
-        alt=f"The training image; its cells in picture {k + 1} are in full colour",
+        alt=f"The training image; cells used in picture {k + 1} are in full colour",
     )
 
 

@@ -15,7 +15,7 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 
 N_STEPS = 200
-"""Number of colours of a probability map; shares among 200 realizations are exact."""
+"""Number of colour steps of a probability map; exact for at most 200 realizations."""
 
 
 @dataclass(frozen=True)
@@ -23,19 +23,19 @@ class CellMap:
     """A map or volume to draw: indices with a colour and a label for each value."""
 
     indices: NDArray[np.uint8]  # (ny, nx) or (nz, ny, nx)
-    colours: Sequence[str]  # "#rrggbb" of each value of `indices`
-    labels: Sequence[str]  # label of each value, for the hover
+    colours: Sequence[str]  # colour "#rrggbb" of each value of `indices`
+    labels: Sequence[str]  # label of each value, shown on hovering
     alt: str
     keys: Sequence[tuple[str, str]] = ()  # (label, colour) pairs of the legend
     strip: dict[str, Any] | None = None  # replaces the legend; keys: colours, low, high
-    # each point has (layer,) row, column, index of its colour, and whether it is wrong
+    # each point has (layer,) row, column, colour index, and whether the datum is wrong
     points: list[list[int]] = field(default_factory=list)
     point_colours: Sequence[str] = ()
-    points_are: tuple[str, str] = ("datum", "data")  # name of the points, singular and plural
-    # drawn on top of a map; each has kind ("box", "ring", "disc", "cross"), row, column, height,
+    points_are: tuple[str, str] = ("datum", "data")  # name of a point, in singular and plural
+    # marks on a map; each has a kind ("box", "ring", "disc", "cross"), row, column, height,
     # width, colour and label
     marks: list[dict[str, Any]] = field(default_factory=list)
-    trail: list[list[float]] = field(default_factory=list)  # a line through cells, with an arrow
+    trail: list[list[float]] = field(default_factory=list)  # line of cells with an arrow
 
 
 def facies_map(
@@ -80,7 +80,7 @@ def points_of(
 
 
 def shared_content(cell_map: CellMap, grid: Grid | None) -> dict[str, Any]:
-    """Return the content that the components of maps and volumes share."""
+    """Return the part of the content that is equal for the components of maps and of volumes."""
     n_dimensions = cell_map.indices.ndim
     n_wrong = sum(point[n_dimensions + 1] for point in cell_map.points)
     return {

@@ -1,4 +1,4 @@
-"""Put a map or a volume on the page; only this module and page layouts tell them apart."""
+"""Put a map or a volume on the page; only this module chooses the component."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ def draw_cells(
 
     `name` is the file name of the saved picture, without ending. The coordinates of `grid` are
     drawn along the edges. Maps with the same `link` zoom, pan and hover together; volumes share
-    cursor, slices and vertical exaggeration. `max_height` limits a map, or the slice and the body
-    of a volume, in pixels.
+    cursor, slices and vertical exaggeration. `max_height` limits the height, in pixels, of a map
+    or of the slice and the body of a volume.
 
-    Options of maps: maps with the same `scale` have the same cell size, which is the largest size
-    at which the maps with `leads` fit on the page. `tools` shows zoom and save. `on_cell` is called
-    with the row and column of a clicked cell. Options of volumes: `body` shows the volume beside
-    its three slices. If `cursor` (layer, row, column) changes, the slices move to this cell;
-    otherwise only the user moves them.
+    Options of maps: maps with the same `scale` have the largest cell size at which the maps with
+    `leads` fit on the page. `tools` shows buttons for zooming and saving. `on_cell` is called with
+    the row and column of a clicked cell. Options of volumes: `body` shows the volume beside three
+    slices. If `cursor` (layer, row, column) changes, the slices move to this cell; otherwise only
+    the user moves the slices.
     """
     options: dict[str, Any] = {"grid": grid, "link": link, "name": name}
     if max_height:
@@ -65,15 +65,16 @@ def draw_editable(
 ) -> None:
     """Put a map or a volume with editable points on the page.
 
-    `take_edits` is called with a list of edits and may receive an edit again. An edit has a growing
+    `take_edits` is called with a list of edits; an edit may arrive twice. An edit has an increasing
     number `seq` and either `do` ("undo" or "redo") or a drawing. A drawing on a map has `set`, a
     list of [row, column, facies index or −1 to erase]. A drawing in a slice of a volume has `axis`,
-    the axis across the slice, and `cells`, a list of [layer, row, column] that the user clicked,
-    drew over, or marked with Enter at the cross hairs.
+    the axis perpendicular to the slice, and `cells`, a list of [layer, row, column] that the user
+    clicked, drew over, or marked at the cross hairs with Enter.
 
-    `editing` has `ack` (the number of the last edit taken), `can_undo` and `can_redo`. For a map it
-    also has `brushes` (label and colour of each facies), `reads` (whether the map shows facies to
-    place) and `empty` (whether it shows nothing). `options` replace defaults of the component.
+    `editing` has `ack` (the number of the last applied edit), `can_undo` and `can_redo`. For a map,
+    `editing` also has `brushes` (label and colour of each facies), `reads` (whether the map shows
+    facies to place) and `empty` (whether the map is blank). `options` replace defaults of the
+    component.
     """
     if cells.indices.ndim == 3:
         key = "volume_editor"

@@ -1,4 +1,4 @@
-"""Our own Streamlit components: each is a folder of JavaScript, HTML and CSS."""
+"""Streamlit components of the dashboard: each is a folder of JavaScript, HTML and CSS."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ BELOW = {
     "volume": ("shared/drawing", "shared/edits", "volume/slice", "volume/body"),
     **dict.fromkeys(("history", "settings", "sheet", "quiz"), ("shared/tiles",)),
 }
-"""Modules that each component uses besides `shared/calls`; all modules are sent as one text."""
+"""By component, the shared modules that it uses besides `shared/calls`, sent as one text."""
 ENTRY = "export default "
-"""Text before the function that Streamlit calls, in the last module of a component."""
+"""In a component's last module, the start of the line that defines Streamlit's function."""
 
 
 def draw_component(
@@ -35,7 +35,7 @@ def draw_component(
     """Draw a component with the content that its JavaScript reads.
 
     `take` is called with the value that the component reports as `event`, before the page is drawn
-    again; `options` are passed to Streamlit, such as the width.
+    again. `options`, such as the width, are passed to Streamlit.
     """
 
     def changed() -> None:
@@ -49,7 +49,7 @@ def draw_component(
 
 
 def reported(key: str, event: str) -> Any:
-    """Return the value that a component reported; None after an interrupted run."""
+    """Return the value that a component reported, or None after an interrupted run."""
     return getattr(st.session_state.get(key), event, None)
 
 
@@ -62,7 +62,7 @@ def _component(name: str) -> Any:
 def component_parts(name: str) -> tuple[str, str, str]:
     """Return the HTML, CSS and JavaScript of a component, including the modules that it uses.
 
-    The HTML of a component without an HTML file is an empty element with its name as class.
+    A component without an HTML file gets an empty element whose class is the component's name.
     """
     modules = "shared/calls", *BELOW.get(name, ()), f"{name}/{name}"
     html, css, js = (
@@ -74,6 +74,6 @@ def component_parts(name: str) -> tuple[str, str, str]:
 
 
 def _text(name: str) -> str:
-    """Return the text of a file of the folder; empty if the file does not exist."""
+    """Return the text of a file in the folder, or an empty text if the file does not exist."""
     path = FOLDER / name
     return path.read_text("utf-8") if path.exists() else ""

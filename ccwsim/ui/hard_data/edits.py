@@ -1,4 +1,4 @@
-"""The state of the editor of hard data, its edits, undo and redo, and the results shown."""
+"""The state of the editor of hard data: edits, undo and redo, and the realizations shown."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ Cell = tuple[int, ...]
 Ground = Literal["realization", "e_type", "empty"]
 Way = Literal["random", "N-S", "E-W", "vertical", "grid"]
 ERASE, AS_SHOWN = -1, -2
-"""Brushes that are not facies."""
+"""Brushes other than facies: erase cells, or place the facies shown."""
 MAX_MOMENTS = 200
 
 
 @dataclass(frozen=True, eq=False)
 class Moment:
-    """The hard data at one moment, and the reference field if they were sampled from it."""
+    """The hard data at one moment, and the reference field if the data were sampled from one."""
 
     data: DataChoice
     reference: TrainingImage | None = None
@@ -36,13 +36,13 @@ class Moment:
 
 @dataclass
 class History:
-    """Earlier moments and undone moments; the last of each list is nearest to the present."""
+    """The undo list and the redo list; the last moment of each list is nearest to the present."""
 
     past: list[Moment] = field(default_factory=list)
     future: list[Moment] = field(default_factory=list)
 
     def remember(self, now: Moment) -> None:
-        """Keep the moment before a change; forget undone moments."""
+        """Store the moment before a change in the undo list, and clear the redo list."""
         self.past.append(now)
         self.future.clear()
         del self.past[:-MAX_MOMENTS]
@@ -60,12 +60,12 @@ class Sampling:
 
 @dataclass
 class DataTable:
-    """The table of data: its rows, and notes on the user's edits."""
+    """The table of hard data: its rows, and notes on the user's edits."""
 
-    world: bool = True  # whether positions are x and y, not row and column
-    base: Any = None  # DataFrame of the rows without the widget's edits
-    of: tuple = ()  # identifies the edited data; other data need a new base
-    version: int = 0  # number of the base
+    world: bool = True  # whether positions are x and y; otherwise row and column
+    base: Any = None  # DataFrame of the rows before the widget's edits
+    of: tuple = ()  # identifies the edited data; different data need a new base
+    version: int = 0  # version number of `base`
     notes: list[str] = field(default_factory=list)
 
 
@@ -73,14 +73,14 @@ class DataTable:
 class Editor:
     """The state of the page of hard data."""
 
-    ground: Ground = "realization"  # content of the map under the data
+    ground: Ground = "realization"  # content of the map on which data are drawn
     history: History = field(default_factory=History)
     sampling: Sampling = Sampling()
-    reference_choice: ImageChoice | None = None  # field to sample; None for the shown realization
+    reference_choice: ImageChoice | None = None  # image to sample, or None
     table: DataTable = field(default_factory=DataTable)
     taken: int = 0  # number of the last edit that was applied
-    local: Ensemble | None = None  # realizations re-simulated around edits made since the last run
-    message: str = ""  # error message of the last edit
+    local: Ensemble | None = None  # realizations after local re-simulation
+    message: str = ""  # error message of the latest edit
     # only for volumes: `brush` is the index of the facies to place, or ERASE or AS_SHOWN; the
     # layers are the first and last layer of a well, or None for all layers
     brush: int = 1
@@ -88,14 +88,14 @@ class Editor:
 
 
 def with_changes(data: HardData, changes: Mapping[Cell, int | None]) -> HardData:
-    """Return data with cells ((layer,) row, column) set to a facies code, or removed if None."""
+    """Return data with `changes`: by (layer,) row and column, a facies code, or None to remove."""
     before = dict(zip(map(tuple, data.cells.tolist()), data.facies.tolist(), strict=True))
     known = {cell: code for cell, code in {**before, **changes}.items() if code is not None}
     return HardData(list(known), list(known.values()))
 
 
 def take(state: State, choice: DataChoice, reference: TrainingImage | None = None) -> None:
-    """Replace the hard data of the study; the present data go into the history."""
+    """Replace the hard data of the study, and add the present data to the history."""
     state.page(Editor).history.remember(moment_of(state))
     state.change(data=choice)
     state.data_draft, state.reference = None, reference
@@ -107,21 +107,21 @@ def take_data(
     reference: TrainingImage | None = None,
     wells: CellsOfWells = (),
 ) -> None:
-    """Put data placed by hand into the study if they differ from its data.
+    """Put data placed by hand into the study if the study's data differ.
 
-    `wells` are the cells of named wells in a file; cells without data are ignored.
+    `wells` are the cells of named wells from a file; cells without data are ignored.
     """
     if data.digest != data_of(state.choices).digest:
         take(state, DataChoice("placed", placed=data, wells=wells), reference)
 
 
 def moment_of(state: State) -> Moment:
-    """Return the present moment for the history."""
+    """Return the present hard data and reference field for the history."""
     return Moment(state.choices.data, state.reference)
 
 
 def undo(state: State) -> None:
-    """Go back to the data before the last edit, if there was one."""
+    """Go back to the data before the last edit, if there is one."""
     history = state.page(Editor).history
     _step(state, history.past, history.future)
 
@@ -141,7 +141,7 @@ def _step(state: State, back: list[Moment], forth: list[Moment]) -> None:
 
 
 def take_edits(state: State, edits: Sequence[Mapping[str, Any]]) -> None:
-    """Apply new edits in order; `draw_editable` describes edits."""
+    """Apply new edits in order; `draw_editable` describes their format."""
     page_state = state.page(Editor)
     page_state.message = ""
     for edit in sorted(edits, key=lambda edit: edit["seq"]):
@@ -172,15 +172,15 @@ def _take_edit(state: State, edit: Mapping[str, Any]) -> None:
 
 
 def layers_of_wells(page_state: Editor, nz: int) -> tuple[int, int]:
-    """Return the first and last layer of a new well; by default, a well goes through all layers."""
+    """Return the first and last layer of a new well; by default, the well crosses all layers."""
     low, high = page_state.layers or (0, nz - 1)
     return min(low, nz - 1), min(high, nz - 1)
 
 
 def paint(state: State, axis: str, cells: Sequence[Cell], layers: range) -> None:
-    """Edit the `cells` (layer, row, column) of a volume in a slice across an `axis`.
+    """Edit the `cells` (layer, row, column) in a slice of a volume perpendicular to an `axis`.
 
-    In a slice across z, the last cell gets a vertical well through `layers`.
+    In a slice perpendicular to z, a vertical well through `layers` is placed at the last cell.
     """
     page_state, grid = state.page(Editor), state.choices.grid
     page_state.message = ""
@@ -193,7 +193,7 @@ def paint(state: State, axis: str, cells: Sequence[Cell], layers: range) -> None
     if brush == AS_SHOWN:
         ensemble = answer(state) or state.ensemble
         if ensemble is None or not fits(ensemble, state.choices):
-            page_state.message = "there is no realization to read yet; choose a facies"
+            page_state.message = "there is no realization yet to read from; choose a facies"
             return
         shown = ensemble.realizations[min(state.shown, ensemble.n - 1)]
         changes = {cell: int(shown[cell]) for cell in wanted}
@@ -205,7 +205,7 @@ def paint(state: State, axis: str, cells: Sequence[Cell], layers: range) -> None
 
 
 def fits(ensemble: Ensemble, choices: Choices) -> bool:
-    """Return whether an ensemble belongs to the study; its hard data may differ."""
+    """Return whether an ensemble belongs to the study if the hard data are ignored."""
     return (
         ensemble.grid == choices.grid
         and ensemble.parameters == choices.parameters
@@ -217,9 +217,9 @@ def fits(ensemble: Ensemble, choices: Choices) -> bool:
 def answer(state: State) -> Ensemble | None:
     """Return realizations that honour the present data, or None if a run is needed.
 
-    If the latest run had the same data, its realizations are returned. If data were only added,
-    realizations are re-simulated locally; only this page shows them, until the run is finished. If
-    data were removed, a run is needed, because they affected the cells around them.
+    If the latest run had the present data, return its realizations. If data were only added,
+    re-simulate realizations locally; only this page shows the result, until a run is finished. If
+    data were removed, a run is needed, because removed data affected surrounding cells.
     """
     data, page_state = data_of(state.choices), state.page(Editor)
     known = [e for e in (state.ensemble, page_state.local) if e and fits(e, state.choices)]

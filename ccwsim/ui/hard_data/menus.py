@@ -48,12 +48,12 @@ WAYS_VOLUME = {
     "random": "cells at random",
     "grid": "vertical wells on a grid",
 }
-ORIGINS = {False: "the shown realization", True: "an image of yours"}
+ORIGINS = {False: "the shown realization", True: "an image from a file"}
 EXPORTS = {"csv": "CSV: x, y, facies", "gslib": "GSLIB points"}
 
 
 def draw_import(state: State) -> None:
-    """Draw a menu to open a file of hard data, with the open questions about it."""
+    """Draw a menu to open a file of hard data and to answer questions about the file."""
     with st.popover("Import", key="import_menu"):
         data_uploader("import_file", lambda file: use_file(state, DataChoice("file", upload=file)))
         draft = state.data_draft or state.choices.data
@@ -62,19 +62,19 @@ def draw_import(state: State) -> None:
 
 
 def draw_tables(state: State) -> None:
-    """Draw a menu for wells in two or three tables, as in drill-hole databases."""
+    """Draw a menu to open wells in two or three tables, as exported by drill-hole databases."""
     with st.popover("Wells in tables", key="tables_menu"):
         draft = state.data_draft or state.choices.data
         draw_table_uploaders("table", draft, lambda choice: use_file(state, choice))
         if draft.source != "file" or draft.tables is None or draft.waits:
-            st.caption("Collars and intervals are needed; depths are along the well.")
+            st.caption("Collars and intervals are required. Depths are measured along the well.")
             keep_data_button(state, "tables_drop")
         else:
             _report(state, draft)
 
 
 def draw_problem(state: State, problem: str) -> None:
-    """Say why the hard data of the study cannot be used, and ask the questions that resolve it."""
+    """State why the study's hard data cannot be used, and ask questions that solve the problem."""
 
     def use(choice: DataChoice, grid: Grid | None = None) -> None:
         state.change(data=choice, grid=grid or state.choices.grid)
@@ -86,7 +86,7 @@ def draw_problem(state: State, problem: str) -> None:
 
 
 def draw_export(state: State, data: HardData) -> None:
-    """Draw a menu of files to save the hard data in."""
+    """Draw a menu of file formats in which the hard data can be saved."""
     grid = state.choices.grid
     name = f"{grid_part(image_of(state.choices.image), grid)}_hard_data"
     with st.popover("Export", key="export_menu", disabled=not data.n):
@@ -97,7 +97,7 @@ def draw_export(state: State, data: HardData) -> None:
 
 
 def use_file(state: State, choice: DataChoice, grid: Grid | None = None) -> None:
-    """Use the data of a file if they can be read, otherwise keep the choice as a draft."""
+    """Use the data in a file if the file can be read; otherwise keep the choice as a draft."""
     before = moment_of(state)
     use_data(state, choice, grid)
     if state.choices.data is choice:
@@ -111,8 +111,8 @@ def _report(state: State, draft: DataChoice) -> None:
     tried = replace(state.choices, data=draft)
     try:
         report = imported_data(tried)
-        if state.data_draft is not None:  # the data are for another image, or wait
-            st.caption(f"{report.hard_data.n} data fit and are not in the study yet.")
+        if state.data_draft is not None:  # the data are for another image, or wait for confirmation
+            st.caption(f"{report.hard_data.n} data fit the grid but are not in the study yet.")
         for note in report.notes:
             st.caption(plain(note))
     except CCWSIMError as error:
@@ -131,7 +131,8 @@ def draw_sampling(state: State) -> None:
 
     with st.popover("Sample", key="sample_menu"):
         st.caption(
-            "Samples data from a hidden reference field, with which realizations are then compared."
+            "Samples data from a hidden reference field. The page Validate compares realizations "
+            "with this field."
         )
         choice = page_state.reference_choice
         origin = {"value": choice is not None, "write": read_from, **options_of(ORIGINS)}
@@ -143,7 +144,7 @@ def draw_sampling(state: State) -> None:
 
 
 def sample(state: State) -> None:
-    """Sample data as chosen in the menu, put them into the study, and keep the reference field."""
+    """Sample data as the menu says, put these data into the study, and keep the reference field."""
     page_state = state.page(Editor)
 
     def take() -> None:
@@ -157,7 +158,7 @@ def sample(state: State) -> None:
 
 
 def sampled(reference: TrainingImage, how: Sampling) -> HardData:
-    """Return data sampled from a field in the cells that `how` selects."""
+    """Return data sampled from a field in the cells that the pattern `how` selects."""
     if how.way == "random":
         return sample_random(reference.array, how.n, how.seed)
     if how.way == "grid":
@@ -166,7 +167,7 @@ def sampled(reference: TrainingImage, how: Sampling) -> HardData:
 
 
 def reference_of(state: State) -> TrainingImage:
-    """Return the field to sample; raise an error if there is none with the shape of the grid."""
+    """Return the field to sample; raise an error if no field has the shape of the grid."""
     grid, choice, ensemble = state.choices.grid, state.page(Editor).reference_choice, state.ensemble
     if choice is None:
         if ensemble is None or not fits(ensemble, state.choices):
@@ -178,8 +179,8 @@ def reference_of(state: State) -> TrainingImage:
     if reference.shape != grid.shape:
         size, wanted = describe_shape(reference.shape), describe_shape(grid.shape)
         raise CCWSIMError(
-            f"{choice.upload.name} has {size} cells and the grid {wanted}; "
-            "make the grid the same in step 3 of Simulate"
+            f"{choice.upload.name} has {size} cells, but the grid has {wanted}; change the grid "
+            "in step 3 of Simulate"
         )
     return reference
 
@@ -189,10 +190,10 @@ def _ask_reference(page_state: Editor, choice: ImageChoice, volume: bool) -> Non
         page_state.reference_choice = choice
 
     def take(upload: Upload) -> None:
-        change(ImageChoice())  # the earlier field stays if the file cannot be read
+        change(ImageChoice())  # if the file cannot be read, the earlier field is kept
         change(image_of_file(upload, volume=volume))
 
-    tip = "A field of the size of the grid, in any format of a training image."
+    tip = "An image with as many cells as the grid, in any format of a training image."
     options: dict[str, Any] = {"removed": partial(change, ImageChoice()), "type": TYPES}
     file_uploader("Reference image", key="reference_file", take=take, help=tip, **options)
     if choice.upload is not None:
@@ -219,7 +220,7 @@ def _ask_way(page_state: Editor, volume: bool) -> None:
         field(st.number_input, label, key="sample_n", **number)
     if how.way != "random":
         number = bound_to(how, "every", change, min_value=1, max_value=MAX_SAMPLING_STEP)
-        field(st.number_input, "A datum every so many cells", key="sample_every", **number)
+        field(st.number_input, "Distance between data, in cells", key="sample_every", **number)
     if how.way != "grid":
         seed = bound_to(how, "seed", change, min_value=0)
         field(st.number_input, "Their own seed", key="sample_seed", **seed)

@@ -50,11 +50,12 @@ from ccwsim.ui.widgets.theme import chart_theme, draw_style
 STYLE = Path(__file__).with_name("editor.css")
 GROUNDS = {"realization": "realization", "e_type": "E-type", "empty": "empty grid"}
 REST, REST_VOLUME = 0.4, 0.6
-"""Seconds after the last edit until a run with all edits begins."""
-TOOLS = "“draw” places and moves a datum; “straight” and “freehand” place a line of them."
+"""Number of seconds after the last edit at which a run with all edits begins."""
+TOOLS = "“draw” places or moves a datum; “straight” and “freehand” place a line of data."
 TOOLS_VOLUME = (
-    "A click on the map places a vertical well in the chosen layers; a drag in a section, cells. "
-    "Keyboard: arrow keys move the slices, Enter acts like a click, Ctrl+Z undoes an edit."
+    "A click on the map places a vertical well in the chosen layers. Dragging in a vertical "
+    "section places data in cells. Arrow keys move the slices, Enter acts like a click, and Ctrl+Z "
+    "undoes an edit."
 )
 
 
@@ -63,7 +64,7 @@ def draw_editor(state: State) -> None:
     """Draw the editor over the realizations of the study; an edit redraws only the editor.
 
     Every edit starts a run. If data were added, the editor shows a local re-simulation until this
-    run is finished. All other results are from the previous run and dimmed.
+    run is finished. All other results are from the previous run and are dimmed.
     """
     with error_boundary():
         draw_style(STYLE)
@@ -110,7 +111,7 @@ def _draw(state: State) -> None:
     with middle, st.container(key="beside") if grid.nz is None else nullcontext():
         if ensemble is None:
             panel_title("Realizations and E-type")
-            step_note("They respond to every edit here, once the study has been simulated.")
+            step_note("After the first run, realizations are shown here and follow every edit.")
         elif ground == "e_type" and grid.nz is None:
             draw_realization(ensemble, colours, state.shown)
         else:
@@ -125,7 +126,7 @@ def _draw(state: State) -> None:
 
 
 def _draw_actions(state: State, data: HardData) -> None:
-    """Draw the menus; undo and redo of a map are on its toolbar."""
+    """Draw the menus; buttons for undo and redo are drawn only for volumes."""
     page_state, volume = state.page(Editor), state.choices.grid.nz is not None
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="editor_top"):
         draw_import(state)
@@ -138,34 +139,34 @@ def _draw_actions(state: State, data: HardData) -> None:
             button("Undo", key="undo", on_click=undo, disabled=not history.past, **args)
             button("Redo", key="redo", on_click=redo, disabled=not history.future, **args)
         clear = {"args": (state, DataChoice("placed", placed=HardData())), "disabled": not data.n}
-        clear["help"] = "Remove all data; undo brings them back."
+        clear["help"] = "Remove all data; “undo” restores the data."
         button("Clear", key="clear", on_click=take, **clear)
     if page_state.message:
         st.warning(plain(page_state.message))
 
 
 def describe_answer(state: State, answered: Ensemble | None) -> str:
-    """Say which realization is edited and how it honours the data, or that a run is needed."""
+    """Describe how the realization shown honours the data, or state that a run is needed."""
     number = f"Realization {state.shown + 1}"
     if state.page(Editor).ground == "e_type" and answered is not state.ensemble:
-        return "E-type of the data before your edits, until the run with all data is finished."
+        return "The E-type is from before your edits, until the run with all data is finished."
     if answered is None:
-        return f"{number} of the earlier data; data were removed, so a new run is needed."
+        return f"{number} with the earlier data; because data were removed, a new run is needed."
     if not answered.hard_data.n:
         return TOOLS if state.choices.grid.nz is None else ""
     text = f"{number}: {describe_data_status(answered.data_status[state.shown])}."
     if not answered.revised:
         return text
     if not answered.parameters.exact_data:
-        return f"{text} Edits steer the search of the next run: “Honour data exactly” is off."
-    return f"{text} Local answer to your edits, until the run with all data is finished."
+        return f"{text} “Honour data exactly” is off: edits only condition the next search."
+    return f"{text} Re-simulated locally around your edits, until the new run is finished."
 
 
 def _draw_ground_field(page_state: Editor) -> None:
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="ground_row"):
         panel_title("Hard data on")
         ground = bound_to(page_state, "ground", label_visibility="collapsed") | options_of(GROUNDS)
-        field(st.segmented_control, "What is under the data", key="ground", **ground)
+        field(st.segmented_control, "Map under the data", key="ground", **ground)
 
 
 def draw_canvas(
@@ -175,7 +176,7 @@ def draw_canvas(
     colours: list[str],
     ensemble: Ensemble | None,
 ) -> None:
-    """Draw the map or volume with the data on it; apply its edits to the state."""
+    """Draw the map or volume with the data on top, and apply the user's edits."""
     page_state, grid = state.page(Editor), state.choices.grid
     ground = page_state.ground if ensemble is not None else "empty"
     alt = "Hard data; arrow keys move, Enter places, Delete erases"
@@ -185,7 +186,7 @@ def draw_canvas(
         shown = empty_map(grid)
     elif ground == "realization":
         shown = facies_map(ensemble.indices[min(state.shown, ensemble.n - 1)], image, colours, alt)
-        shown = shown if grid.nz is not None else replace(shown, keys=())  # tools show the facies
+        shown = shown if grid.nz is not None else replace(shown, keys=())  # tools show facies
     else:
         shown = uncertainty_map(state, ensemble, colours)
     status = status_of(data, ensemble, state.shown if ground == "realization" else None)
@@ -208,20 +209,20 @@ def draw_canvas(
 
 
 def empty_map(grid: Grid) -> CellMap:
-    """Return a map or volume of a grid with nothing on it."""
+    """Return a blank map or volume of a grid."""
     nothing = np.zeros(grid.shape, np.uint8)
     return CellMap(nothing, [chart_theme().paper], ["no datum"], "Empty grid")
 
 
 def status_of(data: HardData, ensemble: Ensemble | None, shown: int | None) -> list[int]:
-    """Return the `Ensemble.data_status` of each datum in a realization, or 0 if it is unknown."""
+    """Return the `Ensemble.data_status` of each datum in a realization; an unknown status is 0."""
     if ensemble is None or shown is None or ensemble.hard_data.digest != data.digest:
         return [0] * data.n
     return ensemble.data_status[shown].tolist()
 
 
 def describe_data_status(data_status: NDArray[np.integer]) -> str:
-    """Say how a realization honours the data, given its row of `Ensemble.data_status`."""
+    """Describe how a realization honours the data, given its row of `Ensemble.data_status`."""
     sizes = data_status[data_status > 0]
     n_raster, n_forced = np.count_nonzero(data_status == 0), np.count_nonzero(data_status == FORCED)
     n_wrong = np.count_nonzero(data_status == WRONG)
@@ -236,5 +237,5 @@ def describe_data_status(data_status: NDArray[np.integer]) -> str:
     if n_forced:
         parts.append(f"{n_forced} forced")
     if n_wrong:
-        parts.append(f"{n_wrong} wrong, as “Honour data exactly” is off")
+        parts.append(f"{n_wrong} wrong, because “Honour data exactly” is off")
     return ", ".join(parts)

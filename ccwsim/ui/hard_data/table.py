@@ -21,16 +21,16 @@ from ccwsim.ui.widgets.fields import bound_to, field, options_of
 from ccwsim.ui.widgets.text import panel_title, plain
 
 HEIGHT = 497
-"""Height of the table in pixels: the heading and exactly fourteen rows."""
+"""Height of the table in pixels, for the heading and exactly fourteen rows."""
 MAX_NOTES = 4
 MAX_COLOURED = 500
-"""Maximum number of rows drawn in the colours of facies; Streamlit needs 0.2 ms per row."""
+"""Maximum number of rows with facies colours; Streamlit takes 0.2 ms to colour a row."""
 COLOUR = " "
-"""Heading and name of the column of colours."""
+"""Heading and name of the column that shows the colours of facies."""
 
 
 def draw_table(state: State, data: HardData, image: TrainingImage, colours: Sequence[str]) -> None:
-    """Draw the table; changes by the user change the hard data of the study."""
+    """Draw the table; the user's edits change the hard data of the study."""
     table, grid = state.page(Editor).table, state.choices.grid
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="table_row"):
         panel_title(f"{data.n} data" if data.n != 1 else "1 datum")
@@ -82,7 +82,7 @@ def _edited(state: State, key: str, image: TrainingImage) -> None:
 
 
 def rows_of(data: HardData, grid: Grid, world: bool) -> pd.DataFrame:
-    """Return hard data as a table of facies and positions: x, y of cell centres, or row, col."""
+    """Return hard data as a table of positions (x, y of cell centres, or row, col) and facies."""
     if world:
         x, y = grid.centers_of(data.cells).T
         return pd.DataFrame({"x": x, "y": y, "facies": data.facies})
@@ -118,7 +118,7 @@ def edited_rows(base: pd.DataFrame, edits: Mapping[str, Any]) -> pd.DataFrame:
 def data_of_rows(
     frame: pd.DataFrame, grid: Grid, image: TrainingImage, world: bool
 ) -> tuple[HardData, list[str]]:
-    """Return the hard data of the valid rows, and notes on the invalid rows."""
+    """Return the hard data in valid rows, and notes on invalid rows."""
     values = frame.to_numpy(float)
     whole = np.isfinite(values).all(axis=1)
     notes = _noted(~whole, "is not complete yet", "are not complete yet")
@@ -127,7 +127,7 @@ def data_of_rows(
     positions = values[near, :2]
     cells[near] = grid.cells_of(*positions.T) if world else np.floor(positions).astype(np.int64)
     inside = grid.holds(cells) if len(cells) else whole
-    one, many = "is outside the grid and is left out", "are outside the grid and are left out"
+    one, many = "is outside the grid and is ignored", "are outside the grid and are ignored"
     notes += _noted(whole & ~inside, one, many)
     known = np.isin(values[:, 2], image.codes)
     codes = ", ".join(map(str, image.codes))
@@ -138,7 +138,7 @@ def data_of_rows(
     for k in np.flatnonzero(whole & inside & known).tolist():
         cell = (int(cells[k, 0]), int(cells[k, 1]))
         if cell in taken and values[taken[cell], 2] != values[k, 2]:
-            notes.append(f"Row {k + 1} counts, not row {taken[cell] + 1} in the same cell.")
+            notes.append(f"Rows {k + 1} and {taken[cell] + 1} share a cell; row {k + 1} is used.")
         taken[cell] = k
     facies = values[list(taken.values()), 2].astype(np.int64)
     return HardData(list(taken), facies), _few(notes)
@@ -156,4 +156,4 @@ def _noted(which: ArrayLike, one: str, many: str) -> list[str]:
 
 def _few(notes: list[str]) -> list[str]:
     more = len(notes) - MAX_NOTES
-    return [*notes[:MAX_NOTES], *([f"And {more} more such rows."] if more > 0 else [])]
+    return [*notes[:MAX_NOTES], *([f"Notes not listed: {more}."] if more > 0 else [])]

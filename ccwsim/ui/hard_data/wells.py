@@ -1,4 +1,4 @@
-"""The brush to edit the hard data of a volume, and the table of its wells."""
+"""The brush that edits the hard data of a volume, and the table of wells."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from ccwsim.ui.widgets.text import panel_title
 
 
 def draw_brush(state: State, nz: int) -> None:
-    """Draw the choices of the facies to place and the layers of a well."""
+    """Draw controls for the facies to place and the layers of a well."""
     page_state, image = state.page(Editor), image_of(state.choices.image)
     names = dict(enumerate(image.facies_names)) | {AS_SHOWN: "as shown", ERASE: "erase"}
     low, high = layers_of_wells(page_state, nz)
     with st.container(horizontal=True, vertical_alignment="bottom", gap="medium", key="brush_row"):
         brush = bound_to(page_state, "brush") | options_of(names)
-        tip = "“as shown” reads the realization; “erase” frees cells."
+        tip = "“as shown” places the facies of the realization on the page; “erase” removes data."
         field(st.segmented_control, "Facies to place", key="brush", help=tip, **brush)
         for k, (label, layer) in enumerate((("Wells from layer", low), ("to layer", high))):
 
@@ -36,19 +36,19 @@ def draw_brush(state: State, nz: int) -> None:
 
             number: dict[str, Any] = {"value": layer, "write": write, "width": 120}
             number |= {"min_value": 0 if k == 0 else low, "max_value": high if k == 0 else nz - 1}
-            help_ = "0 is the bottom." if k == 0 else None
+            help_ = "Layer 0 is the bottom layer." if k == 0 else None
             field(st.number_input, label, key=f"well_layer_{k}", help=help_, **number)
 
 
 class WellRows(NamedTuple):
-    """The wells of a volume: named wells, followed by columns of cells with other data."""
+    """The wells of a volume: named wells, then columns of cells with data outside named wells."""
 
-    names: tuple[str, ...]  # "" for a column
-    data: tuple[NDArray[np.int64], ...]  # indices of each well's data, from the bottom up
+    names: tuple[str, ...]  # "" for a column of cells without a name
+    data: tuple[NDArray[np.int64], ...]  # indices of the data of each well, from the bottom up
 
 
 def rows_of_wells(data: HardData, wells: CellsOfWells = ()) -> WellRows:
-    """Return the wells of hard data: each named well, and each column of cells with other data."""
+    """Return the wells of hard data: named wells, and columns of cells with data outside them."""
     place_of = {cell: k for k, cell in enumerate(map(tuple, data.cells.tolist()))} if wells else {}
     names, parts = [], []
     unnamed = np.ones(data.n, bool)
@@ -69,7 +69,7 @@ def rows_of_wells(data: HardData, wells: CellsOfWells = ()) -> WellRows:
 
 
 def table_of_wells(data: HardData, grid: Grid, rows: WellRows) -> pd.DataFrame:
-    """Return a table of the wells: name, position of the top datum, range of z, number of data."""
+    """Return a table of wells: name, position of the top datum, range of z, number of data."""
     low = data.cells[[which[0] for which in rows.data]]
     high = data.cells[[which[-1] for which in rows.data]]
     places = grid.centers_of(high)
@@ -81,7 +81,7 @@ def table_of_wells(data: HardData, grid: Grid, rows: WellRows) -> pd.DataFrame:
 
 
 def describe_wells(data: HardData, rows: WellRows) -> str:
-    """Say how many wells there are."""
+    """Return the number of named wells and of other columns as text."""
     n = sum(map(bool, rows.names))
     counts = {"well": n, "column": len(rows.names) - n, "cell": data.n}
     said = [f"{count} {what}{'' if count == 1 else 's'}" for what, count in counts.items() if count]
@@ -100,7 +100,7 @@ def draw_wells(state: State, data: HardData) -> None:
     key = f"wells_{digest(data.digest, wells.names)}"
     chosen = st.dataframe(table, hide_index=True, key=key, **options)
     rows = list(chosen["selection"]["rows"])
-    words = f"Remove {len(rows)} of them" if rows else "Choose rows to remove wells"
+    words = f"Remove {len(rows)} wells" if rows else "Choose rows to remove wells"
     remove = {"on_click": remove_wells, "args": (state, rows), "disabled": not rows}
     button(words, key="remove_wells", **remove)
 
@@ -108,7 +108,7 @@ def draw_wells(state: State, data: HardData) -> None:
 def remove_wells(state: State, rows: list[int]) -> None:
     """Remove the wells in the given rows of the table, with their data.
 
-    A datum stays if another well passes through its cell.
+    A datum is kept if another well passes through its cell.
     """
     data, named = data_of(state.choices), wells_of(state.choices)
     wells = rows_of_wells(data, named)

@@ -1,4 +1,4 @@
-"""The maps and volumes of the page How it works."""
+"""The maps and volumes on the page How it works."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.frontend.cell_map import N_STEPS, CellMap
 
 DIM = 0.55
-"""Share of the background colour in the colours of dimmed facies."""
+"""Share of the background colour that is mixed into the colours of dimmed facies."""
 MAX_MARKS = 400
 MAX_LIT = 100
-"""If an image has more facies than this, its facies have no dimmed colours."""
+"""Maximum number of facies for which dimmed colours are used."""
 REJECTED = "#D55E00"
 CANDIDATE = "#ffffff"
 KEPT, PASTED = "#4C6E91", "#E9C46A"
@@ -27,7 +27,7 @@ KEPT, PASTED = "#4C6E91", "#E9C46A"
 
 @dataclass(frozen=True)
 class PatchView:
-    """The patch on the page, its realization, the fates of locations, and the colours."""
+    """The patch on the page, with its realization, the fates of locations, and the colours."""
 
     trace: Trace
     step: TracedPatch
@@ -37,17 +37,17 @@ class PatchView:
 
     @property
     def image(self) -> TrainingImage:
-        """The training image."""
+        """The training image of the realization."""
         return self.trace.study.training_image
 
     @property
     def level(self) -> int:
-        """The wavelet level of the search."""
+        """The wavelet level at which the search compares coefficients."""
         return self.trace.study.parameters.level
 
     @property
     def search_fraction(self) -> float:
-        """The share of the overlaps that is searched if there are data."""
+        """The share of locations, best overlaps first, that is searched if there are data."""
         return self.trace.study.parameters.search_fraction
 
     @property
@@ -62,43 +62,43 @@ class PatchView:
 
     @property
     def part(self) -> tuple[slice, ...]:
-        """The cells of the patch within the grid, in path coordinates."""
+        """The slices of the cells of the patch within the grid, in path coordinates."""
         each = zip(self.first, self.step.cells.shape, strict=True)
         return tuple(slice(start, start + n) for start, n in each)
 
     @property
     def part_of_grid(self) -> tuple[slice, ...]:
-        """The cells of the patch within the grid, in grid coordinates."""
+        """The slices of the cells of the patch within the grid, in grid coordinates."""
         return self.trace.grid_frame.box_to_grid(self.first, self.step.cells.shape)
 
     @property
     def block(self) -> tuple[int, ...]:
-        """The size of a block in cells along (z,) y and x of the path."""
+        """The size of a block in cells along the axes (z,) y and x of the path coordinates."""
         return self.step.block[-self.step.cells.ndim :]
 
     @property
     def block_frame(self) -> Frame:
-        """A frame that converts arrays with a value per block of the image to grid coordinates."""
+        """A frame that converts arrays with one value per image block to grid coordinates."""
         shape = self.trace.oriented.pyramid.phases.shape[-self.step.cells.ndim :]
         return Frame(self.trace.path.orientation, shape)
 
     def where(self, location: PlaceFate) -> str:
-        """Return the lowest image cell of the patch at a location, as text (x, y) or (x, y, z).
+        """Return the first image cell of a patch at a location, as text (x, y) or (x, y, z).
 
-        These are grid coordinates, the coordinates of the image as it was read.
+        The coordinates count cells of the image as it was read.
         """
         first = np.multiply(location_of(location, len(self.block)), self.block).tolist()
         part = self.trace.image_frame.box_to_grid(first, self.step.cells.shape)
         return f"({', '.join(str(side.start) for side in reversed(part))})"
 
     def patch_map(self, indices: NDArray[np.uint8], alt: str) -> CellMap:
-        """Return a map of a patch, given in path coordinates, in the colours of the facies."""
+        """Return a map of a patch, given in path coordinates, in facies colours."""
         turned = self.trace.grid_frame.turned(indices)
         return patch_map(turned, self.image, self.colours, self.theme, alt)
 
 
 def location_of(place: PlaceFate, n: int) -> tuple[int, ...]:
-    """Return the `n` coordinates of a location in blocks: (layer,) row and column."""
+    """Return the `n` coordinates (layer,) row and column of a location, in blocks."""
     return (place.layer, place.row, place.column)[-n:]
 
 
@@ -116,7 +116,7 @@ def mixed(colour: str, ground: str, share: float) -> str:
 def box_mark(
     part: tuple[slice, ...], colour: str, label: str, kind: str = "box", cells: int = 1
 ) -> dict:
-    """Return a mark around a part; one cell of the map stands for `cells` cells along each side.
+    """Return a mark around a part of the grid; a map cell has `cells` grid cells along each side.
 
     Volumes have no marks.
     """
@@ -130,7 +130,7 @@ def box_mark(
 def data_in(trace: Trace, part: tuple[slice, ...], cells: NDArray | None = None) -> list[list[int]]:
     """Return the data in a part of the grid as points, with positions relative to this part.
 
-    `cells` are the facies of the part; if given, data that differ from them are marked wrong.
+    If `cells`, the facies of the part, are passed, data that differ from them are marked wrong.
     """
     at = trace.study.hard_data.cells - [side.start for side in part]
     inside = ((at >= 0) & (at < [side.stop - side.start for side in part])).all(axis=1)
@@ -142,7 +142,7 @@ def data_in(trace: Trace, part: tuple[slice, ...], cells: NDArray | None = None)
 def patch_map(
     indices: NDArray[np.uint8], image: TrainingImage, colours: Sequence[str], theme: Theme, alt: str
 ) -> CellMap:
-    """Return a map of facies in grid coordinates without a legend; UNKNOWN cells are blank."""
+    """Return a map of facies in grid coordinates, without a legend; UNKNOWN cells are blank."""
     shown = np.where(indices == UNKNOWN, image.n_facies, indices).astype(np.uint8)
     names = [*image.facies_names, "not simulated"]
     return CellMap(shown, [*colours, theme.hairline], names, alt)
@@ -160,7 +160,7 @@ class ColourScale:
 
 
 def value_map(values: NDArray[np.float64], scale: ColourScale, theme: Theme, alt: str) -> CellMap:
-    """Return a map or volume of numbers; NaN is blank."""
+    """Return a map or volume of numbers, in which NaN is blank."""
     low, span = scale.low, scale.high - scale.low
     share = np.clip((values - low) / span, 0, 1) if span else np.zeros(values.shape)
     indices = np.where(np.isnan(values), N_STEPS + 1, np.rint(np.nan_to_num(share) * N_STEPS))
@@ -177,7 +177,7 @@ def _steps(colours: tuple[str, ...]) -> list[str]:
 
 
 def grid_map(view: PatchView) -> CellMap:
-    """Return the grid before the patch, with the overlap and the conditioning data.
+    """Return the grid before the patch is pasted, with the overlap and the conditioning data.
 
     A map also has an outline of the patch and an arrow along the path.
     """
@@ -195,7 +195,7 @@ def grid_map(view: PatchView) -> CellMap:
 
 
 def centre_of_patch(view: PatchView) -> list[int]:
-    """Return the middle cell of the patch, where the slices of the grid are placed."""
+    """Return the middle cell of the patch, through which the slices of the grid are drawn."""
     return [(side.start + side.stop) // 2 for side in view.part_of_grid]
 
 
@@ -207,7 +207,7 @@ def lit_map(
     theme: Theme,
     alt: str,
 ) -> CellMap:
-    """Return a map of facies: lit cells in full colour, others dimmed, UNKNOWN cells blank."""
+    """Return a map of facies: `lit` cells in full colour, others dimmed, UNKNOWN cells blank."""
     n, known = image.n_facies, cells != UNKNOWN
     has_dim = n <= MAX_LIT
     indices = np.where(known, cells, n).astype(int)
@@ -226,7 +226,7 @@ def lit_map(
 
 
 def _conditioning_points(view: PatchView) -> list[list[int]]:
-    """Return the data that condition this patch, as points of the grid."""
+    """Return the data that condition the patch on the page, as points of the grid."""
     seen = view.step.data.seen if view.step.data is not None else ()
     cells = [(datum.layer, datum.row, datum.column)[-len(view.first) :] for datum in seen]
     places = view.trace.grid_frame.cells_to_grid(cells).tolist()
@@ -234,7 +234,7 @@ def _conditioning_points(view: PatchView) -> list[list[int]]:
 
 
 def _trail(trace: Trace, step: TracedPatch) -> list[list[float]]:
-    """Return an arrow along the path to the tile of a patch; volumes have no arrow."""
+    """Return the arrow along the path to the tile of a patch; for volumes, return no arrow."""
     n, last = trace.path.tiles[2], step.patch.tile
     half, stride = trace.template / 2, trace.template - step.overlap
     first = last - last % n
@@ -252,11 +252,11 @@ def _trail(trace: Trace, step: TracedPatch) -> list[list[float]]:
 
 
 def score_map(view: PatchView, with_data: bool) -> CellMap:
-    """Return a map of the CCW score of each location, in blocks; good scores are bright."""
+    """Return a map of the CCW scores of all locations, in blocks; good scores are bright."""
     step, frame = view.step, view.block_frame
-    shown, name, absent = step.ccw, "CCW", "no location for a whole patch"
+    shown, name, absent = step.ccw, "CCW", "a patch here would extend beyond the image"
     if with_data:
-        name, absent = "CCW + data", f"{absent}, or not searched"
+        name, absent = "CCW + data", f"{absent}, or the location is not searched"
         if step.totals is not None:
             shown = (step.totals + step.energy) / step.block_size**2
             shown = np.where(step.copies, np.nan, shown)
@@ -275,16 +275,18 @@ def score_map(view: PatchView, with_data: bool) -> CellMap:
 
 
 def score_volume(view: PatchView) -> CellMap:
-    """Return a volume of the CCW scores; candidates and rejected locations are points."""
+    """Return a volume of the CCW scores, with candidates and rejected locations as points."""
     step = view.step
     scores = np.where(step.copies, np.nan, step.ccw)
     low, high = float(np.nanmin(scores)), float(np.nanmax(scores))
     colours = CIVIDIS if step.correlation else CIVIDIS[::-1]
-    scale = ColourScale("CCW", low, high, colours, "merely continues the patch beside this one")
+    scale = ColourScale(
+        "CCW", low, high, colours, "only continues the image beside a neighbouring patch"
+    )
     alt = f"CCW score of each location for patch {step.patch.number + 1}"
     frame = Frame(view.trace.path.orientation, step.scores.shape)
     shown = value_map(frame.to_grid(scores), scale, view.theme, alt)
-    order = [*view.locations[1:], view.locations[0]]  # the drawn location is on top
+    order = [*view.locations[1:], view.locations[0]]  # the chosen location is on top
     kinds = {"candidate": 0, "drawn": 1}
     looks = [kinds.get(at.fate, 2) for at in order]
     cells = frame.cells_to_grid([location_of(at, 3) for at in order]).tolist()
@@ -297,9 +299,9 @@ def score_volume(view: PatchView) -> CellMap:
 
 
 def location_marks(view: PatchView, frame: Frame, scale: int, labels: Sequence[str]) -> list[dict]:
-    """Return the marks of the locations: rings for candidates, crosses for rejected locations.
+    """Return the marks of locations: rings for candidates, crosses for rejected locations.
 
-    The map has `scale` cells per block, and `frame` is its frame; the hover shows the `labels`.
+    The map has `scale` cells per block and the frame `frame`; hovering shows the `labels`.
     """
     step, drawn = view.step, view.theme.reference
 
@@ -312,7 +314,7 @@ def location_marks(view: PatchView, frame: Frame, scale: int, labels: Sequence[s
         is_candidate = location.fate == "candidate"
         colour, kind = (CANDIDATE, "ring") if is_candidate else (REJECTED, "cross")
         marks.append(box_mark(box_of(location), colour, label, kind))
-    marks.sort(key=lambda m: m["kind"])  # rings over crosses
+    marks.sort(key=lambda m: m["kind"])  # rings are drawn over crosses
     shift = scale / step.block_size
     first, side = [int(at * shift) for at in step.drawn_place], round(step.patch.size * shift)
     marks.append(box_mark(frame.box_to_grid(first, (side, side)), drawn, "drawn"))
@@ -321,7 +323,7 @@ def location_marks(view: PatchView, frame: Frame, scale: int, labels: Sequence[s
 
 
 def error_map(view: PatchView) -> CellMap:
-    """Return a map of the overlap that marks cells in which patch and grid differ."""
+    """Return a map of the overlap in which cells that differ between patch and grid are marked."""
     indices = np.where(view.step.in_overlap, view.step.error, 2)
     colour_of = {
         "same": mixed(view.theme.quiet, view.theme.paper, 0.75),
@@ -332,9 +334,9 @@ def error_map(view: PatchView) -> CellMap:
 
 
 def cut_map(view: PatchView) -> CellMap:
-    """Return a map of the patch that distinguishes kept cells of the grid from pasted cells.
+    """Return a map of the patch with kept cells of the grid and pasted cells in different colours.
 
-    A volume has no error surface beside it, so it also shows the cells that differ.
+    For volumes, differing cells are marked too, because the page has no error map for volumes.
     """
     step = view.step
     indices = np.where(step.keep_mask, 0, np.where(step.in_overlap, 1, 2))
@@ -342,7 +344,7 @@ def cut_map(view: PatchView) -> CellMap:
     colour_of = {"kept": KEPT, "pasted": PASTED, "pasted, beyond the overlap": beyond}
     if view.is_volume:
         indices = np.where(step.error & ~step.keep_mask, 3, indices)
-        colour_of["pasted, where it differs"] = REJECTED
+        colour_of["pasted, patch and grid differ"] = REJECTED
     return _classes(view, indices, colour_of, 4 if view.is_volume else 2, "The cut of the patch")
 
 

@@ -46,9 +46,9 @@ from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 STYLE = Path(__file__).with_name("how.css")
 DRAWING = "drawing"
-"""Value of `How.resimulated` while the whole page is drawn."""
+"""Value of `How.resimulated` from the start of a full redraw until the re-simulation is drawn."""
 PLAY_SECONDS = 0.8
-"""Seconds between patches while the page plays."""
+"""Number of seconds between patches while the page plays."""
 WIDTHS = [1.25, 0.72, 1.25, 1.0]
 WIDTHS_VOLUME = [1.2, 1.0]
 MAX_HEIGHT = 460
@@ -65,7 +65,7 @@ BANDS = {
 
 
 def draw_how(state: State) -> None:
-    """Draw the page, which redraws itself while it plays."""
+    """Draw the page, which is redrawn automatically while it plays."""
     how = state.page(How)
     draw_style(STYLE, f":root {{ --drawn: {chart_theme().reference} }}")
     how.resimulated = DRAWING
@@ -78,14 +78,14 @@ def _draw(state: State, timed: bool) -> None:
     how = state.page(How)
     with error_boundary():
         _draw_top(state)
-    # a fragment can neither start its timer nor redraw the elements below it
+    # a fragment cannot start its own timer or redraw elements below it
     if how.playing != timed or how.resimulated not in (DRAWING, how.traced):
         st.rerun()
 
 
 @st.fragment
 def _after(state: State) -> None:
-    """Draw the local re-simulation; it is the same for all patches, so steps do not redraw it."""
+    """Draw the local re-simulation, which does not depend on the patch on the page."""
     how = state.page(How)
     how.resimulated = how.traced
     with error_boundary():
@@ -115,7 +115,7 @@ def _draw_top(state: State) -> None:
 
 
 def tick(how: How, n: int) -> None:
-    """While the page plays, show the next patch when it is due; stop at the last patch."""
+    """While the page plays, show the next patch at its time, and stop at the last patch."""
     if not how.playing or time.monotonic() - how.ticked < 0.7 * PLAY_SECONDS:
         return
     how.ticked = time.monotonic()
@@ -152,7 +152,7 @@ def _draw_player(how: How, trace: Trace) -> None:
             field(st.slider, "Patch", key="how_patch", write=jump, **track, **look)
         ends = {"icon": ":material/chevron_right:", "disabled": how.patch + 1 == n}
         button("Next", key="how_next", on_click=lambda: step(1), **ends)
-        # two buttons, so that a second click on a slow Stop does not start it again
+        # two buttons, so that a second click on a slow Stop does not start the play again
         if how.playing:
             button("Stop", key="how_stop", on_click=stop, type="primary")
         else:
@@ -174,7 +174,7 @@ def _position(trace: Trace, patch: Patch) -> str:
 
 
 def _draw_setting(state: State) -> None:
-    """Draw controls for the setting of this page, and a button that puts it into the study."""
+    """Draw controls for the setting of this page, and a button that applies it to the study."""
     how, p = state.page(How), parameters_of(state)
     shape, is_ccsim = image_of(state.choices.image).shape, p.method == "ccsim"
 
@@ -201,13 +201,13 @@ def _draw_setting(state: State) -> None:
         numbers = {"min_value": 1, "max_value": MAX_CANDIDATES_OFFERED, "width": 136}
         parameter(st.number_input, "Candidates K", "n_candidates", "candidates", **numbers)
         if how.parameters is not None:
-            use = "Puts this setting into the study, for Simulate as well."
+            use = "Uses this setting in the study, so that other pages use the setting too."
             button("Use this setting", key="how_use", on_click=use_own, args=(state,), help=use)
             button("Back to the study's", key="how_back", on_click=forget_own, args=(state,))
 
 
 def _draw_patch(how: How, trace: Trace, colours: list[str]) -> None:
-    """Draw the steps of the patch that is shown, the table of locations, and the sub-bands."""
+    """Draw the steps of the patch, the table of locations, and the wavelet sub-bands."""
     step = trace.at(how.patch)
     view = PatchView(trace, step, fates(step), colours, chart_theme())
     if view.is_volume:
@@ -327,9 +327,10 @@ def _draw_pasting(view: PatchView) -> None:
         "pasted": view.patch_map(step.after[view.part], "The grid with the patch pasted"),
     }
     if view.is_volume:
-        del shown["error surface"]  # the cut shows the overlap too
+        del shown["error surface"]  # the map of the cut also shows the overlap
     elif shown["pasted"].indices.shape == tuple(side.stop - side.start for side in part):
-        shown["pasted"].points.extend(maps.data_in(view.trace, part))  # a patch within the grid
+        # the patch is completely within the grid
+        shown["pasted"].points.extend(maps.data_in(view.trace, part))
     with st.container(key="how_small_maps"):
         places = st.columns(3, gap="medium") if view.is_volume else [*pair(), *pair()]
     for place, (title, small) in zip(places, shown.items(), strict=True):
@@ -346,7 +347,7 @@ def _draw_pasting(view: PatchView) -> None:
 
 
 def _draw_bands(how: How, view: PatchView) -> None:
-    """Draw the sub-bands of the image at the level of the search; the drawn location is marked."""
+    """Draw the sub-bands of the image at the search level, with the chosen location marked."""
     image, level, unit = view.image, view.level, view.step.block_size
     with st.container(horizontal=True, vertical_alignment="center", key="how_bands_row"):
         panel_title("The training image in wavelets", f"level {level}")
@@ -357,8 +358,8 @@ def _draw_bands(how: How, view: PatchView) -> None:
             options |= {"label_visibility": "collapsed"}
             field(st.selectbox, "Facies", key="how_facies", **options)
     if not level:
-        none = "At level 0 the image is compared as it is: there are no sub-bands."
-        say(f"{none} Choose level 1 or more to see them.", words.PAPER["image"])
+        none = "At level 0 the cells of the image are compared, and there are no sub-bands."
+        say(f"{none} Choose level 1 or higher to see sub-bands.", words.PAPER["image"])
         return
     bands = _bands(image, how.facies, level)
     box = view.trace.image_frame.box_to_grid(view.step.drawn_place, view.step.cells.shape)
@@ -375,7 +376,7 @@ def _draw_bands(how: How, view: PatchView) -> None:
             draw_cells(shown, f"how_{name}", max_height=300, **linked)
     say(
         f"Each block of {unit} × {unit} cells gives one number per band. The search compares only "
-        f"the approximation; the inverse transform adds the three details again.",
+        "the approximation. The inverse transform uses the three detail bands as well.",
         words.PAPER["image"],
     )
     largest = _largest_difference(how, view)
@@ -396,7 +397,7 @@ def _bands(image: TrainingImage, facies: int, level: int) -> dict[str, NDArray[n
 
 
 def _largest_difference(how: How, view: PatchView) -> float:
-    """Return the largest difference between the inverse transform and the image."""
+    """Return the maximum difference between the inverse transform and the image."""
     patch = view.trace.reconstructed(view.step, how.facies)
     (ty, tx), n = view.step.drawn_place, len(patch)
     sliced = view.trace.oriented.pyramid.image[0, ty : ty + n, tx : tx + n] == how.facies

@@ -1,4 +1,4 @@
-"""The local re-simulation after the last patch, by window, and the changes by seam repair."""
+"""The local re-simulation after the last patch, window by window, and the seam repair."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ from ccwsim.ui.widgets.fields import field
 from ccwsim.ui.widgets.text import pair, panel_title, step_note
 
 MAX_TERMS = 3_000_000_000
-"""Number of score terms above which the remaining patches are placed only on request."""
+"""If the remaining patches need more score terms than this, they are placed on request."""
 PIXELS = 204
-"""Side of a window of a map in pixels."""
+"""Side, in pixels, of the picture of a window in a map."""
 MAX_HEIGHT = 360
 MAX_HEIGHT_SLICES = 300
 N_MARKED = 20
-"""Maximum number of marked changes of seam repair; most changes are single cells."""
+"""Maximum number of changes by seam repair that are marked; most changes are single cells."""
 
 
 def draw_resimulation(how: How, trace: Trace, colours: list[str], theme: Theme) -> None:
-    """Draw the corrected realization, the windows of one datum, and the changes by seam repair."""
+    """Draw the corrected realization, the windows of a datum, and the changes by seam repair."""
     panel_title(
         "After the last patch: local re-simulation", "mismatches of the raster pass are corrected"
     )
@@ -47,8 +47,8 @@ def draw_resimulation(how: How, trace: Trace, colours: list[str], theme: Theme) 
         say(f"{off} Mismatches are not corrected, as in the authors' code.", PAPER["data"])
     else:
         if _takes_long(trace):
-            step_note("This realization takes a while to finish.")
-            if not st.button("Place all its patches", key="how_finish"):
+            step_note("Finishing this realization takes a while.")
+            if not st.button("Place the remaining patches", key="how_finish"):
                 return
         _draw_windows_of_data(how, trace, colours, theme)
     if trace.repairs:
@@ -56,7 +56,7 @@ def draw_resimulation(how: How, trace: Trace, colours: list[str], theme: Theme) 
 
 
 def _takes_long(trace: Trace) -> bool:
-    """Whether the remaining patches take noticeable time to place."""
+    """Whether placing the remaining patches takes noticeable time."""
     search = trace.search
     n_blocks = overlap_cells(search.template, search.overlap) / prod(search.block)
     terms = n_blocks * len(trace.oriented.pyramid.sums) * trace.oriented.n_places
@@ -67,18 +67,18 @@ def _draw_repair(trace: Trace, colours: list[str], theme: Theme) -> None:
     """Draw the realization before and after seam repair."""
     panel_title("Then: seam repair", "where patches are joined in ways absent from the image")
     if _takes_long(trace):
-        step_note("It is shown once all patches are placed.")
+        step_note("Seam repair is shown once all patches are placed.")
         return
     changed = trace.before_repair != trace.realization.indices
     if not changed.any():
-        say("No change was found that joins the patches better.", OURS)
+        say("No change joins the patches better.", OURS)
         return
     marked = [] if is_volume(trace) else _boxes_of(changed)
     say(
-        "At patterns that are absent from the training image, windows are re-simulated "
-        "and single cells changed if this leaves fewer such patterns: "
-        f"<b>{format_count(int(changed.sum()), 'cell')}</b> ({100 * changed.mean():.1f} %) are "
-        f"another facies now.{' The largest changes are marked.' if marked else ''}",
+        "Windows are re-simulated, and single cells changed, if this reduces the number of "
+        "patterns absent from the training image. "
+        f"<b>{format_count(int(changed.sum()), 'cell')}</b> ({100 * changed.mean():.1f} %) have a "
+        f"different facies now.{' The largest changes are marked.' if marked else ''}",
         OURS,
     )
     image = trace.study.training_image
@@ -100,7 +100,7 @@ def _height(trace: Trace, of_map: int) -> int:
 
 
 def _draw_pair(trace: Trace, maps: dict[str, CellMap], key: str, **options: Any) -> None:
-    """Draw the maps or volumes "before" and "after" beside each other."""
+    """Draw the maps or volumes "before" and "after" side by side."""
     places = st.columns(2, gap="medium") if is_volume(trace) else pair()
     for place, (name, shown) in zip(places, maps.items(), strict=True):
         with place:
@@ -111,7 +111,7 @@ def _draw_pair(trace: Trace, maps: dict[str, CellMap], key: str, **options: Any)
 
 
 def _boxes_of(changed: NDArray[np.bool_]) -> list[tuple[slice, ...]]:
-    """Return boxes around the largest changes of a map; neighbouring changes share a box."""
+    """Return boxes around the largest changes of a map; adjacent changes share a box."""
     wide = ndimage.binary_dilation(changed, iterations=2)
     labels, _ = cast(tuple[Any, int], ndimage.label(wide))
     boxes = ndimage.find_objects(labels)
@@ -122,7 +122,7 @@ def _boxes_of(changed: NDArray[np.bool_]) -> list[tuple[slice, ...]]:
 def _draw_windows_of_data(how: How, trace: Trace, colours: list[str], theme: Theme) -> None:
     """Draw the local re-simulation windows of one datum."""
     by_datum = windows_by_datum(trace.windows)
-    say(_describe(trace, by_datum), f"{OURS}; the authors' code leaves such data wrong")
+    say(_describe(trace, by_datum), f"{OURS}; the authors' code does not correct such data")
     if not by_datum:
         return
     with st.container(key="how_mending"):
@@ -146,7 +146,7 @@ def _draw_windows_of_data(how: How, trace: Trace, colours: list[str], theme: The
 def choose_datum(
     how: How, trace: Trace, by_datum: dict[int, list[ResimulatedWindow]]
 ) -> list[ResimulatedWindow]:
-    """Ask for one of the corrected data; return its windows."""
+    """Ask for one of the corrected data, and return the windows of this datum."""
     data = list(by_datum)
     how.datum = min(how.datum, len(data) - 1)
     offered = {"value": how.datum, "options": list(range(len(data)))}
@@ -157,7 +157,7 @@ def choose_datum(
 
 
 def windows_by_datum(windows: Sequence[ResimulatedWindow]) -> dict[int, list[ResimulatedWindow]]:
-    """Return the windows of each datum; data corrected by a large window come first."""
+    """Return the windows of each datum; the data with the largest final windows come first."""
     by_datum: dict[int, list[ResimulatedWindow]] = {}
     for window in windows:
         by_datum.setdefault(window.datum, []).append(window)
@@ -173,11 +173,12 @@ def _describe(trace: Trace, by_datum: dict[int, list[ResimulatedWindow]]) -> str
     n = format_count(len(data_status), "datum", "data")
     text = f"Of {n}: {describe_data_status(data_status)}. "
     if not by_datum:
-        return text + "There was nothing left to correct."
+        return text + "The raster pass honours all data, so there is nothing to correct."
     return text + (
-        "Around a missed datum a window is re-simulated so that it honours <b>every</b> datum in "
-        "it and fits its surroundings on all sides; if no patch does, the window is halved. "
-        + ("The last resort sets the single cell." if (data_status == FORCED).any() else "")
+        "Around a missed datum a window is re-simulated. The new patch must honour <b>every</b> "
+        "datum in the window and fit the surroundings on all sides. If no patch does, the window "
+        "is halved. "
+        + ("If no window helps, only the cell is set." if (data_status == FORCED).any() else "")
     )
 
 
@@ -196,7 +197,7 @@ def _part_of(window: ResimulatedWindow) -> tuple[slice, ...]:
 def windows_map(
     trace: Trace, windows: list[ResimulatedWindow], colours: list[str], theme: Theme
 ) -> CellMap:
-    """Return the realization with data and windows; a volume shows windows in full colour."""
+    """Return the realization with data and windows; in a volume, windows are in full colour."""
     image = trace.study.training_image
     points = points_of(trace.study.hard_data, image)
     if is_volume(trace):
@@ -211,16 +212,16 @@ def windows_map(
 
 
 def say_windows(windows: list[ResimulatedWindow]) -> None:
-    """Say the outcome of the windows in which no patch fitted."""
+    """Write the outcomes of the windows in which no patch fitted."""
     captions = [describe_window(window) for window in windows if not window.fits]
     if not any(w.fits for w in windows) and not all(w.isolated for w in windows):
-        captions.append("Then the window of a nearby datum corrected this datum too.")
+        captions.append("Afterwards, the window of a nearby datum corrected this datum too.")
     if captions:
         st.html("".join(f'<p class="caption">{text}</p>' for text in captions))
 
 
 def _draw_window(trace: Trace, w: ResimulatedWindow, colours: list[str], theme: Theme) -> None:
-    """Draw a window in which a patch fitted, before and after."""
+    """Draw a window before and after a fitting patch was pasted."""
     image, part = trace.study.training_image, _part_of(w)
 
     def shown(cells: NDArray[np.uint8], name: str) -> CellMap:

@@ -1,4 +1,4 @@
-"""The state of the page How it works, and the realization that it follows."""
+"""The state of the page How it works, and the realization that the page follows."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ccwsim.ui.session.resolve import data_of, fitted, image_of, study_of
 from ccwsim.ui.session.state import State
 
 SHOWN_FIRST = 0.4
-"""The page first shows the patch at this share of the path."""
+"""Share of the path at which the page shows its first patch."""
 
 
 @dataclass
@@ -21,11 +21,11 @@ class How:
     """The state of the page.
 
     `parameters` are the page's setting, or None to use the study's setting. `number` is the index
-    of the realization, `patch` the index of the patch, `ticked` the time of the last step of play.
-    Locations are marked on the `ground`: "score", "costs" (with the costs of data) or "image".
-    Coefficients are shown for `facies`. `datum` is the index of the corrected datum. `trace` is
-    None if the study cannot be followed. `traced` identifies the study of the trace; `resimulated`
-    identifies the study whose local re-simulation is on the page.
+    of the realization, `patch` the index of the patch, and `ticked` the time of the last step of
+    play. `ground` is the map on which locations are marked: "score", "costs" (including data) or
+    "image". Coefficients are shown for `facies`. `datum` is the index of the corrected datum.
+    `trace` is None if the study cannot be followed. `traced` identifies the study of the trace;
+    `resimulated` identifies the study whose local re-simulation is on the page.
     """
 
     parameters: Parameters | None = None
@@ -41,13 +41,13 @@ class How:
     resimulated: Any = None
 
     def stop(self, **changes: Any) -> None:
-        """Change the state; any action of the user stops the play."""
+        """Change the state and stop the play, because the user has done something."""
         for name, value in changes.items():
             setattr(self, name, value)
         self.playing = False
 
     def go(self, patch: int) -> None:
-        """Show another patch."""
+        """Show the patch with index `k`."""
         self.stop(patch=patch)
 
 
@@ -93,18 +93,18 @@ def usual_patch(trace: Trace) -> int:
 
 
 def set_own(state: State, **changes: Any) -> None:
-    """Change the setting of the page; sizes that no longer fit change to the nearest valid ones."""
+    """Change the setting of the page; sizes that no longer fit become the nearest valid sizes."""
     shape = image_of(state.choices.image).shape
     parameters = fitted(parameters_of(state), shape, **changes)
     state.page(How).stop(parameters=None if parameters == state.choices.parameters else parameters)
 
 
 def use_own(state: State) -> None:
-    """Put the setting of the page into the study."""
+    """Use the setting of the page in the study."""
     state.change(parameters=parameters_of(state))
     forget_own(state)
 
 
 def forget_own(state: State) -> None:
-    """Go back to the study's setting."""
+    """Use the setting of the study on the page again."""
     state.page(How).stop(parameters=None)

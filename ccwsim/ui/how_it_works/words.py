@@ -1,4 +1,4 @@
-"""The text beside each step, its section in the paper, and the table of locations."""
+"""The texts beside the steps, their sections in the paper, and the table of locations."""
 
 from __future__ import annotations
 
@@ -37,28 +37,28 @@ PAPER = {
     "paste": "section 4.4 · Algorithm 1, line 14",
     "image": "sections 3.1 and 4.2, Figs. 1 and 4 · Algorithm 1, line 2",
 }
-"""The section, figure or line of the paper that describes each step."""
+"""For each step, the section, figure and line of the paper that describe the step."""
 LAYER_ROW_COLUMN = ("layer", "row", "column")
 ORDER_WORDS = (
     "layer after layer",
     "row by row through all layers",
     "column by column through all layers",
 )
-"""The order of patches in a volume, for each slowest axis in `ORDERS`."""
+"""Texts that describe the order of patches in a volume, by the slowest axis in `ORDERS`."""
 
 
 def say(text: str, source: str) -> None:
-    """Write the text of a panel, in HTML, with its section in the paper."""
+    """Write the text of a panel in HTML, with the section of the paper."""
     st.html(f'<p class="say">{referred(text, source)}</p>')
 
 
 def referred(text: str, source: str) -> str:
-    """Return a sentence in HTML, with its section in the paper or a note that it is not in it."""
+    """Return a sentence in HTML, followed by its section in the paper or "not in the paper"."""
     return f'{text} <span class="ref">{escape(source)}</span>'
 
 
 def format_count(n: int, one: str, many: str = "") -> str:
-    """Return a number with its noun in the right form.
+    """Return a number with its noun, in singular or plural.
 
     Examples
     --------
@@ -69,7 +69,7 @@ def format_count(n: int, one: str, many: str = "") -> str:
 
 
 def describe_sides(trace: Trace, sides: int) -> str:
-    """Return the sides of a patch that overlap earlier patches."""
+    """Return a text that lists the sides of a patch that overlap earlier patches."""
     faces = trace.grid_frame.faces(sides)
     if not faces:
         return "the first patch, no overlap"
@@ -103,40 +103,40 @@ def describe_path(trace: Trace) -> str:
     z, y, x = (t - o for t, o in zip(search.template, search.overlap, strict=True))
     return (
         f"The path starts in {way} "
-        f"({'drawn at random for each realization' if is_random else 'the same for all'}). "
-        f"Patches of T = {along(search.template)} cells are placed T − OR = {along((z, y, x))} "
-        f"cells apart, so each overlaps earlier ones by OR = {along(search.overlap)}, shown in "
-        f"full colour. {'Left' if volume else 'Click the grid to jump to a patch; left'} and right "
-        "arrow keys step."
+        f"({'random in each realization' if is_random else 'equal in all realizations'}). Patches "
+        f"of T = {along(search.template)} cells are placed T − OR = {along((z, y, x))} cells "
+        f"apart. So each patch overlaps earlier patches by OR = {along(search.overlap)} cells, "
+        f"shown in full colour. {'Left' if volume else 'Click the grid to show a patch; left'} "
+        "and right arrow keys change the patch."
     )
 
 
 def describe_offset(trace: Trace) -> str:
-    """Return a sentence that says why the first patch is at a distance from the grid's edge."""
+    """Return a sentence that explains why the first patch begins outside the grid."""
     offset = trace.grid_frame.offset
     if not any(offset):
         return ""
     named = zip(LAYER_ROW_COLUMN[-len(offset) :], offset, strict=True)
     return (
         f"The first patch begins {listing(format_count(n, name) for name, n in named)} before the "
-        "grid, drawn at random, so that seams differ between realizations and do not show in "
-        "their mean."
+        "grid. This distance is random, so that seams are at different positions in each "
+        "realization and are not visible in the mean."
     )
 
 
 def describe_overlap(view: PatchView) -> str:
-    """Return a sentence on the size of the overlap and the size of its approximation."""
+    """Return a sentence on the size of the overlap and on the size of the approximation."""
     n_cells = int(view.step.in_overlap.sum())
     if not n_cells:
-        return "Nothing has been simulated yet, so there is nothing to compare the image with."
+        return "The grid is still empty, so there is no overlap to compare with the image."
     cells = f"The overlap is {format_count(n_cells, 'cell')}."
     if max(view.block) == 1:
         return f"{cells} At level 0 cells are compared one by one, as CCSIM does."
     n = int(np.isfinite(view.step.approximation[0]).sum())
     level = view.level if isinstance(view.level, int) else cells_along(view.level)
     return (
-        f"{cells} Its Haar approximation at level {level} keeps one number per block of "
-        f"{cells_along(view.block)} cells, {prod(view.block) ** 0.5:.3g} times their mean: "
+        f"{cells} Its Haar approximation at level {level} has one number per block of "
+        f"{cells_along(view.block)} cells (the block's mean times {prod(view.block) ** 0.5:.3g}): "
         f"<b>{format_count(n, 'coefficient')}</b> instead of {format_count(n_cells, 'number')}."
     )
 
@@ -149,59 +149,59 @@ def describe_scores(step: TracedPatch) -> str:
         return f"Without an overlap all {locations} of the image fit equally well.{decide}"
     ccw = step.ccw
     if step.correlation:
-        best, how = ccw.max(), "the paper's CCW, the cross-correlation ΣA·B; the largest fits best"
+        best, how = ccw.max(), "the paper's CCW (cross-correlation) ΣA·B; the largest is best"
     else:
         best = ccw.min()
         how = (
-            "Σ(A − B)² = ΣA² − 2·ΣA·B + ΣB²; the smallest fits best. The paper's CCW is the "
-            "cross-correlation ΣA·B, the largest best; the authors' code takes the squared "
-            "difference, as here"
+            "Σ(A − B)² = ΣA² − 2·ΣA·B + ΣB²; the smallest value is best. The paper uses the "
+            "cross-correlation ΣA·B, whose largest value is best. The authors' code uses the "
+            "squared difference too"
         )
     return (
-        f"The coefficients B of the overlap are compared with those of the image, A, at all "
-        f"{locations}: {how}. Bright is a good fit; the best is {best:.4g}, the median of all "
-        f"{float(sorted(ccw.ravel())[ccw.size // 2]):.4g}."
+        "The coefficients B of the overlap are compared with the coefficients A of the image at "
+        f"all {locations}: {how}. Bright means a good fit. The best value is {best:.4g}; the "
+        f"median over all locations is {float(sorted(ccw.ravel())[ccw.size // 2]):.4g}."
     )
 
 
 def describe_draw(view: PatchView) -> str:
-    """Return a description of how the location was drawn."""
+    """Return a description of how the location was chosen."""
     step, n = view.step, view.step.n_candidates
     how = "all equally likely"
     if step.steered:
-        how = "likelier if it brings the proportions nearer to their target (not in the paper)"
-    chance = f"One of {n} candidates, {how}: this choice makes realizations differ."
+        how = "with preference for better facies proportions (not in the paper)"
+    chance = f"One of {n} candidates is drawn, {how}. This choice makes realizations differ."
     if n == 1:
-        chance = "It is the only candidate."
+        chance = "The location is the only candidate."
     elif step.n_drawn > 1:
         chance = (
-            f"Of {n} candidates, {how}, {step.n_drawn} are drawn, and the best at full resolution "
-            "is taken (not in the paper): this choice makes realizations differ."
+            f"Of {n} candidates, {how}, {step.n_drawn} are chosen, and the best of these at full "
+            "resolution is used (not in the paper). This random choice makes realizations differ."
         )
     return f"Drawn: CCW {view.locations[0].ccw:.4g}. {chance}"
 
 
 def describe_shift(step: TracedPatch) -> str:
-    """Return a sentence on the shift of the patch by refinement; empty if it did not move."""
+    """Return a sentence on the shift of the patch by refinement; empty without a shift."""
     shift = int(np.abs(np.subtract(step.place, step.drawn_place)).max())
-    said = f"Refinement shifted it by {format_count(shift, 'cell')} to its best fit at full"
+    said = f"Refinement shifted the patch by {format_count(shift, 'cell')} to the best fit at full"
     return f"{said} resolution." if shift else ""
 
 
 def describe_cut(view: PatchView) -> str:
-    """Return a description of the search for the cut, and the number of cells that stay."""
+    """Return a description of the search for the cut, with the number of kept grid cells."""
     step = view.step
     if not step.patch.shape:
-        return "Nothing to cut: the whole patch is pasted."
+        return "There is no overlap to cut, so the whole patch is pasted."
     n_cells, kept = int(step.in_overlap.sum()), format_count(int(step.keep_mask.sum()), "cell")
     how = (
-        "The cheapest boundary through this error surface is found by dynamic programming: before "
-        f"it {kept} stay as they were; the rest of the patch is pasted."
+        "The cheapest boundary through this error surface is computed by dynamic programming. "
+        f"Before the boundary {kept} of the grid are kept; after it, the patch is pasted."
     )
     if view.is_volume:
         how = (
-            "The cheapest surface through them is the minimum cut of a flow from the old cells to "
-            f"the new: {kept} stay as they were; the rest of the patch is pasted."
+            "The cheapest surface through the differing cells is the minimum cut of a flow from "
+            f"grid to patch: {kept} of the grid are kept; the rest of the patch is pasted."
         )
     differ = f"{int(step.error.sum())} of {format_count(n_cells, 'cell')}"
     return f"Patch and grid differ in {differ} of the overlap. {how}"
@@ -212,10 +212,10 @@ def describe_inverse(step: TracedPatch, largest: float) -> str:
     size, n = len(step.cells), len(step.cells) // step.block_size
     shown = "0" if largest == 0 else f"{largest:.0e}"
     return (
-        f"The drawn patch is {n} × {n} approximation coefficients and their details. The inverse "
-        f"DWT restores all {size} × {size} cells; for Haar it equals the slice of the image "
-        f"(largest difference {shown}): the search compares only the approximation, and the patch "
-        "still has every detail."
+        f"The drawn patch has {n} × {n} approximation coefficients and their details. The inverse "
+        f"DWT restores all {size} × {size} cells; for Haar, the result equals the patch of the "
+        f"image (largest difference {shown}). So the patch has all details, although the search "
+        "compares only the approximation."
     )
 
 
@@ -227,25 +227,25 @@ def describe_fate(location: PlaceFate, step: TracedPatch, search_fraction: float
         "candidate": "a candidate that was not drawn",
         "fraction": f"rejected: its overlap is not among the best {best} %",
         "slack": "rejected: much worse than the best",
-        "copy": "rejected: it merely continues the patch beside it",
+        "copy": "rejected: merely continues the image beside a neighbouring patch",
         "data": f"rejected: {_misses(location)}",
-        "location": "rejected: too far from its own position in the image",
-        "tie": "rejected: others with an equal score were chosen at random",
+        "location": "rejected: too far in the image from the position of the patch in the grid",
+        "tie": "rejected: other locations with an equal score were chosen at random",
     }[location.fate]
 
 
 def _misses(location: PlaceFate) -> str:
     missed = {
         "in the patch": location.missed,
-        "that the cut would have to keep": location.held,
+        "that the cut must keep": location.held,
         "ahead": location.ahead,
     }
     parts = [f"misses {format_count(n, *DATA)} {where}" for where, n in missed.items() if n]
-    return ", ".join(parts) or "may miss data ahead, where the image ends"
+    return ", ".join(parts) or "may miss data ahead, beyond the edge of the image"
 
 
 def is_rejected(location: PlaceFate) -> bool:
-    """Return whether a location that fits the overlap was rejected for another reason."""
+    """Return whether a location was rejected although it fits the overlap."""
     return location.fate not in ("drawn", "candidate")
 
 
@@ -256,7 +256,7 @@ def draw_marks(view: PatchView) -> None:
 
 
 def draw_locations(view: PatchView) -> None:
-    """Draw the table of locations with score, missed data and fate."""
+    """Draw the table of locations with their scores, missed data and fates."""
     has_data = view.step.data is not None
     rejected = [location for location in view.locations if is_rejected(location)]
     shown = view.locations[: MAX_ROWS - min(len(rejected), MAX_ROWS // 2)]
@@ -292,66 +292,66 @@ def say_candidates(view: PatchView) -> None:
     text = f"The K = {k} locations with the best scores are the candidates."
     source = PAPER["candidates"]
     if not step.patch.shape:
-        text = f"All locations being equal, K = {k} of them are chosen at random."
+        text = f"All locations have equal scores, so K = {k} locations are chosen at random."
         source = PAPER["first patch"]
     if view.trace.study.hard_data.n:
-        text += " No hard data are in this patch or just ahead of it, so none conditions it."
+        text += " No hard data condition this patch, because none are in the patch or just ahead."
     say(text, source)
     if step.slack is not None:
         say(_choice_without_data(view), OURS)
 
 
 def _choice_without_data(view: PatchView) -> str:
-    """Say which of the K best locations may be drawn if no data are near."""
+    """Describe which of the K best locations can be chosen if no data are near."""
     step, n_copies = view.step, int(view.step.copies.sum())
     assert step.slack is not None
     cells = round(step.slack / view.trace.search.cell_cost)
     text = (
-        f"The location is drawn from those within {cells} wrong cells of the very best: "
-        f"<b>{step.n_candidates}</b>."
+        f"The location is chosen at random from the locations whose score is within {cells} wrong "
+        f"cells of the best score: <b>{step.n_candidates}</b>."
     )
     if n_copies:
         text += (
-            " Left out, so that long stretches of the image are not copied: "
-            f"{format_count(n_copies, 'location')} that would continue a neighbouring patch."
+            f" To avoid copying long stretches of the image, {format_count(n_copies, 'location')} "
+            "that would continue a neighbouring patch cannot be chosen."
         )
     return text
 
 
 def _data_and_search(view: PatchView) -> str:
-    """Say which data condition the patch, and which locations are searched."""
+    """Describe which data condition the patch, and which locations are searched."""
     d = view.step.data
     assert d is not None
     n_inside = sum(datum.inside for datum in d.seen)
     searched = "All locations are searched."
     if d.weights.everywhere:
-        searched = "All locations are searched, as data are dense here."
+        searched = "All locations are searched, because data are dense here."
     elif d.ruled_out.any():
         n = format_count(int((~d.ruled_out).sum()), "location")
         best = f"{100 * view.search_fraction:.3g}"
-        searched = f"Only the locations of the best {best} % of overlaps are searched ({n})."
+        searched = f"Only the {best} % of locations with the best overlaps are searched ({n})."
     shape = view.step.cells.shape
     within = f"a box of {cells_along([d.reach // shape[-1] * n for n in shape])} cells"
     return (
         f"<b>{format_count(n_inside, *DATA)}</b> in the patch and <b>{len(d.seen) - n_inside}</b> "
-        f"ahead of the path, in {within} (the paper's virtual template), "
-        f"condition it. {searched} The paper searches the sorted scores one after another."
+        f"ahead of the path, in {within} (the paper's virtual template), condition the patch. "
+        f"{searched} The paper searches locations one after another, in order of score."
     )
 
 
 def _choice_with_data(view: PatchView) -> str:
-    """Say how data and overlap are weighted, and how many candidates remain."""
+    """Describe how data and overlap are weighted, and how many candidates remain."""
     d, search = view.step.data, view.trace.search
     assert d is not None
     n_rejected = sum(map(is_rejected, view.locations))
     missed, held, ahead = (round(w * search.datum_cost / search.cell_cost) for w in d.weights[:3])
     rejected = f" Rejected: {format_count(n_rejected, 'location')} that fit the overlap."
     return (
-        f"Here each datum that a location would miss costs as much as {missed} wrong "
-        f"cells of overlap ({held} if the grid honours it already, {ahead} ahead). "
-        f"The location is drawn from those of the K = {len(view.step.places)} best within "
-        f"{round(d.slack / search.cell_cost)} cells of the very best: "
-        f"<b>{view.step.n_candidates}</b>.{rejected if n_rejected else ''}"
+        f"Each datum that a location would miss costs as much as {missed} wrong cells of overlap "
+        f"({held} if the grid already honours the datum, {ahead} if it is ahead of the path). "
+        f"One location is chosen at random from the <b>{view.step.n_candidates}</b> of the K = "
+        f"{len(view.step.places)} best whose cost is within {round(d.slack / search.cell_cost)} "
+        f"wrong cells of the lowest cost.{rejected if n_rejected else ''}"
     )
 
 
@@ -360,10 +360,10 @@ def describe_window(w: ResimulatedWindow) -> str:
     if w.size == 1:
         return "Forced: no window fitted, so only the cell was changed."
     if not w.fits:
-        outcome = "no patch of the image honours all its data and fits"
+        outcome = "no patch of the image both honours all data in the window and fits"
     elif w.isolated:
-        outcome = "joins an isolated datum to its surroundings"
+        outcome = "connects an isolated datum to its surroundings"
     else:
-        outcome = "a patch fits and honours all its data"
+        outcome = "a patch fits and honours all data in the window"
     size = cells_along(w.before.shape) if w.before.ndim == 3 else w.size
     return f"Window of {size} cells: {outcome}."

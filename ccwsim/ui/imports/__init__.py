@@ -1,1 +1,1 @@
-"""The page Import: the user's training image and hard data, and questions about them."""
+"""The page Import: files of a training image and of hard data, and questions about the files."""

@@ -1,4 +1,4 @@
-"""The import of a training image: the file, its questions, the facies, and advice."""
+"""The import of a training image: the file, open questions, facies, and advice."""
 
 from __future__ import annotations
 
@@ -41,14 +41,14 @@ MAX_FACIES = 12
 SIMULATE_PAGE = "pages/simulate.py"
 TURNS = {"flip_ew": "Flip E–W", "flip_ns": "Flip N–S", "transpose": "Transpose"}
 Write = Callable[[ImageChoice], None]
-_diagnosed = cached(max_entries=16, show_spinner="Looking at the training image …")(diagnose)
+_diagnosed = cached(max_entries=16, show_spinner="Diagnosing the training image …")(diagnose)
 
 
 def draw_image_import(state: State) -> None:
-    """Draw the file as it is, the training image made of it, and the diagnosis of the image.
+    """Draw the file, the training image made from the file, and the diagnosis of the image.
 
-    A file with open questions enters the study only when the user confirms; later changes on this
-    page change the study.
+    A file with open questions is used in the study only after the user confirms. Afterwards,
+    changes on this page change the study.
     """
     choice = state.image_draft or state.choices.image
     waits = state.image_draft is not None
@@ -86,7 +86,7 @@ def draw_image_import(state: State) -> None:
 def _image_or_problem(choice: ImageChoice) -> tuple[TrainingImage | None, str]:
     try:
         if choice.upload is not None and not choice.answers:
-            image_of_file(choice.upload)  # the reader of files raises a clearer error
+            image_of_file(choice.upload)  # the file reader raises a clearer error
         return image_of(choice), ""
     except CCWSIMError as error:
         return None, str(error)
@@ -110,7 +110,7 @@ def _decide(state: State, choice: ImageChoice) -> None:
 
 
 def _pictures(choice: ImageChoice, image: TrainingImage | None, asked: tuple[str, ...]) -> None:
-    """Draw the facies and, if values or colours were classed, the original file beside them."""
+    """Draw the facies and, if values or colours were classified, also the original file."""
     classed = "values" in asked and choice.upload is not None
     places = st.columns(2, gap="medium") if classed and image is not None else [st.container()]
     if classed:
@@ -127,7 +127,7 @@ def _pictures(choice: ImageChoice, image: TrainingImage | None, asked: tuple[str
 
 
 def _file_map(choice: ImageChoice) -> None:
-    """Draw the picture in its own colours, or the values on a colour scale."""
+    """Draw the file: a picture in its original colours, or values on a colour scale."""
     assert choice.upload is not None
     picture = picture_of_file(choice.upload, choice.answers)
     if picture is not None:
@@ -155,7 +155,7 @@ def draw_turns(choice: ImageChoice, write: Write) -> None:
 
 
 def rotated(choice: ImageChoice) -> ImageChoice:
-    """Return the choice with its image rotated by 90° anticlockwise.
+    """Return the choice of an image, rotated by 90° anticlockwise.
 
     Examples
     --------
@@ -196,10 +196,10 @@ def draw_facies(choice: ImageChoice, image: TrainingImage, write: Write) -> None
 
 
 def draw_image_advice(state: State, choice: ImageChoice, image: TrainingImage) -> None:
-    """Advise parameters for the image; a button puts them into the study, with the image."""
+    """Draw advice on parameters for the image, with a button that uses image and parameters."""
     try:
         found = _diagnosed(image)
-    except CCWSIMError as error:  # an image too small for advice is no error
+    except CCWSIMError as error:  # if an image is too small for advice, this is not an error
         st.caption(plain(f"No advice: {error}."))
         return
 

@@ -24,13 +24,13 @@ class Imports:
 
     subject: Literal["image", "data"] = "image"
     draft: DataChoice | None = None  # choice of hard data when the page was last drawn
-    tables: bool | None = None  # whether wells are in tables; None means as in the study
+    tables: bool | None = None  # whether wells are in several tables; None means as in the study
 
 
 def draw_imports(state: State) -> None:
     """Draw the page."""
     page_state = state.page(Imports)
-    if state.data_draft is not page_state.draft:  # waiting data are shown first
+    if state.data_draft is not page_state.draft:  # data that wait for confirmation are shown first
         page_state.subject = "data" if state.data_draft else page_state.subject
         page_state.draft, page_state.tables = state.data_draft, None
     subject = bound_to(page_state, "subject") | options_of(SUBJECTS)
@@ -44,7 +44,7 @@ def draw_imports(state: State) -> None:
 
 
 def _tables(state: State, page_state: Imports) -> bool:
-    """For a volume, ask whether wells are in one table or several; return whether in several."""
+    """For a volume, ask whether wells are in one table or in several, and return the answer."""
     own = (state.data_draft or state.choices.data).tables is not None
     if state.choices.grid.nz is None and not own:
         return False

@@ -45,19 +45,19 @@ from ccwsim.ui.widgets.text import panel_title, plain
 MAX_DRAWN = 2000
 """Maximum number of data on the map."""
 HELP = (
-    "Import wells or other points: a table with columns of x, y and facies, in any order. "
-    "The roles of its columns are guessed here and can be changed."
+    "Import wells or other points: a table with columns of x, y and facies, in any order. The "
+    "page guesses the roles of the columns; you can change them."
 )
 HELP_ON_TABLES = (
-    "Import two or three tables: collars, intervals with their facies, and surveys of wells that "
-    "deviate. The roles of their columns are guessed here and can be changed."
+    "Import two or three tables: collars, intervals with their facies, and surveys of deviated "
+    "wells. The page guesses the roles of the columns; you can change them."
 )
 
 
 def draw_wells_import(state: State, tables: bool = False) -> None:
-    """Draw a file of wells, or several `tables`, with the guesses and the open questions.
+    """Draw a file of wells, or several `tables`, with guessed roles and open questions.
 
-    The file enters the study as soon as all its data fit; until then the study keeps its data.
+    The study uses the file as soon as all data fit; until then, the study keeps its earlier data.
     """
 
     choice = state.data_draft or state.choices.data
@@ -94,11 +94,11 @@ def draw_wells_import(state: State, tables: bool = False) -> None:
 
 
 def _say_state(state: State, tried: Choices) -> None:
-    """Say whether the file is in the study or, if not, the reason."""
+    """State whether the study uses the file and, if not, the reason."""
     choice = tried.data
     name = names_of_files(choice)
     if choice.waits:
-        st.info("Collars and intervals are needed; surveys only if wells deviate.")
+        st.info("Collars and intervals are required. Surveys are required only if wells deviate.")
         keep_data_button(state, "wells_drop")
         return
     try:
@@ -110,7 +110,7 @@ def _say_state(state: State, tried: Choices) -> None:
         if state.data_draft is None:
             st.success(plain(f"{n} data of {name} are in the study."))
         else:
-            st.info(plain(f"{n} data of {name} fit and are not in the study yet."))
+            st.info(plain(f"{n} data of {name} fit the grid but are not in the study yet."))
             button("Use them", key="wells_use", on_click=use_data, args=(state, choice))
         for note in report.notes:
             st.caption(plain(note))
@@ -118,7 +118,7 @@ def _say_state(state: State, tried: Choices) -> None:
 
 
 def _draw_rows(preview: PointsPreview) -> None:
-    """Draw the first rows as they are read, with the role of each column in its heading."""
+    """Draw the first rows of the file, with the role of each column in the heading."""
     shown = min(len(preview.rows), preview.n_rows)
     panel_title("First rows", f"{shown} of {preview.n_rows} of {preview.name}")
     roles = {column: role_of(role) for role, column in preview.guess.items()}
@@ -132,32 +132,32 @@ def _draw_rows(preview: PointsPreview) -> None:
 
 
 def _draw_map(state: State, tried: Choices) -> None:
-    """Draw a map of the data; open rings are data outside the grid or of an unknown facies.
+    """Draw a map of the data, with open rings at data outside the grid or of unknown facies.
 
     If no datum is in the grid, the map shows a larger grid that contains the data.
     """
     try:
-        placed, fitting, title = placed_data(tried), grid_for_data(tried), "Where the data fall"
+        placed, fitting, title = placed_data(tried), grid_for_data(tried), "Positions of the data"
         n, n_out = placed.points.n, len(placed.outside)
         if fitting is not None and n_out == n:
-            title, tried = "Where the data would fall", replace(tried, grid=fitting)
+            title, tried = "Positions of the data in a larger grid", replace(tried, grid=fitting)
             placed = placed_data(tried)
-    except CCWSIMError:  # reported above
+    except CCWSIMError:  # the error is reported above
         return
     panel_title(title, f"grid of {described(tried.grid)}")
     step = -(-placed.points.n // MAX_DRAWN)
     colours = _colours(state, tried, placed)[::step]
-    above = placed.cells[::step, -2:]  # the data of a volume are seen from above
+    above = placed.cells[::step, -2:]  # the map shows the data of a volume from above
     svg = placement_svg(above, colours, tried.grid.shape[-2:])
-    st.image(svg, alt="Where the data fall in the grid", width=520)
+    st.image(svg, alt="Positions of the data in the grid", width=520)
     if fitting is not None and n_out == n:
-        st.caption("The frame is a grid that contains the data; no datum is in the study's grid.")
+        st.caption("No datum is in the study's grid. The frame shows a larger grid.")
     elif n_out:
-        st.caption(f"The frame is the grid: {n_out} of {n} data are outside.")
+        st.caption(f"The frame shows the study's grid; {n_out} of {n} data are outside.")
 
 
 def _colours(state: State, tried: Choices, placed: PlacedPoints) -> list[str | None]:
-    """Return the colour of each datum, or None for data that are not used."""
+    """Return the colour of each datum, or None for each datum that is not used."""
     image = image_of(tried.image)
     known = dict(zip(image.codes.tolist(), colours_of(state), strict=False))
     lost = {*placed.outside.tolist(), *placed.unknown.tolist()}

@@ -1,4 +1,4 @@
-"""The page Paper: introduction, controls, and the experiments with their verdicts."""
+"""The page Paper: introduction, controls, and the paper's experiments with verdicts."""
 
 from __future__ import annotations
 
@@ -42,23 +42,24 @@ from ccwsim.ui.widgets.theme import draw_style
 STYLE = Path(__file__).with_name("paper.css")
 EXTENTS = {False: "Full", True: "Quick"}
 INTRODUCTION = (
-    "Runs the experiments of Bavandsavadkoohi et al. (2024), sections 5.1 to 5.9, in this program, "
-    "and writes one report: each figure and table next to what the paper says, with a "
-    "verdict in words. The report is one HTML file that works offline and prints."
+    "Runs the experiments of Bavandsavadkoohi et al. (2024), sections 5.1 to 5.9, in this "
+    "program, and writes one report. The report shows each figure and table next to the paper's "
+    "statement, with a verdict in words. The report is one HTML file that works offline and "
+    "prints."
 )
 DURATIONS = {False: "some minutes on two cores", True: "under a minute, on smaller grids"}
 BYTES_PER_CELL = 8
-"""Bytes that an experiment needs per simulated cell, including statistics and pictures."""
+"""Bytes of memory per simulated cell that an experiment needs, with statistics and pictures."""
 VARIABLE = "CCWSIM_DATA"
-"""Environment variable on the server that has the path of the authors' files."""
+"""Environment variable of the server that contains the path of the authors' files."""
 
 
 @dataclasses.dataclass
 class PaperRun(PageRun[Reproduction]):
     """A run of all experiments that is running or has ended.
 
-    `finished` has the finished experiments. `report` is the HTML report; it is empty before the end
-    and if no experiment was finished.
+    `finished` contains the finished experiments. `report` is the HTML report, or empty if the run
+    or all experiments are unfinished.
     """
 
     inputs: PaperInputs
@@ -74,7 +75,7 @@ class PaperRun(PageRun[Reproduction]):
         return len(EXPERIMENTS)
 
     def demand(self) -> Demand:
-        """Return the resources of the largest experiment, because experiments run one by one."""
+        """Return the resources of the largest experiment, because experiments run one at a time."""
         x = QUICK if self.quick else FULL
         many, few = x.side(512) ** 2 * x.n_many, x.largest_side**2 * x.n_few
         n_cells = max(many, few, max(x.timed_sides) ** 2 * x.n_timed)
@@ -96,16 +97,16 @@ class PaperState:
     quick: bool = False
     seed: int = 0
     run: PaperRun | None = None
-    message: str = ""  # reason why a run was not started
+    message: str = ""  # reason why a run did not start
 
 
 def server_inputs() -> tuple[PaperInputs, str]:
-    """Return the inputs on the server and, if there is one, the problem with their folder."""
+    """Return the authors' inputs on the server, and a text about any problem with their folder."""
     folder = os.environ.get(VARIABLE)
     try:
         return inputs_in(folder or None), ""
     except CCWSIMError as error:
-        return PaperInputs(), f"{VARIABLE} of the server: {error}. The bundled images are used."
+        return PaperInputs(), f"{VARIABLE} on the server: {error}. The bundled images are used."
 
 
 def draw_paper(state: State) -> None:
@@ -143,8 +144,8 @@ def _controls(state: State) -> None:
     page_state = state.page(PaperState)
     quick = {"options": [False, True], "format_func": lambda quick: EXTENTS[quick]}
     quick["help"] = (
-        "Quick shows that everything works, with few realizations on small grids; its verdicts are "
-        "not results."
+        "Quick runs use few realizations on small grids, to check that everything works. Their "
+        "verdicts are not results."
     )
     seed: dict[str, Any] = {"min_value": 0, "max_value": MAX_SEED, "step": 1, "width": 120}
     seed |= bound_to(page_state, "seed") | {"help": "The same seed gives the same realizations."}
@@ -203,7 +204,7 @@ def progress_label(run: PaperRun) -> str:
 
 
 def ended_text(run: PaperRun) -> str:
-    """Describe how a run ended; empty while it is running."""
+    """Describe how a run ended; empty during the run."""
     if run.error is not None:
         return f"The run ended early: {reason(run.error)}"
     if run.result is None:
@@ -213,7 +214,7 @@ def ended_text(run: PaperRun) -> str:
 
 
 def verdict_list(finished: Sequence[Finished]) -> str:
-    """Return all experiments as an HTML list; finished ones can be unfolded, others are dimmed."""
+    """Return all experiments as an HTML list; finished experiments unfold, others are dimmed."""
     items = []
     for k, experiment in enumerate(EXPERIMENTS):
         line = f"<b>{k + 1}</b><i>{escape(experiment.title)}</i><em>{escape(experiment.place)}</em>"

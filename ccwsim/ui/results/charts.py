@@ -1,4 +1,4 @@
-"""Charts on all pages, with a menu that saves them as PNG, SVG or CSV."""
+"""Charts on the pages, with a menu that saves a chart as PNG, SVG or CSV."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ccwsim.ui.widgets.errors import catch_callback_errors
 from ccwsim.ui.widgets.text import panel_title
 
 SAVE_BUTTON: dict[str, Any] = {"displaylogo": False, "modeBarButtons": [["toImage"]]}
-"""Configuration of a hidden plotly button, which the menu beside the title presses."""
+"""Configuration of plotly with a hidden button; the menu that saves a chart presses this button."""
 
 
 def draw_chart(chart: Any, key: str, alt: str) -> None:
@@ -28,7 +28,7 @@ def draw_clickable_chart(
     *,
     n_series: int = 1,
 ) -> None:
-    """Draw a chart with clickable points in its first series; `choose` gets the point's index."""
+    """Draw a chart; `choose` is called with the index of a clicked point of the first series."""
 
     def clicked() -> None:
         points = st.session_state[f"chart_{key}"].selection.points
@@ -49,9 +49,9 @@ def titled_chart(
     alt: str,
     draw: Callable[[Any, str, str], None] = draw_chart,
 ) -> None:
-    """Draw title, note, menu and chart; draw(chart, key, alt) puts the chart on the page.
+    """Draw a title, a note, a menu and a chart; draw(chart, key, alt) draws the chart itself.
 
-    The `key` is unique on the page and also the file name; `alt` describes the chart to screen
+    The `key` is unique on the page and also the file name. `alt` describes the chart for screen
     readers.
     """
     with st.container(key=f"panel_{key}"):
@@ -62,6 +62,6 @@ def titled_chart(
 
 
 def chart_menu(title: str, key: str) -> None:
-    """Draw the menu that saves the chart with this key."""
+    """Draw the menu that saves the chart with the key `key`."""
     data = {"title": title, "chart": f"chart_{key}", "name": key}
     draw_component("chart_menu", f"menu_{key}", data, width="content")

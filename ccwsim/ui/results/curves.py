@@ -40,7 +40,7 @@ from ccwsim.ui.widgets.text import panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
 SMALL_SHARES = 4_000_000
-"""An E-type with at most this number of values (8 bytes each) is cached for all sessions."""
+"""Maximum number of values (8 bytes each) of an E-type that is cached for all sessions."""
 _large: WeakKeyDictionary[Ensemble, EType] = WeakKeyDictionary()
 _e_type = cached(max_entries=8)(etype)
 vertical_proportions_bundle = cached(max_entries=64)(layers_bundle)
@@ -50,7 +50,7 @@ vertical_proportions_bundle = cached(max_entries=64)(layers_bundle)
 def curve_bundle(ensemble: Ensemble, statistic: Statistic, facies: int, direction: str) -> Bundle:
     """Return a curve of a facies (an index into the codes) along an axis.
 
-    The connectivity function treats cells that touch at a corner as connected.
+    For the connectivity function, cells that touch at a corner are connected.
     """
     image = ensemble.training_image
     code, lags = int(image.codes[facies]), max_lag(direction, image.shape, ensemble.grid.shape)
@@ -64,7 +64,7 @@ def curve_bundle(ensemble: Ensemble, statistic: Statistic, facies: int, directio
 def _curve_of_image(
     image: TrainingImage, statistic: Statistic, code: int, direction: str, lags: int
 ) -> NDArray[np.float64]:
-    """Return the curve of the training image, which all its ensembles share."""
+    """Return a curve of the training image; ensembles with this training image share the curve."""
     return curves_of(statistic, image, code, direction, lags)[0]
 
 
@@ -75,9 +75,9 @@ def fit_of(ensemble: Ensemble, statistic: Statistic, facies: int, direction: str
 
 
 def e_type_of(ensemble: Ensemble) -> EType:
-    """Return the E-type of an ensemble, which is computed only once.
+    """Return the E-type of an ensemble; the E-type is computed only once.
 
-    All sessions share small E-types; a large E-type is kept only as long as its ensemble.
+    All sessions share small E-types. A large E-type is kept only as long as the ensemble.
     """
     if ensemble.grid.n_cells * ensemble.training_image.n_facies <= SMALL_SHARES:
         return _e_type(ensemble)
@@ -106,7 +106,7 @@ def draw_curves(ensemble: Ensemble, facies: int, colours: Sequence[str] | None =
 
 
 def draw_rows(rows: Sequence[Sequence[Callable[[], None]]]) -> None:
-    """Draw rows of charts in the columns of the first row; explain how charts are judged."""
+    """Draw rows of charts in equal columns, and explain how the curves are judged."""
     with st.container(key="charts"):
         places = [st.columns(len(rows[0]), gap="medium") for _ in rows]
     for row, columns in zip(rows, places, strict=True):
@@ -117,12 +117,12 @@ def draw_rows(rows: Sequence[Sequence[Callable[[], None]]]) -> None:
 
 
 def _variograms(ensemble: Ensemble, facies: int) -> list[Callable[[], None]]:
-    """Return a function per axis that draws its variogram; all variograms have the same γ axis."""
+    """Return, per axis, a function that draws the variogram; the γ axes are equal."""
     name, theme = ensemble.training_image.facies_names[facies], chart_theme()
     ways = axes_of(ensemble.grid.shape)
     bundles = [curve_bundle(ensemble, "variogram", facies, way) for way in ways]
     top = 1.1 * max(float(np.nanmax([b.each.max(), b.reference.max()])) for b in bundles)
-    y_range = 0.0, top or 1.0  # an axis of one cell has no variogram
+    y_range = 0.0, top or 1.0  # there is no variogram along an axis of one cell
 
     def draw(way: str, bundle: Bundle) -> None:
         note = describe_curve(fit_of(ensemble, "variogram", facies, way), "variogram")
@@ -144,7 +144,7 @@ def _connectivity(ensemble: Ensemble, facies: int, way: str, note: str = "", key
 
 
 def _connectivity_both_ways(ensemble: Ensemble, facies: int) -> None:
-    """Draw the connectivity E–W; a note says if the undrawn connectivity N–S does not fit."""
+    """Draw the connectivity E–W; a note states if the connectivity N–S does not fit."""
     along, across = (fit_of(ensemble, "connectivity", facies, way) for way in ("E-W", "N-S"))
     said = describe_curve(along, "connectivity")
     if across is not None and not across.fits:
@@ -170,14 +170,14 @@ def draw_layers(
     name = image.facies_names[facies]
     note = describe_layers(fit, name)
     if image.shape[0] != grid.nz:
-        note = f"training image of {image.shape[0]} layers drawn as high as the grid, not judged"
+        note = f"training image ({image.shape[0]} layers) scaled to the grid, not judged"
     chart = layers_chart(ensemble, facies, bundle, chart_theme(), height=height)
     alt = f"Share of {name} in each layer: training image, realizations, hard data"
     titled_chart("Vertical proportions", note, chart, "layers", alt)
 
 
 def draw_proportions(ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw the facies proportions of the realizations and the training image."""
+    """Draw the facies proportions of the realizations and of the training image."""
     image = ensemble.training_image
     chart = proportions_chart(
         image.facies_names, image.proportions, ensemble.proportions, colours, chart_theme()
@@ -197,7 +197,7 @@ def _times(ensemble: Ensemble, theme: Theme) -> None:
 
 
 def draw_curve_key(lines: Iterable[tuple[str, str]]) -> None:
-    """Draw the legend for the lines in charts; each line has a CSS border and a name."""
+    """Draw the legend of the lines in charts; each line has a CSS border style and a name."""
     entries = "".join(
         f'<span><i style="border-top: {border}"></i>{escape(name)}</span>' for border, name in lines
     )

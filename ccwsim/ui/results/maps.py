@@ -27,9 +27,9 @@ from ccwsim.ui.widgets.fields import button, field, options_of
 from ccwsim.ui.widgets.text import panel_title, step_note
 
 MAP_WIDTHS = (1.08, 1.0)
-"""Relative widths of a realization (with space for coordinates) and of the E-type."""
+"""Relative widths of the columns of a realization (with coordinates) and of the E-type."""
 WIDE = 2.0
-"""If a grid has at least this ratio of width to height, its maps are placed below each other."""
+"""Minimum ratio of width to height of a grid whose maps are placed below each other."""
 OTHERS = ("most likely", "entropy")
 ROW_WIDTH = 1040
 """Maximum width in pixels of a row of tiles on a wide screen."""
@@ -38,9 +38,9 @@ SMALLEST_IMAGE = 0.5
 
 
 def map_columns(widths: Sequence[float], first: int, grid: Grid) -> list[DeltaGenerator]:
-    """Return columns of given widths; columns `first` and `first` + 1 hold maps of `grid`.
+    """Return columns of given widths; columns `first` and `first` + 1 contain maps of `grid`.
 
-    Maps of a wide grid are placed below each other, in a column as wide as both.
+    Maps of a wide grid are placed below each other, in one column as wide as the two columns.
     """
     if not is_wide(grid):
         return list(st.columns(widths, gap="medium"))
@@ -62,7 +62,7 @@ def is_wide(grid: Grid) -> bool:
 
 
 def middle_layer(cells: NDArray[Any]) -> NDArray[Any]:
-    """Return the middle layer of a volume; return a map as it is.
+    """Return the middle layer of a volume; return a map unchanged.
 
     Examples
     --------
@@ -74,7 +74,7 @@ def middle_layer(cells: NDArray[Any]) -> NDArray[Any]:
 
 
 def middle_layers(stack: NDArray[Any]) -> NDArray[Any]:
-    """Return the middle layer of each volume in a stack; return maps as they are."""
+    """Return the middle layer of each volume in a stack; return maps unchanged."""
     return stack[:, stack.shape[1] // 2] if stack.ndim == 4 else stack
 
 
@@ -85,13 +85,13 @@ def colours_of(state: State) -> list[str]:
 
 
 def pretty(name: str) -> str:
-    """Return the name of a bundled data set in words; the name of a file is unchanged."""
+    """Return the name of a bundled data set in words; return the name of a file unchanged."""
     bundled = {*datasets.all_image_names(), *datasets.all_hard_data_names()}
     return name.replace("_", " ") if name in bundled else name or "unnamed"
 
 
 def colours_of_ran(state: State) -> list[str]:
-    """Return the facies colours for the results, whose image may differ from the study's."""
+    """Return the facies colours of the results, whose image may differ from the study's image."""
     assert state.ensemble is not None
     image = state.ensemble.training_image
     chosen = dict(state.choices.image.colours) if state.ensemble_choices else {}
@@ -99,7 +99,7 @@ def colours_of_ran(state: State) -> list[str]:
 
 
 def draw_e_type(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw the uncertainty map or volume and the choice of its content."""
+    """Draw the uncertainty map or volume, and the choice of the statistic in it."""
     names = ensemble.training_image.facies_names
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="e_type_row"):
         panel_title("E-type")
@@ -107,14 +107,14 @@ def draw_e_type(state: State, ensemble: Ensemble, colours: Sequence[str]) -> Non
     shown = uncertainty_map(state, ensemble, colours)
     shown.points.extend(points_of(ensemble.hard_data, ensemble.training_image))
     name = f"{state.e_type}_{names[state.facies]}".replace(" ", "_")
-    # a map below a realization also has coordinates, so that their edges are aligned
+    # a map below a realization also has coordinates, so that the edges of the maps are aligned
     own_axes = ensemble.grid.nz is not None or is_wide(ensemble.grid)
     grid = ensemble.grid if own_axes else None
     draw_cells(shown, "e_type", grid=grid, link="grid", scale="maps", name=name)
 
 
 def e_type_field(state: State, names: Sequence[str], write: Callable[[int | str], None]) -> None:
-    """Draw the choice of the content of the uncertainty map."""
+    """Draw the choice of the statistic in the uncertainty map."""
     shown = state.facies if state.e_type == "probability" else state.e_type
     options: list[int | str] = [*range(len(names)), *OTHERS]
     choice = options_of({option: map_name(option, names) for option in options})
@@ -123,7 +123,7 @@ def e_type_field(state: State, names: Sequence[str], write: Callable[[int | str]
 
 
 def map_name(option: int | str, names: Sequence[str]) -> str:
-    """Return the label of a content of the uncertainty map.
+    """Return the name of a statistic in the uncertainty map.
 
     Examples
     --------
@@ -136,7 +136,7 @@ def map_name(option: int | str, names: Sequence[str]) -> str:
 
 
 def choose(state: State, option: int | str) -> None:
-    """Store the content of the uncertainty map; a chosen facies is also chosen for the curves."""
+    """Store the statistic in the uncertainty map; curves of a chosen facies are shown too."""
     if isinstance(option, int):
         state.facies, state.e_type = option, "probability"
     else:
@@ -157,7 +157,7 @@ def uncertainty_map(state: State, ensemble: Ensemble, colours: Sequence[str]) ->
 
 
 def draw_training_image(image: TrainingImage, colours: Sequence[str]) -> None:
-    """Draw the training image below its name; a volume shares the cursor of the results."""
+    """Draw the training image with its name; volumes share the cursor of the results."""
     panel_title("Training image", pretty(image.name))
     shown = facies_map(image.indices, image, colours, f"Training image {image.name}")
     options: dict[str, Any] = {"scale": "maps", "leads": False, "body": False}
@@ -168,7 +168,7 @@ def draw_training_image(image: TrainingImage, colours: Sequence[str]) -> None:
 def draw_realization(
     ensemble: Ensemble, colours: Sequence[str], r: int, grid: Grid | None = None
 ) -> None:
-    """Draw realization `r` with the data on it and the coordinates of `grid` along its edges."""
+    """Draw realization `r` with the data on top and the coordinates of `grid` along the edges."""
     image, title = ensemble.training_image, f"Realization {r + 1}"
     panel_title(f"{title} of {ensemble.n}")
     shown = facies_map(ensemble.indices[r], image, colours, title)
@@ -178,7 +178,7 @@ def draw_realization(
 
 
 def draw_gallery(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw all realizations; a click shows a realization large."""
+    """Draw small maps of all realizations; a click shows a realization large."""
     longest = min(96, max(48, ROW_WIDTH // ensemble.n - 8))
     width, height = tile_size(ensemble.grid.shape[-2:], longest)
     if ensemble.grid.nz is not None:
@@ -215,15 +215,15 @@ def draw_ghost(state: State) -> None:
         draw_training_image(image, colours_of(state))
     shape = f"aspect-ratio: {grid.nx} / {grid.ny}"
     with middle:
-        text = "A field that looks like the training image and honours the data"
+        text = "A field with the patterns of the training image that honours the data"
         ghost_panel(text, shape, "Realization", "ghost large")
     with right:
-        text = "How often each cell has a facies in all realizations: its probability"
+        text = "The probability of a facies: the share of realizations with this facies in a cell"
         ghost_panel(text, shape, "E-type")
 
 
 def ghost_panel(text: str, shape: str, title: str = "", kind: str = "ghost") -> None:
-    """Draw the outline of a future result; `shape` is its size in CSS."""
+    """Draw the outline of a future result; `shape` is the size of the outline in CSS."""
     if title:
         panel_title(title)
     st.html(f'<div class="{kind}" style="{shape}">{escape(text)}</div>')

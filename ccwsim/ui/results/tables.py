@@ -1,4 +1,4 @@
-"""Tables of numbers on the page and as CSV."""
+"""Tables of numbers, on the page and as CSV."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from ccwsim.ui.widgets.fields import download
 def curves_csv(ensemble: Ensemble, facies: int) -> bytes:
     """Return the curves of a facies with a row per lag and a column per realization.
 
-    A volume also has vertical proportions and a column of layers, which start with 0 at the bottom.
-    Proportions are empty for layers that the training image or the grid lacks.
+    A volume also has vertical proportions and a column of layers; the bottom layer is 0.
+    Proportions are empty for layers that the training image or the grid does not have.
     """
     ways, is_volume = axes_of(ensemble.grid.shape), ensemble.grid.nz is not None
     names: dict[Statistic, str] = {"variogram": "variogram", "connectivity": "connection"}
@@ -81,13 +81,13 @@ def as_csv(head: Iterable[str], lines: Iterable[Iterable[object]]) -> bytes:
 def csv_button(
     label: str, name: str, content: Callable[[], bytes], of: str, **options: Any
 ) -> None:
-    """Draw a button that saves a table `of` a study; a click makes the table."""
+    """Draw a button that saves a table named after the study `of`; a click computes the table."""
     options = {"key": f"download_{name}", "width": "stretch", **options}
     download(label, content, f"{of}_{name}.csv", **options)
 
 
 def numbers_table(rows: Iterable[Sequence[str]], head: Sequence[str] = (), kind: str = "") -> str:
-    """Return a table as HTML; cells are HTML, and the first cell of a row is its name.
+    """Return a table as HTML; cells are HTML, and the first cell of a row is the row's name.
 
     Examples
     --------

@@ -1,1 +1,1 @@
-"""The state of a session, and the study described by its choices."""
+"""The state of a session, and the study that the user's choices describe."""

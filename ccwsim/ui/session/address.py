@@ -1,4 +1,4 @@
-"""The address of a page can start a study, and it is updated with every change."""
+"""The address (URL) of a page describes the study, and is updated with every change."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from ccwsim.ui.session.resolve import data_of, fitted_to_image, image_of
 from ccwsim.ui.session.state import State
 
 CLASS = "class"
-"""Key of the query that gives each reader of a shared link a different seed."""
+"""Key in the query of a link that gives each reader of the link a different seed."""
 MIN_OWN_SEED = 1000
-"""Minimum seed drawn for a reader; people typically type smaller seeds."""
+"""Minimum random seed for a reader; seeds typed by people are usually smaller."""
 
 
 def take_address(state: State) -> None:
-    """Start a study from the address of the page, and note the parts that cannot be used."""
+    """Start the study described by the address of the page, and note parts that cannot be used."""
     choices, shown, notes = read_link(_query(), kept_for_reload())
     choices, more = made_consistent(own_seed(state, choices))
     state.choices, state.notes = choices, (*notes, *more)
@@ -36,7 +36,7 @@ def take_address(state: State) -> None:
 
 
 def own_seed(state: State, choices: Choices) -> Choices:
-    """Return the study, with a seed drawn for this reader if the address has the key `CLASS`."""
+    """Return the study; if the address has the key `CLASS`, the reader gets a random seed."""
     if st.query_params.get(CLASS) != "1":
         return choices
     del st.query_params[CLASS]
@@ -45,13 +45,13 @@ def own_seed(state: State, choices: Choices) -> Choices:
 
 
 def made_consistent(choices: Choices) -> tuple[Choices, tuple[str, ...]]:
-    """Return choices whose parts fit together, and notes about the changes made for this."""
+    """Return choices changed so that their parts fit together, and notes about the changes."""
     notes = []
     fitting = fitted_to_image(choices, image_of(choices.image))
     if fitting.grid != choices.grid and choices.grid != Choices().grid:
         notes.append(
             f"The grid of {describe_shape(choices.grid.shape)} cells does not suit the training "
-            f"image: {describe_shape(fitting.grid.shape)} are used."
+            f"image; {describe_shape(fitting.grid.shape)} cells are used."
         )
     own, other = choices.parameters, fitting.parameters
     if own != other and own != Parameters():
@@ -63,29 +63,29 @@ def made_consistent(choices: Choices) -> tuple[Choices, tuple[str, ...]]:
     try:
         data_of(fitting)
     except CCWSIMError as error:
-        notes.append(f"The hard data are left out. {str(error)[:1].upper()}{str(error)[1:]}.")
+        notes.append(f"The hard data are ignored. {str(error)[:1].upper()}{str(error)[1:]}.")
         fitting = replace(fitting, data=DataChoice())
     return fitting, tuple(notes)
 
 
 def show(state: State, shown: Shown) -> None:
-    """Show the parts of the results that a link names."""
+    """Show the parts of the results that the link selects."""
     state.shown, state.facies, state.e_type = shown.realization, shown.facies, shown.e_type
 
 
 def shown_of(state: State) -> Shown:
-    """Return the parts of the results that are shown."""
+    """Return the parts of the results that are on the page."""
     return Shown(state.shown, state.facies, state.e_type)
 
 
 def follow_study(state: State) -> None:
-    """Write the study into the query of the address, without drawing the page again."""
+    """Write the study into the query of the address, without redrawing the page."""
     keep_for_reload(state.choices)
     query = _query()
     kept = {name: values for name, values in query.items() if not meant(name)}
     wanted = {**kept, **link_of(state.choices, shown_of(state))}
     text = urlencode(wanted, doseq=True)
-    # the address reported by the browser may be older than the last address sent to it
+    # the browser may report an older address than the address sent last
     if text != state.address or wanted != query:
         st.query_params.from_dict(wanted)
         state.address = text
@@ -103,13 +103,13 @@ def _query() -> dict[str, list[str]]:
 
 
 def page_link(page: str, label: str) -> None:
-    """Draw a link to a page, if the pages run together as an app."""
+    """Draw a link to another page, if the pages run together as an app."""
     with suppress(StreamlitAPIException, KeyError):
         st.page_link(page, label=label)
 
 
 def go_to(page: str, instead: str = "") -> None:
-    """Go to a page; if this page runs without the app, show the text `instead`."""
+    """Open another page or, if this page runs without the app, show the text `instead`."""
     with suppress(StreamlitAPIException, KeyError):
         st.switch_page(page)
         return

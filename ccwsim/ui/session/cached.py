@@ -1,4 +1,4 @@
-"""A cache of results that all sessions share; its keys are the contents of the arguments."""
+"""A cache of results that all sessions share, with the contents of arguments as keys."""
 
 from __future__ import annotations
 
@@ -30,5 +30,5 @@ CONTENT: dict[str | type[Any], Callable[[Any], Any]] = {
     Parameters: lambda parameters: parameters.digest,
     Ensemble: _of_ensemble,
 }
-"""Functions that return the content of an argument, by type; equal contents count as equal."""
+"""Functions that return the content of an argument, by type of the argument."""
 cached = partial(st.cache_resource, show_spinner=False, hash_funcs=CONTENT)

@@ -34,7 +34,7 @@ def grid_part(image: TrainingImage, grid: Grid) -> str:
 
 
 def study_part(ensemble: Ensemble) -> str:
-    """Return image, grid, T, L and seed of an ensemble as part of a file name."""
+    """Return a part of a file name with the image, grid, T, L and seed of an ensemble."""
     p = ensemble.parameters
     return (
         f"{grid_part(ensemble.training_image, ensemble.grid)}_T{_sizes(p.template_size)}"

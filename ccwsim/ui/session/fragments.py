@@ -19,21 +19,21 @@ from ccwsim.ui.widgets.errors import PENDING_ERROR, is_control_flow, user_messag
 from ccwsim.ui.widgets.fields import button
 
 LAST_DRAWN = "ccwsim_last_drawn"
-"""Session key of the choices with which a page was last drawn without an error."""
+"""Session key of the latest choices with which a page was drawn without an error."""
 FAILED = "ccwsim_failed"
-"""Session key that is set while a part of the page cannot be drawn."""
+"""Session key that is present while a part of the page cannot be drawn."""
 DRAW_SECONDS = 0.5
-"""Seconds between two checks of a job if its partial results are drawn."""
+"""Seconds between two checks of a job whose partial results are drawn."""
 TOGETHER = 1.0
-"""Values that arrive within this number of seconds are drawn together."""
+"""Maximum seconds to wait for further values before finished values are drawn."""
 
 
 @contextmanager
 def error_boundary(whole: bool = False, way_back: bool = False) -> Iterator[None]:
-    """Show errors as messages, keep the state, and write changes into the address.
+    """Show errors as messages, keep the session state, and write changes into the address.
 
-    Use this around the body of a page or fragment. If a `whole` page or a part with `way_back`
-    fails, one button is drawn that returns to the last study that could be drawn.
+    Use this context for the body of a page or fragment. If a `whole` page or a part with `way_back`
+    fails, a button is drawn that returns to the last study that was drawn without an error.
     """
     if whole:
         st.session_state.pop(FAILED, None)
@@ -54,12 +54,12 @@ def error_boundary(whole: bool = False, way_back: bool = False) -> Iterator[None
     if KEY in st.session_state:
         try:
             follow_study(session_state())
-        except Exception as error:  # the page is complete, but its address is not updated
+        except Exception as error:  # the page is complete, but the address is not updated
             logged(error)
 
 
 def _draw_way_back() -> None:
-    """Draw a button that returns to the last study that could be drawn."""
+    """Draw a button that returns to the last study that was drawn without an error."""
     drawn = st.session_state.get(LAST_DRAWN)
     with st.container(horizontal=True, gap="small"):
         if drawn is not None and drawn != session_state().choices:
@@ -83,11 +83,11 @@ def follow(
     keys: tuple[str, str] = ("progress", "cancel"),
     cancel: str = "Cancel",
 ) -> None:
-    """Show the progress of a job and a button to stop it; draw the page again at its end.
+    """Show the progress of a job and a button that stops the job; redraw the page at the end.
 
-    The page is also drawn again if `has_news()`; `on_finished` is called before it is drawn again.
-    `label` replaces the number of finished pieces; `draw` draws partial results below it.
-    `keys` are the keys of progress and button; `cancel` is the text of the button.
+    The page is also drawn again if `has_news()` is true. `on_finished` is called before the page is
+    drawn again. `label` replaces the number of finished pieces, and `draw` draws partial results.
+    `keys` are the keys of the progress and of the button; `cancel` is the text of the button.
     """
     follower = st.fragment(_follow, run_every=DRAW_SECONDS if draw else POLL_SECONDS)
     follower(job, on_finished, has_news, label, draw, keys, cancel)
@@ -117,10 +117,10 @@ def follow_tasks(
     since: float,
     draw: Callable[[int], None] | None = None,
 ) -> None:
-    """Draw the page again when all `tasks` are done, or after `TOGETHER` seconds if some are.
+    """Redraw the page when all `tasks` are done, or after `TOGETHER` seconds if only some are done.
 
-    `since` is the `time.monotonic` at which the page was drawn; `draw` gets the number of missing
-    values.
+    `since` is the `time.monotonic` at which the page was drawn. `draw` is called with the number of
+    missing values.
     """
     with error_boundary():
         ready = [worker.cache.get(task.key) is not None for task in tasks]

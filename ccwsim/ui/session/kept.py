@@ -1,7 +1,7 @@
-"""Images and data kept on the server for a while, so that a page can be reloaded.
+"""Images and data that the server stores for some time, so that a page can be reloaded.
 
 A reload starts a new session, and its address contains only digests of images and data. A cookie
-identifies the browser; the digests identify the image and data of this browser.
+identifies the browser, and the digests identify images and data of this browser.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ from ccwsim.system.lru_cache import n_bytes
 
 COOKIE = "ccwsim_browser"
 KEPT_SECONDS = 4 * 3600
-"""Images and data are kept for this number of seconds after they were last on a page."""
+"""Number of seconds for which images and data are stored after they were last on a page."""
 SHARE_OF_UPLOADS = 4
-"""Kept files take at most 1 / `SHARE_OF_UPLOADS` of the server's memory for files."""
+"""Stored images and data use at most 1 / `SHARE_OF_UPLOADS` of the server's memory for files."""
 MAX_OF_BROWSER = 8
-"""Maximum number of images and data sets kept for a browser."""
+"""Maximum number of images and data sets that are stored for a browser."""
 
 
 class KeptChoices:
-    """Images and data of readers, by browser and name; the least recently used come first.
+    """Images and data, by browser and name; the least recently used images and data come first.
 
-    The oldest are dropped if there are too many, if they are too old, or if the total is too large.
+    The oldest entries are dropped if their number, age or total size is too large.
     """
 
     def __init__(
@@ -42,7 +42,7 @@ class KeptChoices:
         self._lock = Lock()
 
     def keep(self, browser: str, own: Mapping[str, Own]) -> None:
-        """Keep the images and data on a page of a browser; they become its newest."""
+        """Store images and data of a page; they become the newest entries of the browser."""
         with self._lock:
             for name, choice in own.items():
                 self._kept.pop((browser, name), None)
@@ -53,7 +53,7 @@ class KeptChoices:
             self._forget()
 
     def of(self, browser: str) -> dict[str, Own]:
-        """Return the images and data kept for a browser, by name."""
+        """Return the stored images and data of a browser, by name."""
         with self._lock:
             self._forget()
             return {key[1]: kept[1] for key, kept in self._kept.items() if key[0] == browser}
@@ -69,29 +69,29 @@ class KeptChoices:
 
 
 def size_of(choice: Own) -> int:
-    """Return the approximate bytes of an image or of data."""
+    """Return the approximate number of bytes of an image or of data."""
     return n_bytes([choice.files, getattr(choice, "placed", None)])
 
 
 @cache
 def kept_choices() -> KeptChoices:
-    """Return the single store of this process."""
+    """Return the store of images and data, of which a process has only one."""
     return KeptChoices(limits_of_environment().uploads // SHARE_OF_UPLOADS, KEPT_SECONDS)
 
 
 def browser() -> str:
-    """Return the secret name of the reader's browser; the page stores it in a cookie."""
+    """Return the secret name of the browser; the page stores this name in a cookie."""
     if COOKIE not in st.session_state:
         st.session_state[COOKIE] = st.context.cookies.get(COOKIE) or token_urlsafe(24)
     return st.session_state[COOKIE]
 
 
 def kept_for_reload() -> dict[str, Own]:
-    """Return the images and data kept for this browser."""
+    """Return the stored images and data of the current browser."""
     return kept_choices().of(browser())
 
 
 def keep_for_reload(choices: Choices) -> None:
-    """Keep the image and data of a study if its address cannot contain them."""
+    """Store the image and data of a study if the address of the page cannot contain them."""
     if own := own_choices(choices):
         kept_choices().keep(browser(), own)

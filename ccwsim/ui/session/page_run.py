@@ -1,4 +1,4 @@
-"""A long run that a page starts: its inputs, its job and its results."""
+"""A long run that a page starts, with inputs, job and results."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ Result = TypeVar("Result")
 
 
 class PageRun(Generic[Result]):
-    """Work of a page on a thread; subclasses are dataclasses with inputs and partial results.
+    """Work that a page runs on a thread; subclasses are dataclasses of inputs and partial results.
 
-    The progress counts pieces of work, `n_pieces` in total; `unit` is the name of a piece.
+    Progress is counted in pieces of work, `n_pieces` in total; `unit` is the name of a piece.
     """
 
     unit = "realizations"
@@ -22,11 +22,11 @@ class PageRun(Generic[Result]):
 
     @property
     def n_pieces(self) -> int:
-        """Number of pieces of work; 0 if pieces are not counted."""
+        """Total number of pieces of work, or 0 if pieces are not counted."""
         return 0
 
     def work(self, job: Job[Result]) -> Result:
-        """Do the work; called on the thread of the job."""
+        """Do the work and return the result; this is called on the job's thread."""
         raise NotImplementedError
 
     def demand(self) -> Demand:
@@ -64,10 +64,10 @@ class PageRun(Generic[Result]):
 
 
 def start_page_run(page_state: Any, name: str, run: PageRun) -> bool:
-    """Start a run and store it in the attribute `name` of the page state; return whether it began.
+    """Start a run, store it as attribute `name` of the page state, and return whether it began.
 
-    If the server refuses the run, the earlier run stays, and `message` of the page state gives the
-    reason.
+    If the server refuses the run, the page state keeps the earlier run, and its `message` states
+    the reason.
     """
     page_state.message = ""
     try:

@@ -1,4 +1,4 @@
-"""The progress of a job as text: finished pieces, time left, queue position, compilation."""
+"""The progress of a job as text: finished pieces, remaining time, queue position, compilation."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from ccwsim.engine.compilation import compilation, must_compile
 from ccwsim.jobs.job import Job
 
 SLOW_START = 0.8
-"""If a job makes no progress for this number of seconds, kernels are assumed to compile."""
+"""Number of seconds without progress after which a job is assumed to compile kernels."""
 
 
 def progress_text(job: Job, label: str = "") -> str:
@@ -19,7 +19,7 @@ def progress_text(job: Job, label: str = "") -> str:
 
 
 def delay_text(job: Job) -> str:
-    """Return the reason why a job makes no progress (stop, queue or compilation), or ""."""
+    """Return the reason (stop, queue or compilation) why a job makes no progress, or ""."""
     if job.is_cancelled():
         return "Stopping …"
     if position := job.position:
@@ -35,7 +35,7 @@ def queue_text(position: int) -> str:
 
 
 def compilation_text() -> str:
-    """Describe the compilation of kernels: number of compiled kernels and estimated time left."""
+    """Describe the progress of compilation: number of kernels and estimated remaining time."""
     text = "Compiling the kernels for this machine, on the first run only"
     if progress := compilation():
         text += f": {progress.n_done} of {progress.n} done"
@@ -45,12 +45,12 @@ def compilation_text() -> str:
 
 
 def compilation_to_come() -> str:
-    """Return a note that kernels must compile first; "" if they are compiled already."""
-    return " Before that the kernels compile, once." if must_compile() else ""
+    """Return a note that kernels must compile first, or "" if all kernels are compiled already."""
+    return " Kernels are compiled first; this happens only once." if must_compile() else ""
 
 
 def format_duration(seconds: float) -> str:
-    """Return a time, given in seconds, as text; the time is rounded to few digits."""
+    """Return a duration in seconds as text with few digits."""
     if seconds < 90:
         return f"{seconds:.0f} s"
     return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"

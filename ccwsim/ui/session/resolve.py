@@ -1,4 +1,4 @@
-"""Converts choices to arguments of `simulate`; files are read once and cached by content."""
+"""Conversion of choices to arguments of `simulate`; files are read once and cached by content."""
 
 from __future__ import annotations
 
@@ -57,26 +57,26 @@ from ccwsim.ui.session.progress import format_duration
 
 Made = TypeVar("Made", PointColumns, WellColumns, Conversion)
 Moved = dict[str, tuple[Any, Any]]
-"""Requested and used value of each parameter that is too large for the image, by name."""
+"""Requested and used values of the parameters that are too large for the image, by name."""
 OF_VOLUMES = ("z", "well", "depth_from", "depth_to", "depth", "z_up")
 OF_SURVEYS = tuple(name for name in vars(WellColumns()) if name.startswith("survey"))
 SETTLING = ("on_collision", "on_outside", "on_unknown")
-"""Names of the answers about hard data: for volumes, for surveys, and for conflicting data."""
+"""For volumes, for surveys, and for conflicting data: names of answers that apply only to them."""
 BUT_NAMES = {**CONTENT, TrainingImage: lambda image: image.digest}
-"""The functions of `CONTENT`, except that names of facies are ignored."""
+"""The functions of `CONTENT`, changed so that names of facies are ignored."""
 USUAL_VOLUME = 100, 100
-"""Default rows and columns of the grid of a volume; the image sets the number of layers."""
+"""Default rows and columns of a volume's grid; the number of layers is that of the image."""
 
 
 def study_of(choices: Choices) -> Study:
-    """Return the study of these choices; raise `CCWSIMError` if parts do not fit together."""
+    """Return the study described by choices; raise `CCWSIMError` if parts do not fit together."""
     image = image_of(choices.image)
     return Study(image, choices.grid, choices.parameters, data_of(choices), choices.seed)
 
 
 @cached(max_entries=32)
 def image_of(choice: ImageChoice) -> TrainingImage:
-    """Return the training image of a choice; raise if a question about it is open."""
+    """Return the training image of a choice; raise `CCWSIMError` if a question is open."""
     if choice.upload is None:
         read = datasets.load(choice.bundled)
     else:
@@ -95,7 +95,7 @@ def image_of(choice: ImageChoice) -> TrainingImage:
 
 @contextmanager
 def opened(upload: Upload | None) -> Iterator[IsolatedFile]:
-    """Yield an upload as a file that another process reads; its limits apply in the context."""
+    """Yield an upload as a file that another process reads; in the context, upload limits apply."""
     if upload is None:
         raise CCWSIMError("there is no file yet; choose a file")
     limits = upload_limits()
@@ -117,7 +117,7 @@ def imported_data(choices: Choices) -> HardDataImport:
 
 
 def placed_data(choices: Choices) -> PlacedPoints:
-    """Return the hard data of a study in the cells of its grid, with the problems of the data."""
+    """Return the hard data of a study, placed on the grid, with the problems of the data."""
     choice, image, grid = choices.data, image_of(choices.image), choices.grid
     if choice.source == "file" and choice.files:
         return _placed(_without(choice, SETTLING), grid, image)
@@ -146,7 +146,7 @@ def wells_of(choices: Choices) -> CellsOfWells:
 
 
 def points_of(choice: DataChoice, grid: Grid | None = None) -> ImportedPoints:
-    """Return the points in files of hard data; the full grid in a file may differ from `grid`."""
+    """Return the points in files of hard data; a grid in a file may differ from `grid`."""
     if choice.tables is not None:
         return _well_points(choice.tables, choice.upload, _well_columns(choice), grid)
     shape = None if grid is None else grid.shape
@@ -154,12 +154,12 @@ def points_of(choice: DataChoice, grid: Grid | None = None) -> ImportedPoints:
 
 
 def preview_of(choice: DataChoice, grid: Grid) -> PointsPreview:
-    """Return the columns of a file of hard data, with their guessed roles."""
+    """Return the columns of a file of hard data, with guessed roles."""
     return _preview(choice.upload, _columns(choice, grid.shape), grid.shape)
 
 
 def previews_of_wells(choice: DataChoice) -> dict[str, PointsPreview | CCWSIMError]:
-    """Return, for each well table, its columns with their guessed roles, or an error."""
+    """Return, for each table of wells, the columns with their guessed roles, or an error."""
     tables = choice.tables or WellTables()
     files = {"collars": tables.collars, "intervals": choice.upload, "surveys": tables.surveys}
     found: dict[str, PointsPreview | CCWSIMError] = {}
@@ -173,11 +173,11 @@ def previews_of_wells(choice: DataChoice) -> dict[str, PointsPreview | CCWSIMErr
 
 
 def grid_for_data(choices: Choices) -> Grid | None:
-    """Return a grid that holds all data; None if the present grid holds them or no grid can."""
+    """Return a grid that contains all data; None if the present grid contains them or none can."""
     choice, grid = choices.data, choices.grid
     try:
         file = choice.source == "file" and choice.files
-        own = None if grid.nz is None else grid  # a table has heights; the grid has layers
+        own = None if grid.nz is None else grid  # a table contains heights; the grid has layers
         points = points_of(choice, own) if file else placed_data(choices).points
         if points.grid is None:
             cells = grid.cells_of(*points.places.T) if points.world else points.places.astype(int)
@@ -194,12 +194,12 @@ def grid_for_data(choices: Choices) -> Grid | None:
 
 
 def _without(choice: DataChoice, names: tuple[str, ...]) -> DataChoice:
-    """Return a choice without the named answers, because they have no effect on it."""
+    """Return a choice without the named answers, which have no effect on this choice."""
     return replace(choice, answers=tuple(one for one in choice.answers if one[0] not in names))
 
 
 def _made(kind: type[Made], choice: DataChoice) -> Made:
-    """Return an object of this type; answers named like an attribute set this attribute."""
+    """Return an object of type `kind`; answers set the attributes with the same names."""
     return kind(**{name: answer for name, answer in choice.answers if name in vars(kind())})
 
 
@@ -214,7 +214,7 @@ def _well_columns(choice: DataChoice) -> WellColumns:
 
 
 def _settled(placed: PlacedPoints, choice: DataChoice) -> HardDataImport:
-    """Return placed points; their conflicts are resolved according to the user's answers."""
+    """Return points placed on the grid; the user's answers resolve conflicts."""
     answers = {name: answer for name, answer in choice.answers if name in SETTLING}
     return resolve_points(placed, Conversion(**answers))
 
@@ -243,8 +243,8 @@ def _well_points(
 ) -> ImportedPoints:
     if grid is None or grid.nz is None:
         raise CCWSIMError(
-            "wells in tables need a volume, and the study is a map; take a training image that is "
-            "a volume"
+            "wells in tables need a volume, but the study is a map; choose a training image that "
+            "is a volume"
         )
     for what, upload in (("collars", tables.collars), ("intervals", intervals)):
         if upload is None:
@@ -304,7 +304,7 @@ def template_sizes(level: int, shape: Shape, along_z: bool = False) -> list[int]
 
 
 def overlap_sizes(level: int, template_size: int, along_z: bool = False) -> list[int]:
-    """Return the overlap sizes that a level and a template allow; a thin template needs none."""
+    """Return the overlap sizes for a level and a template; a thin template needs no overlap."""
     thin = along_z and template_size < MIN_TEMPLATE
     return legal_sizes(level, 0 if thin else 1, template_size // 2)
 
@@ -315,10 +315,10 @@ def levels(shape: Shape, along_z: bool = False) -> list[int]:
 
 
 def fitted(parameters: Parameters, shape: Shape, **changes: Any) -> Parameters:
-    """Return parameters with `changes`; sizes are moved to the nearest allowed values.
+    """Return parameters with `changes`; sizes become the nearest allowed values.
 
-    For a volume, numbers become triples; along z, the size is halved and the level is one less.
-    For a map, a triple is replaced by its number along x.
+    For a volume, numbers become triples; along z, the size is halved, and the level is one less.
+    For a map, a triple is replaced by the number along x.
 
     Examples
     --------
@@ -354,7 +354,7 @@ def _along_axes(name: str, size: Any) -> tuple[int, int, int]:
 def _fitted_axis(
     sizes: tuple[int, ...], is_ccsim: bool, shape: Shape, along_z: bool
 ) -> tuple[int, int, int]:
-    """Return template, overlap and level along an axis; each is the nearest allowed value."""
+    """Return the nearest allowed values of template, overlap and level along an axis."""
     template, overlap, level = sizes
     along_z = along_z and len(shape) == 3
     possible = levels(shape, along_z)
@@ -366,10 +366,10 @@ def _fitted_axis(
 
 
 def refitted(p: Parameters, shape: Shape, moved: Moved) -> tuple[Parameters, Moved]:
-    """Return parameters fitted to another image, and the values that were reduced for it.
+    """Return parameters fitted to another image, and the values that were reduced to fit.
 
-    Values that were reduced for an earlier image (`moved`) are restored if the user has not
-    changed them since.
+    Values that were reduced for an earlier image (`moved`) are restored, unless the user has
+    changed these values since.
 
     Examples
     --------
@@ -393,7 +393,7 @@ def fitted_to_image(choices: Choices, image: TrainingImage) -> Choices:
 
 
 def fitted_grid(grid: Grid, shape: Shape) -> Grid:
-    """Return `grid` if it has as many axes as a training image, else the default grid."""
+    """Return `grid` if it has as many axes as the training image; otherwise the default grid."""
     if grid.n_dimensions == len(shape):
         return grid
     return Grid(*USUAL_VOLUME, nz=shape[0]) if len(shape) == 3 else Choices().grid

@@ -1,4 +1,4 @@
-"""Cleaning up after closed tabs: jobs of their sessions end, and their memory is freed."""
+"""Clean-up after closed tabs: jobs of closed sessions end, and their memory is freed."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from ccwsim.system.memory import give_back_memory, settle_memory
 LOOK_SECONDS = 2.0
 """Seconds between two checks for closed sessions."""
 GRACE = 20.0
-"""A tab may be disconnected for this number of seconds, such as when the network changes."""
+"""Seconds for which a tab may be disconnected, for example while the network changes."""
 EARLY = 10.0
-"""A closed session is dropped this number of seconds before Streamlit's time to live ends."""
+"""Seconds before the end of Streamlit's time to live at which a closed session is dropped."""
 
 
 def current_session() -> str:
-    """Return the session that this thread draws, and start to watch it; "" without a session."""
+    """Watch the session of the current thread, and return its name; "" without a session."""
     context = get_script_run_ctx(suppress_warning=True)
     session = context.session_id if context is not None else ""
     session_monitor().note(session)
@@ -43,7 +43,7 @@ def is_open(session: str) -> bool:
 def forget(session: str) -> None:
     """Make Streamlit free the memory of a closed session.
 
-    Otherwise, Streamlit frees it only when another session closes after the time to live.
+    Otherwise, Streamlit frees the memory only when another session closes after the time to live.
     """
     if not Runtime.exists():
         return
@@ -54,13 +54,13 @@ def forget(session: str) -> None:
             return
         kept = runtime._session_mgr.get_session_info(session)
         runtime.close_session(session)
-        if kept is not None:  # the event loop holds the last session until another one starts
+        if kept is not None:  # the event loop refers to the last session until the next one starts
             kept.session.session_state.clear()
             kept.session.session_state._new_widget_state.widget_metadata.clear()
             kept.session._fragment_storage.clear()
 
-    # close_session is not thread-safe, and Streamlit has no public access to its loop and sessions
-    with suppress(Exception):  # the server may be ending; then the session is freed too
+    # close_session is not thread-safe; Streamlit's event loop and sessions have no public access
+    with suppress(Exception):  # a server that is ending frees the session too
         runtime._get_async_objs().eventloop.call_soon_threadsafe(close)
 
 
@@ -76,7 +76,7 @@ def settle_server() -> None:
 
 
 class SessionMonitor:
-    """Watches sessions; after a tab closes, its jobs end, and later its memory is freed."""
+    """Watches sessions; after a tab is closed, jobs end, and later the memory is freed."""
 
     def __init__(
         self,
@@ -105,7 +105,8 @@ class SessionMonitor:
     def look(self) -> None:
         """End the jobs of sessions closed `GRACE` seconds ago; drop sessions closed long ago."""
         now, to_live = self._clock(), config.get_option("server.disconnectedSessionTTL")
-        kept = max(to_live - EARLY, min(GRACE, to_live / 2))  # Streamlit cannot close it later
+        # Streamlit cannot close a session later
+        kept = max(to_live - EARLY, min(GRACE, to_live / 2))
         for session in list(self._sessions):
             if self._is_open(session):
                 self._left.pop(session, None)
@@ -122,7 +123,7 @@ class SessionMonitor:
                     self._left.pop(session, None)
 
     def give_back(self) -> None:
-        """Give the memory of sessions that were dropped before the last check back to the system.
+        """Give the system back the memory of sessions that were dropped before the last check.
 
         When no session is left, the caches that sessions share are emptied too.
         """
@@ -148,5 +149,5 @@ class SessionMonitor:
 
 @cache
 def session_monitor() -> SessionMonitor:
-    """Return the single monitor of this process."""
+    """Return the session monitor, of which a process has only one."""
     return SessionMonitor(server_queue())

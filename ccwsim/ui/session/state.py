@@ -1,4 +1,4 @@
-"""The state of a session: one typed object that survives page changes."""
+"""The state of a session: one typed object that is kept when the user changes the page."""
 
 from __future__ import annotations
 
@@ -23,21 +23,21 @@ PageState = TypeVar("PageState")
 
 @dataclass(frozen=True, eq=False)
 class PastRun:
-    """A finished run and, if there is one, the reference field of its hard data."""
+    """A finished run and, if there is one, the reference field of the hard data."""
 
     choices: Choices
     ensemble: Ensemble
     reference: TrainingImage | None = None
-    at: datetime = field(default_factory=lambda: datetime.now().astimezone())  # time of its end
+    at: datetime = field(default_factory=lambda: datetime.now().astimezone())  # end of the run
 
     @property
     def key(self) -> str:
-        """A key that no other run of the session has."""
+        """A key that is unique among the runs of a session."""
         return self.at.isoformat()
 
     @property
     def nbytes(self) -> int:
-        """Bytes of the realizations as indices, plus their bytes as codes if codes differ."""
+        """Bytes of the realizations as facies indices and, if the codes differ, as codes."""
         ensemble = self.ensemble
         in_codes = ensemble.realizations
         own = 0 if in_codes is ensemble.indices else in_codes.nbytes
@@ -45,20 +45,20 @@ class PastRun:
 
     @property
     def files(self) -> list[bytes]:
-        """Contents of the files uploaded for the study; all runs of a study share these objects."""
+        """Contents of the files uploaded for the study; runs of a study share these objects."""
         return [file.content for file in (*self.choices.image.files, *self.choices.data.files)]
 
 
 @dataclass
 class PastRuns:
-    """The latest runs, newest first; their total size is limited."""
+    """The latest runs, newest first; the total size of the runs is limited."""
 
     runs: list[PastRun] = field(default_factory=list)
     max_runs: int = MAX_RUNS
     max_bytes: int | None = None
 
     def remember(self, run: PastRun) -> None:
-        """Keep a run and drop old runs; replace the newest if only data placed by hand differ."""
+        """Store a run and drop old runs; replace the newest if only data placed by hand differ."""
         if self.runs and _but_for_placed(self.runs[0].choices) == _but_for_placed(run.choices):
             self.runs.pop(0)
         self.runs.insert(0, run)
@@ -80,37 +80,38 @@ def _but_for_placed(choices: Choices) -> Choices:
 class State:
     """The state of a session."""
 
-    choices: Choices = field(default_factory=Choices)  # the present study; its files are readable
-    image_draft: ImageChoice | None = None  # not usable yet: a file is broken or needs an answer
-    visit_import: bool = False  # go to the page Import because a file needs answers
+    choices: Choices = field(default_factory=Choices)  # the present study, whose files are readable
+    # choices that are not usable yet: a file is broken or needs an answer
+    image_draft: ImageChoice | None = None
+    visit_import: bool = False  # open the page Import because a file needs answers
     data_draft: DataChoice | None = None
-    # requested and used values of parameters too large for the image (see `refitted`)
+    # requested and used values of parameters that are too large for the image (see `refitted`)
     moved: dict[str, tuple[Any, Any]] = field(default_factory=dict)
-    live: bool = False  # whether every change starts a run
+    live: bool = False  # whether every change of the study starts a run
     job: Job[Ensemble] | None = None  # the current simulation
-    needs_confirmation: bool = False  # ask before a long run if a link or project was opened
-    last_attempt: Choices | None = None  # choices of the latest run, even if it failed
+    needs_confirmation: bool = False  # ask before a long run, because a link or project was opened
+    last_attempt: Choices | None = None  # choices of the latest run, even if the run failed
     ensemble: Ensemble | None = None  # the latest results
-    ensemble_choices: Choices | None = None  # choices of these results
-    message: str = ""  # an error or stop message, shown above the results
-    shown: int = 0  # index of the realization that is shown large
+    ensemble_choices: Choices | None = None  # choices with which `ensemble` was simulated
+    message: str = ""  # error or stop message, shown above the results
+    shown: int = 0  # index of the realization that the page shows large
     realization_to_restore: int = 0  # value of `shown` when the latest run started
     facies: int = 1  # index of the facies in curves and probability maps
     e_type: EMap = "probability"  # the statistic in the uncertainty map
     reference: TrainingImage | None = None  # field from which the data were sampled
-    runs: PastRuns = field(default_factory=PastRuns)  # earlier runs; they can be shown again
+    runs: PastRuns = field(default_factory=PastRuns)  # earlier runs, which can be restored
     pages: dict[type, Any] = field(default_factory=dict)  # state of each page, by type of state
-    own_seed: int | None = None  # seed drawn for one reader of a link for a class
+    own_seed: int | None = None  # random seed of a reader of a link for a class
     address: str = ""  # latest query in the address of the page
     notes: tuple[str, ...] = ()  # notes on unusable parts of an address or project
-    opened: tuple[str, str] = ("", "")  # the latest project file and its error
+    opened: tuple[str, str] = ("", "")  # the latest project file and the error in it
 
     def page(self, kind: type[PageState]) -> PageState:
-        """Return the page state of type `kind`; if there is none, create it without arguments."""
+        """Return the page state of type `kind`, which is created without arguments if necessary."""
         return self.pages.setdefault(kind, kind())
 
     def change(self, **changes: Any) -> None:
-        """Replace some of the choices."""
+        """Replace some choices of the study."""
         self.choices = replace(self.choices, **changes)
 
 
@@ -122,7 +123,7 @@ def session_state() -> State:
 
 
 def start_afresh() -> None:
-    """Stop the jobs of this session and reset it, as if the page had just been opened."""
+    """Stop the jobs of this session, and reset the session to its first state."""
     state = session_state()
     if state.job is not None:
         state.job.cancel()

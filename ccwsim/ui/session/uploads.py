@@ -1,6 +1,6 @@
-"""Uploads of files, bounded so that they cannot fill the memory of the server.
+"""Uploads of files, limited so that uploaded files cannot fill the memory of the server.
 
-Without this limit, Streamlit keeps every file of a session until the session ends.
+Without such a limit, Streamlit keeps every file of a session until the session ends.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from ccwsim.sharing.choices import Upload
 from ccwsim.ui.widgets.errors import catch_callback_errors
 
 MAX_OF_SESSION = 4
-"""The files of a session may together take the size of this number of largest files."""
+"""Maximum total size of a session's files, as a multiple of the maximum size of one file."""
 NO_ROOM = "application/x-no-room"
-"""MIME type that marks a file; its content was dropped because the server had no room."""
+"""MIME type of a file whose content was dropped because the server had too little memory."""
 
 _taken: WeakValueDictionary[int, Upload] = WeakValueDictionary()
 """Files in the studies of all sessions, by the `id` of their content."""
@@ -40,7 +40,7 @@ def file_uploader(
     removed: Callable[[], None] = lambda: None,
     **options: Any,
 ) -> None:
-    """Draw a file uploader; call `take` with a chosen file, and `removed` if it is removed."""
+    """Draw a file uploader; call `take` with a chosen file, and `removed` after its removal."""
 
     def changed() -> None:
         file = st.session_state[key]
@@ -53,11 +53,11 @@ def file_uploader(
 
 
 def upload_of(file: UploadedFile) -> Upload:
-    """Return an uploaded file for use in a study; raise `CCWSIMError` if the server has no room."""
+    """Return an uploaded file for use in a study; raise `CCWSIMError` if memory is full."""
     if file.type == NO_ROOM:
         raise CCWSIMError(
-            f"{file.name} was not taken: the memory of this server for files is full; "
-            "use a smaller file, or try again later"
+            f"{file.name} was not accepted: the server's memory for files is full; use a smaller "
+            "file, or try again later"
         )
     upload = Upload(file.name, file.getvalue())
     _taken[id(upload)] = upload
@@ -66,7 +66,7 @@ def upload_of(file: UploadedFile) -> Upload:
 
 @cache
 def bound_uploads() -> None:
-    """Limit, from now on, the memory that uploads take on this server."""
+    """Limit the memory that uploads use on this server from now on."""
     if not Runtime.exists():
         return
     manager = Runtime.instance().uploaded_file_mgr
@@ -76,17 +76,18 @@ def bound_uploads() -> None:
 
 
 class BoundedUploads:
-    """Adds files to a Streamlit file manager as long as there is room for them.
+    """Adds files to Streamlit's file manager as long as there is memory for the files.
 
-    If the files of a session are too large together, the oldest are dropped, because the study
-    holds them or nothing uses them. If the server has no room for a file, its content is dropped.
+    If the total size of a session's files is too large, the oldest files are dropped; the study
+    stores the files that it uses. If the server has no memory for a file, the file's content is
+    dropped.
     """
 
     def __init__(self, manager: MemoryUploadedFileManager) -> None:
         self._manager, self._add, self._lock = manager, manager.add_file, Lock()
 
     def add_file(self, session_id: str, file: UploadedFileRec) -> None:
-        """Keep a file of a session; if its files are too large together, drop the oldest."""
+        """Store a file; if the files of the session are too large in total, drop the oldest."""
         with self._lock:
             n = len(file.data)
             own = dict(self._manager.file_storage.get(session_id, {}))
@@ -111,7 +112,7 @@ class BoundedUploads:
         limits = limits_of_environment()
         if self.held() + n > limits.uploads:
             return False
-        free = free_bytes(limits)  # reading a file needs its size in memory once more
+        free = free_bytes(limits)  # reading a file needs additional memory of the file's size
         return free is None or n <= free - server_queue().still_to_take
 
 

@@ -34,17 +34,17 @@ from ccwsim.ui.widgets.fields import button, download
 from ccwsim.ui.widgets.text import plain, step_note
 
 REPORT_HEIGHT = 720
-"""Height in pixels of a report on a page; longer reports scroll."""
+"""Height of a report on the page in pixels; longer reports scroll."""
 READING = "report_is_read"
 OLD_RESULTS = (
-    "Out of date: the link opens the study as it is set up now, but the realizations shown are "
-    "those of the earlier study."
+    "Out of date: the link opens the study with its present choices, but the realizations on the "
+    "page belong to the earlier study."
 )
 
 
 @st.fragment
 def draw_share(state: State) -> None:
-    """Draw the menu "Share"; its content is computed when the menu is opened."""
+    """Draw the menu "Share", whose content is computed when the menu is opened."""
     with error_boundary():
         _share(state)
 
@@ -54,7 +54,7 @@ def draw_open(state: State) -> None:
     """Draw the menu that opens a project."""
     with error_boundary(), st.popover("Open", key="open"):
         _open(state)
-        help_ = "Returns to the first study and deletes the study and the runs of this session."
+        help_ = "Deletes the study and the runs of this session, and opens the default study."
         button("Start afresh", key="afresh", on_click=start_afresh, help=help_)
 
 
@@ -81,7 +81,7 @@ def _link(state: State) -> None:
     st.code(page_link_of(state.choices, shown_of(state)), language=None, wrap_lines=False)
     missing = left_out(state.choices)
     if missing:
-        step_note(f"The link cannot carry {' and '.join(missing)}. Save the project for that.")
+        step_note(f"The link cannot contain {' and '.join(missing)}. Save a project instead.")
     if state.ensemble is not None and not is_current(state):
         step_note(OLD_RESULTS)
 
@@ -100,7 +100,7 @@ def _files(state: State) -> None:
     if state.ensemble is None:
         step_note("A report needs realizations; simulate some first.")
     elif not is_current(state):
-        step_note("The report describes the realizations shown; the study was changed since.")
+        step_note("The report describes the realizations on the page; the study has changed since.")
 
 
 def _read_report() -> None:
@@ -110,7 +110,7 @@ def _read_report() -> None:
 
 @st.dialog("Report", width="large")
 def _show_report(state: State) -> None:
-    """Show the report over the page; the content policy of the report blocks network access."""
+    """Show the report in a dialog; the report's content policy blocks network access."""
     with error_boundary():
         made = report_of(state)
         if made:
@@ -136,19 +136,19 @@ def report_of(state: State):
 
 
 def _recipe(how: Recipe) -> None:
-    with st.expander("The same in Python"):
+    with st.expander("This study in Python"):
         st.code(how.python.rstrip(), language="python")
         if how.python_needs_project:
-            step_note("The script reads the project file: save it in the folder of the script.")
-    with st.expander("The same on the command line"):
+            step_note("The script reads the project file. Save both in the same folder.")
+    with st.expander("This study on the command line"):
         st.code(how.command, language="bash")
         if how.command_needs_project:
-            step_note("The command reads the project file: save it in the folder of the command.")
+            step_note("The command reads the project file. Save the file in the current folder.")
 
 
 def _open(state: State) -> None:
     _title("Open a project")
-    step_note("A .ccwsim file, saved with “Save project” of the menu Share. It replaces the study.")
+    step_note("A .ccwsim file, saved with “Save project” under Share. It replaces the study.")
     file = st.file_uploader(
         "Open a project", type=["ccwsim"], key="share_open", label_visibility="collapsed"
     )
@@ -159,7 +159,7 @@ def _open(state: State) -> None:
         try:
             open_project(state, upload_of(file))
         except CCWSIMError as error:
-            state.opened = file.file_id, f"{error}. The study stays as it was."
+            state.opened = file.file_id, f"{error}. The study is unchanged."
         else:
             st.rerun()
     if state.opened[1]:
@@ -186,7 +186,7 @@ def project_of(state: State) -> Project:
 
 
 def open_project(state: State, upload: Upload) -> None:
-    """Open the study of a project file in this session and simulate it; ask before a long run.
+    """Open the study of a project file in this session and start a run; ask before a long run.
 
     If the file cannot be read or is too large for a page, raise an error and change nothing.
     """
@@ -201,13 +201,13 @@ def open_project(state: State, upload: Upload) -> None:
     show(state, project.shown)
     state.needs_confirmation = True
     if question_of(state):
-        stop_run(state)  # the current run belongs to the earlier study
+        stop_run(state)  # the running job belongs to the earlier study
     else:
         start_run(state)
 
 
 def choices_of(project: Project) -> Choices:
-    """Return a project as choices; bundled images and data keep the names that its link has."""
+    """Return a project as choices; bundled images and data have the same names as in the link."""
     study = project.study
     by_link, _, _ = read_link(project.link)
     image = _image(project, by_link.image)
@@ -243,8 +243,8 @@ def _check(choices: Choices) -> None:
     ):
         if value > limit:
             raise CCWSIMError(
-                f"{value} {name} are more than a page allows ({limit}); simulate this project with "
-                "python -m ccwsim simulate --project"
+                f"{value} {name} are more than the dashboard allows ({limit}); simulate this "
+                "project with python -m ccwsim simulate --project"
             )
 
 
@@ -253,4 +253,4 @@ def _notes(project: Project, name: str) -> tuple[str, ...]:
     made = project.versions.get("Program", own)
     if made == own:
         return ()
-    return (f"{name} was saved with {made}; this is {own}, which may give different realizations.",)
+    return (f"{name} was saved with {made}. This is {own}, which may give different realizations.",)

@@ -1,4 +1,4 @@
-"""The runs of this session with their differences; a click restores a run."""
+"""The runs of this session and their differences; a click restores a run."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ccwsim.ui.widgets.text import panel_title
 
 KEY = "history_strip"
 LONGEST = 72
-"""Length in pixels of the longer side of a picture."""
+"""Length of the longer side of a picture in pixels."""
 
 
 def draw_history(state: State) -> None:
@@ -26,16 +26,16 @@ def draw_history(state: State) -> None:
     runs = state.runs.runs
     if len(runs) < 2:
         return
-    panel_title("Runs of this session", "click to go back")
+    panel_title("Runs of this session", "click to restore a run")
 
     data = {"runs": [entry(runs, k) for k in range(len(runs))], "shown": place_of(state)}
     draw_component("history", KEY, data, "chosen", lambda key: go_back(state, str(key)))
 
 
 def go_back(state: State, key: str) -> None:
-    """Restore the study and the results of a past run; stop the present run.
+    """Stop the present run, and restore the study and the results of a past run.
 
-    If the run with `key` is no longer kept, nothing changes.
+    If the run with `key` is no longer stored, nothing changes.
     """
     run = next((run for run in state.runs.runs if run.key == key), None)
     if run is None:
@@ -49,14 +49,14 @@ def go_back(state: State, key: str) -> None:
 
 
 def place_of(state: State) -> int:
-    """Return the index of the run whose results are on the page, or −1 if there is none."""
-    latest = state.ensemble and state.ensemble.indices  # facies names may have changed since
+    """Return the index of the run whose results are on the page, or −1 if none is."""
+    latest = state.ensemble and state.ensemble.indices  # facies may have been renamed since
     shown = [k for k, run in enumerate(state.runs.runs) if run.ensemble.indices is latest]
     return shown[0] if shown else -1
 
 
 def entry(runs: list[PastRun], k: int) -> dict[str, Any]:
-    """Return the entry of run k: picture, differences, time of day and duration."""
+    """Return the entry of run k in the list: picture, differences, time of day, and duration."""
     run = runs[k]
     ensemble = run.ensemble
     changes = changes_between(runs[k + 1].choices, run.choices) if k + 1 < len(runs) else []

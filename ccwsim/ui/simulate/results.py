@@ -38,17 +38,17 @@ from ccwsim.ui.widgets.text import plain, step_note
 
 USUAL_WIDTH = 400
 PROPORTIONS_TITLE = 40
-"""Usual width of a realization and height of the proportions' title, both in pixels."""
-OLD_FILES = "Out of date: files are of the realizations that are shown and their settings."
+"""Usual width of a realization, and height of the title of the proportions chart, in pixels."""
+OLD_FILES = "Out of date: files contain the realizations on the page and their settings."
 MAP_KINDS = {"npz": "NumPy", "gslib": "GSLIB", "vti": "VTK", "tif": "GeoTIFF", "nc": "NetCDF"}
-"""Formats of maps; each is offered if its package is installed."""
+"""File formats of maps; a format is offered if the package for this format is installed."""
 MAPS_ALONE = ("tif",)
-"""Formats that cannot hold a volume."""
+"""File formats that cannot contain a volume."""
 
 
 @st.fragment
 def draw_results(state: State) -> None:
-    """Draw all results of the latest run; choosing a realization redraws only the results."""
+    """Draw the results of the latest run; the choice of a realization redraws only the results."""
     with error_boundary():
         if state.ensemble is None:
             draw_ghost(state)
@@ -63,7 +63,7 @@ def _results(state: State, ensemble: Ensemble) -> None:
     with st.container(horizontal=True, vertical_alignment="center", key="facts_row"):
         draw_facts(ensemble)
         draw_downloads(state, ensemble, colours)
-    if ensemble.grid.nz is not None:  # two maps side by side, the image below them
+    if ensemble.grid.nz is not None:  # two maps side by side, with the image below them
         with st.container(key="volumes"):
             middle, right = st.columns(2, gap="medium")
         beside = shares = None
@@ -73,7 +73,7 @@ def _results(state: State, ensemble: Ensemble) -> None:
             left, middle, right = map_columns(widths, 1, ensemble.grid)
             beside = left.container(key="image_beside")
         shares = beside if room_below_image(ensemble) else None
-    with middle:  # drawn first, so that it appears first
+    with middle:  # drawn first, so that the map appears first
         draw_realization(ensemble, colours, state.shown, ensemble.grid)
     with right:
         draw_e_type(state, ensemble, colours)
@@ -90,7 +90,7 @@ def _results(state: State, ensemble: Ensemble) -> None:
 
 
 def image_width(ensemble: Ensemble) -> float:
-    """Return the width of the training image if a realization has width 1."""
+    """Return the width of the training image, relative to the width of a realization."""
     share = ensemble.training_image.shape[1] / ensemble.grid.nx
     return min(max(share, SMALLEST_IMAGE), 1.0)
 
@@ -106,7 +106,7 @@ def room_below_image(ensemble: Ensemble) -> bool:
 
 
 def draw_downloads(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw a menu of files; each file is made when it is chosen."""
+    """Draw a menu of files; a file is created when the user chooses it."""
     with st.popover("Download", key="downloads"):
         if not is_current(state):
             step_note(OLD_FILES)
@@ -119,7 +119,7 @@ def draw_downloads(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
 
 
 class Download(NamedTuple):
-    """A file to download, made when it is chosen."""
+    """A file to download, which is created when the user chooses it."""
 
     label: str
     key: str

@@ -1,4 +1,4 @@
-"""Descriptions of the differences between two studies in a few words."""
+"""Short descriptions of the differences between two studies."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ VALUES = {
     "ms-ccsim": "MS-CCSIM",
     "ssd": "squared difference",
 }
-"""Names of parameter values on the screen, if they differ from the names in code."""
+"""Names of parameter values on the screen, for values with other names in code."""
 
 
 def changes_between(before: Choices, after: Choices) -> list[str]:
@@ -47,7 +47,7 @@ def changes_between(before: Choices, after: Choices) -> list[str]:
 
 
 def study_name(choices: Choices) -> str:
-    """Return a short name of a study."""
+    """Return a short name of a study: image, level and seed."""
     level = describe_value("wavelet_level", choices.parameters.level)
     return f"{image_name(choices.image)}, level {level}, seed {choices.seed}"
 
@@ -108,7 +108,7 @@ def short_name(name: str) -> str:
 
 
 def describe_value(name: str, value: object) -> str:
-    """Return the value of a parameter in words; write sizes of a volume in the order x, y, z."""
+    """Return the value of a parameter as text; sizes of a volume are in the order x, y, z."""
     if name == "location_weight":
         return describe_weight(value)
     if isinstance(value, bool):

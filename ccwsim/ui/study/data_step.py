@@ -38,8 +38,8 @@ OF_VOLUMES: tuple[DataSource, ...] = ("none", "bundled", "file", "placed")
 """Sources of hard data offered for a volume."""
 TYPES = "csv txt dat tsv xyz las prn sgems gslib out asc npy npz mat json geojson gpkg zip"
 FORMATS = (
-    "A table with x, y and facies as codes or names, in any columns; GSLIB, SGeMS; GeoJSON, "
-    "GeoPackage, zipped Shapefile; NumPy; MATLAB v5"
+    "A table with columns of x, y and facies (codes or names), in any order; GSLIB, SGeMS; "
+    "GeoJSON, GeoPackage, zipped Shapefile; NumPy; MATLAB v5"
 )
 
 
@@ -54,12 +54,12 @@ TABLE_TYPES = ("csv", "txt", "dat", "tsv")
 
 
 def data_step(state: State) -> None:
-    """Draw the number and source of the data, and a menu to change them."""
+    """Draw the number and source of the data, and a menu to choose other data."""
     step_title(2, "Hard data")
     problem = problem_of_data(state.choices)
     with st.container(horizontal=True, gap="small", key="data_row"):
         if not problem and state.choices.data.source != "none":
-            st.image(thumbnail(state, 2 * THUMB), width=THUMB, alt="Where the hard data are")
+            st.image(thumbnail(state, 2 * THUMB), width=THUMB, alt="Map of the hard data")
         with st.container(gap="small"):
             step_note(_summary(state.choices, problem))
             with st.popover("Change", key="data_menu"):
@@ -73,14 +73,14 @@ def data_step(state: State) -> None:
 
 
 def _draft(state: State, draft: DataChoice) -> None:
-    """Say why waiting data are not in the study; if they fit it now, ask whether to use them."""
+    """State why waiting data are not in the study; if the data fit now, ask whether to use them."""
     tried = replace(state.choices, data=draft)
     problem = problem_of_data(tried)
     if problem and not draft.waits:
         say_open(tried, problem)
     elif not draft.waits:
         n, name = data_of(tried).n, names_of_files(draft) or "placed by hand"
-        step_note(f"Your {n} data ({name}) fit the study and are not in it yet.")
+        step_note(f"Your {n} data ({name}) fit the study but are not in the study yet.")
         with st.container(horizontal=True, gap="small"):
             button("Use them", key="data_keep", on_click=use_data, args=(state, draft))
             keep_data_button(state, "data_leave", "Leave them out")
@@ -96,15 +96,15 @@ def thumbnail(state: State, longest: int) -> bytes:
     choices = state.choices
     data, image = data_of(choices), image_of(choices.image)
     places = np.searchsorted(image.codes, data.facies)
-    shape = choices.grid.shape[-2:]  # the data of a volume are seen from above
+    shape = choices.grid.shape[-2:]  # the picture shows the data of a volume from above
     return data_png(data.cells[:, -2:], places, shape, colours_of(state), longest=longest)
 
 
 def use_data(state: State, choice: DataChoice, grid: Grid | None = None) -> None:
-    """Put a choice of hard data into the study if it can be read; otherwise keep it as a draft.
+    """Use a choice of hard data in the study if the data can be read; otherwise keep it as a draft.
 
-    If other bundled data are chosen, the grid grows to hold them all. A `grid` made for the data
-    enters the study together with them, or earlier if the present data also fit this grid.
+    If other bundled data are chosen, the grid grows to contain all data. A `grid` made for the data
+    is used at once if the present data fit this grid; otherwise, it is used together with the data.
     """
     if grid is not None and not problem_of_data(replace(state.choices, grid=grid)):
         state.change(grid=grid)
@@ -131,7 +131,7 @@ def data_uploader(key: str, take: Callable[[Upload], None]) -> None:
 
 
 def link_to_import(label: str = "All columns, the rows and a map") -> None:
-    """Draw a link to the page Import, which shows how the columns of a file are read."""
+    """Draw a link to the page Import, on which the user can change the roles of columns."""
     page_link(IMPORT_PAGE, label)
 
 
@@ -219,13 +219,13 @@ def _menu(state: State) -> None:
             st.caption(plain(f"From your {said} {names_of_files(current)}"))
         elif volume:
             st.caption(
-                "Wells in tables of collars, intervals and surveys are read on another page."
+                "Wells in tables of collars, intervals and surveys are read on the page Import."
             )
             link_to_import("Wells in tables")
     if current.source == "sampled":
         st.caption(
-            "Cells chosen at random from a new unconditional realization of this study, as in "
-            "section 5.2 of the paper: a test with a known reference field."
+            "The data are the facies in randomly chosen cells of a new unconditional realization, "
+            "as in section 5.2 of the paper. This tests the study with a known reference field."
         )
         number = bound_to(current, "n_sampled", change, min_value=1, max_value=MAX_SAMPLED)
         field(st.number_input, "How many data", key="data_n", **number)
@@ -236,7 +236,7 @@ def _menu(state: State) -> None:
 
 
 def bundled_data(state: State) -> tuple[str, ...]:
-    """Return the bundled hard data that suit the study; volumes get wells of their image first."""
+    """Return bundled hard data that suit the study; for volumes, wells of the image come first."""
     if state.choices.grid.nz is None:
         return datasets.hard_data_names()
     image = state.choices.image.bundled
@@ -245,18 +245,18 @@ def bundled_data(state: State) -> tuple[str, ...]:
 
 
 def keep_data_button(state: State, key: str, label: str = "Keep the data as they were") -> None:
-    """If data are waiting, draw a button that drops them."""
+    """If data wait for an answer, draw a button that discards these data."""
     if state.data_draft is not None:
         button(label, key=key, on_click=setattr, args=(state, "data_draft", None))
 
 
 def _report(state: State, current: DataChoice) -> None:
-    """Show the data as they were read, and the open questions about them."""
+    """Show a preview of the data, and ask the open questions about the data."""
     tried = replace(state.choices, data=current)
     try:
         report = imported_data(tried)
     except CCWSIMError as error:
-        if state.data_draft is None:  # the study has the problem, and the step reports it
+        if state.data_draft is None:  # this step already reports the problem of the study
             st.error(plain(str(error)))
         keep_data_button(state, "data_drop")
     else:

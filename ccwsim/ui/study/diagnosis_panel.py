@@ -43,21 +43,21 @@ def draw_diagnosis(
         marks = {f"T {size}": size for size in horizontal}
         ew, ns = diagnosis.spacing_ew, diagnosis.spacing_ns
         chart = repetition_chart(ew.lags, ew.correlation, ns.correlation, marks, chart_theme())
-        alt = "Correlation of the training image with itself over the lag, E–W and N–S"
+        alt = "Correlation of the training image with itself against lag, E–W and N–S"
         titled_chart("Repetition", describe_repetition(diagnosis), chart, "repetition", alt)
-        step_note("E–W solid, N–S dashed; the dotted line is the present template.")
+        step_note("Solid: E–W; dashed: N–S; dotted: the present template size.")
     with right:
         stationarity = diagnosis.stationarity
-        alike = "no part differs by more than chance explains"
-        note = alike if stationarity.stationary else "parts differ by more than chance explains"
+        alike = "no quarter differs by more than chance explains"
+        note = alike if stationarity.stationary else "quarters differ by more than chance explains"
         quarters, whole = stationarity.proportions, image.proportions
         chart = proportions_chart(image.facies_names, whole, quarters, colours, chart_theme())
         alt = "Facies proportions of the four quarters and of the whole image"
         titled_chart("Stationarity", note, chart, "quarters", alt)
         chance = 200 * float(stationarity.errors[:4].max())
         step_note(
-            f"Dots: the quarters {', '.join(QUARTERS)}; red: the whole image. By chance a quarter "
-            f"differs by up to ±{chance:.2g} % (two standard errors)."
+            f"Dots: the quarters {', '.join(QUARTERS)}; red: the whole image. By chance, the "
+            f"proportion in a quarter deviates by up to ±{chance:.2g} % (two standard errors)."
         )
 
 
@@ -75,11 +75,11 @@ def draw_advice(
     thin = min(range(image.n_facies), key=lambda k: diagnosis.thickness[k])
     n = diagnosis.thickness[thin]
     cells = "1 cell" if n == 1 else f"{n} cells"
-    step_note(f"Smallest feature: {image.facies_names[thin]}, {cells} thick.")
+    step_note(f"Thinnest feature: {image.facies_names[thin]}, {cells} thick.")
     advised = {advice.parameter: advice.value for advice in diagnosis.advice}
     differs = any(getattr(parameters, name) != value for name, value in advised.items())
     if use is not None and differs:
-        tip = "Puts them into the study; run it to see their effect."
+        tip = "Uses the advised values in the study. Run the study to see their effect."
         button("Use these values", key="use_advice", on_click=use, args=(advised,), help=tip)
 
 
@@ -98,7 +98,7 @@ def advice_table(diagnosis: Diagnosis, parameters: Parameters) -> str:
 
 
 def describe_repetition(diagnosis: Diagnosis) -> str:
-    """Say how far apart features are."""
+    """Describe the distance between features."""
     ways = (("E–W", diagnosis.spacing_ew), ("N–S", diagnosis.spacing_ns))
     said = [f"every {way.spacing} cells {name}" for name, way in ways if way.spacing is not None]
     if diagnosis.vertical_spacing is not None and diagnosis.vertical_spacing.spacing is not None:

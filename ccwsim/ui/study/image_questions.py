@@ -1,4 +1,4 @@
-"""Questions that the file of a training image leaves open, each with its guessed answer."""
+"""Open questions about the file of a training image, with guessed answers."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from ccwsim.ui.widgets.text import step_note
 
 BINS = 96
 VOLUME, LAYER = "the whole volume", "one layer"
-ALL, PIECE = "all of it, thinned", "a piece"
+ALL, PIECE = "the whole image, thinned", "a piece"
 THRESHOLD, CLASSES, COLOURS, CODES = "threshold", "classes", "main colours", "as they are"
 Write = Callable[[ImageChoice], None]
 
@@ -43,7 +43,7 @@ Write = Callable[[ImageChoice], None]
 def image_of_file(
     upload: Upload, answers: Mapping[str, Any] | None = None, *, volume: bool = True
 ) -> ImageChoice:
-    """Return the choice of an image with guesses for open questions and the colours of the file.
+    """Return the choice of an image, with guesses for open questions and the file's colours.
 
     A file with layers becomes a volume or, if `volume` is false, a map of its middle layer.
 
@@ -62,7 +62,7 @@ def image_of_file(
 
 
 def asked_of(choice: ImageChoice) -> tuple[str, ...]:
-    """Return all questions about an image file, or no questions if the file is broken."""
+    """Return the questions about an image file, or no questions if the file is broken."""
     if choice.upload is None:
         return ()
     guessed = if_possible(partial(_guessed, choice.upload, choice.answers))
@@ -83,7 +83,7 @@ def _colours(upload: Upload, answers: Answers) -> tuple[tuple[int, str], ...]:
 
 @cached(max_entries=32)
 def _whole(upload: Upload) -> tuple[tuple[int, int] | None, int]:
-    """The shape of a picture or an array, and the factor by which it must be thinned."""
+    """Return the shape of a picture or an array, and the factor by which it must be thinned."""
     with opened(upload) as file:
         shape = whole_shape(file)
         return shape, thinning(shape) if shape else 1
@@ -91,7 +91,7 @@ def _whole(upload: Upload) -> tuple[tuple[int, int] | None, int]:
 
 @cached(max_entries=8)
 def grid_of_file(upload: Upload, answers: Answers) -> NDArray[np.float64]:
-    """Return the values of the file before they become facies, shape (ny, nx), from the south up.
+    """Return the unclassified values of a file as an array with row 0 in the south.
 
     `answers` may include answers about classes, which are ignored.
     """
@@ -102,7 +102,7 @@ def grid_of_file(upload: Upload, answers: Answers) -> NDArray[np.float64]:
 
 @cached(max_entries=8)
 def picture_of_file(upload: Upload, answers: Answers) -> tuple[NDArray[np.uint8], list[str]] | None:
-    """Return a picture as indices into its colours, row 0 in the south, or None for other files."""
+    """Return a picture as colour indices, row 0 in the south, and colours; None for other files."""
     known = dict(answers)
     with opened(upload) as file:
         picture = open_file(file, FilePart.answered(known), up=known.get("up"))
@@ -113,7 +113,7 @@ def picture_of_file(upload: Upload, answers: Answers) -> tuple[NDArray[np.uint8]
 
 
 def ask_about_image(choice: ImageChoice, write: Write, *, volume: bool = True) -> None:
-    """Ask the open questions about the file; `write` is called with the new choice.
+    """Ask the open questions about an image file; `write` is called with the new choice.
 
     `volume` is as in `image_of_file`.
     """
@@ -122,7 +122,7 @@ def ask_about_image(choice: ImageChoice, write: Write, *, volume: bool = True) -
         return
 
     def answer(question: str, **new: Any) -> None:
-        """Keep answers to earlier questions; guess again the answers that depend on this one."""
+        """Keep answers to earlier questions, and guess answers that depend on the new answer."""
         order = list(QUESTIONS)
         later = {name for key in order[order.index(question) :] for name in QUESTIONS[key]}
         kept = {name: value for name, value in known.items() if name not in later}
@@ -153,7 +153,7 @@ def _ask_part(upload: Upload, known: Mapping[str, Any], answer: Callable[..., No
     shape, every = _whole(upload)
     assert shape is not None
     ny, nx = shape
-    step_note(f"{nx} × {ny} cells are more than a page takes.")
+    step_note(f"{nx} × {ny} cells are more than the dashboard accepts.")
 
     def choose(way: str) -> None:
         side = min(ny // every, nx // every)
@@ -162,7 +162,7 @@ def _ask_part(upload: Upload, known: Mapping[str, Any], answer: Callable[..., No
 
     way = PIECE if "crop" in known else ALL
     chosen = {"value": way, "write": choose, "options": [ALL, PIECE]}
-    chosen["help"] = f"Thinned: of each {every} × {every} cells the one in the middle."
+    chosen["help"] = f"Thinned: only the middle cell of each {every} × {every} cells is used."
     field(st.segmented_control, "Take", key="ask_part", **chosen)
     if way == PIECE:
         _crop(known["crop"], shape, lambda crop: answer("part", crop=crop))
@@ -171,7 +171,7 @@ def _ask_part(upload: Upload, known: Mapping[str, Any], answer: Callable[..., No
 def _crop(
     crop: tuple[int, int, int, int], shape: tuple[int, ...], write: Callable[[tuple], None]
 ) -> None:
-    """Ask for a piece of the image by its south-west cell and its size."""
+    """Ask for the south-west cell and the size of a piece of the image."""
     row, column, ny, nx = crop
     places = st.columns(4, gap="small")
     fields = (
@@ -192,8 +192,8 @@ def _ask_gaps(upload: Upload, known: Mapping[str, Any], answer: Callable[..., No
     values = grid_of_file(upload, answered((), **{**known, "crop": None}))
     n = int(np.isnan(values).sum())
     step_note(
-        f"{n:,} of {values.size:,} cells have no value, and a training image has no gaps: the "
-        "largest piece without gaps is used."
+        f"{n:,} of {values.size:,} cells have no value. Because a training image cannot have "
+        "gaps, the largest piece without gaps is used."
     )
     _crop(known["crop"], values.shape[-2:], lambda crop: answer("gaps", crop=crop))
 
@@ -211,16 +211,16 @@ def _ask_shape(summary: FileSummary, shape: tuple[int, int], answer: Callable[..
 def _ask_layers(
     summary: FileSummary, known: Mapping[str, Any], answer: Callable[..., None]
 ) -> None:
-    """Ask whether to use the whole volume or one of its layers, and which end is the top."""
+    """Ask whether to use the volume or a layer, and whether the first layer is the top."""
     volume, n = bool(known.get("volume")), summary.n_slices
     chosen: dict[str, Any] = {"value": VOLUME if volume else LAYER, "options": [VOLUME, LAYER]}
     chosen["write"] = lambda way: answer("slice", volume=way == VOLUME)
-    field(st.segmented_control, f"The file has {n} layers. Take", key="ask_layers", **chosen)
+    field(st.segmented_control, f"The file has {n} layers. Use", key="ask_layers", **chosen)
     if volume:
-        step_note(f"All {n} layers are used, as a volume; choose “{LAYER}” for a map.")
+        step_note(f"All {n} layers are used as a volume. For a map, choose “{LAYER}”.")
     else:
         layer = known["slice_index"] + 1
-        step_note(f"Layer {layer} of {n} is used, as a map; choose “{VOLUME}” for all of them.")
+        step_note(f"Layer {layer} of {n} is used as a map. For all layers, choose “{VOLUME}”.")
         ask_slice(n, known["slice_index"], lambda k: answer("slice", slice_index=k), slider=True)
     if volume and summary.asks_up:
         ends = options_of({True: "the bottom", False: "the top"})
@@ -235,7 +235,7 @@ def _ask_values(
     known: Mapping[str, Any],
     answer: Callable[..., None],
 ) -> None:
-    """Ask for the limits between classes on a histogram, or for the number of colours."""
+    """Ask for the limits between classes, on a histogram, or for the number of colour classes."""
     values = values[~np.isnan(values)]
     classes = COLOURS if is_picture else CLASSES
     ways = [THRESHOLD, classes] + ([] if is_picture else [CODES])
@@ -250,7 +250,7 @@ def _ask_values(
 
     label = "Colours become facies by" if is_picture else "Values become facies by"
     chosen = {"value": way, "write": choose, "options": ways}
-    chosen["help"] = "Drag the line, or give the number. At or above a limit is the next facies."
+    chosen["help"] = "Drag a line or type a limit. The limit belongs to the next facies."
     field(st.segmented_control, label, key="ask_values", **chosen)
     n = known.get("classes")
     if way == classes and isinstance(n, int):
@@ -267,7 +267,7 @@ def _ask_values(
     _histogram(values, edges, answer)
     if way == THRESHOLD:
         number = {"value": edges[0], "write": lambda v: answer("values", threshold=v)}
-        label = "Threshold: at or above is 1, below is 0"
+        label = "Threshold: values at or above it are facies 1, values below it facies 0"
         field(st.number_input, label, key="ask_threshold", format="%g", **number)
 
 

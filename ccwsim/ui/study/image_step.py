@@ -31,7 +31,7 @@ IMPORT_PAGE = "pages/import.py"
 
 
 def image_step(state: State) -> None:
-    """Draw a thumbnail, the name and size of the image, and a menu to change it."""
+    """Draw a thumbnail, the name and size of the image, and a menu to choose another image."""
     step_title(1, "Training image")
     image = image_of(state.choices.image)
     with st.container(horizontal=True, gap="small", key="image_row"):
@@ -45,10 +45,10 @@ def image_step(state: State) -> None:
     if draft is not None:
         problem = problem_of_image(draft)
         if problem:
-            st.error(plain(f"{problem}. The study keeps the image that it has."))
+            st.error(plain(f"{problem}. The study keeps its present image."))
         elif draft.upload is not None:
-            step_note(f"{draft.upload.name} asks how it is to be read.")
-        page_link(IMPORT_PAGE, "Look at it on Import")
+            step_note(f"There are open questions about reading {draft.upload.name}.")
+        page_link(IMPORT_PAGE, "Open the page Import")
         keep_button(state)
     if state.visit_import:
         state.visit_import = False
@@ -56,7 +56,7 @@ def image_step(state: State) -> None:
 
 
 def keep_button(state: State) -> None:
-    """Draw the button that drops the waiting image."""
+    """Draw the button that discards the draft of an image."""
     drop = (state, "image_draft", None)
     button("Keep the image as it was", key="image_keep", on_click=setattr, args=drop)
 
@@ -67,9 +67,9 @@ def problem_of_image(choice: ImageChoice) -> str:
 
 
 def thumbnail(image: TrainingImage, colours: list[str], pixels: int = 2 * THUMB) -> bytes:
-    """Return a training image, or the middle layer of a volume, as a small picture.
+    """Return a small picture of a training image; of a volume, the middle layer.
 
-    Each cell is a whole number of pixels if a side has fewer cells than `pixels`.
+    A cell is a whole number of pixels wide: as many as fit into `pixels`, and at least one.
     """
     cells = middle_layer(image.indices)
     return map_png(cells, colours, scale=max(1, pixels // max(cells.shape)))
@@ -82,7 +82,7 @@ def image_uploader(state: State, label: str, key: str) -> None:
 
 
 def import_image(state: State, upload: Upload) -> None:
-    """Use the image of a file at once if no question is open, otherwise go to Import."""
+    """Use the image of a file if no question is open; otherwise open the page Import."""
     try:
         choice = image_of_file(upload)
     except CCWSIMError:  # the error is shown with the draft
@@ -94,7 +94,7 @@ def import_image(state: State, upload: Upload) -> None:
 
 
 def use_image(state: State, choice: ImageChoice) -> None:
-    """Put a choice of image into the study if it can be read; otherwise keep it as a draft."""
+    """Use a choice of image in the study if the image can be read; otherwise keep it as a draft."""
     if problem_of_image(choice):
         state.image_draft = choice
         return
@@ -119,9 +119,9 @@ def _part_from_data(state: State, data: DataChoice) -> None:
         theirs = datasets.hard_data_training_image(data.bundled)
         if image.upload is not None or image.bundled != theirs:
             state.change(data=DataChoice())
-            st.toast(f"{pretty(data.bundled)} left with their training image, {pretty(theirs)}.")
+            st.toast(f"Removed with their image {pretty(theirs)}: data {pretty(data.bundled)}.")
     elif data.source == "sampled" and state.choices.grid.nz is not None:
-        state.change(data=DataChoice())  # these data are sampled from maps
+        state.change(data=DataChoice())  # the bundled data are sampled from maps
 
 
 def _menu(state: State) -> None:
@@ -147,6 +147,6 @@ def _menu(state: State) -> None:
 
 
 def use_advice(state: State, advised: dict[str, int]) -> None:
-    """Put advised parameters into the study."""
+    """Use advised parameters in the study."""
     shape = image_of(state.choices.image).shape
     state.change(parameters=fitted(state.choices.parameters, shape, **advised))

@@ -17,11 +17,11 @@ from ccwsim.ui.study.changes import changes_between
 from ccwsim.ui.study.run import collect, is_current, question_of, run_button, take_names
 from ccwsim.ui.widgets.text import plain
 
-STORED = "Stored realizations of this study are shown until your machine has its own"
+STORED = "Stored realizations of this study are shown until your machine has computed them"
 PATIENCE_VOLUME = 0.7
-"""Seconds to wait for the first new volume; drawing the old volume would take longer."""
+"""Seconds to wait for the first new volume; to draw the old volume again would take longer."""
 WAIT_SECONDS = 0.05
-"""Seconds between checks for a change by the user, which ends the waiting."""
+"""Seconds between checks for a change by the user, which ends this waiting."""
 
 
 def draw_news(state: State, *, parts: bool = True, wait: bool = True) -> None:
@@ -31,7 +31,7 @@ def draw_news(state: State, *, parts: bool = True, wait: bool = True) -> None:
     page does not wait for a run that has just begun.
     """
     take_names(state)
-    with st.container(key="news"):  # always there, so that Streamlit keeps the elements below
+    with st.container(key="news"):  # always drawn, so that Streamlit keeps the elements below
         patience = PATIENCE if state.choices.grid.nz is None else PATIENCE_VOLUME
         outdated = _wait_and_dim(state, parts, patience if wait else 0.0)
         if state.job is not None:
@@ -44,14 +44,14 @@ def draw_news(state: State, *, parts: bool = True, wait: bool = True) -> None:
 
 
 def draw_out_of_date(text: str) -> None:
-    """Dim results of an earlier study; `text` says how the study differs."""
+    """Dim results of an earlier study; `text` describes the differences to the present study."""
     _mark(st, "outdated")
     with _outdated(text):
         pass
 
 
 def out_of_date(state: State) -> str:
-    """Return how the study differs from the study of the results; empty if it does not differ."""
+    """Describe how the study differs from the study of the results; empty without differences."""
     if state.ensemble is None or state.ensemble_choices is None or is_current(state):
         return ""
     changes = changes_between(state.ensemble_choices, state.choices)
@@ -60,7 +60,7 @@ def out_of_date(state: State) -> str:
 
 @contextmanager
 def _outdated(text: str, question: str = "") -> Iterator[None]:
-    """Draw a row with a note on outdated results, a question, and the elements drawn inside."""
+    """Draw a row with a note on outdated results, a question, and the elements of the context."""
     with st.container(horizontal=True, vertical_alignment="center", key="outdated"):
         said = [f"<b>Out of date:</b> {escape(text)}"] if text else []
         if said or question:
@@ -69,16 +69,16 @@ def _outdated(text: str, question: str = "") -> Iterator[None]:
 
 
 def _wait_and_dim(state: State, parts: bool, patience: float) -> str:
-    """Wait a moment for results of a run, and dim older results.
+    """Wait a short time for results of a run, and dim older results.
 
-    Return the text of `out_of_date`. The mark that dims results is replaced in place, so that
-    nothing on the page moves; `style.css` defines the style of each state.
+    Return the text of `out_of_date`. The element that dims results is replaced in place, so that
+    nothing on the page moves. `style.css` defines the style of each state.
     """
     place, job = st.empty(), state.job
     if job is not None:
         end = time.monotonic() + patience
         while True:
-            _mark(place, "soon-old")  # a run too short to notice dims nothing
+            _mark(place, "soon-old")  # very short runs do not dim results
             first = job.wait_first if parts else job.wait
             if first(WAIT_SECONDS) or time.monotonic() > end:
                 break
@@ -96,7 +96,7 @@ def _mark(place: Any, results: str) -> None:
 
 
 def _follow_run(state: State, parts: bool) -> None:
-    """Show the progress; redraw the page for each part of the results."""
+    """Show the progress of the run, and redraw the page for each part of the results."""
     job = state.job
     assert job is not None
 

@@ -35,11 +35,11 @@ from ccwsim.ui.widgets.fields import button, field, options_of
 from ccwsim.ui.widgets.text import plain
 
 MAX_LISTED = 300
-"""Maximum number of rows or slices in a list; from more slices, one is chosen by its number."""
+"""Maximum number of rows or slices in a list; of more slices, the user types the number."""
 MAX_NAMES = 24
-"""Maximum number of names or codes of facies that are asked for one by one."""
-AS_READ = {None: "as the format has it"}
-STOP = {None: "stop and say so"}
+"""Maximum number of names or codes of facies for which the page asks one by one."""
+AS_READ = {None: "as usual in the format"}
+STOP = {None: "stop with an error"}
 WAYS: dict[str, dict[Any, str]] = {
     "up": AS_READ | {True: "the south", False: "the north"},
     "z_up": AS_READ | {True: "the bottom", False: "the top"},
@@ -50,12 +50,12 @@ WAYS: dict[str, dict[Any, str]] = {
     | {
         "majority": "keep the majority facies",
         "nearest": "keep the datum nearest to the centre",
-        "drop": "leave all of them out",
+        "drop": "ignore all data in such a cell",
     },
 }
-"""Questions that have only a few answers, with these answers; None is the usual answer."""
+"""Questions with few possible answers, and these answers; None stands for the usual answer."""
 ROLES = ("x", "y", "facies")
-"""Columns of a table of points; they have the names of the arguments for them."""
+"""Columns of a table of points, by the names of the arguments that set them."""
 ROLES_OF_VOLUME = ("x", "y", "z", "facies", "well", *DEPTHS)
 ROLES_OF_WELLS = {name: (*roles,) for name, roles in WELL_TABLES.items()}
 ROLES_OF_WELLS["intervals"] += ("facies",)
@@ -65,8 +65,8 @@ LABELS = {
     "coordinates": "x and y are",
     "x": "x, to the east",
     "y": "y, to the north",
-    "z": "z, upwards: of points, or of the collar",
-    "facies": "Facies, or what gives it",
+    "z": "z (upwards) of points or of the collar",
+    "facies": "Facies, or values that determine the facies",
     **dict.fromkeys(("well", "collar_well", "survey_well"), "Name of the well"),
     "depth_from": "Depth from",
     "depth_to": "Depth to",
@@ -78,20 +78,20 @@ LABELS = {
     "survey_dip": "Dip, from the horizontal",
 }
 TEXT_ROLES = ("facies", "well", "collar_well", "survey_well")
-"""Columns that may hold text."""
+"""Columns that may contain text."""
 SURVEY_TILTS = ("survey_inclination", "survey_dip")
 EITHER_ROLES = tuple((others, (one,)) for one, others in ALTERNATIVE_ROLES.items())
-"""Pairs (columns, columns); a table has either the first or the second columns of a pair."""
+"""Pairs of alternative columns; a table has either the first or the second columns of a pair."""
 MAY_LACK = (*DEPTHS, "collar_length", *SURVEY_TILTS)
 NO_COLUMN = ""
 WIDTH = 232
-"""Width of a question in pixels if several are side by side."""
-KEPT = "The study keeps the data that it has."
+"""Width of a question in pixels if several questions are side by side."""
+KEPT = "The study keeps its present data."
 IN_SCRIPTS = re.compile(r" \(\w+=\)")
-"""Pattern of the hints in error messages that only help in scripts."""
+"""Pattern of hints in error messages that are only useful in scripts."""
 OPEN: dict[str, Any] = {"placeholder": "choose one"}
 Use = Callable[..., None]
-"""A function use(choice, grid) that puts data, and the grid if it is given, into the study."""
+"""A function use(choice, grid) that puts chosen data into the study; `grid` is optional."""
 Write = Callable[..., None]
 """A function write(name=value) that stores answers to questions; None removes an answer."""
 
@@ -103,12 +103,12 @@ def _summary(upload: Upload, part: FilePart | None) -> FileSummary:
 
 
 def summary_of(upload: Upload | None, part: FilePart | None = None) -> FileSummary | None:
-    """Return a summary of an upload, or None if the upload cannot be opened."""
+    """Return a summary of an uploaded file, or None if the file cannot be opened."""
     return if_possible(lambda: _summary(upload, part)) if upload is not None else None
 
 
 def say_open(choices: Choices, problem: str) -> None:
-    """Say why data are not used: a warning if an answer is missing, an error if the file is bad."""
+    """Warn that data are not used until questions are answered, or show why the file is bad."""
     choice, placed = choices.data, if_possible(lambda: placed_data(choices))
     if choice.source == "file" and any(summary_of(file) is None for file in choice.files):
         st.error(plain(f"{problem}. {KEPT}"))
@@ -119,7 +119,7 @@ def say_open(choices: Choices, problem: str) -> None:
 
 
 def troubles_of(placed: PlacedPoints) -> list[str]:
-    """Return a short phrase for each kind of problem with the data.
+    """Return a short phrase for each kind of problem that the data have.
 
     Examples
     --------
@@ -140,7 +140,7 @@ def troubles_of(placed: PlacedPoints) -> list[str]:
 
 
 def answered(answers: Answers, **new: Any) -> Answers:
-    """Return answers with some of them changed; None removes an answer.
+    """Return answers with some answers changed; None removes an answer.
 
     Examples
     --------
@@ -165,8 +165,8 @@ def rounded(value: float) -> float:
 def ask_data(choices: Choices, use: Use, *, wide: bool = False) -> None:
     """Ask the open questions about the hard data of a study.
 
-    If `wide`, all columns and names are shown with their guesses, and a table shows rows that do
-    not fit. The offer of a larger grid and the columns of tables of wells are drawn elsewhere.
+    If `wide`, all columns and names are shown with their guesses, and a table lists rows that do
+    not fit. Other functions offer a larger grid and draw the columns of tables of wells.
     """
     choice, grid, points = choices.data, choices.grid, None
     write = writer(choice, use)
@@ -200,7 +200,7 @@ def ask_data(choices: Choices, use: Use, *, wide: bool = False) -> None:
 
 
 def writer(choice: DataChoice, use: Use) -> Write:
-    """Return a function that puts new answers into a choice and uses it."""
+    """Return a function that stores new answers in a choice and uses the choice."""
     return lambda **new: use(replace(choice, answers=answered(choice.answers, **new)))
 
 
@@ -218,14 +218,14 @@ def _ask_grid(summary: FileSummary, choice: DataChoice, volume: bool, write: Wri
 
 
 def ask_variable(summary: FileSummary, value: str | None, write: Callable[[str], None]) -> None:
-    """Ask which of several variables of a file is the facies."""
+    """Ask which of the variables in a file is the facies."""
     names = [variable.name for variable in summary.variables]
     chosen: dict[str, Any] = {"value": value, "write": write, "options": names}
     field(st.selectbox, "Which variable is the facies?", key="ask_variable", **chosen, **OPEN)
 
 
 def ask_way(name: str, known: Mapping[str, Any], write: Write, label: str = "") -> None:
-    """Ask a question of `WAYS`; None is one of the answers, though no widget can return it."""
+    """Ask a question of `WAYS`; the answer None is possible, although no widget can return None."""
     ways = list(WAYS[name])
     chosen = {"value": ways.index(known.get(name)), "write": lambda k: write(**{name: ways[k]})}
     chosen |= options_of(dict(enumerate(WAYS[name].values())))
@@ -240,7 +240,7 @@ def ask_columns_of_wells(
     *,
     wide: bool = False,
 ) -> None:
-    """Ask for the roles of the columns in a table of wells; if it cannot be read, say why."""
+    """Ask for the roles of columns in a table of wells; if the table cannot be read, say why."""
     if isinstance(preview, CCWSIMError):
         st.error(plain(f"{preview}."))
         return
@@ -260,11 +260,11 @@ def taken_as(preview: PointsPreview) -> str:
     'East → x, Top → depth from'
     """
     said = [f"{column} → {role_of(role)}" for role, column in preview.guess.items()]
-    return ", ".join(said) or "no column is known by its name"
+    return ", ".join(said) or "no column was recognized by its name"
 
 
 def role_of(role: str) -> str:
-    """Return the heading of a column, made from the name of its argument.
+    """Return the heading of a column, derived from the name of the argument.
 
     Examples
     --------
@@ -311,12 +311,12 @@ def _ask_columns(
 
 
 def _may_lack(roles: Collection[str]) -> tuple[str, ...]:
-    """The roles that a table may lack; a table of points may lack all roles of wells."""
+    """Return the roles for which a table needs no column; points need no well names."""
     return (*MAY_LACK, "well") if "x" in roles else MAY_LACK
 
 
 def _open_alternatives(preview: PointsPreview, roles: Collection[str]) -> tuple[str, ...]:
-    """Roles that the user must choose between, such as inclination or dip."""
+    """Return alternative roles of which the user must choose one, such as inclination or dip."""
     ends = [role for role in ("depth_from", "depth_to") if role in preview.guess]
     if "survey_dip" in roles:
         return () if {*SURVEY_TILTS} & preview.guess.keys() else SURVEY_TILTS
@@ -327,10 +327,10 @@ def _open_alternatives(preview: PointsPreview, roles: Collection[str]) -> tuple[
 
 
 def with_column(taken: Mapping[str, str | None], role: str, column: str) -> dict[str, str | None]:
-    """Return the column of each role after one role has changed; an empty text is no column.
+    """Return the column of each role after a change of one role; an empty text means no column.
 
-    A column has only one role, so the two roles involved exchange columns. A table has depths
-    either of intervals or of points, and either inclination or dip.
+    A column has only one role, so the two affected roles exchange columns. A table has depths of
+    either intervals or points, and either inclination or dip.
     """
     new = {**taken, role: column}
     lack = _may_lack(taken)
@@ -341,17 +341,17 @@ def with_column(taken: Mapping[str, str | None], role: str, column: str) -> dict
     for ones, others in (*EITHER_ROLES, *(sides[::-1] for sides in EITHER_ROLES)):
         if role in ones and column:
             new |= dict.fromkeys(other for other in others if other in new)
-        elif role in ones:  # intervals have both ends or neither
+        elif role in ones:  # intervals have both end depths or neither
             new |= {other: NO_COLUMN for other in ones if other in new}
     return new
 
 
 def _ask_coordinates(choice: DataChoice, preview: PointsPreview, write: Write) -> None:
-    """Ask what the columns of positions mean if their names do not show it."""
+    """Ask for the meaning of position columns if the column names do not show it."""
     known = dict(choice.answers)
 
     def choose(coordinates: str | None) -> None:
-        cells = coordinates == "cells"  # cells have a layer and no depths
+        cells = coordinates == "cells"  # positions in cells have a layer and no depths
         write(coordinates=coordinates, **{role: None for role in DEPTHS if cells})
 
     if preview.assignment.unclear or {"x", "y", "coordinates"} & known.keys():
@@ -361,17 +361,17 @@ def _ask_coordinates(choice: DataChoice, preview: PointsPreview, write: Write) -
 def ask_slice(
     n: int, index: int | None, write: Callable[[int], None], *, slider: bool = False
 ) -> None:
-    """Ask which slice of a file to use; slices count from 0 in code and from 1 on the page."""
+    """Ask which slice of a file to use; slice numbers start at 0 in code and at 1 on the page."""
     chosen: dict[str, Any] = {"key": "ask_slice", "value": None if index is None else index + 1}
     chosen["write"] = lambda number: write(number - 1)
-    label = f"Which of {n} slices, from the bottom?"
+    label = f"Which of {n} slices, counted from the bottom?"
     if n > MAX_LISTED:
         field(st.number_input, label, **chosen, min_value=1, max_value=n, **OPEN)
     elif slider:
         field(st.slider, label, **chosen, min_value=1, max_value=n)
     elif n > 1:
         offered = options_of({k: f"{k} of {n}" for k in range(1, n + 1)})
-        field(st.selectbox, "Which slice, from the bottom?", **chosen, **offered, **OPEN)
+        field(st.selectbox, "Which slice, counted from the bottom?", **chosen, **offered, **OPEN)
 
 
 def _ask_threshold(points: ImportedPoints, known: float | None, write: Write) -> None:
@@ -382,15 +382,15 @@ def _ask_threshold(points: ImportedPoints, known: float | None, write: Write) ->
     def cut(value: float) -> None:
         write(threshold=float(value))
 
-    label = f"{plain(points.variable)} goes from {low:g} to {high:g}: facies 1 from which value on?"
+    label = f"{plain(points.variable)} is from {low:g} to {high:g}. Lowest value of facies 1?"
     value: dict[str, Any] = {"value": known, "write": cut, "placeholder": f"such as {guess:g}"}
     field(st.number_input, label, key="ask_threshold", format="%g", **value)
     if known is None:
-        button(f"Cut at the median, {guess:g}", key="ask_median", on_click=cut, args=(guess,))
+        button(f"Use the median, {guess:g}", key="ask_median", on_click=cut, args=(guess,))
 
 
 def _ask_names(choices: Choices, placed: PlacedPoints, write: Write, wide: bool) -> None:
-    """Ask which facies of the image each name or unknown code in the file stands for."""
+    """Ask which facies of the image each name or unknown code in the file denotes."""
     image, points = image_of(choices.image), placed.points
     given = dict(dict(choices.data.answers).get("facies_names", ()))
     unknown = {*placed.unknown_facies}
@@ -420,7 +420,7 @@ def _code_of(placed: PlacedPoints, name: str) -> int | None:
 
 
 def offer_fit(choices: Choices, use: Use) -> None:
-    """If some data are outside the grid, offer a grid that holds all data."""
+    """If some data are outside the grid, offer a grid that contains all data."""
     grid = grid_for_data(choices)
     if grid is not None:
         fit = {"on_click": use, "args": (choices.data, grid)}
@@ -443,7 +443,7 @@ def described(grid: Grid) -> str:
 
 
 def _ask_troubles(placed: PlacedPoints, known: Mapping[str, Any], write: Write, wide: bool) -> None:
-    """If rows do not fit, list them and ask what to do with them."""
+    """List the rows that do not fit, and ask how to handle these rows."""
     clashing = np.concatenate(placed.collisions) if placed.collisions else np.empty(0, np.int64)
     kinds = {"on_outside": placed.outside, "on_unknown": placed.unknown, "on_collision": clashing}
     open_ones = {name: rows for name, rows in kinds.items() if len(rows)}

@@ -1,4 +1,4 @@
-"""Step 5 of the study: the run button, the start of a run, and its results."""
+"""Step 5 of the study: the run button, the start of a run, and the results of the run."""
 
 from __future__ import annotations
 
@@ -33,25 +33,24 @@ from ccwsim.ui.widgets.fields import bound_to, button, field
 from ccwsim.ui.widgets.text import pair, step_note, step_title
 
 ENOUGH_TO_STOP = 1.0
-"""Seconds to wait until a stopped run has freed its memory."""
+"""Maximum seconds to wait until a stopped run has freed its memory."""
 AT_ONCE = 0.3
-"""Maximum seconds of the first part of a run."""
+"""Maximum duration of the first part of a run in seconds."""
 NEXT_PART = 1.0
-"""Seconds of the second part of a run; each later part takes twice as long as the one before,
-    because drawing takes time too."""
+"""Seconds of the second part of a run; each later part takes twice as long as the part before."""
 MIN_PART = 2
 COPIES_OF_PARTS = 3
-"""Copies of the realizations in memory: the earlier parts, the next part, and both joined."""
+"""Maximum copies of the realizations in memory: earlier parts, next part, and all parts joined."""
 NEARLY_ALL = 0.7
-"""If a part would include this share of the remaining realizations, it includes all of them."""
-MORE = "More realizations show the uncertainty better and take proportionally longer."
+"""If this share of the remaining realizations fits into a part, the part includes all of them."""
+MORE = "More realizations estimate the uncertainty better and take proportionally longer."
 SAME_SEED = "The same seed gives the same realizations, on any machine."
 SimulateRange = Callable[[int, int, Progress, Cancel], Ensemble]
 """A function f(first, n, progress, cancel) that simulates realizations first … first + n − 1."""
 
 
 def run_step(state: State) -> None:
-    """Draw the step."""
+    """Draw step 5 of the study."""
     step_title(5, "Realizations")
     numbers = {
         "n_realizations": ("How many", 1, MAX_REALIZATIONS, MORE),
@@ -65,12 +64,12 @@ def run_step(state: State) -> None:
         step_note(limits)
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="run_row"):
         run_button(state, "run")
-        live = bound_to(state, "live", help="Run again after every change.")
+        live = bound_to(state, "live", help="Start a run after every change of the study.")
         field(st.toggle, "Live", key="live", **live)
 
 
 def run_button(state: State, key: str, width: str = "stretch") -> None:
-    """Draw a button that starts a run; if the study cannot run, the disabled button says why."""
+    """Draw a button that starts a run; if the study cannot run, the button is disabled."""
     problem = problem_of(state)
     options = {"type": "primary", "width": width, "disabled": bool(problem)}
     button("Run", key=key, on_click=start_run, args=(state,), help=problem or None, **options)
@@ -88,7 +87,7 @@ def problem_of(state: State) -> str:
 
 
 def start_run(state: State, after: float = 0.0) -> None:
-    """Simulate the study as it is set up, `after` seconds from now; stop a run in progress."""
+    """Simulate the present study `after` seconds from now, and stop a run in progress."""
     before = state.job
     try:
         simulate_range = part_of(state.choices)
@@ -104,7 +103,7 @@ def start_run(state: State, after: float = 0.0) -> None:
 
     state.message = problem_in(begin)
     if state.message and before is not None and before.wait(ENOUGH_TO_STOP):
-        state.message = problem_in(begin)  # the memory of the previous run is free now
+        state.message = problem_in(begin)  # the previous run has freed its memory
 
 
 def start_run_if_needed(state: State, *, live: bool, after: float = 0.0) -> bool:
@@ -118,27 +117,27 @@ def start_run_if_needed(state: State, *, live: bool, after: float = 0.0) -> bool
         return False
     job, ensemble = state.job, state.ensemble
     if ensemble is not None and is_current(state) and ensemble.n == state.choices.n_realizations:
-        stop_run(state)  # the results are already of this study
+        stop_run(state)  # the results already belong to this study
     elif question_of(state):
         stop_run(state)
     elif first or not problem_of(state):
         start_run(state, after)
     else:
-        stop_run(state)  # the run simulates an earlier study
+        stop_run(state)  # the running job simulates an earlier study
     return state.job is not job
 
 
 def question_of(state: State) -> str:
-    """Return the question asked before a long run of a study from a link or a project."""
+    """Return the question asked before a long run if a link or project opened the study."""
     if not state.needs_confirmation or problem_of(state):
         return ""
     seconds, demand = estimated_seconds(state.choices), demand_of_run(state)
     if not needs_consent(demand, seconds, server_queue().still_to_take):
         return ""
     return (
-        f"This study takes about {format_duration(seconds)} on this machine and "
-        f"{format_bytes(demand.n_bytes)} of memory, so it waits for you: run it as it is, or "
-        "first choose fewer realizations or a smaller grid."
+        f"A run of this study takes about {format_duration(seconds)} on this machine and "
+        f"{format_bytes(demand.n_bytes)} of memory. Press “Run” to start the run, or first choose "
+        "fewer realizations or a smaller grid."
     )
 
 
@@ -152,19 +151,19 @@ def estimated_seconds(choices: Choices) -> float:
 
 
 def _is_changed(state: State) -> bool:
-    """Whether the study has never been run or tried; a failed study is not retried."""
+    """Return whether no run of the study was started yet; a study that failed is not run again."""
     known = (state.job.about if state.job else state.ensemble_choices), state.last_attempt
     return not any(study and same_realizations(study, state.choices) for study in known)
 
 
 def is_current(state: State) -> bool:
-    """Return whether the results belong to the study as it is set up now."""
+    """Return whether the results belong to the present study."""
     simulated = state.ensemble_choices
     return simulated is not None and same_realizations(simulated, state.choices)
 
 
 def take_names(state: State) -> None:
-    """If results are current, rename their facies as in the study."""
+    """If the results belong to the present study, rename their facies as in the study."""
     if state.ensemble is None or state.ensemble_choices == state.choices or not is_current(state):
         return
     state.ensemble_choices = state.choices
@@ -172,7 +171,7 @@ def take_names(state: State) -> None:
 
 
 def _begun(state: State, simulate_range: SimulateRange, after: float) -> Job[Ensemble]:
-    """Queue the study and return its job, which has only one part if memory is scarce."""
+    """Queue the study and return the job; if memory is scarce, the job has only one part."""
     choices, n = state.choices, state.choices.n_realizations
     state.realization_to_restore = state.shown
     waits_for_kernels = state.ensemble is None and not is_ready() and choices == Choices()
@@ -180,7 +179,7 @@ def _begun(state: State, simulate_range: SimulateRange, after: float) -> Job[Ens
     def begun(n_first: int, copies: int) -> Job[Ensemble]:
         def work(job: Job[Ensemble]) -> Ensemble:
             job.sleep(after)
-            if waits_for_kernels:  # the store has the same realizations; the page says so
+            if waits_for_kernels:  # stored realizations are shown until the job has computed them
                 job.publish_partial(stored_ensemble())
             return in_parts(job, simulate_range, n_first)
 
@@ -196,7 +195,7 @@ def _begun(state: State, simulate_range: SimulateRange, after: float) -> Job[Ens
 
 
 def in_parts(job: Job[Ensemble], simulate_range: SimulateRange, n_first: int) -> Ensemble:
-    """Simulate an ensemble in parts, beginning with a small one; parts do not affect the result."""
+    """Simulate an ensemble in parts; the first part is small. Parts do not affect the result."""
     size, budget = min(n_first, job.n), NEXT_PART
     start = time.monotonic()
     whole = _with_part(job, simulate_range, None, size)
@@ -230,7 +229,7 @@ def _with_part(
 
 
 def first_part(choices: Choices, latest: Ensemble | None) -> int:
-    """Return the size of the first part of a run, estimated from the speed of the latest run."""
+    """Return the number of realizations in the first part, based on the latest run's speed."""
     if latest is None or latest.wall_seconds <= 0:
         return MIN_PART
     each = latest.wall_seconds / latest.n * choices.grid.n_cells / latest.grid.n_cells
@@ -238,20 +237,20 @@ def first_part(choices: Choices, latest: Ensemble | None) -> int:
 
 
 def part_size(left: int, fits: float) -> int:
-    """Return the size of the next part; `left` realizations remain, and time is left for `fits`."""
+    """Return the size of the next part; `left` realizations remain, and the time allows `fits`."""
     cores = n_cores()
     size = max(int(fits) // cores * cores, cores, MIN_PART)
     return left if fits >= NEARLY_ALL * left else min(size, left)
 
 
 def demand_of_run(state: State, copies: int = 1) -> Demand:
-    """Return the resources that the study needs, with `copies` of its results in memory."""
+    """Return the resources that a run of the study needs if its results exist `copies` times."""
     choices = state.choices
     return demand_of(study_of(choices), choices.n_realizations, copies=copies)
 
 
 def stop_run(state: State) -> None:
-    """Stop the run, if there is one, and drop its further results."""
+    """Stop the present run, if any, and ignore its further results."""
     if state.job is not None:
         state.job.cancel()
         state.job = None
@@ -271,7 +270,7 @@ def part_of(choices: Choices) -> SimulateRange:
 
 
 def collect(state: State, *, parts: bool = True) -> None:
-    """Put the results of a job into the state; earlier results stay if the job has none.
+    """Store the results of a job in the state; earlier results stay if the job has no results.
 
     If `parts` is false, earlier results stay until the job is finished.
     """
@@ -295,10 +294,10 @@ def collect(state: State, *, parts: bool = True) -> None:
 
 
 def take_in(state: State, job: Job[Ensemble], ensemble: Ensemble) -> None:
-    """Show the results of a job; the realization that is shown large stays the same."""
+    """Show the results of a job; the same realization as before is shown large."""
     wanted = state.realization_to_restore
     shown = min(wanted, state.ensemble.n - 1) if state.ensemble else wanted
-    if state.shown == shown:  # the user has not chosen another realization meanwhile
+    if state.shown == shown:  # the user has not chosen another realization during the run
         state.shown = wanted
     state.ensemble, state.ensemble_choices = ensemble, job.about
     state.shown = min(state.shown, ensemble.n - 1)
@@ -314,7 +313,7 @@ def stopped(error: Cancelled, has_older: bool) -> str:
 
 
 def failed(error: Exception) -> str:
-    """Say why a run has no results."""
+    """Return a message that states why a run has no results."""
     if isinstance(error, CCWSIMError):
         return str(error)
     if isinstance(error, MemoryError):

@@ -1,4 +1,4 @@
-"""The study column of five numbered steps; the steps Grid and Method are drawn here."""
+"""The study column with five numbered steps; this module draws the steps Grid and Method."""
 
 from __future__ import annotations
 
@@ -52,21 +52,21 @@ NUMBERS = {
     "template_variation": (0.0, MAX_TEMPLATE_VARIATION, 0.05),
     "location_weight": (0.0, MAX_LOCATION_WEIGHT, 0.5),
 }
-"""Minimum, maximum and step of each number."""
+"""Minimum, maximum and step of each number field of the grid."""
 LABELS = {
     "n_candidates": "Candidates K",
     "co_template": "Look-ahead for data",
     "exact_data": "Honour data exactly",
 }
 SIZES = {"template_size": "Template", "overlap_size": "Overlap", "wavelet_level": "Level"}
-"""Names of parameters on the screen, if they differ from the names in code."""
+"""Names of parameters on the screen, for parameters with other names in code."""
 
 
 def study_column(state: State) -> None:
-    """Draw the whole study column in the sidebar."""
+    """Draw the study column, with all steps, in the sidebar."""
     with st.sidebar:
         for step in (image_step, data_step, grid_step, method_step, run_step):
-            with error_boundary(way_back=True):  # an error in one step does not affect the others
+            with error_boundary(way_back=True):  # an error in one step does not affect other steps
                 step(state)
 
 
@@ -81,10 +81,10 @@ def grid_step(state: State) -> None:
         with column:
             number = bound_to(grid, name, change, min_value=1, max_value=MAX_GRID_SIDE_OFFERED)
             number |= {"key": f"grid_{name}", "step": 8 if name == "nz" else 32}
-            number["help"] = f"{label} of the simulation grid. Time grows with the cells."
+            number["help"] = f"{label} of the simulation grid. Time grows with the number of cells."
             field(st.number_input, label, **number)
     with st.popover("World coordinates", key="grid_menu"):
-        st.caption("Used for data in world units, for the axes of maps and in exported files.")
+        st.caption("Used for data in world coordinates, axes of maps and exported files.")
         for name, labels in WORLD.items():
             for k, label in enumerate(labels[:n_axes]):
                 _world_field(state, name, k, label)
@@ -108,7 +108,7 @@ def _change_grid(state: State, **changes: object) -> None:
 
 
 def method_step(state: State) -> None:
-    """Draw the step; only values that are valid together are offered."""
+    """Draw the step Method, which offers only values that are valid together."""
     step_title(4, "Method")
     p, shape = state.choices.parameters, image_of(state.choices.image).shape
     change = partial(set_parameters, state)
@@ -130,10 +130,10 @@ def method_step(state: State) -> None:
 def size_fields(
     p: Parameters, shape: Shape, change: Callable[..., None], prefix: str = ""
 ) -> DeltaGenerator | None:
-    """Draw template, overlap and level in two columns; return the free container beside them.
+    """Draw template, overlap and level in two columns; return the container for a fourth field.
 
-    Each parameter has one number in a map, but two in a volume: horizontal and along z. `change` is
-    called with the parameter that the user changes; keys start with `prefix`.
+    Each parameter has one number for maps, and two numbers (horizontal and along z) for volumes.
+    `change` is called with the parameter that the user changes; keys start with `prefix`.
     """
     volume, ccsim = len(shape) == 3, p.method == "ccsim"
     lengths = p.along(shape)
@@ -173,13 +173,13 @@ def _trend_field(p: Parameters, change: Callable[..., None]) -> None:
         change(location_weight=(weight or TREND_WEIGHT, 0.0, 0.0) if alone else weight)
 
     alone = isinstance(p.location_weight, tuple) and not any(p.location_weights[1:])
-    tip = "The location weight holds only along z: patches keep their height in the image."
+    tip = "The location weight applies only along z: patches keep their height in the image."
     options = {"key": "p_vertical_trend", "value": alone, "write": write, "help": tip}
     field(st.checkbox, "Location weight only along z", **options)
 
 
 def set_parameters(state: State, **changes: object) -> None:
-    """Change parameters; sizes that no longer fit change to the nearest valid ones."""
+    """Change parameters; sizes that no longer fit become the nearest valid sizes."""
     shape = image_of(state.choices.image).shape
     state.change(parameters=fitted(state.choices.parameters, shape, **changes))
 
@@ -191,7 +191,7 @@ def parameter_field(
     prefix: str = "p_",
     of_numbers: Callable[..., Any] = st.slider,
 ) -> None:
-    """Draw a control that suits the type of a parameter; its key starts with `prefix`."""
+    """Draw a control for the type of a parameter; the key of the control starts with `prefix`."""
     value = getattr(p, name)
     label = LABELS.get(name, name.replace("_", " ").capitalize())
     options = bound_to(p, name, change, key=f"{prefix}{name}", help=help_of(name))
@@ -202,7 +202,7 @@ def parameter_field(
         offered = options_of({value: VALUES.get(value, value) for value in allowed})
         field(st.selectbox, label, **offered, **options)
     else:
-        if isinstance(value, tuple):  # a weight that applies only along z stays so
+        if isinstance(value, tuple):  # a weight that applies only along z is kept so
 
             def write_per_axis(new: float) -> None:
                 per_axis = tuple(new if weight else 0.0 for weight in value)

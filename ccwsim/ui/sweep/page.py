@@ -1,4 +1,4 @@
-"""The page Sweep: cost and quality of many settings of the study, and a recommendation."""
+"""The page Sweep: cost and quality of many settings, and a recommended setting."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ from ccwsim.ui.widgets.theme import chart_theme, draw_style
 STYLE = Path(__file__).with_name("sweep.css")
 CHART_HEIGHT = 392
 WIDTHS = (1.1, 0.95, 0.82)
-"""Relative widths of three columns: the chart, the large setting, and its numbers."""
+"""Relative widths of three columns: chart, setting shown large, and numbers of the setting."""
 ERRORS = {
     "patterns": ("Patterns", "pattern distance to the training image (bits)"),
     "connection": ("Connectivity", "error of connectivity τ(h)"),
@@ -72,7 +72,7 @@ ERRORS = {
     "copying": ("Copying", "cells of the largest piece copied from the training image"),
     "mended": ("Re-simulated data", "data not honoured in the raster pass"),
 }
-"""Name and axis title of each error that the chart can show over time."""
+"""Name and axis title of each error that the chart can show against CPU time."""
 HEADS = {
     "pattern_full": "patterns",
     "pattern_half": "at 1/2",
@@ -95,10 +95,10 @@ HEADS = {
     "not_honoured": "not honoured",
     "cpu_ms": "CPU ms",
 }
-"""Names of the numbers on the page, by column of the CSV; only volumes have "vertical"."""
+"""Names of the numbers of a setting, by column of the CSV; only volumes have "vertical"."""
 TILES = "sweep_tiles"
 TILE_PIXELS = 124
-"""Length of a tile's longer side in pixels."""
+"""Length of the longer side of a tile in pixels."""
 
 
 def draw_page(state: State) -> None:
@@ -107,11 +107,11 @@ def draw_page(state: State) -> None:
     with st.sidebar:
         _draw_controls(state)
     run = state.page(SweepState).run
-    with st.container(key="news"):  # always there, so that the rest never moves
+    with st.container(key="news"):  # always drawn, so that elements below do not move
         if run is not None and run.going:
             follow_sweep(state, time.monotonic())
         elif run is not None and not is_current(run, state):
-            draw_out_of_date("the study has another training image, data or grid now. Sweep again.")
+            draw_out_of_date("the study's training image, data or grid has changed. Sweep again.")
     with st.container(key="results"):
         if run is not None:
             _draw_found(state)
@@ -121,7 +121,7 @@ def draw_page(state: State) -> None:
                 _sweep_button(state, "sweep_first")
             if not problem_of(state):
                 plan = plan_of(state).fitting
-                panel_title("Settings", "to be tried; one realization of each will appear here")
+                panel_title("Settings", "to be tried; a realization of each will appear here")
                 tiles = _to_come(plan, names_of(plan), "")
                 _draw_tiles(tiles, -1, state.choices.grid, lambda _: None)
     with st.container(key="run_bar"):
@@ -141,10 +141,10 @@ def _draw_controls(state: State) -> None:
             _draw_range(page_state, name, values, ranges[name])
     if page_state.ranges:
         reset = bound_to(page_state, "ranges")["write"]
-        button("Back to what suits the study", key="ranges_back", on_click=reset, args=({},))
+        button("Back to the suggested ranges", key="ranges_back", on_click=reset, args=({},))
     step_title(3, "Realizations")
     limits = {"min_value": 1, "max_value": MAX_REALIZATIONS_OF_SWEEP}
-    help_ = "More realizations distinguish closer settings and take proportionally longer."
+    help_ = "More realizations reveal smaller differences, and take proportionally longer."
     options = {**bound_to(page_state, "n_realizations"), **limits, "help": help_}
     field(st.number_input, "Of each setting", key="n_swept", **options)
     problem = problem_of(state) or page_state.message
@@ -159,7 +159,7 @@ def _draw_range(page_state: SweepState, name: str, values: list[Any], chosen: li
     def write(new: list[Any]) -> None:
         page_state.ranges = {**page_state.ranges, name: list(new)}
 
-    # the key contains the values, so that a widget with other values has no old state
+    # the key contains the values, so that a widget with new values has no old state
     key = f"range_{name}_{'_'.join(map(str, values))}"
     meaning = PARAMETERS[name.removesuffix(ALONG_Z)]["meaning"]
     options = {"choices": values, "value": chosen, "help": meaning}
@@ -169,12 +169,12 @@ def _draw_range(page_state: SweepState, name: str, values: list[Any], chosen: li
 
 
 def pills(label: str, choices: list[Any], **options: Any) -> Any:
-    """Draw pills with multiple selection; `field` recognizes the widget by this function."""
+    """Draw pills with multiple selection; `field` identifies the widget by this function."""
     return st.pills(label, choices, selection_mode="multi", width="stretch", **options)
 
 
 def _sweep_button(state: State, key: str) -> None:
-    """Draw the button to start the sweep; if no sweep can start, disable it and say why."""
+    """Draw the button that starts the sweep; if no sweep can start, write the reason."""
     problem, run = problem_of(state), state.page(SweepState).run
     going = run is not None and run.going
     n = 0 if problem else len(plan_of(state))
@@ -186,7 +186,7 @@ def _sweep_button(state: State, key: str) -> None:
 
 @st.fragment
 def _draw_found(state: State) -> None:
-    """Draw all results so far; choosing a setting redraws only this part."""
+    """Draw the results of the finished settings; choosing a setting redraws only the results."""
     with error_boundary():
         run = state.page(SweepState).run
         assert run is not None
@@ -197,12 +197,12 @@ def _draw_found(state: State) -> None:
         if run.n_drawn:
             _draw_rows(state, run, found)
         elif run.going:
-            panel_title("Settings", "they appear when they are finished")
+            panel_title("Settings", "settings appear as soon as they are finished")
             draw_tiles(run, names_of(run.settings), (-1, -1), lambda _: None)
 
 
 class _Shown(NamedTuple):
-    """The results on the page: names of varied parameters, large setting, best setting."""
+    """The results on the page: varied parameters, setting shown large, recommended setting."""
 
     found: Sweep
     names: list[str]
@@ -231,7 +231,7 @@ def _draw_rows(state: State, run: SweepRun, found: Sweep) -> None:
         draw_numbers(state, run, k)
     with st.container(horizontal=True, vertical_alignment="center", key="tiles_row"):
         of_what = "one realization" if run.grid.nz is None else "a layer of one realization"
-        panel_title("Settings", f"{of_what} of each; click one to see it large")
+        panel_title("Settings", f"{of_what} of each setting; click a setting to see it large")
         options = {"key": "sweep_csv", "width": "content"}
         of = f"{grid_part(run.training_image, run.grid)}_seed{run.seed}"
         csv_button("Table, CSV", "sweep", lambda: sweep_csv(found, choice.index), of, **options)
@@ -241,7 +241,7 @@ def _draw_rows(state: State, run: SweepRun, found: Sweep) -> None:
 
 
 def _draw_chart(state: State, run: SweepRun, shown: _Shown) -> None:
-    """Draw errors over time; if a point is clicked, its setting is drawn large."""
+    """Draw errors against CPU time; a click on a point shows the setting large."""
     page_state, found = state.page(SweepState), shown.found
     kinds = [kind for kind in ERRORS if kind != "mended" or run.hard_data.n]
     kind = page_state.error if page_state.error in kinds else "patterns"
@@ -271,16 +271,16 @@ def _draw_outlines() -> None:
     shape = f"height: {CHART_HEIGHT}px"
     with left:
         text = (
-            "Each setting as a point: the time of a realization and its distance from the "
+            "Each point is a setting, with the time of a realization and the distance from the "
             "training image. The line is the Pareto front: no other setting is both faster and "
-            "nearer."
+            "nearer to the image."
         )
         ghost_panel(text, shape, "Time against error")
     with middle:
-        text = "The setting that you click, large, with the hard data on it"
+        text = "A click on a setting shows a large realization with the hard data"
         ghost_panel(text, shape, "One setting")
     with right:
-        text = "Patterns, connectivity, proportions, copying, data and CPU time, beside the best"
+        text = "Patterns, connectivity, proportions, copying, data, CPU time, and best values"
         ghost_panel(text, shape, "Its numbers")
 
 
@@ -290,7 +290,7 @@ def names_of(settings: tuple[Parameters, ...]) -> list[str]:
 
 
 def choose(state: State, number: int) -> None:
-    """Select the setting that is drawn large."""
+    """Select the setting that the page shows large."""
     page_state = state.page(SweepState)
     run = page_state.run
     if run is not None and 0 <= number < len(run.found.rows):
@@ -309,14 +309,14 @@ def is_current(run: SweepRun, state: State) -> bool:
 
 
 def draw_realization(state: State, run: SweepRun, k: int) -> None:
-    """Draw a large picture of one realization of a setting, with buttons for the others."""
+    """Draw a large picture of a realization of a setting, with buttons for other realizations."""
     page_state = state.page(SweepState)
     row, image = run.found.rows[k], run.training_image
     n = len(row.realizations)
     r = page_state.shown = min(page_state.shown, n - 1)
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="shown_row"):
         panel_title(f"Realization {r + 1} of {run.n_realizations}")
-        step_buttons("swept", page_state, n, f"; the first {n} are kept")
+        step_buttons("swept", page_state, n, f"; only the first {n} are stored")
     alt = f"Realization {r + 1} of {label(row.parameters, RANGED)}"
     own = row.realizations[r]
     shown = facies_map(indices_of(own, image), image, run.colours, alt)
@@ -326,7 +326,7 @@ def draw_realization(state: State, run: SweepRun, k: int) -> None:
 
 
 def indices_of(realizations: NDArray[np.integer], image: TrainingImage) -> NDArray[np.uint8]:
-    """Convert facies codes to the facies indices that maps need."""
+    """Convert facies codes to facies indices, which maps need."""
     return image.codes.searchsorted(realizations).astype(np.uint8)
 
 
@@ -344,7 +344,7 @@ def draw_numbers(state: State, run: SweepRun, k: int) -> None:
 def numbers_of(
     row: SweepRow, rows: tuple[SweepRow, ...], run: SweepRun
 ) -> list[tuple[str, str, str]]:
-    """Return rows (name, value ± spread between realizations, best value of all settings)."""
+    """Return rows (name, value ± spread between realizations, best value among all settings)."""
     image, qualities = run.training_image, [r.quality for r in rows]
     k = next(k for k, other in enumerate(rows) if other is row)
     worst = image.facies_names[image.index_of(row.quality.proportion_facies)]
@@ -389,12 +389,12 @@ def numbers_of(
 
 
 def two(spread: float) -> str:
-    """Return a spread as text with two digits and without powers of ten."""
+    """Return a standard deviation as text with two digits and without powers of ten."""
     return f"{spread:.2g}" if spread < 100 else f"{spread:.0f}"
 
 
 def minus(text: str) -> str:
-    """Return a number with a minus sign in place of the hyphen."""
+    """Return a number as text with a minus sign (−) instead of a hyphen."""
     return text.replace("-", "−")
 
 
@@ -409,10 +409,10 @@ def use_button(state: State, parameters: Parameters, text: str, key: str) -> Non
 def draw_tiles(
     run: SweepRun, names: list[str], marked: tuple[int, int], choose: Callable[[int], None]
 ) -> None:
-    """Draw a tile per finished setting, labelled by the parameters `names`; outline the others.
+    """Draw a tile per finished setting, labelled by the parameters `names`; outline other settings.
 
-    `marked` has the numbers of the large and the recommended setting; `choose` is called with the
-    number of the clicked setting.
+    `marked` contains the numbers of the setting shown large and of the recommended setting.
+    `choose` is called with the number of the clicked setting.
     """
     rows = run.found.rows
     while len(run.tiles) < len(rows):
@@ -443,7 +443,7 @@ def _draw_tiles(
 
 
 def draw_table(found: Sweep) -> None:
-    """Draw all rows."""
+    """Draw all rows of tiles."""
     with st.expander("All numbers", key="sweep_table"):
         rows = [columns_of(row) for row in found.rows]
         table = {
@@ -473,7 +473,7 @@ def columns_of(row: SweepRow) -> dict[str, Any]:
 
 
 def sweep_csv(found: Sweep, recommended: int) -> bytes:
-    """Return CSV with a line per setting: parameters, numbers, on Pareto front, recommended."""
+    """Return CSV with a line per setting: parameters, numbers, Pareto front, recommendation."""
     front = set(pareto_front(found.times, found.errors()).tolist())
     lines = []
     for k, row in enumerate(found.rows):

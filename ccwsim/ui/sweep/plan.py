@@ -1,4 +1,4 @@
-"""The settings of a sweep, its run on a thread, and the state of the page."""
+"""The settings of a sweep, the run of the sweep on a thread, and the state of the page."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from ccwsim.ui.session.resolve import data_of, fitted, image_of, levels
 from ccwsim.ui.session.state import State
 
 CELLS_KEPT = 64_000_000
-"""Maximum number of cells that a sweep keeps in realizations; a cell takes one byte."""
+"""Maximum number of cells of the realizations that a sweep stores; a cell takes one byte."""
 SOURCE_BYTES = 4
 """Number of bytes per cell that store the source of the cell in the training image."""
 MAX_KEPT = 4
@@ -62,10 +62,10 @@ LABELS = {
 
 @dataclass
 class SweepRun(PageRun[Sweep]):
-    """A sweep that is running or has ended.
+    """A sweep that is running or has finished.
 
-    `facies` is the facies whose connectivity is judged; `rows` has the finished settings. `n_drawn`
-    is the number of rows on the page, and `tiles` has a small picture for each row.
+    `facies` is the facies whose connectivity is evaluated. `rows` contains the finished settings.
+    `n_drawn` is the number of rows on the page, and `tiles` contains a small picture for each row.
     """
 
     training_image: TrainingImage
@@ -83,20 +83,20 @@ class SweepRun(PageRun[Sweep]):
 
     @property
     def n_pieces(self) -> int:
-        """Number of settings."""
+        """Number of settings to try."""
         return len(self.settings)
 
     def demand(self) -> Demand:
-        """Return the resources that the sweep needs for one setting and the kept realizations."""
+        """Return the resources that the sweep needs for one setting and the stored realizations."""
         largest = 0
         for p in self.settings:
-            with suppress(CCWSIMError):  # results report a setting that does not fit
+            with suppress(CCWSIMError):  # the results report settings that do not fit
                 study = Study(self.training_image, self.grid, p, self.hard_data, self.seed)
                 needed = demand_of(study, self.n_realizations, n_workers=1).n_bytes
                 largest = max(largest, needed)
         each = self.grid.n_cells
         cells = each * len(self.settings)
-        kept = max(CELLS_KEPT, cells)  # at least one realization is kept
+        kept = max(CELLS_KEPT, cells)  # at least one realization is stored
         sources = SOURCE_BYTES * each * self.n_realizations
         return Demand(cells * self.n_realizations, self.hard_data.n, largest + sources + kept)
 
@@ -112,7 +112,7 @@ class SweepRun(PageRun[Sweep]):
 
     @property
     def found(self) -> Sweep:
-        """The result so far."""
+        """The results of the settings that are finished."""
         return self.result or Sweep(
             tuple(self.rows), (), len(self.settings), self.training_image.shape
         )
@@ -122,14 +122,15 @@ class SweepRun(PageRun[Sweep]):
 class SweepState:
     """The state of the page.
 
-    `ranges` has the ranges that the user chose, by parameter; other ranges follow the study.
-    `error` is the error in the chart. `chosen` is the number of the large setting, None for the
-    recommended setting; `shown` is its realization. `message` states why no run was started.
+    `ranges` contains the ranges that the user chose, by parameter; other ranges depend on the
+    study. `error` is the error in the chart. `chosen` is the number of the setting shown large,
+    None for the recommended setting, and `shown` is the index of the realization. `message` states
+    why no run was started.
     """
 
     ranges: dict[str, list[Any]] = field(default_factory=dict)
     n_realizations: int = 4
-    error: str = "patterns"  # one of `ERRORS` of sweeps
+    error: str = "patterns"  # name of one of the `ERRORS`
     run: SweepRun | None = None
     chosen: int | None = None
     shown: int = 0
@@ -137,7 +138,7 @@ class SweepState:
 
 
 def follow_sweep(state: State, drawn_at: float) -> None:
-    """Show the progress; draw the page again for newly finished settings and at the end."""
+    """Show the progress of the sweep; redraw the page for finished settings and at the end."""
     run = state.page(SweepState).run
     if run is None or run.job is None:
         return
@@ -149,7 +150,7 @@ def follow_sweep(state: State, drawn_at: float) -> None:
 
 
 def describe_end(run: SweepRun) -> str:
-    """Describe the settings that are missing from an ended sweep; empty if none is missing."""
+    """Describe settings without results in an ended sweep; empty if all settings have results."""
     found, sentences = run.found, []
     if run.error is not None:
         sentences.append(f"The sweep ended early: {reason(run.error)}.")
@@ -163,7 +164,7 @@ def describe_end(run: SweepRun) -> str:
 
 
 def values_on_offer(choices: Choices) -> dict[str, list[Any]]:
-    """Return the values offered for each range: common values and the value of the study."""
+    """Return the values that each range offers: common values and the value of the study."""
     shape = image_of(choices.image).shape
     p = fitted(choices.parameters, shape)
     offered: dict[str, list[Any]] = {}
@@ -195,7 +196,7 @@ def ranges_of(state: State) -> dict[str, list[Any]]:
 
 
 def suited_ranges(choices: Choices) -> dict[str, list[Any]]:
-    """Return suggested ranges: the values of the study, plus nearby templates and levels."""
+    """Return suggested ranges: the values of the study, and nearby templates and levels."""
     shape = image_of(choices.image).shape
     p, offered = fitted(choices.parameters, shape), values_on_offer(choices)
     suited = {name: [value_of(p, name)] for name in LABELS if value_of(p, name) is not None}
@@ -214,9 +215,9 @@ def suited_ranges(choices: Choices) -> dict[str, list[Any]]:
 
 
 def plan_of(state: State) -> SweepPlan:
-    """Return the settings of the chosen ranges; raise an error if a range has no value."""
+    """Return the plan of all settings in the chosen ranges; raise an error if a range is empty."""
     shape = image_of(state.choices.image).shape
-    # pills return values in the order of clicks; methods keep their usual order
+    # pills return values in the order of clicks; methods are sorted in the usual order
     ranges = {
         name: values if name == "method" else sorted(values)
         for name, values in ranges_of(state).items()
@@ -225,7 +226,7 @@ def plan_of(state: State) -> SweepPlan:
 
 
 def seconds_of(state: State, plan: Sequence[Parameters] | SweepPlan) -> float:
-    """Return the expected seconds of a plan, scaled by the pace of the latest run."""
+    """Return the expected seconds of a plan, scaled by the speed of the latest run."""
     choices = state.choices
     image, n_data = image_of(choices.image), data_of(choices).n
     sizes = image.shape, choices.grid.shape, image.n_facies, n_data
@@ -234,7 +235,7 @@ def seconds_of(state: State, plan: Sequence[Parameters] | SweepPlan) -> float:
 
 
 def pace(ensemble: Ensemble | None) -> float:
-    """Return the ratio of actual to expected time of an ensemble; 1 without an ensemble."""
+    """Return the ratio of actual to expected time of an ensemble, or 1 without an ensemble."""
     if ensemble is None:
         return 1.0
     image, grid = ensemble.training_image, ensemble.grid
@@ -245,7 +246,7 @@ def pace(ensemble: Ensemble | None) -> float:
 
 
 def describe_study(state: State) -> str:
-    """Describe the study of the sweep."""
+    """Describe the study for which settings are compared."""
     choices = state.choices
     image = image_of(choices.image)
     try:
@@ -260,16 +261,16 @@ def describe_study(state: State) -> str:
 
 
 def describe_plan(state: State, plan: SweepPlan) -> str:
-    """Describe a plan: number of settings, duration, and the reason for omitted settings."""
+    """Describe a plan: number of settings, duration, and the reason why settings are omitted."""
     n = plural(state.page(SweepState).n_realizations, "realization")
     duration = format_duration(max(seconds_of(state, plan), 1.0))
     text = f"{plural(len(plan), 'setting')} × {n}: about {duration} on one core."
     text += compilation_to_come()
     if plan.left_out:
         n = len(plan.left_out)
-        text += f"\n{n} left out: {plan.left_out[0][1]}" + (" …" if n > 1 else ".")
+        text += f"\n{n} omitted: {plan.left_out[0][1]}" + (" …" if n > 1 else ".")
     if plan.n_equal:
-        text += f"\n{plan.n_equal} left out because they simulate the same: CCSIM has no level."
+        text += f"\n{plan.n_equal} omitted because CCSIM has no level."
     return text
 
 
@@ -283,9 +284,9 @@ def problem_of(state: State) -> str:
             text = text.replace(f"{name} has no value", f"{label.split(' ')[0]} has no value")
         return text
     if not len(plan):
-        return f"No combination fits together. {plan.left_out[0][1]}."
+        return f"No combination of the values is valid. {plan.left_out[0][1]}."
     if len(plan) > MAX_SWEPT:
-        return f"{len(plan)} settings; a sweep tries at most {MAX_SWEPT}: take fewer values."
+        return f"{len(plan)} settings, but a sweep tries at most {MAX_SWEPT}: choose fewer values."
     n_cells = len(plan) * state.page(SweepState).n_realizations * state.choices.grid.n_cells
     try:
         limits_of_environment().check(Demand(n_cells, data.n))
@@ -295,7 +296,7 @@ def problem_of(state: State) -> str:
 
 
 def start(state: State) -> None:
-    """Start the planned sweep; it replaces the earlier sweep."""
+    """Start the planned sweep, which replaces the earlier sweep."""
     page_state = state.page(SweepState)
     if problem_of(state):
         return

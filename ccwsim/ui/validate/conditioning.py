@@ -1,4 +1,4 @@
-"""Sections on conditioning: honoured data, uncertainty, and scores against a reference field."""
+"""Sections of the page Validate on honoured data, uncertainty, and scores against a reference."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ from ccwsim.ui.widgets.text import panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
 CERTAIN = 0.05
-"""A cell counts as certain if its entropy is below this value."""
+"""Entropy below which a cell counts as certain."""
 MAX_LISTED = 100
-"""Maximum number of data in the list for a volume."""
+"""Maximum number of data in the list of missed data of a volume."""
 RIGHT_AND_WRONG = ["#D9D6CF", "#A63A26"]
 
 
@@ -53,7 +53,7 @@ def draw_e_type_maps(
     certain = f"{n_certain} % of the cells are certain"
     probability = share_map(shares, f"P({name}) =", title, point_colours=colours)
     most_likely = facies_map(found.most_likely_indices, image, colours, "Most likely facies")
-    alt = "Entropy, from 0, certain, to 1, all equally likely"
+    alt = "Entropy, from 0 (certain) to 1 (all facies equally likely)"
     entropy = share_map(found.entropy, "entropy", alt, colours=ENTROPY, point_colours=colours)
     maps = (
         (title, "E-type", "probability", probability),
@@ -69,7 +69,7 @@ def draw_e_type_maps(
 
 
 def draw_data(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw the shares of data statuses, and a map of local re-simulations; volumes get a list."""
+    """Draw the shares of data statuses, and a map (for volumes, a list) of local re-simulations."""
     if not ensemble.hard_data.n:
         step_note("This study has no hard data; place or load some on the page Hard data.")
         return
@@ -79,20 +79,20 @@ def draw_data(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
         chart = data_status_chart(names, shares, chart_theme(), height=96 + 32 * len(names))
         alt = "Share of the data honoured in the raster pass, by local re-simulation, or forced"
         note = describe_match(ensemble)
-        titled_chart("How the data are honoured", note, chart, "data_status", alt)
+        titled_chart("Status of the data", note, chart, "data_status", alt)
         step_note(
-            "Raster pass: a patch with the right facies was found. Re-simulated: a window of that "
-            "size around the datum was simulated again. Forced: no window fits, so only the cell "
-            "is set, which may leave an isolated cell."
+            "Raster pass: a patch has the facies of the datum. Re-simulated: a window of the "
+            "given size around the datum was simulated again. Forced: no window fits, so only the "
+            "cell is set, which may leave an isolated cell."
             if ensemble.parameters.exact_data
-            else "Data are not honoured exactly: they condition the search only. Raster pass: a "
-            "patch with the right facies was found. Wrong: the cell has another facies."
+            else "Data are not honoured exactly: they only condition the search. Raster pass: a "
+            "patch has the facies of the datum. Wrong: the cell has another facies."
         )
     with right:
         if ensemble.grid.nz is not None:
             draw_data_list(ensemble)
             return
-        panel_title("Where data are re-simulated locally", "each datum as a square")
+        panel_title("Data that are re-simulated locally", "squares mark the data")
         shown = resimulation_map(ensemble, chart_theme().hairline)
         shown = replace(shown, points=wrong_points(ensemble), point_colours=colours)
         draw_cells(shown, "mended", link="grid", name="resimulated", max_height=360)
@@ -112,7 +112,7 @@ def data_status_shares(ensemble: Ensemble) -> tuple[list[str], NDArray[np.float6
 
 
 def describe_match(ensemble: Ensemble) -> str:
-    """Return a text that states whether all data are honoured."""
+    """Return a text that states whether realizations honour all data."""
     match = data_match(ensemble.realizations, ensemble.hard_data)
     n = ensemble.hard_data.n
     if not match.n_wrong.any():
@@ -122,9 +122,9 @@ def describe_match(ensemble: Ensemble) -> str:
 
 
 def resimulation_map(ensemble: Ensemble, ground: str) -> CellMap:
-    """Return a map of the share of realizations in which each datum was re-simulated or forced.
+    """Return a map of how often (in % of realizations) each datum was re-simulated or forced.
 
-    Each datum is drawn as a square of several cells; index 0 means no datum.
+    Each datum is a square of several cells in the map. Index 0 means no datum.
     """
     resimulated = (ensemble.data_status != 0) & (ensemble.data_status != WRONG)
     shares = np.rint(100 * resimulated.mean(axis=0)).astype(np.uint8)
@@ -142,13 +142,13 @@ def resimulation_map(ensemble: Ensemble, ground: str) -> CellMap:
 
 
 def draw_data_list(ensemble: Ensemble) -> None:
-    """List the data that were not honoured in the raster pass, the worst first."""
+    """List the data that were not honoured in the raster pass, in order of severity."""
     order, times = troubled_data(ensemble)
     n = len(order)
     if not n:
         panel_title("Data", "all honoured in the raster pass, in all realizations")
         return
-    of_all = f"{n} of {ensemble.hard_data.n} needed more than the raster pass"
+    of_all = f"{n} of {ensemble.hard_data.n} not honoured in the raster pass"
     panel_title("Data", f"{of_all}; the first {MAX_LISTED}" if n > MAX_LISTED else of_all)
     image, data, grid = ensemble.training_image, ensemble.hard_data, ensemble.grid
     names = dict(zip(image.codes.tolist(), image.facies_names, strict=True))
@@ -159,11 +159,11 @@ def draw_data_list(ensemble: Ensemble) -> None:
         rows.append([where, escape(names[int(data.facies[k])]), *counts])
     with st.container(height=320, border=False, key="data_list"):
         st.html(numbers_table(rows, ("x, y, z", "facies", "wrong", "forced", "re-simulated")))
-    step_note(f"Counts are numbers of realizations, of {ensemble.n}; an empty field means none.")
+    step_note(f"Counts are numbers of realizations, out of {ensemble.n}. An empty field means 0.")
 
 
 def troubled_data(ensemble: Ensemble) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return indices and counts of the data not honoured in the raster pass, the worst first.
+    """Return indices and counts of data not honoured in the raster pass, in order of severity.
 
     The counts have shape (3, n_data). The rows count, over all realizations, how often each datum
     is wrong, forced and re-simulated.
@@ -189,8 +189,8 @@ def draw_reference(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
     if reference is None:
         step_note(
             "These data have no reference field. On the page Hard data, sample data from a "
-            "realization or from an image of your own; that field stays hidden, and "
-            "realizations are scored against it here."
+            "realization or from an image file. This field stays hidden, and this section scores "
+            "realizations against the field."
         )
         return
     if problem := problem_of(reference, ensemble):
@@ -206,7 +206,7 @@ def draw_reference(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
         *places, right = st.columns([1.0, 1.0, 1.2], gap="medium")
         reference_map = facies_map(field, image, colours, "The reference field")
         wrong = wrong_map(replace(scores, right=here.of(scores.right)), colours)
-        maps = ("Reference field", reference_map), ("Most likely facies is wrong", wrong)
+        maps = ("Reference field", reference_map), ("Cells predicted wrongly", wrong)
         for place, key, (title, drawn) in zip(places, ("truth", "wrong"), maps, strict=True):
             with place:
                 panel_title(title, str(here))
@@ -215,22 +215,22 @@ def draw_reference(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
         with right:
             chart = calibration_chart(table.forecast, table.observed, table.count, chart_theme())
             note = f"off by {100 * table.error:.1f} % on average"
-            alt = "How often a facies of each probability is the true facies"
+            alt = "Share of cells with the true facies, for each predicted probability"
             titled_chart("Calibration", note, chart, "calibration", alt)
 
     panel(state, "truth", statistics.reference_scores(ensemble, reference), draw)
 
 
 def problem_of(reference: TrainingImage, ensemble: Ensemble) -> str:
-    """Return the reason why the reference cannot score the realizations, or an empty text."""
+    """Return the reason why realizations cannot be scored, or an empty text."""
     if reference.shape != ensemble.grid.shape:
         own, grid = describe_shape(reference.shape), describe_shape(ensemble.grid.shape)
-        return f"The reference field has {own} cells, the grid has {grid}; sample the data again."
+        return f"The reference field has {own} cells, the grid {grid}. Sample the data again."
     unknown = np.setdiff1d(reference.codes, ensemble.training_image.codes)
     if len(unknown):
         return (
-            f"The reference field has facies {unknown[0]}, which the training image does not "
-            "have; sample the data again."
+            f"The reference field has facies {unknown[0]}, which is not in the training image. "
+            "Sample the data again."
         )
     return ""
 
@@ -247,7 +247,7 @@ def describe_scores(scores: ReferenceScores) -> str:
 
 def wrong_map(scores: ReferenceScores, colours: Sequence[str]) -> CellMap:
     """Return a map of the cells whose most likely facies differs from the true facies."""
-    labels, alt = ["right", "wrong"], "Where the most likely facies is not the true one"
+    labels, alt = ["right", "wrong"], "Cells whose most likely facies differs from the true facies"
     keys = list(zip(labels, RIGHT_AND_WRONG, strict=True))
     indices = (~scores.right).astype(np.uint8)
     return CellMap(indices, RIGHT_AND_WRONG, labels, alt, keys=keys, point_colours=colours)

@@ -1,4 +1,4 @@
-"""The findings about the realizations; the page shows them in one line at its top."""
+"""Findings about the realizations, which the page shows in one line at the top."""
 
 from __future__ import annotations
 
@@ -42,20 +42,20 @@ from ccwsim.ui.validate.statistics import (
 )
 
 MOMENT_SECONDS = 0.1
-"""Number of seconds that the line of findings waits for the proportions."""
+"""Maximum seconds that the line of findings waits for the proportions."""
 MAX_LISTED = 4
-"""Up to this number of facies, all proportions are listed; above it, only deviating ones."""
+"""Maximum number of facies for which all proportions are listed; above it, only deviations."""
 
 
 class Finding(NamedTuple):
-    """A statement about the realizations, and whether it is good."""
+    """A statement about the realizations, and whether the statement is good."""
 
     text: str
     good: bool
 
 
 def findings(state: State, ensemble: Ensemble) -> list[Finding]:
-    """Return the findings from the statistics known so far."""
+    """Return the findings that follow from the statistics computed so far."""
     page_state, k = state.page(Validation), state.facies
     name, is_volume = ensemble.training_image.facies_names[k], ensemble.grid.nz is not None
     found = [of_data(ensemble)]
@@ -63,7 +63,7 @@ def findings(state: State, ensemble: Ensemble) -> list[Finding]:
     for word, task in tasks.items():
         page_state.worker.ask(task)
         if known(state, task) is None:
-            page_state.waiting[word] = task  # added when the page is drawn again
+            page_state.waiting[word] = task  # the finding is added when the page is drawn again
     page_state.worker.wait_for(tasks["shares"], MOMENT_SECONDS)
     if shares := known(state, proportions(ensemble)):
         found += of_proportions(ensemble, shares.fit)
@@ -97,7 +97,7 @@ def of_data(ensemble: Ensemble) -> Finding:
 
 
 def of_proportions(ensemble: Ensemble, fit: Fit | None) -> list[Finding]:
-    """Return findings on the proportions; deviations are marked and come with advice."""
+    """Return findings on the proportions; deviations are marked as bad and include advice."""
     n = ensemble.training_image.n_facies
     off = fit.outside if fit is not None else np.zeros(n, bool)
     said = [k for k in range(1 if n == 2 else 0, n) if n <= MAX_LISTED or off[k]]
@@ -110,7 +110,7 @@ def of_proportions(ensemble: Ensemble, fit: Fit | None) -> list[Finding]:
 
 
 def of_curves(fits: Mapping[tuple[Statistic, str], Fit | None], name: str) -> list[Finding]:
-    """Return one finding on all curves inside the band of crops, and one per curve outside it."""
+    """Return one finding on all curves inside the band of crops, and one on each other curve."""
     judged = {key: fit for key, fit in fits.items() if fit is not None and fit.judged}
     if not judged:
         return [Finding(f"curves of {name} {NOT_JUDGED}", True)]
@@ -129,7 +129,7 @@ def of_curves(fits: Mapping[tuple[Statistic, str], Fit | None], name: str) -> li
 
 
 def of_volume(state: State, ensemble: Ensemble) -> list[Finding]:
-    """Return the findings that only volumes have: layers, small patterns and unseen patterns."""
+    """Return the findings for volumes only: layers, small patterns and unseen patterns."""
     name = ensemble.training_image.facies_names[state.facies]
     found = []
     if by_layer := known(state, layers(ensemble, state.facies)):
@@ -143,13 +143,13 @@ def of_volume(state: State, ensemble: Ensemble) -> list[Finding]:
 
 
 def of_variety(ensemble: Ensemble, differing: float) -> Finding:
-    """Return a finding on how much realizations differ; it is never marked as bad."""
+    """Return a finding on the differences between realizations, which is never marked as bad."""
     shares = ensemble.proportions.mean(axis=0).tolist()
     return Finding(describe_variety(differing, shares), differing > 0)
 
 
 def draw_summary(state: State, ensemble: Ensemble) -> None:
-    """Draw the findings in one line, with the bad findings marked."""
+    """Draw the findings in one line, and mark bad findings."""
     (first, good), *others = findings(state, ensemble)
     said = ' <span class="dot">·</span> '.join(
         f'<span class="{"fact" if good else "fact odd"}">{escape(text)}</span>'

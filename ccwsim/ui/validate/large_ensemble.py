@@ -1,4 +1,4 @@
-"""A large ensemble: thousands of realizations are simulated, and only statistics are kept."""
+"""A large ensemble: thousands of realizations are simulated, but only statistics are stored."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ from ccwsim.ui.widgets.theme import chart_theme
 CELLS_OF_BATCH = 4_000_000
 """Maximum number of cells in memory at a time; a cell takes one byte."""
 SUMMARY_SECONDS = 1.0
-"""Seconds between two summaries."""
+"""Number of seconds between two summaries of a run."""
 LOW, HIGH = 0.05, 0.95
 
 
@@ -48,9 +48,9 @@ LOW, HIGH = 0.05, 0.95
 class LargeEnsembleRun(PageRun[None]):
     """A large ensemble that is running or has ended.
 
-    `facies` is the index of the facies of the curves, and `summary` is the latest summary. `errors`
-    are standard errors of the E-type, averaged over cells, one for each of the `numbers` of
-    realizations. `n_wrong` counts mismatches of data in all realizations; `nbytes` is the size of
+    `facies` is the index of the facies in the curves, and `summary` is the latest summary. `errors`
+    are the mean standard errors of the E-type after each number of realizations in `numbers`.
+    `n_wrong` counts mismatches of data in all realizations; `nbytes` is the size of
     the statistics.
     """
 
@@ -65,7 +65,7 @@ class LargeEnsembleRun(PageRun[None]):
 
     @property
     def n_pieces(self) -> int:
-        """Number of realizations."""
+        """Number of realizations to simulate."""
         return self.n
 
     def demand(self) -> Demand:
@@ -111,7 +111,7 @@ class LargeEnsembleRun(PageRun[None]):
 
 @dataclass
 class LargeEnsembleState:
-    """The number of realizations for the next run, the latest run, and the latest error message."""
+    """The state of the section: number of realizations, latest run, and latest error message."""
 
     n: int = 1000
     run: LargeEnsembleRun | None = None
@@ -123,12 +123,13 @@ def draw_large_ensemble(state: State, ensemble: Ensemble, colours: Sequence[str]
     page_state = state.page(LargeEnsembleState)
     run = page_state.run
     step_note(
-        "Simulates many realizations of the study of this page and keeps only their statistics: "
-        "E-type, entropy, proportions and curves. Memory does not grow with their number."
+        "Simulates many realizations of the study of this page and stores only their statistics: "
+        "E-type, entropy, proportions and curves. Memory use does not grow with the number of "
+        "realizations."
     )
     with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="long_row"):
         limits = {"min_value": 10, "max_value": MAX_LARGE_ENSEMBLE, "step": 100, "width": 180}
-        help_ = "Probabilities get more exact: four times the number halves their error."
+        help_ = "Four times as many realizations halve the errors of the probabilities."
         options = {**bound_to(page_state, "n"), **limits, "help": help_}
         fields.field(st.number_input, "Realizations", key="n_long", **options)
         if run is None or not run.going:
@@ -148,7 +149,7 @@ def draw_large_ensemble(state: State, ensemble: Ensemble, colours: Sequence[str]
 
 
 def start(state: State) -> None:
-    """Start a large ensemble with the same study as the present realizations."""
+    """Start a large ensemble with the study of the present realizations."""
     page_state, e = state.page(LargeEnsembleState), state.ensemble
     assert e is not None
     study = Study(e.training_image, e.grid, e.parameters, e.hard_data, e.seed)
@@ -180,7 +181,7 @@ def _draw_run(run: LargeEnsembleRun, state: State, colours: Sequence[str]) -> No
     with columns[-1]:
         chart = convergence_chart(run.numbers, run.errors, run.n, chart_theme(), height=196)
         note = f"± {three_digits(run.errors[-1])} % now"
-        alt = "Error of the probabilities over the number of realizations"
+        alt = "Error of the probabilities against the number of realizations"
         titled_chart("Convergence", note, chart, "convergence", alt)
 
 
@@ -191,11 +192,11 @@ def describe_summary(run: LargeEnsembleRun, summary: RunningSummary) -> str:
     if run.study.hard_data.n:
         data = f" All {run.study.hard_data.n} data are honoured in every realization."
         if n:
-            data = f" {n:,} {'datum is' if n == 1 else 'data are'} not honoured, in total."
+            data = f" In total, {n:,} {'datum is' if n == 1 else 'data are'} not honoured."
     return (
         f"After {summary.n:,} realizations: {image.facies_names[k]} {100 * mean.mean[k]:.2f} % "
-        f"({100 * mean.low[k]:.1f}–{100 * mean.high[k]:.1f} % in nine of ten), in the training "
-        f"image {100 * image.proportions[k]:.2f} %.{data} Statistics take "
+        f"({100 * mean.low[k]:.1f}–{100 * mean.high[k]:.1f} % in nine of ten realizations); "
+        f"training image: {100 * image.proportions[k]:.2f} %.{data} Statistics take "
         f"{run.nbytes / 1e6:.0f} MB."
     )
 
@@ -203,7 +204,7 @@ def describe_summary(run: LargeEnsembleRun, summary: RunningSummary) -> str:
 def bundle_of_band(
     run: LargeEnsembleRun, summary: RunningSummary, statistic: Statistic, way: str
 ) -> Bundle:
-    """Return a band as a bundle without single curves; lags are at most half the side."""
+    """Return a bundle with a band but no single curves, for lags up to half the side."""
     image, grid = run.study.training_image, run.study.grid
     code, longest = int(image.codes[run.facies]), max_lag(way, image.shape, grid.shape)
     lags = summary.lags[summary.lags <= longest]

@@ -59,13 +59,13 @@ from ccwsim.ui.widgets.theme import chart_theme, draw_style
 STYLE = Path(__file__).with_name("validate.css")
 MAP_HEIGHT = 392
 SLICED = {"reuse", "truth"}
-"""Sections whose maps show one slice of a volume; the slice is chosen at the top of the page."""
+"""Sections whose maps show a slice of a volume, which is chosen at the top of the page."""
 STEADY = ".st-key-maps, .st-key-charts, [class*=st-key-section_]"
-"""Selectors of page parts that keep their height while they are drawn again."""
+"""CSS selectors of page parts that keep their height while being redrawn."""
 
 
 def draw_page(state: State) -> None:
-    """Draw the validation of the latest realizations; simulate some if there are none."""
+    """Draw the validation of the latest realizations; without realizations, start a run."""
     draw_style(STYLE, f":root {{ --odd: {chart_theme().reference} }}")
     start_run_if_needed(state, live=False)
     draw_news(state, parts=False)
@@ -117,9 +117,9 @@ def _draw_controls(state: State, ensemble: Ensemble) -> None:
 
 @st.fragment
 def _draw_first_screen(state: State, colours: Sequence[str], elsewhere: tuple) -> None:
-    """Draw the maps and the MDS plot; a click in the plot redraws only these.
+    """Draw the maps and the MDS plot; a click in the plot redraws only maps and plot.
 
-    `elsewhere` holds the choices on which the rest of the page depends; a change redraws the page.
+    `elsewhere` contains choices that affect other parts; a changed choice redraws the page.
     """
     with error_boundary():
         if _shown_elsewhere(state) != elsewhere:
@@ -141,7 +141,7 @@ def _draw_first_screen(state: State, colours: Sequence[str], elsewhere: tuple) -
 
 
 def _shown_elsewhere(state: State) -> tuple:
-    """Return the choices that are made in the maps and affect the rest of the page."""
+    """Return the choices that are made in the maps and affect other parts of the page."""
     seen, ensemble = state.page(Validation).seen, state.ensemble
     here = slice_of(state, ensemble) if ensemble is not None and seen & SLICED else None
     return state.facies, state.shown if "reuse" in seen else None, here
@@ -157,7 +157,7 @@ def _draw_realization(
     shown = facies_map(ensemble.indices[r], image, colours, f"Realization {r + 1}")
     shown.points.extend(points_of(ensemble.hard_data, image, ensemble.realizations[r]))
     file = f"realization_{r + 1}"
-    # the E-type below a section has coordinates, so both must have the same left and right edge
+    # the E-type below a section has coordinates, so the section needs the same left and right edge
     grid = ensemble.grid if here.axis is not None and is_wide(ensemble.grid) else None
     options: dict[str, Any] = {"link": "grid", "scale": "maps", "max_height": MAP_HEIGHT}
     draw_cells(shown, "realization", grid=grid, name=file, **options)
@@ -167,7 +167,7 @@ def _draw_mds(state: State, found: Anodi) -> None:
     ensemble = state.ensemble
     assert ensemble is not None
     n = len(found.owner) - 1
-    first = f"first {n}; click one to see it"
+    first = f"first {n}; click a point to see the realization"
     note = first if ensemble.n > MAX_COMPARED else "click one to see it"
 
     def choose(k: int) -> None:
@@ -179,29 +179,29 @@ def _draw_mds(state: State, found: Anodi) -> None:
     ringed = state.shown if state.shown < n else None
     group = Group("realizations", positions, theme.ink, labels=labels, ringed=ringed)
     chart = mds_chart(image, [group], placed.explained, theme, height=MAP_HEIGHT + 26)
-    alt = "MDS plot: realizations and training image, placed by the distance of their patterns"
+    alt = "MDS plot: distances of points represent distances between patterns of the images"
     draw = partial(draw_clickable_chart, choose=choose)
     titled_chart(mds_title(placed.explained), note, chart, "mds", alt, draw)
 
 
 SECTIONS = (
     ("uncertainty", "Uncertainty", "where the realizations agree", draw_uncertainty),
-    ("bodies", "Proportions and geobodies", "how much, in how many pieces", draw_geobodies),
-    ("measures", "Measures", "one number each, beside crops of the image", draw_measures),
+    ("bodies", "Proportions and geobodies", "amount and pieces of each facies", draw_geobodies),
+    ("measures", "Measures", "single numbers, compared with crops of the image", draw_measures),
     ("patterns", "Patterns", "variety, and similarity to the training image", draw_patterns),
-    ("data", "Hard data", "whether and how they are honoured", draw_data),
+    ("data", "Hard data", "whether and how data are honoured", draw_data),
     ("directions", "Any direction", "variograms over all lags", draw_directions),
-    ("transitions", "Transiograms", "which facies follows which", draw_transitions),
-    ("reuse", "Copying", "what was copied from the training image", draw_copying),
-    ("truth", "Reference field", "scores where it is known", draw_reference),
-    ("image", "Training image", "its properties, and suitable parameters", draw_image),
-    ("long", "Large ensemble", "statistics of thousands, none kept", draw_large_ensemble),
+    ("transitions", "Transiograms", "probabilities of facies at a lag", draw_transitions),
+    ("reuse", "Copying", "pieces copied from the training image", draw_copying),
+    ("truth", "Reference field", "scores against a known field", draw_reference),
+    ("image", "Training image", "properties of the image, and suitable parameters", draw_image),
+    ("long", "Large ensemble", "statistics of thousands of realizations", draw_large_ensemble),
 )
 """The sections of the page: anchor, title, subtitle, and drawing function of each section."""
 
 
 def _draw_sections(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw links to all sections, then the sections seen so far, and outlines of the others."""
+    """Draw links to all sections; draw each section only after it has come into view."""
     page_state = state.page(Validation)
     links = "".join(f'<a href="#{name}" target="_self">{title}</a>' for name, title, *_ in SECTIONS)
     st.html(f'<nav class="sections" aria-label="On this page">{links}</nav>')

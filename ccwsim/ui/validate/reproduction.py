@@ -73,17 +73,17 @@ from ccwsim.ui.widgets.theme import chart_theme
 
 CURVE_HEIGHT = 190
 AREA, VOLUME = 10_000, 1_000_000
-"""Counts are scaled to these numbers of cells, because grid and image differ in size."""
+"""Counts are stated per this number of cells, because grid and image differ in size."""
 TOUCHING = {26: "sides, edges, corners", 18: "sides, edges", 6: "sides"}
-"""The contacts that connect cells of volumes, by number of neighbours."""
+"""Descriptions of the contacts that connect cells of volumes, by number of neighbours."""
 N_SIZES = 60
-"""Number of geobody sizes for which the curve of shares is drawn."""
+"""Number of geobody sizes at which the curve of shares is computed."""
 MAX_TAILS = 3
-"""Up to this number of facies, all pairs are drawn at once."""
+"""Maximum number of facies for which transiograms of all pairs are drawn at once."""
 MAX_HEADS = 6
 COPYING_HEIGHT = 420
 MAX_USES = 100
-"""Cells with at least this number of uses all have the same colour."""
+"""Number of uses of a cell above which all cells have the same colour."""
 
 
 def draw_curves_row(state: State, ensemble: Ensemble) -> None:
@@ -99,7 +99,7 @@ def draw_curves_row(state: State, ensemble: Ensemble) -> None:
 
 
 def axis_curves(ensemble: Ensemble) -> list[tuple[Statistic, str]]:
-    """Return all pairs (statistic, axis) that are compared with crops, variograms first."""
+    """Return all pairs (statistic, axis) that are compared with crops; variograms are first."""
     return list(product(STATISTICS, axes_of(ensemble.grid.shape)))
 
 
@@ -113,7 +113,7 @@ def _draw_layers(state: State, ensemble: Ensemble) -> None:
 
 
 def _draw_unseen(state: State, ensemble: Ensemble) -> None:
-    """Draw, for each realization, the share of its patterns that are not in the training image."""
+    """Draw the share of each realization's patterns that are not in the training image."""
 
     def draw(found: PatternsCompared) -> None:
         strips = [("unseen", "of all patterns (%)", found.unseen)]
@@ -142,10 +142,10 @@ def draw_curve(
     way: str | float,
     height: int = CURVE_HEIGHT,
 ) -> None:
-    """Draw one statistic of the chosen facies along one direction."""
+    """Draw a statistic of the chosen facies along a direction."""
     name = ensemble.training_image.facies_names[state.facies]
     p = float(ensemble.training_image.proportions[state.facies])
-    # 1.5 × the sill, above most variograms, so that both directions have the same scale
+    # 1.5 × the sill is above most variograms; so charts of both directions have the same scale
     top = 1.5 * p * (1 - p) or 0.5
     title = curve_title(statistic, way)
     key = f"{statistic}_{way[0] if isinstance(way, str) else 'azimuth'}"
@@ -157,7 +157,7 @@ def draw_curve(
         y_title = f"{SIGNS[statistic]} of {name}"
         chart = curves_chart(bundle, chart_theme(), y_title=y_title, y_range=y_range, height=height)
         note = describe_curve(found.fit, statistic)
-        alt = f"{title} of {name}: training image over realizations, median and 5–95 %"
+        alt = f"{title} of {name}: training image, realizations, median and 5–95 % band"
         titled_chart(title, note, chart, key, alt)
 
     panel(state, key, statistics.curves(ensemble, statistic, state.facies, way), draw)
@@ -167,7 +167,7 @@ def draw_directions(state: State, ensemble: Ensemble, colours: Sequence[str]) ->
     """Draw variogram and connectivity along a chosen direction, and the variogram maps."""
     page_state = state.page(Validation)
     options = bound_to(page_state, "azimuth", min_value=0, max_value=175, step=5, width=420)
-    help_ = "0 is N–S, 45 is NE–SW, 90 is E–W, 135 is NW–SE. The dotted line on the maps."
+    help_ = "0 is N–S, 45 is NE–SW, 90 is E–W, 135 is NW–SE. A dotted line marks the direction."
     label = "Direction, degrees from north to east"
     field(st.slider, label, key="azimuth", help=help_, **options)
     azimuth = float(page_state.azimuth)
@@ -175,7 +175,7 @@ def draw_directions(state: State, ensemble: Ensemble, colours: Sequence[str]) ->
         with column:
             draw_curve(state, ensemble, statistic, azimuth, height=220)
     if ensemble.grid.nz is not None:
-        step_note("Directions are within the layers. Variogram maps are drawn of maps only.")
+        step_note("Directions are horizontal. Variogram maps are drawn only for maps.")
         return
     name = ensemble.training_image.facies_names[state.facies]
     task = statistics.lag_maps(ensemble, state.facies)
@@ -202,7 +202,7 @@ def _draw_lag_maps(found: LagMaps, name: str, azimuth: float) -> None:
 
 
 def draw_transitions(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw the transiograms; with many facies, draw only those that start in a chosen facies."""
+    """Draw the transiograms; with many facies, draw only transiograms from a chosen facies."""
     page_state, names = state.page(Validation), ensemble.training_image.facies_names
     n = len(names)
     tails = list(range(n))
@@ -219,13 +219,13 @@ def draw_transitions(state: State, ensemble: Ensemble, colours: Sequence[str]) -
 
     def draw(bundles: dict[tuple[int, int], Bundle]) -> None:
         chart = transiogram_chart(bundles, tails, range(n)[:MAX_HEADS], names, chart_theme())
-        note = "probability of the second facies at a lag from the first"
-        alt = "Transition probabilities between facies over the lag"
+        note = "probability of the second facies at a lag from a cell of the first facies"
+        alt = "Transition probabilities between facies against the lag"
         titled_chart("Transiograms", note, chart, "transiograms", alt)
 
     panel(state, "transitions", statistics.transitions(ensemble, page_state.along), draw)
     if n > MAX_HEADS:
-        step_note(f"The first {MAX_HEADS} of {n} facies.")
+        step_note(f"Only the first {MAX_HEADS} of {n} facies are shown.")
 
 
 def draw_geobodies(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
@@ -265,20 +265,20 @@ def draw_geobodies(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
 
 
 def _draw_sizes(found: GeobodiesCompared, name: str) -> None:
-    """Draw, for each size, the share of a facies in geobodies of at least this size."""
+    """Draw the share of a facies in geobodies of at least a given size."""
     chart = geobody_sizes_chart(sizes_of(found), chart_theme(), y_title="share")
     alt = f"Share of {name} in geobodies of at least this size"
     note = f"share of {name} in geobodies of this size or larger"
     titled_chart("Sizes of geobodies", note, chart, "sizes", alt)
     if found.n_cells != found.n_cells_reference:
         step_note(
-            f"The training image has {found.n_cells_reference:,} cells, a realization "
-            f"{found.n_cells:,}: the largest geobodies grow with the image."
+            f"The training image has {found.n_cells_reference:,} cells, a realization has "
+            f"{found.n_cells:,}. The largest geobodies are larger in larger images."
         )
 
 
 def sizes_of(found: GeobodiesCompared) -> Bundle:
-    """Return, for each size, the share of a facies in geobodies of at least this size."""
+    """Return, for each size, the share of a facies in geobodies of this size or larger."""
     largest = [sizes[0] for sizes in (*found.each.sizes, *found.reference.sizes) if len(sizes)]
     cells = np.unique(np.geomspace(1, max(largest, default=1) + 1, N_SIZES).round())
     each, reference = found.each.share_in(cells), found.reference.share_in(cells)[0]
@@ -286,7 +286,7 @@ def sizes_of(found: GeobodiesCompared) -> Bundle:
 
 
 def strips_of(found: GeobodiesCompared) -> list[tuple[str, str, Strip]]:
-    """Return the strip charts with their titles and keys."""
+    """Return the strip charts of geobodies, with titles and keys."""
     each, image = found.each, found.reference
     unit = AREA if each.percolates_vertical is None else VOLUME
     per, per_image = unit / found.n_cells, unit / found.n_cells_reference
@@ -317,14 +317,14 @@ def describe_percolation(found: GeobodiesCompared, name: str) -> str:
     own = [way for way, (_, of_image) in ways.items() if of_image[0]]
     of_image = f"in the training image {listing(own)}" if own else "not in the training image"
     return (
-        f"{name[:1].upper()}{name[1:]} percolates {counts} of {n} realizations, "
-        f"{of_image}. Cells that touch at {touching} are connected. Edges cut geobodies, "
-        "more often in a smaller image."
+        f"{name[:1].upper()}{name[1:]} percolates {counts} of {n} realizations, {of_image}. Cells "
+        f"that touch at {touching} are connected. The edges of a map cut geobodies, more often in "
+        "a smaller map."
     )
 
 
 def draw_measures(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw a table with all measures of the facies and the verdict on each measure."""
+    """Draw a table with all measures of the facies, with a verdict on each measure."""
     name = ensemble.training_image.facies_names[state.facies]
 
     def draw(found: Measured) -> None:
@@ -358,7 +358,7 @@ def measures_csv(found: Measured) -> bytes:
 
 
 def draw_patterns(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw ANODI distances by resolution, and their ratio; for volumes, draw crops as well."""
+    """Draw ANODI distances and ratios by resolution; for volumes, also distances of crops."""
     draw = partial(_draw_anodi, n_axes=ensemble.grid.n_dimensions)
     panel(state, "anodi", statistics.patterns(ensemble), draw)
     if ensemble.grid.nz is not None:
@@ -373,7 +373,8 @@ def _draw_distances(found: PatternsCompared) -> None:
     if found.fit is not None:
         step_note(
             "Pieces of the realizations and crops of the training image have "
-            f"{size_text(found.fit)} cells. Even crops have some distance, because they are small."
+            f"{size_text(found.fit)} cells. Crops also have a distance from the image, because "
+            "they are small."
         )
 
 
@@ -398,14 +399,14 @@ def _draw_anodi(found: Anodi, n_axes: int) -> None:
             f"ANODI (Tan et al. 2014) on exact histograms of all {size} patterns. "
             "Between: distance of realizations from each other (discs); larger is more varied. "
             "Within: distance from the training image (diamonds); smaller is more similar. "
-            "A larger ratio is better. Over the "
-            f"resolutions: Σ w · between / within with weights w of {weights}. The ratio grows as "
-            "the grid shrinks: compare only realizations of one grid and training image."
+            "A larger ratio is better. The ratio over all "
+            f"resolutions is Σ w · between / within with weights w of {weights}. The ratio grows "
+            "as the grid shrinks: compare only realizations of one grid and training image."
         )
 
 
 def draw_copying(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw seams, uses of the training image and measures of copying of the shown realization."""
+    """Draw the seams of a realization, its uses of the training image, and measures of copying."""
     r = state.shown
 
     def draw(found: Copying) -> None:
@@ -413,26 +414,26 @@ def draw_copying(state: State, ensemble: Ensemble, colours: Sequence[str]) -> No
         here, of_image = slice_of(state, ensemble), middle_layer(ensemble.training_image.shape)
         with left:
             share = three_digits(100 * found.seams.mean())
-            panel_title("Seams", f"{share} % of the cells are at one{here.words}")
+            panel_title("Seams", f"{share} % of the cells are at a seam{here.words}")
             seams = found.seams if here.axis is None else found.seams_within(here.axis)
             cut = replace(found, seams=here.of(seams))
             shown = seam_map(cut, here.ensemble(ensemble), r, colours, chart_theme().reference)
             draw_cells(shown, "seams", link="grid", name="seams", max_height=COPYING_HEIGHT)
         with middle:
             note = f"uses of each cell of the training image{of_image.words}"
-            panel_title("Where it came from", note)
+            panel_title("Source of the cells", note)
             uses = use_map(replace(found, uses=of_image.of(found.uses)))
             draw_cells(uses, "uses", name="uses", max_height=COPYING_HEIGHT)
         with right:
             panel_title("Copy meter", f"realization {ensemble.numbers[r] + 1}")
             st.html(numbers_table(meter_of(found)))
             step_note(
-                "Neighbours kept: pairs of touching cells that touch in the same way in the "
-                "training image. 100 % would be a copy; few would be noise. A piece is a group of "
-                "cells that are connected without a seam."
+                "Neighbours kept: pairs of touching cells that also touch in the training image. "
+                "100 % means a copy; a low value means noise. A piece is a group of cells that "
+                "are connected without a seam."
             )
             if here.axis is not None:
-                step_note("The share of seams is that of the volume; the map shows the slice.")
+                step_note("The share of seams refers to the volume; the map shows a slice.")
 
     panel(state, "reuse", statistics.copied(ensemble, r), draw)
 
@@ -464,7 +465,7 @@ def meter_of(found: Copying) -> list[tuple[str, str]]:
 def seam_map(
     found: Copying, ensemble: Ensemble, r: int, colours: Sequence[str], line: str
 ) -> CellMap:
-    """Return a map of a realization with its seams; at a seam, hovering still names the facies."""
+    """Return a map of a realization with seams; hovering over a seam also shows the facies."""
     names = ensemble.training_image.facies_names
     n = len(names)
     seams = found.seams if n <= 128 else np.zeros_like(found.seams)

@@ -1,4 +1,4 @@
-"""The slice of a volume that the maps of the page show: a layer, or a section along x or y."""
+"""The slice of a volume in the maps of the page: a layer, or a section along x or y."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ AXES = ("layer", "row", "column")
 """Name of a slice, by the axis of the array that is perpendicular to the slice."""
 KINDS = {0: "Layer", 1: "Section E–W", 2: "Section N–S"}
 HOVER = ("column, row", "column, layer", "row, layer")
-"""Names of the two indices of a cell that a map shows, by axis of the slice."""
+"""Names of the two cell indices in a map, by axis of the slice."""
 
 
 @dataclass(frozen=True)
 class ShownSlice:
-    """A layer (axis 0), a row or a column of a volume; if `axis` is None, a whole map."""
+    """A layer (axis 0), row or column of a volume; if `axis` is None, a complete map."""
 
     axis: int | None = None
     at: int = 0
 
     def __str__(self) -> str:
-        """Return text such as "layer 24", counted from 0; empty for a map."""
+        """Return a text such as "layer 24", with layers counted from 0; empty for a map."""
         return "" if self.axis is None else f"{AXES[self.axis]} {self.at}"
 
     @property
     def words(self) -> str:
-        """Text to append to the note of a chart; empty for a map."""
+        """Text that is appended to the note of a chart; empty for a map."""
         return "" if self.axis is None else f", {self}"
 
     def of(self, array: NDArray) -> NDArray:
@@ -69,7 +69,7 @@ class ShownSlice:
 
 
 def middle_layer(shape: tuple[int, ...]) -> ShownSlice:
-    """Return the middle layer of a volume; for a map, return the whole map.
+    """Return the middle layer of a volume; for a map, return the complete map.
 
     Examples
     --------
@@ -80,7 +80,7 @@ def middle_layer(shape: tuple[int, ...]) -> ShownSlice:
 
 
 def slice_of(state: State, ensemble: Ensemble) -> ShownSlice:
-    """Return the chosen slice of volumes; for maps, return the whole map."""
+    """Return the chosen slice of volumes; for maps, return the complete map."""
     if ensemble.grid.nz is None:
         return ShownSlice()
     page_state, shape = state.page(Validation), ensemble.grid.shape
@@ -114,4 +114,4 @@ def draw_slice_fields(state: State, ensemble: Ensemble) -> None:
             )
             bounds = {"min_value": 0, "max_value": last, "width": 320}
             field(st.slider, label, key=f"slice_{AXES[axis]}", value=shown.at, write=move, **bounds)
-        step_note(f"A map shows ({HOVER[axis]}) of the cell under the pointer.")
+        step_note(f"Maps display the indices ({HOVER[axis]}) of the cell under the pointer.")

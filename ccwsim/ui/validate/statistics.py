@@ -1,4 +1,4 @@
-"""The statistics of the page, and panels that show each statistic as soon as it is computed."""
+"""The statistics of the page Validate, and panels that show a statistic once it is computed."""
 
 from __future__ import annotations
 
@@ -65,19 +65,19 @@ MAX_MAP_LAG = 50
 MAX_COMPARED = 200
 """Maximum number of realizations in the pairwise comparison of ANODI."""
 DENSE_LAGS, STRIDE = 10, 4
-"""Transiograms use every lag up to `DENSE_LAGS`, and then every `STRIDE`-th lag."""
+"""Transiograms use every lag up to `DENSE_LAGS`, and every `STRIDE`-th lag above it."""
 MAX_KEPT, MAX_KEPT_BYTES = 96, 256 * 10**6
 MIN_KEPT = 24
-"""This number of values always stays in the cache, whatever their size; a page shows fewer."""
+"""Minimum number of cached values, even if they are large; a page shows fewer values."""
 MIN_STOPPABLE = 3.0
-"""The button to stop is shown after this number of seconds of work."""
+"""Number of seconds of work after which the button to stop is shown."""
 Value = TypeVar("Value")
 Given = ParamSpec("Given")
 
 
 @dataclass(frozen=True, eq=False)
 class LagMaps:
-    """Variogram maps of the training image, and their mean over realizations."""
+    """Variogram maps of the training image, and mean variogram maps of the realizations."""
 
     lags: NDArray[np.integer]
     reference: NDArray[np.float64]
@@ -86,7 +86,7 @@ class LagMaps:
 
 @dataclass(frozen=True, eq=False)
 class Compared(Generic[Value]):
-    """A statistic of realizations, and how well their pieces fit crops of the image."""
+    """A statistic of realizations, and the fit of realizations to crops of the training image."""
 
     value: Value
     fit: Fit | None
@@ -94,7 +94,7 @@ class Compared(Generic[Value]):
 
 @dataclass(frozen=True, eq=False)
 class GeobodiesCompared:
-    """Geobodies of the realizations and the training image, numbers of cells, and fit to crops."""
+    """Geobodies and numbers of cells of realizations and image, and fit to crops of the image."""
 
     each: Geobodies
     reference: Geobodies
@@ -107,8 +107,8 @@ class GeobodiesCompared:
 class PatternsCompared:
     """Pattern distances of realizations, and of crops, from the training image.
 
-    For each realization, `unseen` is the share of its patterns, of size `shape`, that the image
-    does not contain. `unseen_at_data` counts only patterns with hard data; None without data.
+    For each realization, `unseen` is the share of patterns of size `shape` that the image does not
+    contain. `unseen_at_data` is the share among patterns with hard data, or None without data.
     """
 
     fit: Fit | None
@@ -118,7 +118,7 @@ class PatternsCompared:
 
 
 def as_task(work: Callable[Concatenate[Fraction, Given], Value]) -> Callable[Given, Task[Value]]:
-    """Make a function that returns work(progress, …) as a task; the arguments are its key."""
+    """Return a function that returns a task of work(progress, …), keyed by the arguments."""
 
     @wraps(work)
     def task_of(*given: Given.args, **options: Given.kwargs) -> Task[Value]:
@@ -135,7 +135,7 @@ def code_of(ensemble: Ensemble, facies: int) -> int:
 
 
 def first(ensemble: Ensemble, n: int) -> Stack:
-    """Return the first n realizations."""
+    """Return the first n realizations of an ensemble."""
     return Stack(ensemble.indices[:n], ensemble.training_image.codes)
 
 
@@ -143,7 +143,7 @@ def first(ensemble: Ensemble, n: int) -> Stack:
 def curves(
     progress: Fraction, ensemble: Ensemble, statistic: Statistic, facies: int, direction: Direction
 ) -> Compared[Bundle]:
-    """Return a statistic of a facies along a direction, and compare it with crops of the image."""
+    """Return a statistic of a facies along a direction, compared with crops of the image."""
     image, code = ensemble.training_image, code_of(ensemble, facies)
     longest = max_lag(direction, image.shape, ensemble.grid.shape)
     lags, distances = distinct_lags(direction, longest)
@@ -155,7 +155,7 @@ def curves(
 
 @as_task
 def lag_maps(progress: Fraction, ensemble: Ensemble, facies: int) -> LagMaps:
-    """Return variogram maps of a facies."""
+    """Return the variogram maps of a facies."""
     sides = (*ensemble.training_image.shape, *ensemble.grid.shape)
     reach = max(1, min(MAX_MAP_LAG, min(sides) // 2))
     code = code_of(ensemble, facies)
@@ -212,7 +212,7 @@ def volume_patterns(progress: Fraction, ensemble: Ensemble) -> PatternsCompared:
 def geobodies(
     progress: Fraction, ensemble: Ensemble, facies: int, neighbours: int | None = None
 ) -> GeobodiesCompared:
-    """Return the geobodies of a facies; by default, cells that touch at corners are connected."""
+    """Return geobodies of a facies; by default, cells that touch at corners are connected."""
     image, code = ensemble.training_image, code_of(ensemble, facies)
     return GeobodiesCompared(
         geobody_statistics(ensemble, code, neighbours, progress),
@@ -225,7 +225,7 @@ def geobodies(
 
 @as_task
 def measures(progress: Fraction, ensemble: Ensemble, facies: int) -> Measured:
-    """Return all measures of a facies that consist of a single number."""
+    """Return all measures of a facies that are single numbers."""
     return measure(ensemble, code_of(ensemble, facies), progress)
 
 
@@ -237,7 +237,7 @@ def proportions(progress: Fraction, ensemble: Ensemble) -> Compared[NDArray[np.f
 
 @as_task
 def variety(progress: Fraction, ensemble: Ensemble) -> float:
-    """Return the share of cells in which two realizations differ."""
+    """Return the mean share of cells in which two realizations differ."""
     return differing_share(ensemble)
 
 
@@ -273,12 +273,12 @@ def diagnosis(progress: Fraction, image: TrainingImage) -> Diagnosis:
 
 @as_task
 def copied(progress: Fraction, ensemble: Ensemble, r: int) -> Copying:
-    """Return the pieces that realization r copied; simulate r again if it has no sources."""
+    """Return the pieces copied in realization r; if r has no sources, simulate r again."""
     return copying(sources_of(ensemble, r), ensemble.training_image.shape)
 
 
 def sources_of(ensemble: Ensemble, r: int) -> NDArray[np.int32]:
-    """Return the flat index of the source of each cell; raise if r was edited after its run."""
+    """Return the flat source index of each cell; raise an error if r was edited after the run."""
     if ensemble.sources is not None:
         return ensemble.sources[r]
     study = (ensemble.training_image, ensemble.grid, ensemble.parameters, ensemble.hard_data)
@@ -286,15 +286,15 @@ def sources_of(ensemble: Ensemble, r: int) -> NDArray[np.int32]:
     again = simulate(*study, 1, ensemble.seed, first_realization=number, keep_sources=True)
     if again.sources is None or not np.array_equal(again.indices[0], ensemble.indices[r]):
         raise CCWSIMError(
-            "data were edited after this realization was simulated, and cells around them were "
-            "simulated again, so its sources are unknown; run the study again to see them"
+            "data were edited after this realization was simulated, so the sources of its cells "
+            "are unknown; run the study again to see the sources"
         )
     return again.sources[0]
 
 
 @st.cache_resource(show_spinner=False)
 def shared_values() -> LruCache:
-    """Return the cache of values that all sessions share; its keys are digests of contents."""
+    """Return the cache of values that all sessions share; the keys are digests of contents."""
     return LruCache(MAX_KEPT, MAX_KEPT_BYTES, MIN_KEPT)
 
 
@@ -302,17 +302,18 @@ def shared_values() -> LruCache:
 class Validation:
     """The state of the page."""
 
-    azimuth: int = 45  # azimuth of the third variogram, degrees from north
+    azimuth: int = 45  # azimuth of the third variogram in degrees from north
     along: str = "E-W"  # direction of the transiograms
-    tail: int = 0  # with many facies, facies in which the transiograms start
+    tail: int = 0  # facies in which transiograms start, if there are many facies
     slice_axis: int = 0  # axis of the slice that maps of a volume show
     slice_at: dict[int, int] = field(default_factory=dict)  # index of the slice, by axis
-    neighbours: int = 26  # neighbours that connect cells of geobodies in volumes
+    neighbours: int = 26  # number of neighbours that connect cells of geobodies in volumes
     seen: set[str] = field(default_factory=set)  # sections that came into view
-    drawn: dict[str, Callable[[], Any]] = field(default_factory=dict)  # latest drawing, by panel
+    # function that drew the latest content, by panel
+    drawn: dict[str, Callable[[], Any]] = field(default_factory=dict)
     waiting: dict[str, Task] = field(default_factory=dict)  # unfinished task, by panel
     worker: StatisticsWorker = field(default_factory=lambda: StatisticsWorker(shared_values()))
-    deadline: float = 0.0  # time until which this run of the page waits for quick statistics
+    deadline: float = 0.0  # time until which this run of the page waits for statistics
 
 
 def begin(state: State) -> None:
@@ -321,7 +322,7 @@ def begin(state: State) -> None:
 
 
 def panel(state: State, name: str, task: Task[Value], draw: Callable[[Value], None]) -> None:
-    """Draw a statistic; until it is computed, draw the earlier content of the panel, dimmed."""
+    """Draw a statistic; until it is computed, draw the earlier content of the panel dimmed."""
     page_state = state.page(Validation)
     worker = page_state.worker
     worker.ask(task)
@@ -346,13 +347,13 @@ def panel(state: State, name: str, task: Task[Value], draw: Callable[[Value], No
 
 
 def known(state: State, task: Task[Value]) -> Value | None:
-    """Return the value of a task if it was computed already, else None."""
+    """Return the value of a task, or None if it has not been computed yet."""
     value = state.page(Validation).worker.cache.get(task.key)
     return None if isinstance(value, Failure) else value
 
 
 def draw_work(state: State) -> None:
-    """Follow the unfinished statistics. The page calls this last, so its elements do not move."""
+    """Follow unfinished statistics; called at the end of a page, so no element below moves."""
     page_state = state.page(Validation)
     waiting = dict(page_state.waiting)
     if waiting and not page_state.worker.stopped:
@@ -362,7 +363,7 @@ def draw_work(state: State) -> None:
 
 
 def _fill(worker: StatisticsWorker, waiting: dict[str, Task], n: int) -> None:
-    """Update the progress bars of all waiting panels from a single fragment."""
+    """Update the progress bars of all waiting panels in a single fragment."""
     bars = "".join(
         f".st-key-waiting_{name} .working i {{ width: {100 * (worker.share_of(task) or 0):.0f}% }}"
         for name, task in waiting.items()
@@ -370,7 +371,7 @@ def _fill(worker: StatisticsWorker, waiting: dict[str, Task], n: int) -> None:
     st.html(f"<style>{bars}</style>")
     if worker.seconds > MIN_STOPPABLE or worker.position:
         with st.container(horizontal=True, vertical_alignment="center", key="work_bar"):
-            text = f"Working out {n} more {'figures' if n > 1 else 'figure'}"
+            text = f"Computing {n} more {'figures' if n > 1 else 'figure'}"
             if position := worker.position:
                 text = queue_text(position)
             st.html(f'<div class="note">{text}</div>')

@@ -1,4 +1,4 @@
-"""Errors on a page: a calm message with a number, which the log gives with the cause."""
+"""Errors on a page: the message has a number, under which the log contains the cause."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from ccwsim.ui.widgets.text import plain
 
 T = TypeVar("T")
 PENDING_ERROR = "ccwsim_error"
-"""Session key of a callback's error message; the page shows it when it is drawn."""
-get_logger(LOG.name)  # sets the format of Streamlit's log
+"""Session key of the error message of a callback, which the page shows when it is drawn."""
+get_logger(LOG.name)  # sets the format of Streamlit's log messages
 
 
 def catch_callback_errors(act: Callable[..., Any]) -> Callable[..., None]:
     """Return a callback whose errors are shown when the page is drawn.
 
-    Without this, an error in a callback would replace the page.
+    Otherwise, an error in a callback would replace the page.
     """
 
     @wraps(act)
@@ -39,7 +39,7 @@ def catch_callback_errors(act: Callable[..., Any]) -> Callable[..., None]:
 
 
 def problem_in(act: Callable[[], object]) -> str:
-    """Return the reason why an action fails, or an empty text if it succeeds.
+    """Return the reason why an action fails, or an empty text if the action succeeds.
 
     Examples
     --------
@@ -55,7 +55,7 @@ def problem_in(act: Callable[[], object]) -> str:
 
 
 def if_possible(read: Callable[[], T]) -> T | None:
-    """Return the result of `read`, or None if it fails; the page already shows the reason."""
+    """Return the result of `read`, or None if `read` fails: the page shows the reason elsewhere."""
     try:
         return read()
     except CCWSIMError:
@@ -72,16 +72,16 @@ def user_message(error: Exception, what: str) -> str:
     number = logged(error)
     if isinstance(error, MemoryError):
         return (
-            "There is not enough memory for this now. Your study and its results are kept: ask for "
-            "fewer realizations or a smaller grid, or try again in a moment."
+            "There is not enough memory for this action now. Your study and its results are "
+            "kept. Choose fewer realizations or a smaller grid, or try again later."
         )
     return (
-        f"This could not be {what}. Your training image, data, settings and results are kept: "
-        "change a setting, or use another page. If it happens again, save the project under "
-        f"Share and report number {number}; the server's log has the cause."
+        f"This could not be {what}. Your training image, data, settings and results are kept. "
+        "Change a setting, or use another page. If the error happens again, save the project "
+        f"under Share and report number {number}; the server's log contains the cause."
     )
 
 
 def is_control_flow(error: Exception) -> bool:
-    """Return whether Streamlit raised this to stop or restart the page, so it is no error."""
+    """Return whether Streamlit raised an exception only to stop or restart the page."""
     return type(error).__module__.startswith("streamlit.runtime.scriptrunner")

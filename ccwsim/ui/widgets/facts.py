@@ -1,4 +1,4 @@
-"""The strip of facts: the main results in one line."""
+"""The line of facts: the main results of an ensemble in one line."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def facts_of(ensemble: Ensemble) -> list[str]:
 
 
 def draw_facts(ensemble: Ensemble) -> None:
-    """Write the facts in one line."""
+    """Write the facts about an ensemble in one line."""
     joined = ' <span class="dot">·</span> '.join(
         f'<span class="fact">{escape(fact)}</span>' for fact in facts_of(ensemble)
     )

@@ -1,4 +1,4 @@
-"""Widgets that show a value of the state and write the user's change back into it."""
+"""Widgets that show a value of the state and write the user's changes to the state."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ PARAMETERS = {row["name"]: row for row in parameter_table()}
 def button(
     label: str, *, on_click: Callable[..., Any], key: str | None = None, **options: Any
 ) -> bool:
-    """Draw a button; an error in `on_click` is shown when the page is drawn."""
+    """Draw a button; errors in `on_click` are shown when the page is drawn again."""
     return st.button(label, key=key, on_click=catch_callback_errors(on_click), **options)
 
 
 def download(
     label: str, content: bytes | Callable[[], bytes], name: str, *, key: str, **options: Any
 ) -> None:
-    """Draw a download button; a callable `content` makes the file when the button is pressed."""
+    """Draw a download button; a function `content` is called when the button is pressed."""
     mime = MIME[name.rsplit(".", 1)[1]]
     st.download_button(label, content, name, mime, key, on_click="ignore", **options)
 
@@ -49,7 +49,7 @@ def field(
     write: Callable[[Any], None],
     **options: Any,
 ) -> Any:
-    """Draw a widget whose value is kept in the state, so that it survives page changes.
+    """Draw a widget whose value is stored in the state and so survives a change of the page.
 
     `write` is called with the new value when the user changes it, before the page is drawn again.
     """
@@ -69,7 +69,7 @@ def field(
 
 
 def labels_of(options: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the labels of a widget's options; empty if options are their own labels.
+    """Return the labels of a widget's options; empty if the options have no separate labels.
 
     Examples
     --------
@@ -83,10 +83,10 @@ def labels_of(options: Mapping[str, Any]) -> tuple[str, ...]:
 def _version(key: str, value: Any, labels: tuple[str, ...]) -> int:
     """Return a version number that changes when the state's value differs from the widget's.
 
-    After a new value is set, a widget sends the old value until the browser has redrawn it. This
-    looks like a change by the user, so a new widget replaces it, and stale browser values are
-    dropped. The version also changes with labels of options. Trailing spaces make a new key without
-    changing the name in the style sheet.
+    After a new value is set, a widget sends the old value until the browser has redrawn the widget.
+    The old value looks like a change by the user. So a new widget replaces the old widget, and
+    stale browser values are dropped. The version also changes when labels change. Trailing
+    spaces give a new key with the same CSS class.
     """
     version, start, called = _versions().get(key, (0, value, labels))
     if called != labels or st.session_state.get(key + " " * version, start) != value:
@@ -96,12 +96,12 @@ def _version(key: str, value: Any, labels: tuple[str, ...]) -> int:
 
 
 def _versions() -> dict[str, tuple[int, Any, tuple[str, ...]]]:
-    """Return the version, first value and labels of each widget."""
+    """Return the version, value and labels of each widget of the session."""
     return st.session_state.setdefault("field_versions", {})
 
 
 def within(value: Any, options: dict[str, Any]) -> dict[str, Any]:
-    """Return options with bounds widened to the value of a study, which the widget must accept.
+    """Return the options of a widget, with bounds that include the value of the study.
 
     Examples
     --------
@@ -114,7 +114,7 @@ def within(value: Any, options: dict[str, Any]) -> dict[str, Any]:
 
 
 def starting_at(widget: Callable[..., Any], value: Any, options: dict[str, Any]) -> dict[str, Any]:
-    """Return options with the initial value; its option name depends on the widget.
+    """Return options with an initial value; the name of this option depends on the widget.
 
     Examples
     --------
@@ -140,7 +140,7 @@ def help_of(name: str) -> str:
 def bound_to(
     owner: object, name: str, change: Callable[..., object] | None = None, **options: Any
 ) -> dict[str, Any]:
-    """Return the options of a field, with `value` and `write` bound to an attribute of `owner`.
+    """Return options of a field, with `value` and `write` bound to an attribute of `owner`.
 
     For a frozen `owner`, `change` is called as change(name=value) instead.
 

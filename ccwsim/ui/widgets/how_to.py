@@ -1,4 +1,4 @@
-"""The how-to pages of the documentation, shown in a dialog; the package includes them."""
+"""The how-to pages of the documentation, which the package includes and the dashboard shows."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ PICTURE = re.compile(r"^!\[[^\]]*\]\([^)]*\)\n+", re.MULTILINE)
 
 @cache
 def how_tos() -> dict[str, str]:
-    """Return a dictionary from titles to texts: all how-tos and the definitions of measures."""
+    """Return the texts of all how-tos and of the definitions of measures, by title."""
     package = Path(ccwsim.__file__).parent
     folders = (package / "docs", package.parent / "docs")
     docs = next((folder for folder in folders if (folder / "how-to").is_dir()), None)
-    if docs is None:  # not installed
+    if docs is None:  # package metadata are missing
         return {}
     texts = {}
     for path in (*sorted((docs / "how-to").glob("*.md")), docs / "measures.md"):
@@ -28,7 +28,7 @@ def how_tos() -> dict[str, str]:
 
 
 def on_a_page(text: str) -> str:
-    """Return a document without links and pictures, because its pictures only show the page.
+    """Return a document without links and pictures.
 
     Examples
     --------

@@ -9,13 +9,13 @@ import streamlit as st
 from streamlit.delta_generator import DeltaGenerator
 
 INSIDE = re.compile(r"[\\`*\[\]<$~|@]|(?<!\w)_|_(?!\w)|:(?=[\w/+-])|&(?=#|\w+;)|(?<=www)\.")
-"""Characters with a meaning in Markdown anywhere in a line."""
+"""Characters that have a special meaning in Markdown anywhere in a line."""
 AT_START = re.compile(r"(?m)^(\s*)([-+#>=])")
 NUMBERED = re.compile(r"(?m)^(\s*\d+)([.)])")
 
 
 def plain(words: str) -> str:
-    """Return text with its Markdown escaped, so that a page shows it literally.
+    """Return text with escaped Markdown characters, so that a page shows the text literally.
 
     Examples
     --------
@@ -32,7 +32,7 @@ def step_title(number: int, title: str) -> None:
 
 
 def pair() -> list[DeltaGenerator]:
-    """Return two columns that stay side by side on phones."""
+    """Return two columns that are side by side on phones too."""
     return list(st.columns(2, gap="small", wrap=False))
 
 
@@ -48,6 +48,6 @@ def panel_title(text: str, note: str = "") -> None:
 
 
 def scrolled(content: str, name: str) -> str:
-    """Return HTML in a frame that scrolls sideways, also by keyboard; `name` is its label."""
+    """Return HTML in a frame that scrolls sideways, also by keyboard; `label` names the frame."""
     label = escape(name)
     return f'<div class="wide" tabindex="0" role="group" aria-label="{label}">{content}</div>'

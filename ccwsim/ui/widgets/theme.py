@@ -1,4 +1,4 @@
-"""The light and the dark theme that the browser shows."""
+"""The theme, light or dark, that the browser shows."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def theme_name() -> str:
 
 
 def own_colours() -> str:
-    """Return CSS variables for our own colours in the light and the dark theme."""
+    """Return CSS variables for the dashboard's colours in the light and the dark theme."""
     pairs = " ".join(
         f"--{part.name}: light-dark({getattr(LIGHT, part.name)}, {getattr(DARK, part.name)});"
         for part in fields(Theme)
@@ -30,5 +30,5 @@ def chart_theme() -> Theme:
 
 
 def draw_style(sheet: Path, rules: str = "") -> None:
-    """Write a page's style sheet, after rules that depend on its state."""
+    """Write the style sheet of a page, after rules that depend on the state of the page."""
     st.html(f"<style>{rules}\n{sheet.read_text('utf-8')}</style>")

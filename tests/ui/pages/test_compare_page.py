@@ -236,12 +236,12 @@ def test_a_difference_is_more_than_two_standard_errors():
     some = PairRatio(*ratios, errors=(0.01, 0.2, 0.2))
     assert some.grades == (1, 0, 0)
     assert "30% more varied, as near to the training image; as good" in describe_ratio(some)
-    assert "not told apart" in describe_ratio(PairRatio(*ratios, errors=(0.2, 0.1, 0.1)))
+    assert "no difference in patterns" in describe_ratio(PairRatio(*ratios, errors=(0.2, 0.1, 0.1)))
     few = PairRatio(*ratios, errors=(np.nan,) * 3)
     assert few.grades == (0, 0, 0)
     assert "too few realizations" in describe_ratio(few)
     alone = PairRatio("B", "A", np.nan, 1.0, np.nan, (np.nan,) * 3)
-    assert "has no variety" in describe_ratio(alone)
+    assert "shows no variety" in describe_ratio(alone)
 
 
 def test_proportions_that_a_setting_misses_are_said_with_their_sign():
@@ -261,7 +261,7 @@ def test_data_that_a_setting_leaves_wrong_are_counted():
     mean = some.ensembles[1].n_mismatched.mean()
     assert mean > 0
     assert sentences(some)[-1] == (
-        f"Of 400 data B leaves {mean:g} wrong on average; the others honour all."
+        f"Mean number of data not honoured, of 400: B {mean:g}; the other settings honour all data."
     )
     both = compare(image, (512, 512), {"A": loose, "B": loose}, data, 1)
     assert "others" not in sentences(both)[-1]

@@ -259,7 +259,7 @@ def test_rows_that_cannot_be_taken_are_named():
     assert (data.cells.tolist(), data.facies.tolist()) == ([[0, 0]], [1])
     said = " ".join(notes)
     left_out = ("Row 5 is not complete", "Rows 3, 6 are outside", "Row 4 has no facies")
-    for note in (*left_out, "Row 2 counts, not row 1"):
+    for note in (*left_out, "Rows 2 and 1 share a cell; row 2 is used"):
         assert note in said
 
 
@@ -355,10 +355,10 @@ def test_a_local_answer_is_marked_and_replaced_by_a_run():
     state = studied()
     edit(state, (5, 6, 1), (30, 30, 0))
     app = opened(state)
-    assert "Local answer to your edits" in said(app)
+    assert "Re-simulated locally around your edits" in said(app)
     state = rested(app)
     assert "2 of 2 data honoured" in said(app)
-    assert "Local answer" not in said(app)
+    assert "Re-simulated locally" not in said(app)
     assert_of_study(state)
     assert state.page(Editor).local is None
 

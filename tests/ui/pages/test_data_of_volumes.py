@@ -97,7 +97,7 @@ def test_cells_are_read_off_the_realization_that_is_shown():
     state = state_of()
     state.page(Editor).brush = AS_SHOWN
     paint(state, "z", [(0, 7, 9)], range(12))
-    assert "no realization to read" in state.page(Editor).message
+    assert "no realization yet to read from" in state.page(Editor).message
     run(state)
     state.shown = 1
     paint(state, "z", [(0, 7, 9)], range(12))
@@ -189,7 +189,7 @@ def test_wells_in_tables_are_taken_as_soon_as_they_fit():
     assert [file.name for file in state.choices.data.files] == [
         "intervals.csv", "collars.csv", "surveys.csv"
     ]  # fmt: skip
-    assert "taken as vertical: 1 (A)" in captions(app)
+    assert "assumed vertical: 1 (A)" in captions(app)
     named(app.button, "undo").click().run()
     assert data_of(state.choices).n == 24
 

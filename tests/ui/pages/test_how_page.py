@@ -101,11 +101,11 @@ def test_every_patch_shows_the_figures_of_the_core(choices):
         if step.patch.shape:
             n = int(step.error.sum())
             assert f"differ in {n} of {int(step.in_overlap.sum())}" in said
-            assert f"before it {int(step.keep_mask.sum())} cell" in said
+            assert f"Before the boundary {int(step.keep_mask.sum())} cell" in said
         if step.data is not None:
             inside = sum(datum.inside for datum in step.data.seen)
             assert f"{inside} dat" in said
-            assert f"cells of the very best: {step.n_candidates}." in said
+            assert f"at random from the {step.n_candidates} of the K = " in said
 
 
 def test_next_previous_and_the_ends():
@@ -165,7 +165,7 @@ def test_the_setting_is_the_pages_own_until_it_is_used():
 
 def test_level_0_has_no_sub_bands_and_another_realization_another_path():
     app = launched(replace(SMALL, parameters=Parameters(16, 4, 0)))
-    assert "At level 0 the image is compared as it is" in text(app)
+    assert "At level 0 the cells of the image are compared" in text(app)
     assert "cH" not in text(app)
     origins = set()
     for number in range(1, 6):
@@ -209,12 +209,10 @@ def test_each_step_stands_beside_its_place_in_the_paper():
 
 def test_the_score_is_set_beside_the_papers():
     said = text(launched())
-    assert "The paper's CCW is the cross-correlation ΣA·B, the largest best" in said
-    assert "the authors' code takes the squared difference, as here" in said
+    assert "The paper uses the cross-correlation ΣA·B, whose largest value is best" in said
+    assert "The authors' code uses the squared difference too" in said
     plain = replace(SMALL, parameters=replace(OWN, similarity="correlation"))
-    assert "the paper's CCW, the cross-correlation ΣA·B; the largest fits best" in text(
-        launched(plain)
-    )
+    assert "the paper's CCW (cross-correlation) ΣA·B; the largest is best" in text(launched(plain))
 
 
 def test_what_is_not_in_the_paper_is_marked():
@@ -222,7 +220,7 @@ def test_what_is_not_in_the_paper_is_marked():
     trace = trace_of(WITH_DATA)
     number = next(p.number for p in trace.patches if trace.at(p.number).data is not None)
     named(app.slider, "how_patch").set_value(number + 1).run()
-    assert source_of(seen(app), "of the very best") == "not in the paper"
+    assert source_of(seen(app), "cells of the lowest cost") == "not in the paper"
     assert source_of(app, "Of 5 data:").startswith("not in the paper")
     moved = next(
         p.number
@@ -230,7 +228,7 @@ def test_what_is_not_in_the_paper_is_marked():
         if not np.array_equal(trace.at(p.number).drawn_place, trace.at(p.number).place)
     )
     named(app.slider, "how_patch").set_value(moved + 1).run()
-    assert source_of(seen(app), "Refinement shifted it by") == "not in the paper"
+    assert source_of(seen(app), "Refinement shifted the patch by") == "not in the paper"
 
 
 def test_ms_ccsim_is_declined_in_words_with_a_way_out():

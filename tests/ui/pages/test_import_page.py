@@ -146,7 +146,7 @@ def test_facies_of_a_draft_keep_their_names_and_colours():
 
 def test_points_are_told_from_an_image():
     app = opened("import", imported("wells.csv", b"x,y,facies\n1,2,1\n3,4,0\n")).run()
-    assert "holds points" in texts(app)
+    assert "contains points" in texts(app)
     named(app.button, "image_keep").click().run()
     assert texts(app) == ""
     assert app.session_state[KEY].choices == STUDY
@@ -155,7 +155,7 @@ def test_points_are_told_from_an_image():
 def test_the_study_says_that_a_file_waits_and_keeps_its_image():
     app = opened("simulate", imported("grey.sgems", FILES["grey.sgems"][0]))
     app.run()
-    assert "grey.sgems asks how it is to be read" in html(app)
+    assert "There are open questions about reading grey.sgems" in html(app)
     assert texts(app) == ""
     named(app.button, "image_keep").click().run()
     assert app.session_state[KEY].image_draft is None

@@ -128,7 +128,7 @@ def test_a_broken_folder_of_the_server_is_said_and_ours_is_used(monkeypatch, tmp
     monkeypatch.setenv("CCWSIM_DATA", str(tmp_path / "none"))
     assert server_inputs()[0] == PaperInputs()
     app = launched()
-    assert "CCWSIM_DATA of the server" in app.warning[0].value
+    assert "CCWSIM_DATA on the server" in app.warning[0].value
     assert "bundled" in html(app)
 
 

@@ -71,7 +71,7 @@ def test_an_address_that_is_wrong_in_part_is_said_and_the_rest_is_taken():
 def test_parts_that_do_not_go_together_are_corrected_in_words():
     app = addressed(template="512", data="channels_400_data")
     assert "Template 512 and overlap 4 do not suit the training image" in texts(app)
-    assert "The hard data are left out" in texts(app)
+    assert "The hard data are ignored" in texts(app)
     state = app.session_state[KEY]
     assert state.choices.parameters.template_size == 256
     assert state.choices.data == DataChoice()

@@ -83,7 +83,7 @@ def test_it_opens_cold_and_says_what_it_will_show():
     assert not app.exception
     assert not app.error
     said = html(app)
-    assert "Each setting as a point" in said
+    assert "Each point is a setting" in said
     assert "channels, 256 × 256, 2 facies" in said
     assert "settings × 4 realizations: about" in said
     for key in ("sweep", "sweep_first", "sweep_below"):
@@ -129,9 +129,9 @@ def test_a_pill_changes_the_plan():
 def test_what_does_not_fit_is_left_out_and_said():
     state = state_of(ranges={**FEW, "wavelet_level": [1, 3], "overlap_size": [4, 8]})
     said = describe_plan(state, plan_of(state))
-    assert "2 left out: Overlap 4 must be a multiple of 8 at level 3" in said
+    assert "2 omitted: Overlap 4 must be a multiple of 8 at level 3" in said
     state = state_of(ranges={**FEW, "method": ["ccsim"]})
-    assert "2 left out because they simulate the same" in describe_plan(state, plan_of(state))
+    assert "2 omitted because CCSIM has no level" in describe_plan(state, plan_of(state))
 
 
 MANY = {
@@ -146,7 +146,7 @@ MANY = {
     [
         (MANY, f"at most {MAX_SWEPT}"),
         ({"template_size": []}, "Template has no value to try"),
-        ({"wavelet_level": [6], "template_size": [16]}, "No combination fits together"),
+        ({"wavelet_level": [6], "template_size": [16]}, "No combination of the values is valid"),
     ],
 )
 def test_too_many_or_no_settings_are_said_and_nothing_starts(ranges, words):
@@ -293,7 +293,7 @@ def test_results_of_another_study_are_said_to_be(done):
     done.change(grid=Grid(50, 64))
     assert not is_current(run, done)
     said = html(launched(done))
-    assert "Out of date:</b> the study has another training image" in said
+    assert "Out of date:</b> the study&#x27;s training image" in said
     assert '<i class="results-outdated">' in said
 
 

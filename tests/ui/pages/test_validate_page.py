@@ -227,7 +227,7 @@ def test_a_reference_field_that_does_not_fit_is_said(ensemble):
     strange = TrainingImage(np.where(ensemble.realizations[0] == 1, 7, 0))
     assert "facies 7" in problem_of(strange, ensemble)
     app = launched(ensemble=ensemble, ensemble_choices=SMALL, reference=strange)
-    assert "sample the data again" in texts(app)
+    assert "Sample the data again" in texts(app)
     assert not app.exception
 
 

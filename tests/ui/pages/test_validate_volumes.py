@@ -104,7 +104,7 @@ def test_every_section_is_drawn_with_wells(app):
     said = html(app)
     for name, *_ in SECTIONS:
         assert f'id="{name}"' in said
-    assert "Variogram maps are drawn of maps only" in said
+    assert "Variogram maps are drawn only for maps" in said
 
 
 def test_every_section_is_drawn_without_wells(unconditional):
@@ -261,7 +261,7 @@ def test_data_that_took_trouble_are_listed_worst_first(ensemble):
     assert shares.sum(axis=1) == pytest.approx(1)
     app = launched(ensemble=own, seen=frozenset({"data"}))
     said = html(app)
-    assert f"3 of {n} needed more than the raster pass" in said
+    assert f"3 of {n} not honoured in the raster pass" in said
     x, y, z = GRID.centers_of(own.hard_data.cells[9:10])[0]
     assert f"{x:g}, {y:g}, {z:g}" in said
 
@@ -295,7 +295,7 @@ def test_a_grid_of_other_layers_is_judged_but_by_layer(image):
     thin = simulate(image, (6, 20, 24), P, n_realizations=3)
     app = launched(ensemble=thin, seen=ALL)
     assert not texts(app)
-    assert "training image of 10 layers drawn as high as the grid" in html(app)
+    assert "training image (10 layers) scaled to the grid" in html(app)
     assert "layers not judged" in html(app)
 
 

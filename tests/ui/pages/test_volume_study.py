@@ -309,11 +309,11 @@ def test_an_uploaded_volume_is_taken_whole_and_one_layer_may_be(before: str) -> 
     assert state.image_draft is not None
     app = opened("import", state).run()
     assert not app.exception
-    assert "All 20 layers are used, as a volume; choose “one layer” for a map." in html(app)
+    assert "All 20 layers are used as a volume. For a map, choose “one layer”." in html(app)
     assert (image_of(app.session_state[KEY].image_draft).array == array).all()
     named(app.button_group, "ask_layers").set_value("one layer").run()
     assert not app.exception
-    assert "Layer 11 of 20 is used, as a map; choose “the whole volume” for all" in html(app)
+    assert "Layer 11 of 20 is used as a map. For all layers, choose “the whole volume”" in html(app)
     assert (image_of(app.session_state[KEY].image_draft).array == array[10]).all()
     named(app.slider, "ask_slice").set_value(3).run()
     assert (image_of(app.session_state[KEY].image_draft).array == array[2]).all()

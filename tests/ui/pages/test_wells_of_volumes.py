@@ -85,7 +85,7 @@ def test_points_of_a_volume_ask_for_z_and_facies():
     choose(app, z="r")
     assert data_of(state_of(app).choices).triples == ((0, 2, 10, 1), (1, 2, 10, 0))
     assert value(app, "well") == value(app, "depth") == ""
-    assert "Where the data fall" in html(app)
+    assert "Positions of the data" in html(app)
     choose(app, x="q")
     assert dict(state_of(app).choices.data.answers)["y"] == "p"
 
@@ -95,7 +95,7 @@ def test_a_depth_that_was_guessed_can_be_left_out():
     app = bring(launched(), "file", text)
     assert data_of(state_of(app).choices).triples == ((6, 2, 10, 1),)
     captions = " ".join(c.value for c in app.caption)
-    assert "z is the height of the collar, and depth below it." in captions
+    assert "z is the height of the collar. Depths below it: depth." in captions
     heads = list(app.dataframe[0].value.columns)
     assert {"well → well", "z → z", "depth → depth"} <= {*heads}
     choose(app, depth="")
@@ -189,7 +189,7 @@ def test_a_porosity_log_asks_for_a_threshold():
         ("collars", "well,x,y,z\nA,1,b,12\n", "line 2: 'b'"),
         ("collars", "well,x,y,z\nA,1,2,12\nA,1,2,12\n", "lines 2 and 3: the well 'A' has two coll"),
         ("intervals", "well,from,to,facies\nA,5,3,1\n", "line 2: the depth from 5 is below"),
-        ("intervals", "well,from,facies\nA,5,1\n", "add a column to"),
+        ("intervals", "well,from,facies\nA,5,1\n", "add a column 'to'"),
         ("intervals", "well,from,to\nA,5,6\n", "no column that looks like facies"),
         ("surveys", "well,depth,azimuth\nA,5,3\n", "no column of the tilt of wells"),
         ("surveys", "well,depth,azimuth,dip\nZ,5,3,-80\n", "no collar of the well 'Z'"),

@@ -1,4 +1,4 @@
-// Left and right arrow keys step through the page, except in elements that use these keys themselves.
+// Left and right arrow keys step to the next or previous element, except in elements that use these keys.
 const OWN = 'input, textarea, select, [role=slider], [role=listbox], [role=tab], [contenteditable]';
 
 export default inOrder(({ setTriggerValue }) => {

@@ -1,4 +1,4 @@
-// Saves the chart below it: plotly writes PNG and SVG; CSV is written from the chart's numbers.
+// Saves the chart below the menu: plotly writes PNG and SVG; CSV is written from the chart's numbers.
 export default inOrder(({ data, parentElement }) => {
   const open = parentElement.querySelector('.open');
   const choices = parentElement.querySelector('.choices');
@@ -35,7 +35,7 @@ function save(charts, kind, name) {
   }
 }
 
-// One line per point, with its series and its curve; gaps separate the curves of a series.
+// Return a CSV line per point, with the numbers of series and curve; gaps separate curves of a series.
 function table(chart) {
   const layout = chart._fullLayout;
   const titles = [text(layout.xaxis) || 'x', text(layout.yaxis) || 'y'];

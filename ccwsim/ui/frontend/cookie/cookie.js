@@ -1,4 +1,4 @@
-// Gives the browser a name that survives a reload of the page, if it has no name yet.
+// Stores a name of the browser in a cookie, if there is none, so that the name survives a reload of the page.
 export default inOrder(({ data }) => {
   if (document.cookie.split('; ').some((pair) => pair.startsWith(`${data.name}=`))) return;
   const secure = location.protocol === 'https:' ? '; Secure' : '';

@@ -1,9 +1,9 @@
 // The map as an editor of hard data. Tools: pan the map, draw or move a datum, draw a straight or freehand
-// line of data, erase; arrow keys move a cursor. This code follows map.js and edits.js in one module.
+// line of data, erase; arrow keys move a cursor. This code is appended to map.js and edits.js.
 const ERASE = -1, AS_SHOWN = -2;
-const AIMABLE = 3; // minimum size in pixels of a cell that a user can aim at
-const SLOP = 4, FINGER_SLOP = 8; // maximum movement in pixels of a click that is not a drag
-const FINGER = 14; // maximum distance in pixels at which a finger grabs a datum
+const AIMABLE = 3; // minimum size in pixels of a cell at which a user can aim
+const SLOP = 4, FINGER_SLOP = 8; // maximum movement in pixels of a click; longer movements are drags
+const FINGER = 14; // maximum distance in pixels at which a finger picks a datum
 const STEPS = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, -1], ArrowRight: [0, 1] };
 let waiting = []; // edits that the page has not applied; a new canvas sends them
 
@@ -19,7 +19,7 @@ class DataEditor extends CellMap {
   brush = 1;
   tool = matchMedia('(pointer: coarse)').matches ? 'pan' : 'draw';
   correctedShown = true;
-  stroke = null; // the stroke of a pressed pointer: its cells, or the datum that it moves
+  stroke = null; // stroke of a pressed pointer: the crossed cells, or the moved datum
 
   // Move the toolbar, which is separate from the map's HTML, into the map.
   constructor(root) {
@@ -37,7 +37,7 @@ class DataEditor extends CellMap {
     this.bars();
   }
 
-  // The data of the page with edits that it has not applied yet.
+  // Return the data of the page, changed by edits that the page has not applied yet.
   merged({ points, nx }) {
     this.placed = new Map(points.map((point) => [point[0] * nx + point[1], point]));
     for (const { set } of this.queue.edits) {
@@ -75,7 +75,7 @@ class DataEditor extends CellMap {
       ? this.indices[(this.data.ny - 1 - row) * this.data.nx + column] : this.brush;
   }
 
-  // Data under the eraser: in its cells, or under its tip if cells are tiny.
+  // Return the data under the eraser: in the crossed cells, or under its tip if cells are tiny.
   touched(cells) {
     const { nx } = this.data;
     const ids = new Set(cells.map(([row, column]) => row * nx + column));
@@ -165,7 +165,7 @@ class DataEditor extends CellMap {
 
   drawPoints(pen) {
     if (this.correctedShown) this.drawRings(pen);
-    super.drawPoints(pen); // drawn on top, so that rings hide no datum
+    super.drawPoints(pen); // draw data last, so that rings do not hide data
   }
 
   drawRings(pen) {
@@ -212,7 +212,7 @@ class DataEditor extends CellMap {
     this.canvas.classList.toggle('draws', this.tool !== 'pan');
   }
 
-  // The choice of a facies also selects a tool that places it.
+  // The choice of a facies also selects a tool that places the facies.
   choose(brush) {
     this.brush = brush;
     if (['pan', 'erase'].includes(this.tool)) this.tool = 'draw';
@@ -258,7 +258,7 @@ class DataEditor extends CellMap {
     super.stop();
   }
 
-  // Return the datum that the pointer can move, null if there is none.
+  // Return the datum that the pointer can move, or null.
   grabbed(event) {
     if (this.tool !== 'draw' || !this.dataShown) return null;
     const [px, py] = this.spotOf(event);
@@ -276,7 +276,7 @@ class DataEditor extends CellMap {
 
   // The next four methods return whether they handled the event, so that the map ignores it.
   down(event) {
-    if (this.stroke || this.pointers.size) { // a second finger: zoom, do not draw
+    if (this.stroke || this.pointers.size) { // a second finger zooms instead of drawing
       if (this.stroke) this.pointers.set(this.stroke.id, this.stroke.spot);
       return this.abandon();
     }
@@ -318,8 +318,8 @@ class DataEditor extends CellMap {
     return true;
   }
 
-  // Move a datum to another cell, and replace the datum there. Nothing moves if the page has removed the
-  // datum meanwhile, or if it is dropped outside the map.
+  // Move a datum to another cell, and replace any datum there. Nothing moves if the page has removed the
+  // datum meanwhile, or if the pointer is released outside the map.
   carry([row, column], to) {
     const datum = this.datum([row, column]);
     const same = row === to[0] && column === to[1];

@@ -1,6 +1,6 @@
 // A histogram of values with a line at each limit between classes; dragging or arrow keys move a line.
 const BELOW = 20; // height in pixels of the numbers below the bars
-const STEPS = 200; // number of arrow-key steps over the whole range
+const STEPS = 200; // number of arrow-key steps over the range of values
 
 export default inOrder(({ data, parentElement, setTriggerValue }) => {
   const root = parentElement.querySelector('.histogram');

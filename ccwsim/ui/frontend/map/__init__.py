@@ -1,4 +1,4 @@
-"""Maps of facies and probabilities: square cells, linked zoom, hover, data on top."""
+"""A component for maps: square cells, linked zoom, labels on hovering, data on top."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ OPTIONS = {
     "tools": True,
     "picks": False,
 }
-"""Default options of a map: the options of `draw_cells`, and whether a click picks a cell."""
+"""Default options of a map: the options of `draw_cells`, and `picks` (a click selects a cell)."""
 
 
 def map_content(cell_map: CellMap, *, grid: Grid | None = None, **options: Any) -> dict[str, Any]:
-    """Return the content of the map component, with some of `OPTIONS` replaced."""
+    """Return the content of the map component; `options` replace some of `OPTIONS`."""
     ny, nx = cell_map.indices.shape
     return shared_content(cell_map, grid) | {
         "png": b64encode(index_png(cell_map.indices)).decode(),

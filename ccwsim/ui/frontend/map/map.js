@@ -1,8 +1,8 @@
-// A map of square cells on a canvas: nearest neighbour, linked zoom, hover, data as ringed circles.
-// Cells are [row from the south, column]; the picture's grey values are indices into lut and labels.
+// A map of square cells on a canvas: nearest neighbour, linked zoom, hover, data as ringed circles. Cells are
+// [row from the south, column]; grey values of the picture are indices into `lut` and `labels`.
 const LINK = 'ccwsim-map';
-const ZOOMED = 8; // cells along an edge of a strongly zoomed map
-// Maps that share zoom and scale. Each component has a copy of this module, so the window keeps them.
+const ZOOMED = 8; // number of cells along an edge of a strongly zoomed map
+// Maps that share zoom and scale, stored in the window because each component has a copy of this module.
 const groups = (window[Symbol.for(LINK)] ??= new Map());
 
 export default inOrder((component) => {
@@ -85,8 +85,7 @@ class CellMap {
     if (this.leads) others.forEach((map) => map.fit(others.concat(this)));
   }
 
-  // Width in pixels of the longest number at the west edge, also when zoomed: numbers then have more
-  // decimals.
+  // Return the width in pixels of the longest number at the west edge, including the decimals of zoomed maps.
   longestNorthing() {
     const { ny, cell_size: size, origin } = this.data;
     const pen = this.canvas.getContext('2d');
@@ -147,8 +146,8 @@ class CellMap {
     if (this.data.axes) this.drawAxes(pen);
   }
 
-  // Distance in cells from each datum to its second nearest neighbour, at most the distance at which marks do
-  // not touch. The second neighbour tells data in a row from two data that happen to be close.
+  // Return the distance in cells from each datum to the second nearest datum, at most the distance at which
+  // marks do not touch. The second nearest datum distinguishes rows of data from two close data.
   spacings() {
     const { points, nx } = this.data;
     if (this.spaced?.of === points && this.spaced.cell === this.cell) return this.spaced.each;
@@ -158,7 +157,7 @@ class CellMap {
     const each = points.map(([row, column]) => {
       let near = 0;
       for (let d = 1; d < farthest; d++) {
-        for (let k = -d; k < d; k++) { // the four sides of a square around the datum, each without one end
+        for (let k = -d; k < d; k++) { // four sides of a square around the datum, each without one end
           near += there(row - d, column + k) + there(row + d, column - k)
             + there(row - k, column - d) + there(row + k, column + d);
           if (near > 1) return d;
@@ -175,7 +174,7 @@ class CellMap {
     return Math.max(SMALLEST_MARK, Math.min(MARK, room * 0.13)) * Math.min(Math.sqrt(this.view.zoom), 2.5);
   }
 
-  // A datum with its rings reaches at most half way to the next datum.
+  // Return the radius of a mark that extends, with rings, at most half way to the next datum.
   radiusOf(k) {
     const half = 0.5 * this.spacings()[k] * this.cell * this.view.zoom;
     return Math.max(SMALLEST_MARK, Math.min(this.radius, half / 1.8));
@@ -209,7 +208,7 @@ class CellMap {
     });
   }
 
-  // Draw boxes around cells, and rings, discs and crosses in their middle, ringed to be visible anywhere.
+  // Draw boxes around cells, and outlined rings, discs and crosses in the middle of cells.
   drawMarks(pen) {
     for (const mark of this.data.marks || []) {
       const [x, y] = this.toCanvas(mark.column, mark.row + mark.height);
@@ -275,7 +274,7 @@ class CellMap {
     if (tell) this.tell();
   }
 
-  // Write the cell under the pointer and its label.
+  // Write the coordinates and the label of the cell under the pointer.
   say() {
     const { hover: cell } = this;
     const said = this.at(cell);
@@ -321,7 +320,7 @@ class CellMap {
     this.draw();
   }
 
-  // Return the position of a pointer on the canvas, and the cell there.
+  // Return the position of a pointer on the canvas, and the cell at this position.
   spotOf(event) {
     const box = this.canvas.getBoundingClientRect();
     return [event.clientX - box.left, event.clientY - box.top];
@@ -377,7 +376,7 @@ class CellMap {
     this.watch = new ResizeObserver(() => this.data && this.layout());
   }
 
-  // A second call has no effect.
+  // Remove the map; a second call has no effect.
   start() {
     window.addEventListener(LINK, this.hear);
     this.watch.observe(this.root);

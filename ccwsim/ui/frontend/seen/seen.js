@@ -1,4 +1,4 @@
-// Reports the sections whose outlines have come into view, or nearly so.
+// Reports the sections whose outlines are in view or almost in view.
 const NEAR = 240;
 const EVERY = 250;
 const AGAIN = 3000;

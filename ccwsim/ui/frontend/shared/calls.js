@@ -1,8 +1,8 @@
-// Streamlit calls a part of a page each time it is to be drawn, and ends the last call when the part is
-// removed. Calls from before the module of the part is loaded are made in any order, as browsers resolve
-// imports of one module in any order; all but the newest are then ended at once. So an older call may draw
-// last; when it is ended, the newest call draws again. This code comes before all other modules.
-const LATE = 8; // maximum number of calls before a module is loaded
+// Streamlit calls a component each time it draws the component, and ends the last call when the component is
+// removed. Calls before the component's module is loaded run in any order, because browsers resolve imports
+// in any order; all calls except the newest are ended at once. So an older call may draw last; when this call
+// ends, the newest call draws again. This code precedes all other modules.
+const LATE = 8; // maximum number of calls before the module is loaded
 const parts = new WeakMap();
 const drawers = new WeakMap();
 
@@ -12,8 +12,8 @@ function drawerOf(root, Drawer) {
   return drawers.get(root);
 }
 
-// Return the entry point of a part. `draw` draws the content of a call and returns a function that stops the
-// drawing; if the earlier drawing takes over the new content, it returns the earlier function.
+// Return the entry point of a component. `draw` draws the content of a call and returns a function that ends
+// the drawing; if the earlier drawing updates to the new content, `draw` returns the earlier function.
 function inOrder(draw) {
   return (call) => {
     const parent = call.parentElement;

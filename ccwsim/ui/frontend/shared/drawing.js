@@ -1,7 +1,8 @@
-// Drawing shared by maps and volumes: data as ringed circles, axes, legend. It comes before their modules.
-const MARK = 4, SMALLEST_MARK = 1.2, RING = 1.2; // pixels: radius of a datum, and each of its rings
-const LARGEST = 1e12; // axis numbers of at least this size have an exponent
-const INK = '#14181d', PAPER = '#ffffff'; // colours of rings, visible on any background
+// Drawing functions for maps and volumes: data as ringed circles, axes, legend. This code precedes their
+// modules.
+const MARK = 4, SMALLEST_MARK = 1.2, RING = 1.2; // radii of a datum and width of a ring, in pixels
+const LARGEST = 1e12; // minimum axis number that is written with an exponent
+const INK = '#14181d', PAPER = '#ffffff'; // colours of rings, visible on every background
 
 // Draw all rings below all data, so that a ring does not hide the datum beside it.
 function drawData(pen, marks, wrongColour) {
@@ -14,7 +15,7 @@ function drawData(pen, marks, wrongColour) {
 
 function ringOf(radius) { return Math.min(RING, radius * 0.4); }
 
-// Stroke a path in several colours, each narrower than the one below it: [colour, width, alpha].
+// Stroke a path in several colours [colour, width, alpha]; later strokes are narrower.
 function strokeIn(pen, layers, path) {
   for (const [colour, wide, alpha = 1] of layers) {
     pen.strokeStyle = colour;
@@ -37,7 +38,7 @@ function drawCrossAt(pen, x, y, from = 4, [wide, high] = [11, 11], layers = [[PA
   });
 }
 
-// Draw the edge of a picture in the colour of text; the pen keeps this colour.
+// Draw the edge of a picture in the text colour, which remains the colour of the pen.
 function drawEdge(pen, { left, top, wide, high, root }) {
   const style = getComputedStyle(root);
   pen.fillStyle = pen.strokeStyle = style.getPropertyValue('--st-text-color');
@@ -69,7 +70,7 @@ function sizeCanvas(canvas, wide, high, dots) {
 
 function wrongColourOf(root) { return getComputedStyle(root).getPropertyValue('--st-red-color'); }
 
-// Draw numbers below and left of a box (left, top, wide, high); each pair holds the values at two edges.
+// Draw numbers below and left of a box (left, top, wide, high); a pair contains the values at two edges.
 function drawAxes(pen, { left, top, wide, high }, [west, east], [low, upper]) {
   const base = top + high;
   pen.globalAlpha = 0.7;
@@ -137,7 +138,7 @@ function key(label, kind, colour) {
   return entry;
 }
 
-// Return round values between two limits, each with its text.
+// Return round values between two limits, with the text of each value.
 function ticks(low, high, wanted) {
   const rough = (high - low) / Math.max(wanted, 1);
   const power = 10 ** Math.floor(Math.log10(rough));

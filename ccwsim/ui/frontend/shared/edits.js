@@ -1,6 +1,6 @@
-// Edits of data on a canvas. They wait in a queue until the page has applied them, so that no edit is lost or
-// applied twice. This code comes before the modules of editors.
-const AGAIN = 2000; // milliseconds after which edits that the page has not applied are sent again
+// Edits of data on a canvas. Edits wait in a queue until the page has applied them, so that no edit is lost
+// or applied twice. This code precedes the modules of editors.
+const AGAIN = 2000; // milliseconds after which unapplied edits are sent again
 
 class EditQueue {
   // A new canvas sends the edits that the previous canvas could not send.
@@ -9,7 +9,7 @@ class EditQueue {
     this.last = this.ack = 0;
   }
 
-  // Drop edits up to a number, which the page has applied.
+  // Remove the edits that the page has applied, up to a number.
   taken(ack) {
     this.ack = ack;
     this.edits = this.edits.filter((edit) => edit.seq > ack);
@@ -26,7 +26,7 @@ class EditQueue {
     this.insist();
   }
 
-  // A page that is just being drawn may miss an edit, so it is sent again; its number identifies it.
+  // A page that is being drawn may miss an edit, so edits are sent again; each edit has a number.
   insist() {
     this.rest();
     if (this.edits.length) this.timer = setTimeout(() => this.tell(), AGAIN);
@@ -35,7 +35,7 @@ class EditQueue {
   rest() { clearTimeout(this.timer); }
 }
 
-// Return the command of a key, undo or redo, unless it is typed into a text field.
+// Return the command (undo or redo) of a key, unless the key is typed into a text field.
 function stepOf(event) {
   if (!(event.ctrlKey || event.metaKey) || event.altKey) return null;
   const typing = event.composedPath()[0];

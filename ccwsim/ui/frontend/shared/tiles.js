@@ -1,4 +1,4 @@
-// Pictures in a box that act as buttons. This code comes before the modules of such components.
+// Pictures in a box that act as buttons. This code precedes the modules of components with such pictures.
 const ARROWS = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 };
 
 // Put n buttons into a box, each with child elements of the given classes, and return the buttons.
@@ -31,7 +31,7 @@ function onClick(box, choose) {
   };
 }
 
-// Exactly one button is pressed; a click, or an arrow key among the first n buttons, presses another.
+// Exactly one button is pressed. A click, or an arrow key among the first n buttons, presses another button.
 function chooseOne(box, shown, n, tell) {
   const mark = (chosen) => [...box.children].forEach((button, k) => {
     button.setAttribute('aria-pressed', k === chosen);

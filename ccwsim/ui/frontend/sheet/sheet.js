@@ -1,4 +1,4 @@
-// A contact sheet: each realization is a button cut from one picture; arrow keys change the choice.
+// Small maps of all realizations: each button shows a part of one picture; arrow keys change the choice.
 export default inOrder(({ data, parentElement, setTriggerValue }) => {
   const sheet = parentElement.querySelector('.sheet');
   const { png, n, columns, width, height, shown } = data;
@@ -16,7 +16,7 @@ export default inOrder(({ data, parentElement, setTriggerValue }) => {
   chooseOne(sheet, shown, n, (r) => setTriggerValue('chosen', r));
   const large = sheet.children[shown];
   if (!large) return;
-  // scrolls only the sheet: scrollIntoView would move the whole page
+  // scroll only the sheet, because scrollIntoView would move the page
   const below = large.offsetTop + large.offsetHeight - sheet.clientHeight;
   sheet.scrollTop = Math.min(Math.max(sheet.scrollTop, below + 3), large.offsetTop - 3);
   if (hadFocus) large.focus({ preventScroll: true });

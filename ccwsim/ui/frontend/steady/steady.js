@@ -1,12 +1,12 @@
-// While a page is being drawn, its parts keep their largest height, so that the elements below them do
-// not move.
+// While a page is being drawn, parts of the page keep their maximum height, so that elements below do not
+// move.
 const WORKING = '.working, .unseen';
-const REST = 2000; // milliseconds after which a page is complete, also on a slow machine
+const REST = 2000; // milliseconds without changes after which a page counts as complete
 
 export default inOrder(({ data }) => {
   const app = document.querySelector('.stApp');
   const watched = new WeakSet();
-  const heights = new Map(); // maximum height of each part since the page was at rest, by name
+  const heights = new Map(); // maximum height of each part since the page was complete, by name
   let timer = 0, changed = performance.now();
   const name = (part) => [...part.classList].find((one) => one.startsWith('st-key-'));
   const high = (part) => part.getBoundingClientRect().height;

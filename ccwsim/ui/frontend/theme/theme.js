@@ -6,7 +6,7 @@ export default inOrder(({ data, parentElement, setTriggerValue }) => {
   const look = () => {
     const app = document.querySelector('.stApp');
     const now = app && getComputedStyle(app).colorScheme === 'dark' ? 'dark' : 'light';
-    // colours in CSS change at once, those of charts when the page has been redrawn
+    // colours in CSS change at once; colours of charts change when the page is redrawn
     document.documentElement.style.colorScheme = now;
     if (now === asked) return;
     asked = now;

@@ -1,4 +1,4 @@
-"""Volumes on a canvas: three linked slices with cross hairs, and a 3D view (the body)."""
+"""A component for volumes: three linked slices with cross hairs, and a 3D view (the body)."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from ccwsim.model.grid import Grid
 from ccwsim.ui.frontend.cell_map import CellMap, shared_content
 
 OPTIONS = {"link": "", "name": "volume", "body": True, "max_height": 480, "picks": False}
-"""Default options of a volume: the options of `draw_cells`, and whether a click picks a cell."""
+"""Default options of a volume: the options of `draw_cells`, and `picks` (clicks select cells)."""
 COMPRESSION = 6
-"""Compression level of zlib; level 9 takes ten times as long and saves 10 % of the bytes."""
+"""Compression level of zlib; level 9 is ten times slower and saves only 10 % of the bytes."""
 
 
 def volume_content(
@@ -29,16 +29,16 @@ def volume_content(
     cursor: Sequence[int] | None = None,
     **options: Any,
 ) -> dict[str, Any]:
-    """Return the content of the volume component, with some of `OPTIONS` replaced.
+    """Return the content of the volume component; `options` replace some of `OPTIONS`.
 
-    The browser keeps cursor, angle and mode under `link` or, if it is empty, under `key`.
+    The browser stores cursor, view angle and mode under the name `link`, by default `key`.
     """
     indices = np.ascontiguousarray(cells.indices, np.uint8)
     digest = blake2b(indices.tobytes(), digest_size=16).hexdigest()
     return shared_content(cells, grid) | {
         "cells": _packed(f"{indices.shape} {digest}", indices),
         "digest": digest,
-        "shape": list(indices.shape[::-1]),  # in the browser's order x, y, z
+        "shape": list(indices.shape[::-1]),  # the browser's axis order is x, y, z
         "key": key,
         "cursor": list(cursor[::-1]) if cursor else None,
         **OPTIONS,
@@ -48,5 +48,5 @@ def volume_content(
 
 @st.cache_data(max_entries=32, show_spinner=False)
 def _packed(digest: str, _indices: NDArray[np.uint8]) -> str:
-    """Return the cells as compressed text; x varies fastest, and z slowest, from the bottom."""
+    """Return the cells as compressed text; x varies fastest, z slowest, starting at the bottom."""
     return b64encode(zlib.compress(_indices.tobytes(), COMPRESSION)).decode()

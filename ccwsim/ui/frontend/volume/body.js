@@ -1,11 +1,11 @@
-// The body of a volume: rays walk cell by cell through a 3-D texture (WebGL2); one painter serves all volumes
-// of a page. Edges and wells above the top are drawn on the canvas that shows the volume.
+// The 3D view (body) of a volume: rays cross a 3D texture cell by cell (WebGL2). One painter draws all
+// volumes of a page. Edges and wells above the top are drawn on the canvas of the volume.
 const TURN = 0.01, TURN_KEY = 0.12; // radians per pixel, and per press of an arrow key
 const STEEPEST = 1.5; // maximum angle in radians of a view from above or below
 const FIRST_LOOK = { turn: 0.6, tilt: 0.5, zoom: 1 };
-const QUICK = 35; // target milliseconds per frame in motion; a slower machine draws coarser frames
-const AT_REST = 180; // milliseconds at rest before a coarse frame is drawn finely
-const KEPT = 4; // number of volumes kept in graphics memory
+const QUICK = 35; // target milliseconds per frame in motion; slower machines draw coarser frames
+const AT_REST = 180; // milliseconds without motion before a coarse frame is replaced by a fine frame
+const KEPT = 4; // number of volumes in graphics memory
 const BITS = 3, BRICK = 1 << BITS; // cells along an axis of a brick; rays cross an empty brick in one step
 
 const CORNERS = `#version 300 es
@@ -14,10 +14,10 @@ const RAYS = `#version 300 es
 precision highp float; precision highp int; precision highp usampler3D;
 #define BITS ${BITS}
 uniform usampler3D cells; // index of the cell, and 1 + index of the colour of its datum
-uniform usampler3D bricks; // 1 if a cell of the brick is shown because of its index or its datum
+uniform usampler3D bricks; // 1 if a cell in the brick is shown because of the cell's index or datum
 uniform sampler2D looks; // colours of the indices; below them, colours of data
-uniform uvec2 range; // first and last index shown
-uniform ivec3 n, cut, side; // the corner on the viewer's side of the cell \`cut\` is left out
+uniform uvec2 range; // first and last index that is shown
+uniform ivec3 n, cut, side; // the corner between the cell \`cut\` and the viewer is omitted
 uniform vec3 eye, right, up, along;
 uniform bool solid_block, fine;
 in vec2 at; out vec4 colour;
@@ -41,7 +41,7 @@ bool shown(ivec3 k) {
 
 float filled(ivec3 k) { return within(k) && shown(k) ? 1. : 0.; }
 
-// Light at a point of a face; it is darker beside cells that stand out.
+// Return the light at a point of a face; points beside protruding cells are darker.
 float open(ivec3 front, ivec3 u, ivec3 v, vec2 f) {
   float l = filled(front - u), r = filled(front + u), b = filled(front - v), t = filled(front + v);
   vec4 corner = vec4(max(l + b, filled(front - u - v)), max(r + b, filled(front + u - v)),
@@ -56,12 +56,12 @@ void main() {
   float enter = max(near.x, max(near.y, near.z)), leave = min(far.x, min(far.y, far.z));
   colour = vec4(0);
   if (enter >= leave) return;
-  bvec3 hit = equal(near, vec3(enter)); // the axes whose planes the ray went through last
-  ivec3 way = ivec3(sign(along)), first = (1 - way) / 2; // 1 if the ray goes down an axis
+  bvec3 hit = equal(near, vec3(enter)); // axes whose planes the ray crossed last
+  ivec3 way = ivec3(sign(along)), first = (1 - way) / 2; // 1 if the ray points down an axis
   ivec3 k = clamp(ivec3(floor(from + along * enter)), ivec3(0), n - 1);
   k = ivec3(mix(vec3(k), vec3(first * (n - 1)), hit));
   vec3 stride = abs(1. / along);
-  vec3 next = (vec3(k + 1 - first) - from) / along; // distances at which the ray leaves the cell
+  vec3 next = (vec3(k + 1 - first) - from) / along; // distances at which the ray leaves the cell, by axis
   float now = enter;
   ivec3 brick = ivec3(-1);
   for (int i = n.x + n.y + n.z; i >= 0; i--) {
@@ -105,7 +105,7 @@ class Painter {
     const gl = this.gl = this.canvas.getContext('webgl2', { antialias: false, depth: false });
     if (!gl) throw new Error('no WebGL2');
     this.canvas.addEventListener('webglcontextlost', () => { this.lost = true; });
-    this.textures = new Map(); // the most recently drawn texture is last
+    this.textures = new Map(); // textures by volume; the most recently drawn texture is last
     this.program = gl.createProgram();
     for (const [kind, text] of [[gl.VERTEX_SHADER, CORNERS], [gl.FRAGMENT_SHADER, RAYS]]) {
       const shader = gl.createShader(kind);
@@ -141,7 +141,7 @@ class Painter {
     return texture;
   }
 
-  // Bind the texture of a volume with its data; create it if necessary.
+  // Bind the texture of a volume and its data; create the texture if necessary.
   hold(stamp, shape, cells, data) {
     const { gl, textures } = this;
     gl.activeTexture(gl.TEXTURE0);
@@ -160,7 +160,7 @@ class Painter {
     textures.delete(oldest);
   }
 
-  // Bind the bricks; a brick is 1 if it has a datum or a cell whose index is shown.
+  // Bind the texture of bricks, in which a brick with a datum or a shown cell is 1.
   holdBricks(stamp, shape, cells, data, shown) {
     if (this.bricked === stamp) return;
     this.bricked = stamp;
@@ -182,7 +182,7 @@ class Painter {
     gl.texImage3D(gl.TEXTURE_3D, 0, gl.R8UI, bx, by, bz, 0, gl.RED_INTEGER, gl.UNSIGNED_BYTE, bricks);
   }
 
-  // Wait until the frame is drawn, to measure its time.
+  // Wait until the frame is drawn, to measure the drawing time.
   wait() {
     const { gl } = this;
     gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
@@ -219,7 +219,7 @@ class Body {
 
   get look() { return (this.view.own.look ??= { ...FIRST_LOOK }); }
 
-  // Return the choices of content: the block, one facies, or all cells from a value on.
+  // Return the choices of content: all cells, one facies, or all cells with at least a given value.
   show() {
     const { view, mode } = this;
     const { data, own } = view;
@@ -265,11 +265,11 @@ class Body {
     const painter = this.painter();
     if (!painter) return 'The volume itself is not drawn, as this browser has no WebGL2. The slices show all of its cells.';
     const longest = Math.max(...this.view.data.shape);
-    if (longest > painter.widest) return `The volume itself is not drawn, as this browser takes ${painter.widest} cells along an axis, not ${longest}. The slices show all of its cells.`;
+    if (longest > painter.widest) return `The 3D view is not drawn, because this browser allows ${painter.widest} cells along an axis, not ${longest}. The slices show all cells.`;
     return '';
   }
 
-  // Return unit vectors in the world: right and up on the screen, and from the eye to the volume.
+  // Return unit vectors in space: right and up on the screen, and the direction of view.
   frame() {
     const { turn, tilt } = this.look;
     const [s, c, st, ct] = [Math.sin(turn), Math.cos(turn), Math.sin(tilt), Math.cos(tilt)];
@@ -336,14 +336,14 @@ class Body {
     if (coarse < 1) this.rest = setTimeout(() => view.ask('body'), AT_REST);
   }
 
-  // Return the first and the last index shown.
+  // Return the first and the last index that is shown.
   range() {
     const mode = this.mode.value;
     if (mode === 'block') return [0, 255];
     return mode === 'from' ? [+this.threshold.querySelector('input').value, 255] : [+mode, +mode];
   }
 
-  // Store two rows of 256 colours, for indices and for data.
+  // Store two rows of 256 colours: for indices, and for data.
   looks() {
     const { data } = this.view;
     const looks = new Uint8Array(2 * 256 * 4);
@@ -387,7 +387,7 @@ class Body {
     });
   }
 
-  // Draw wells that reach above the top, so that they are visible if the block hides their cells.
+  // Draw extensions of wells above the top, so that wells are visible if other cells hide their cells.
   drawStems(pen, toCanvas, block, side) {
     const { view } = this;
     if (!view.dataShown) return;

@@ -5,8 +5,8 @@ const PLANES = {
   y: { across: 1, right: 0, up: 2, called: 'row' },
   z: { across: 2, right: 0, up: 1, called: 'layer' },
 };
-const WELL_REACH = 0.05; // share of the layers within which a well counts as near a layer
-const NOTCH = 40; // wheel movement in pixels per step
+const WELL_REACH = 0.05; // maximum distance of a well from a layer, as a share of the number of layers
+const NOTCH = 40; // wheel movement in pixels for a step of one slice
 const KEYS = { ArrowUp: 1, ArrowRight: 1, ArrowDown: -1, ArrowLeft: -1, PageUp: 10, PageDown: -10,
   Home: -Infinity, End: Infinity };
 
@@ -54,7 +54,7 @@ class Slice {
     this.say();
   }
 
-  // Draw the cells of the slice, one pixel each.
+  // Draw the cells of the slice, one pixel per cell.
   picture() {
     const { data: { shape }, cells, palette } = this.view;
     const [wide, high] = [shape[this.right], shape[this.up]];
@@ -79,8 +79,8 @@ class Slice {
     drawCrossAt(pen, x, y, 7, [this.wide + 7, this.high + 7], [[PAPER, 3, 0.55], [INK, 1, 0.85]]);
   }
 
-  // Draw data in the slice as circles, or as a strip of cells if they are of a well in a section. In the map,
-  // a well with data near the layer but not in it is a dot.
+  // Draw data in the slice as circles; in a section, draw data of a well as a strip of cells. In the map, a
+  // well with data near the layer, but none in the layer, is a dot.
   drawData(pen, wrongColour) {
     const { view, here } = this;
     const { data, wells } = view;
@@ -95,7 +95,7 @@ class Slice {
       (strip ? strips : circles).push({ x, y, radius, colour: colours[point[3]], wrong: point[4] });
     }
     const high = this.view.scale[this.up], half = Math.max(2.5, this.view.scale[this.right] / 2);
-    const box = ({ x, y }, ring, colour) => { // whole pixels avoid gaps between the cells of a well
+    const box = ({ x, y }, ring, colour) => { // integer pixels avoid gaps between the cells of a well
       const top = Math.round(y - high / 2) - ring, base = Math.round(y + high / 2) + ring;
       pen.fillStyle = colour;
       pen.fillRect(x - half - ring, top, 2 * (half + ring), base - top);

@@ -1,11 +1,12 @@
-// A volume: three linked slices and the body, which share cursor, vertical exaggeration and data. This code
-// follows drawing.js, edits.js, slice.js and body.js in one module. It sends only edits to the server.
+// A volume: three linked slices and the 3D view (body) with the same cursor, vertical exaggeration and data.
+// This code is appended to drawing.js, edits.js, slice.js and body.js. Only edits are sent to the server.
 const LINK = 'ccwsim-volume';
-const GAP = 24, TWO_COLUMNS = 600, THREE_COLUMNS = 660; // pixels; smallest widths of two and three columns
+const GAP = 24, TWO_COLUMNS = 600, THREE_COLUMNS = 660; // gap, and minimum widths of two and three columns, in pixels
 const STEPS_UP = [1, 2, 3, 5, 10, 20, 50, 100, 200]; // choices of the vertical exaggeration
-const LOWEST = 0.2, HIGHEST = 1.5; // height of a section, as a share of the longer horizontal side
-const CACHED = 8; // number of volumes kept unpacked
-// State that outlives a component or is shared by several, since each component has a copy of this module.
+const LOWEST = 0.2, HIGHEST = 1.5; // limits of a section's height, as shares of the longer horizontal side
+const CACHED = 8; // number of unpacked volumes in memory
+// State of several or of removed components, stored in the window because each component has a copy of this
+// module.
 const page = (window[Symbol.for(LINK)] ??= { cells: new Map(), shared: new Map(), own: new Map() });
 
 export default inOrder((component) => {
@@ -58,12 +59,12 @@ class VolumeView {
     this.layout();
   }
 
-  // The cursor; a volume of another size that shares it uses its nearest cell.
+  // The cursor; a volume of another size with the same cursor uses the nearest cell.
   get at() { return this.shared.at.map((k, axis) => Math.min(k, this.data.shape[axis] - 1)); }
 
   get exaggeration() { return this.shared.exaggeration ?? this.usual; }
 
-  // Columns of cells with several data.
+  // Return the columns of cells with several data.
   findWells() {
     const columns = new Map();
     for (const point of this.data.points) {
@@ -76,7 +77,7 @@ class VolumeView {
 
   columnOf([, row, column]) { return row * this.data.shape[0] + column; }
 
-  // Choose a vertical exaggeration that makes sections readable, but not higher than they are wide.
+  // Choose a vertical exaggeration with readable sections that are not higher than wide.
   offerExaggerations() {
     const [x, y, z] = this.data.shape.map((n, axis) => n * this.data.cell_size[axis]);
     const share = z / Math.max(x, y);
@@ -111,7 +112,7 @@ class VolumeView {
     this.ask('all');
   }
 
-  // The coordinates of the two ends of an axis.
+  // Return the coordinates of the two ends of an axis.
   extent(axis) {
     const { origin, cell_size: size, shape } = this.data;
     return [origin[axis], origin[axis] + shape[axis] * size[axis]];
@@ -122,7 +123,7 @@ class VolumeView {
     return String(+(origin[axis] + (this.at[axis] + 0.5) * size[axis]).toPrecision(9));
   }
 
-  // Draw once at the next frame, however often this is called; nothing is drawn at rest.
+  // Draw once at the next frame, also after several calls; without calls nothing is drawn.
   ask(what, moving = false) {
     this.wanted = { slices: what !== 'body' || this.wanted?.slices, body: what !== 'slices' || this.wanted?.body, moving };
     this.frame ??= requestAnimationFrame(() => {
@@ -143,7 +144,7 @@ class VolumeView {
     this.tell('all');
   }
 
-  // Set the cell under the pointer, or none.
+  // Store the cell under the pointer, or null.
   point(cell) {
     if (String(this.shared.hover) === String(cell)) return;
     this.shared.hover = cell;
@@ -154,7 +155,7 @@ class VolumeView {
     window.dispatchEvent(new CustomEvent(LINK, { detail: { shared: this.shared, what } }));
   }
 
-  // Write the cell under the pointer and its label.
+  // Write the coordinates and the label of the cell under the pointer.
   say() {
     const { hover } = this.shared;
     const { shape, labels } = this.data;
@@ -227,7 +228,7 @@ class VolumeView {
     this.watch = new ResizeObserver(() => this.layout());
   }
 
-  // A second call has no effect.
+  // Remove the volume; a second call has no effect.
   start() {
     window.addEventListener(LINK, this.hear);
     window.addEventListener('keydown', this.shortcut);
@@ -247,7 +248,7 @@ function kept(where, key) {
   return where.get(key);
 }
 
-// Return the cells of a volume, x fastest, then y, then z from the bottom; each volume is unpacked once.
+// Return the cells of a volume in the order x, y, z from the bottom; each volume is unpacked only once.
 function unpacked({ cells: packed, digest }) {
   const known = page.cells.get(digest);
   page.cells.delete(digest);
