@@ -73,7 +73,8 @@ def simulate(
     executor : concurrent.futures.Executor or distributed.Client, optional
         Simulate on the threads or processes of this executor, or on the workers of a Dask cluster,
         which need ccwsim. The executor stays open. `n_workers` applies only if the executor does
-        not report its number of workers.
+        not report its number of workers. A call on a thread of this executor simulates on other
+        threads, because the thread would wait for itself.
     out : path, optional
         An npy file. Realizations are written to the file as facies codes, and the ensemble reads
         from the file. An existing file is replaced at the end.
