@@ -28,20 +28,20 @@ MEANINGS = {
     "ms-ccsim: number of times that the images are coarsened.",
     "n_candidates": "Number of best locations from which the patch is drawn at random. As "
     "published, K = 1 copies large pieces of the training image; a larger K copies less but fits "
-    "less well. By default, locations are excluded if they have over 8 more wrong cells than the "
-    "best (more with wide overlaps) or, in maps, merely continue the image. K then has little "
-    "effect, but in volumes K = 1 copies more than K = 20. Near hard data the limit is 6 cells, so "
-    "often only one or two locations remain: with dense data K has little effect.",
+    "less well. By default, a location is excluded if its wrong cells exceed those of the best by "
+    "over 8 (more with wide overlaps) or, in maps, if it merely continues the image. K then has "
+    "little effect, but in volumes K = 1 copies more than K = 20. Near hard data the limit is "
+    "6 cells, so often only one or two locations remain: with dense data K has little effect.",
     "method": "ccwsim searches wavelet coefficients; ccsim searches single cells (level 0); "
     "ms-ccsim searches a coarsened image, then refines the locations scale by scale.",
     "similarity": "Score that compares overlap and training image: the sum of squared differences "
     "(the smallest is best), as in the authors' code, or the plain cross-correlation of the paper "
     "(the largest is best).",
-    "search_fraction": "Share of the locations that are searched for a fit to hard data: the "
-    "locations with the best overlaps. A smaller share gives better overlaps; a larger share "
+    "search_fraction": "Share of the locations, those with the best overlaps, that are searched "
+    "for a fit to hard data. A smaller share gives better overlaps; a larger share "
     "honours more data in the raster pass.",
-    "co_template": "Number of template sizes ahead along the path in which hard data count; 1 "
-    "counts only data in the patch.",
+    "co_template": "Distance ahead on the path, in template sizes, within which hard data count; "
+    "1 counts only data in the patch.",
     "random_path": "Start each realization in a random corner and along a random axis (8 ways). "
     "The first patch begins a random distance before the grid. Off: always start in the "
     "south-west, along rows.",
@@ -62,8 +62,8 @@ MEANINGS = {
     "repaired.",
     "location_weight": "Strength of the preference for patches from the corresponding location in "
     "the training image, for images that change from one end to the other. At 1, a patch from the "
-    "other end is used only if it fits better by a whole overlap; at 0, patches may come from "
-    "anywhere. In a volume, (0.5, 0, 0) along z, y and x keeps only a vertical trend.",
+    "other end is used only if it fits better by as many cells as the overlap has; at 0, patches "
+    "may come from anywhere. In a volume, (0.5, 0, 0) along z, y, x keeps only a vertical trend.",
     "refine": "Shift each drawn patch by up to 2^level − 1 cells to the location that fits best at "
     "full resolution. The shift closes breaks caused by a coarse level.",
     "exact_data": "Honour every datum at full resolution. Off, as in the published CCWSIM code: "

@@ -91,7 +91,7 @@ SAID = {
     "pickle": "type object are not numbers",
     "zip bomb": "unpacks to 240 MB, more than 128 MB",
     "overlapping zip": "unpacks to|exceed the limit of 1000",
-    "zip of a million members": "1000000 files in a zip are more than 2000",
+    "zip of a million members": "the zip has 1000000 files, more than 2000",
     "zip by lzma": "compression is not supported",
     "locked zip": "compression is not supported",
     "png of 3.6e9 pixels": "more than 178956970 pixels",

@@ -44,7 +44,7 @@ from ccwsim.ui.validate.statistics import (
 MOMENT_SECONDS = 0.1
 """Maximum seconds that the line of findings waits for the proportions."""
 MAX_LISTED = 4
-"""Maximum number of facies for which all proportions are listed; otherwise only deviations are."""
+"""Maximum number of facies for which all proportions are listed; above it, only deviations."""
 
 
 class Finding(NamedTuple):
@@ -110,7 +110,7 @@ def of_proportions(ensemble: Ensemble, fit: Fit | None) -> list[Finding]:
 
 
 def of_curves(fits: Mapping[tuple[Statistic, str], Fit | None], name: str) -> list[Finding]:
-    """Return a finding on all curves inside the band of crops, and one per curve outside."""
+    """Return one finding on all curves inside the band of crops, and one on each other curve."""
     judged = {key: fit for key, fit in fits.items() if fit is not None and fit.judged}
     if not judged:
         return [Finding(f"curves of {name} {NOT_JUDGED}", True)]

@@ -49,8 +49,8 @@ class LargeEnsembleRun(PageRun[None]):
     """A large ensemble that is running or has ended.
 
     `facies` is the index of the facies in the curves, and `summary` is the latest summary. `errors`
-    are standard errors of the E-type, averaged over cells, one for each of the `numbers` of
-    realizations. `n_wrong` counts mismatches of data in all realizations; `nbytes` is the size of
+    are the mean standard errors of the E-type after each number of realizations in `numbers`.
+    `n_wrong` counts mismatches of data in all realizations; `nbytes` is the size of
     the statistics.
     """
 
@@ -181,7 +181,7 @@ def _draw_run(run: LargeEnsembleRun, state: State, colours: Sequence[str]) -> No
     with columns[-1]:
         chart = convergence_chart(run.numbers, run.errors, run.n, chart_theme(), height=196)
         note = f"± {three_digits(run.errors[-1])} % now"
-        alt = "Error of the probabilities over the number of realizations"
+        alt = "Error of the probabilities against the number of realizations"
         titled_chart("Convergence", note, chart, "convergence", alt)
 
 
@@ -192,11 +192,11 @@ def describe_summary(run: LargeEnsembleRun, summary: RunningSummary) -> str:
     if run.study.hard_data.n:
         data = f" All {run.study.hard_data.n} data are honoured in every realization."
         if n:
-            data = f" {n:,} {'datum is' if n == 1 else 'data are'} not honoured, in total."
+            data = f" In total, {n:,} {'datum is' if n == 1 else 'data are'} not honoured."
     return (
         f"After {summary.n:,} realizations: {image.facies_names[k]} {100 * mean.mean[k]:.2f} % "
-        f"({100 * mean.low[k]:.1f}–{100 * mean.high[k]:.1f} % in nine of ten), in the training "
-        f"image {100 * image.proportions[k]:.2f} %.{data} Statistics take "
+        f"({100 * mean.low[k]:.1f}–{100 * mean.high[k]:.1f} % in nine of ten realizations); "
+        f"training image: {100 * image.proportions[k]:.2f} %.{data} Statistics take "
         f"{run.nbytes / 1e6:.0f} MB."
     )
 
@@ -204,7 +204,7 @@ def describe_summary(run: LargeEnsembleRun, summary: RunningSummary) -> str:
 def bundle_of_band(
     run: LargeEnsembleRun, summary: RunningSummary, statistic: Statistic, way: str
 ) -> Bundle:
-    """Return a band as a bundle without single curves, for lags up to half the side."""
+    """Return a bundle with a band but no single curves, for lags up to half the side."""
     image, grid = run.study.training_image, run.study.grid
     code, longest = int(image.codes[run.facies]), max_lag(way, image.shape, grid.shape)
     lags = summary.lags[summary.lags <= longest]

@@ -119,7 +119,7 @@ def _draw_controls(state: State, ensemble: Ensemble) -> None:
 def _draw_first_screen(state: State, colours: Sequence[str], elsewhere: tuple) -> None:
     """Draw the maps and the MDS plot; a click in the plot redraws only maps and plot.
 
-    `elsewhere` contains choices that affect other parts of the page; changes redraw the page.
+    `elsewhere` contains choices that affect other parts; a changed choice redraws the page.
     """
     with error_boundary():
         if _shown_elsewhere(state) != elsewhere:
@@ -179,14 +179,14 @@ def _draw_mds(state: State, found: Anodi) -> None:
     ringed = state.shown if state.shown < n else None
     group = Group("realizations", positions, theme.ink, labels=labels, ringed=ringed)
     chart = mds_chart(image, [group], placed.explained, theme, height=MAP_HEIGHT + 26)
-    alt = "MDS plot: realizations and training image at distances that represent pattern distances"
+    alt = "MDS plot: distances of points represent distances between patterns of the images"
     draw = partial(draw_clickable_chart, choose=choose)
     titled_chart(mds_title(placed.explained), note, chart, "mds", alt, draw)
 
 
 SECTIONS = (
     ("uncertainty", "Uncertainty", "where the realizations agree", draw_uncertainty),
-    ("bodies", "Proportions and geobodies", "how much facies, in how many pieces", draw_geobodies),
+    ("bodies", "Proportions and geobodies", "amount and pieces of each facies", draw_geobodies),
     ("measures", "Measures", "single numbers, compared with crops of the image", draw_measures),
     ("patterns", "Patterns", "variety, and similarity to the training image", draw_patterns),
     ("data", "Hard data", "whether and how data are honoured", draw_data),
@@ -201,7 +201,7 @@ SECTIONS = (
 
 
 def _draw_sections(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw links to all sections, sections that came into view, and outlines of the rest."""
+    """Draw links to all sections; draw each section only after it has come into view."""
     page_state = state.page(Validation)
     links = "".join(f'<a href="#{name}" target="_self">{title}</a>' for name, title, *_ in SECTIONS)
     st.html(f'<nav class="sections" aria-label="On this page">{links}</nav>')

@@ -73,7 +73,7 @@ from ccwsim.ui.widgets.theme import chart_theme
 
 CURVE_HEIGHT = 190
 AREA, VOLUME = 10_000, 1_000_000
-"""Numbers of cells to which counts are scaled, because grid and image differ in size."""
+"""Counts are stated per this number of cells, because grid and image differ in size."""
 TOUCHING = {26: "sides, edges, corners", 18: "sides, edges", 6: "sides"}
 """Descriptions of the contacts that connect cells of volumes, by number of neighbours."""
 N_SIZES = 60
@@ -157,7 +157,7 @@ def draw_curve(
         y_title = f"{SIGNS[statistic]} of {name}"
         chart = curves_chart(bundle, chart_theme(), y_title=y_title, y_range=y_range, height=height)
         note = describe_curve(found.fit, statistic)
-        alt = f"{title} of {name}: training image over realizations, median and 5–95 %"
+        alt = f"{title} of {name}: training image, realizations, median and 5–95 % band"
         titled_chart(title, note, chart, key, alt)
 
     panel(state, key, statistics.curves(ensemble, statistic, state.facies, way), draw)
@@ -220,7 +220,7 @@ def draw_transitions(state: State, ensemble: Ensemble, colours: Sequence[str]) -
     def draw(bundles: dict[tuple[int, int], Bundle]) -> None:
         chart = transiogram_chart(bundles, tails, range(n)[:MAX_HEADS], names, chart_theme())
         note = "probability of the second facies at a lag from a cell of the first facies"
-        alt = "Transition probabilities between facies over the lag"
+        alt = "Transition probabilities between facies against the lag"
         titled_chart("Transiograms", note, chart, "transiograms", alt)
 
     panel(state, "transitions", statistics.transitions(ensemble, page_state.along), draw)
@@ -358,7 +358,7 @@ def measures_csv(found: Measured) -> bytes:
 
 
 def draw_patterns(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw ANODI distances by resolution and their ratio; for volumes, also distances of crops."""
+    """Draw ANODI distances and ratios by resolution; for volumes, also distances of crops."""
     draw = partial(_draw_anodi, n_axes=ensemble.grid.n_dimensions)
     panel(state, "anodi", statistics.patterns(ensemble), draw)
     if ensemble.grid.nz is not None:
@@ -399,14 +399,14 @@ def _draw_anodi(found: Anodi, n_axes: int) -> None:
             f"ANODI (Tan et al. 2014) on exact histograms of all {size} patterns. "
             "Between: distance of realizations from each other (discs); larger is more varied. "
             "Within: distance from the training image (diamonds); smaller is more similar. "
-            "A larger ratio is better. Over the "
-            f"resolutions: Σ w · between / within with weights w of {weights}. The ratio grows as "
-            "the grid shrinks: compare only realizations of one grid and training image."
+            "A larger ratio is better. The ratio over all "
+            f"resolutions is Σ w · between / within with weights w of {weights}. The ratio grows "
+            "as the grid shrinks: compare only realizations of one grid and training image."
         )
 
 
 def draw_copying(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw seams, uses of the training image, and measures of copying of a realization."""
+    """Draw the seams of a realization, its uses of the training image, and measures of copying."""
     r = state.shown
 
     def draw(found: Copying) -> None:
@@ -465,7 +465,7 @@ def meter_of(found: Copying) -> list[tuple[str, str]]:
 def seam_map(
     found: Copying, ensemble: Ensemble, r: int, colours: Sequence[str], line: str
 ) -> CellMap:
-    """Return a map of a realization with seams; hovering names the facies at seams too."""
+    """Return a map of a realization with seams; hovering over a seam also shows the facies."""
     names = ensemble.training_image.facies_names
     n = len(names)
     seams = found.seams if n <= 128 else np.zeros_like(found.seams)

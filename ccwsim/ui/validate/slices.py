@@ -26,7 +26,7 @@ HOVER = ("column, row", "column, layer", "row, layer")
 
 @dataclass(frozen=True)
 class ShownSlice:
-    """A layer (axis 0), a row or a column of a volume; if `axis` is None, a map."""
+    """A layer (axis 0), row or column of a volume; if `axis` is None, a complete map."""
 
     axis: int | None = None
     at: int = 0
@@ -114,4 +114,4 @@ def draw_slice_fields(state: State, ensemble: Ensemble) -> None:
             )
             bounds = {"min_value": 0, "max_value": last, "width": 320}
             field(st.slider, label, key=f"slice_{AXES[axis]}", value=shown.at, write=move, **bounds)
-        step_note(f"Maps display ({HOVER[axis]}) of the cell under the pointer.")
+        step_note(f"Maps display the indices ({HOVER[axis]}) of the cell under the pointer.")

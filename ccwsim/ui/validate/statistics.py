@@ -68,7 +68,7 @@ DENSE_LAGS, STRIDE = 10, 4
 """Transiograms use every lag up to `DENSE_LAGS`, and every `STRIDE`-th lag above it."""
 MAX_KEPT, MAX_KEPT_BYTES = 96, 256 * 10**6
 MIN_KEPT = 24
-"""Minimum number of values in the cache, whatever their size; a page shows fewer values."""
+"""Minimum number of cached values, even if they are large; a page shows fewer values."""
 MIN_STOPPABLE = 3.0
 """Number of seconds of work after which the button to stop is shown."""
 Value = TypeVar("Value")
@@ -86,7 +86,7 @@ class LagMaps:
 
 @dataclass(frozen=True, eq=False)
 class Compared(Generic[Value]):
-    """A statistic of realizations, and the fit of their pieces to crops of the training image."""
+    """A statistic of realizations, and the fit of realizations to crops of the training image."""
 
     value: Value
     fit: Fit | None
@@ -94,7 +94,7 @@ class Compared(Generic[Value]):
 
 @dataclass(frozen=True, eq=False)
 class GeobodiesCompared:
-    """Geobodies of realizations and of the training image, numbers of cells, and fit to crops."""
+    """Geobodies and numbers of cells of realizations and image, and fit to crops of the image."""
 
     each: Geobodies
     reference: Geobodies
@@ -118,7 +118,7 @@ class PatternsCompared:
 
 
 def as_task(work: Callable[Concatenate[Fraction, Given], Value]) -> Callable[Given, Task[Value]]:
-    """Return a function that returns work(progress, …) as a task, with the arguments as the key."""
+    """Return a function that returns a task of work(progress, …), keyed by the arguments."""
 
     @wraps(work)
     def task_of(*given: Given.args, **options: Given.kwargs) -> Task[Value]:
@@ -353,7 +353,7 @@ def known(state: State, task: Task[Value]) -> Value | None:
 
 
 def draw_work(state: State) -> None:
-    """Follow unfinished statistics; the page calls this last, so that elements do not move."""
+    """Follow unfinished statistics; called at the end of a page, so no element below moves."""
     page_state = state.page(Validation)
     waiting = dict(page_state.waiting)
     if waiting and not page_state.worker.stopped:

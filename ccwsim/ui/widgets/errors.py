@@ -55,7 +55,7 @@ def problem_in(act: Callable[[], object]) -> str:
 
 
 def if_possible(read: Callable[[], T]) -> T | None:
-    """Return the result of `read`, or None if `read` fails; the page already shows the reason."""
+    """Return the result of `read`, or None if `read` fails: the page shows the reason elsewhere."""
     try:
         return read()
     except CCWSIMError:

@@ -49,7 +49,7 @@ def field(
     write: Callable[[Any], None],
     **options: Any,
 ) -> Any:
-    """Draw a widget whose value is stored in the state, so that page changes do not lose the value.
+    """Draw a widget whose value is stored in the state and so survives a change of the page.
 
     `write` is called with the new value when the user changes it, before the page is drawn again.
     """
@@ -69,7 +69,7 @@ def field(
 
 
 def labels_of(options: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the labels of a widget's options; empty if options are used as labels.
+    """Return the labels of a widget's options; empty if the options have no separate labels.
 
     Examples
     --------
@@ -85,7 +85,7 @@ def _version(key: str, value: Any, labels: tuple[str, ...]) -> int:
 
     After a new value is set, a widget sends the old value until the browser has redrawn the widget.
     The old value looks like a change by the user. So a new widget replaces the old widget, and
-    stale browser values are dropped. The version also changes with labels of options. Trailing
+    stale browser values are dropped. The version also changes when labels change. Trailing
     spaces give a new key with the same CSS class.
     """
     version, start, called = _versions().get(key, (0, value, labels))
@@ -101,7 +101,7 @@ def _versions() -> dict[str, tuple[int, Any, tuple[str, ...]]]:
 
 
 def within(value: Any, options: dict[str, Any]) -> dict[str, Any]:
-    """Return options with bounds extended to a study's value, which the widget must accept.
+    """Return the options of a widget, with bounds that include the value of the study.
 
     Examples
     --------
