@@ -159,7 +159,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print(rows[-1], flush=True)
     text = SAFETY.read_text("utf-8")
     head, tail = text.split(BEGIN)[0], text.split(END)[1]
-    table = HEADER + "\n".join(rows) + "\n"
+    load = f"Measured at a load of {os.getloadavg()[0]:.0f} on {os.cpu_count()} cores."
+    table = HEADER + "\n".join(rows) + f"\n\n{load}\n"
     write_bytes(SAFETY, f"{head}{BEGIN}\n{table}\n{END}{tail}".encode())
 
 
