@@ -166,7 +166,7 @@ def open_content(
         options = {"picture": {"part": part, "up": up}, "npy": {"whole": part is not None}}
         return READERS[kind](content, name, **options.get(kind, {}))
     if kind == "matlab 7.3":
-        raise CCWSIMError(f"{name}: MATLAB 7.3 (HDF5) files are not supported; save it with -v7")
+        raise CCWSIMError(f"{name}: MATLAB 7.3 (HDF5) is not supported; save the file with -v7")
     raise CCWSIMError(
         f"{name} has an unknown format; use a picture, an SGeMS or GSLIB file, a CSV table, "
         "GeoJSON points, or a NumPy, MATLAB or VTK file"
