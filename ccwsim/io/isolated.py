@@ -24,6 +24,7 @@ from typing import Any, NamedTuple, TypeVar
 from ccwsim.io.data_file import printable
 from ccwsim.io.limits import MIB, FileLimits, limited
 from ccwsim.jobs.child import ChildProcess, can_start, connect_to_parent
+from ccwsim.jobs.turns import PAGE_TURNS
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.system.lru_cache import LruCache
 from ccwsim.system.memory import address_space, free_memory, give_back_memory
@@ -102,9 +103,11 @@ class _Answers:
             if pending is None:
                 mine = self._pending[key] = Future[Any]()
         if pending is not None:
-            return pending.result()
+            with PAGE_TURNS.paused():
+                return pending.result()
         try:
-            mine.set_result(_read_apart(request))
+            with PAGE_TURNS.paused():
+                mine.set_result(_read_apart(request))
             self._kept.put(key, (mine.result(),))
         except BaseException as error:
             mine.set_exception(error)
