@@ -38,7 +38,7 @@ N_WARM = 2
 WALL_FACTOR = 6
 """Wall time limit / processor time limit; above 1 because a process may wait for a core."""
 KEPT_RESULTS, KEPT_BYTES = 256, 256 * MIB
-"""Maximum number and total size of kept results."""
+"""Maximum number of cached results, and maximum total size of these results in bytes."""
 
 
 class IsolatedFile:

@@ -169,7 +169,7 @@ class Job(Generic[Result]):
 
     @property
     def seconds_left(self) -> float | None:
-        """Estimated seconds left, without compilation; None if too little of the work is done."""
+        """Estimated seconds left, excluding compilation; None if too little of the work is done."""
         start, share = self._first_report or (0.0, 1.0)
         if self.fraction - share < LEAST_SHARE:
             return None
