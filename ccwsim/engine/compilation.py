@@ -293,7 +293,7 @@ def _let_compile(process: ChildProcess, request: CompileRequest) -> None:
 
 
 def serve() -> None:
-    """Compile kernels that another process requests, until it closes standard input or ends."""
+    """Compile kernels requested by another process, until that process ends or closes the input."""
     if os.path.basename(FOLDER) != NAME:
         return  # the source has changed since the other process was started
     requests, answers = connect_to_parent()

@@ -51,7 +51,7 @@ class OrientedImage(NamedTuple):
 def orient_image(
     study: Study, image: NDArray[np.uint8], lengths: ScaledLengths, may_split: bool
 ) -> OrientedImage:
-    """Return the prepared `image`, which is in path coordinates at the searched scale.
+    """Return the prepared `image`, which is in path coordinates at the coarsest scale.
 
     `lengths` are along the axes of the path; `may_split` tells whether tiles may be split.
     """
@@ -110,7 +110,7 @@ class PreparedImage:
         self._parts: LruCache[Any] = LruCache(max_bytes=KEPT_BYTES)
 
     def oriented(self, orientation: int, template: Triple) -> OrientedImage:
-        """Return the image in one orientation, at the searched scale.
+        """Return the prepared image in one orientation, at the coarsest scale.
 
         `template` has the lengths along the axes of the grid.
         """

@@ -130,11 +130,11 @@ def repair(
     data_status: NDArray[np.int16],
     report: Report = lambda share: None,
 ) -> None:
-    """Repair the seams of a realization in place if `repairs(study)`; data must be honoured before.
+    """If `repairs(study)`, repair the seams of a realization whose data are honoured, in place.
 
     First, windows are re-simulated. Second, tabu searches change single cells. Volumes and studies
-    with data have many unseen patterns. Their single cells also change before the first step, so
-    that fewer windows are re-simulated.
+    with data have many unseen patterns; in these studies, single cells are also changed before the
+    first step, so that fewer windows are re-simulated.
     """
     if not repairs(study):
         return

@@ -80,7 +80,7 @@ class DataFile:
                 said = " × ".join(map(str, values.shape))
                 raise CCWSIMError(
                     f"{self.name} states the shape {said} (slices × rows × columns), not "
-                    f"{tuple(shape)}; leave shape out"
+                    f"{tuple(shape)}; leave out shape="
                 )
             return values
         if shape is None:

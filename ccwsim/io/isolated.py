@@ -24,6 +24,7 @@ from typing import Any, NamedTuple, TypeVar
 from ccwsim.io.data_file import printable
 from ccwsim.io.limits import MIB, FileLimits, limited
 from ccwsim.jobs.child import ChildProcess, can_start, connect_to_parent
+from ccwsim.jobs.turns import PAGE_TURNS
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.system.lru_cache import LruCache
 from ccwsim.system.memory import address_space, free_memory, give_back_memory
@@ -37,7 +38,7 @@ N_WARM = 2
 WALL_FACTOR = 6
 """Wall time limit / processor time limit; above 1 because a process may wait for a core."""
 KEPT_RESULTS, KEPT_BYTES = 256, 256 * MIB
-"""Maximum number and total size of kept results."""
+"""Maximum number of cached results, and maximum total size of these results in bytes."""
 
 
 class IsolatedFile:
@@ -102,9 +103,11 @@ class _Answers:
             if pending is None:
                 mine = self._pending[key] = Future[Any]()
         if pending is not None:
-            return pending.result()
+            with PAGE_TURNS.paused():
+                return pending.result()
         try:
-            mine.set_result(_read_apart(request))
+            with PAGE_TURNS.paused():
+                mine.set_result(_read_apart(request))
             self._kept.put(key, (mine.result(),))
         except BaseException as error:
             mine.set_exception(error)

@@ -246,8 +246,8 @@ class FileSummary:
     """Name of the format."""
     name: str
     variables: tuple[VariableSummary, ...]
-    """Summaries of all variables. A picture has only "grey", which is `continuous` if the picture
-    has too many colours."""
+    """Summaries of all variables. The only variable of a picture is "grey"; it is `continuous` if
+    the picture has too many colours."""
     is_table: bool
     """Whether the file is a table: points, or a grid that needs `shape`."""
     is_picture: bool

@@ -81,12 +81,12 @@ def realizations_as_bytes(
     that `read_realizations` needs to restore the ensemble: `training_image`, `image_name`,
     `codes`, `facies_names`, `parameters` (JSON), `seed`, `hard_cells`, `hard_facies`, `met_by`,
     `numbers`, `revised`, `cpu_seconds`, `wall_seconds`, `cell_size`, `origin`.
-    `gslib`, `sgems` and `dat` have one column per realization, which starts in the south-west (x
-    fastest); line 1 has cell size and origin. `vti` has cell data of a VTK grid. `tif` has bands of
-    a GeoTIFF, north up (needs rasterio). `nc` has the array of `Ensemble.to_xarray` (needs xarray).
+    `gslib`, `sgems` and `dat` have one column per realization, with cells from the south-west (x
+    fastest); line 1 has cell size and origin. `vti` has an array per realization, `tif` a band per
+    realization, north up (needs rasterio). `nc` is `Ensemble.to_xarray` as a file (needs xarray).
     `png` is one map or a contact sheet, north up. `tif` and `png` cannot contain volumes.
 
-    Raises `CCWSIMError` for an unknown format, no realizations, or too many for a PNG.
+    Raises `CCWSIMError` for an unknown format, no realizations, or too many realizations for a PNG.
 
     Examples
     --------
@@ -143,8 +143,8 @@ def read_realizations(
     Returns
     -------
     Ensemble
-        Unknown times are NaN. Ensembles from grids and npy have no hard data, default parameters,
-        the seed 0, and `revised` true, because the seed cannot reproduce the realizations.
+        Unknown times are NaN. Ensembles from grids and npy have default parameters, the seed 0 and
+        no hard data; `revised` is true, because the seed cannot reproduce the realizations.
 
     Examples
     --------

@@ -84,7 +84,7 @@ class ChildProcess:
 def connect_to_parent() -> tuple[SimpleQueue[Any], BinaryIO]:
     """Return, in a child process, the queue of requests and the stream for answers.
 
-    A separate thread reads the requests, so that the process can end while it works.
+    A separate thread reads the requests, so that the child can end in the middle of a computation.
     """
     if hasattr(os, "nice"):
         os.nice(5)  # the dashboard and its browser have priority

@@ -28,7 +28,7 @@ PART, PART_VOLUME = (1, 64, 512), (16, 32, 128)
 """Layers, rows and columns of a part of a grid. A part fits into the processor's cache."""
 PARTS_PER_CALL = 64
 FURTHER, FURTHER_VOLUME = 3, 14
-"""A tabu search ends at this number of unseen patterns above the best state."""
+"""Number of unseen patterns, in excess of the best state, at which a tabu search ends."""
 PATIENCE, PATIENCE_VOLUME = 20, 40
 """Number of changes without a new best state after which a tabu search ends."""
 FURTHER_DATA, PATIENCE_DATA, SHARE_OF_DATA = 200, 2000, 0.001
@@ -341,8 +341,8 @@ def next_change(first, n_changed, better, patterns, part, rng):
     """Return a cell to change, its new facies, and the number of added unseen patterns.
 
     The change is chosen at random among the changes that add the fewest unseen patterns; this
-    number may be negative. A recently changed cell changes only if this adds fewer than `better`
-    unseen patterns; `better` is at most 0. The facies is UNKNOWN if no cell can change.
+    number may be negative. A recently changed cell changes only if the change adds fewer than
+    `better` unseen patterns; `better` is at most 0. The facies is UNKNOWN if no cell can change.
     """
     cells, aside = part.facies, part.aside
     n_aside, n_equal = np.uint64(len(aside)), 0

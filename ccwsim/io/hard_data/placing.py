@@ -421,7 +421,7 @@ def _report(placed: PlacedPoints, keep: NDArray[np.bool_], ties: int) -> HardDat
         (
             placed.n_off_centre,
             f"{placed.n_off_centre} of {points.n} data were not at the centre of their cell and "
-            "apply to the cell.",
+            "were moved there.",
         ),
     )
     notes = points.notes + tuple(text for count, text in sentences if count)

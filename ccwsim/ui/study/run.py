@@ -20,13 +20,21 @@ from ccwsim.model.ensemble import Ensemble, joined
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.run.executors import executor_of_environment
 from ccwsim.run.footprint import demand_of
+from ccwsim.run.shared import SharedRun, SharedRuns
 from ccwsim.run.simulation import simulate
 from ccwsim.sharing.choices import Choices
 from ccwsim.system.log import reason
 from ccwsim.system.machine import n_cores
 from ccwsim.system.memory import format_bytes
+from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.progress import format_duration
-from ccwsim.ui.session.resolve import data_of, image_of, same_realizations, study_of
+from ccwsim.ui.session.resolve import (
+    data_of,
+    image_of,
+    same_realizations,
+    study_of,
+    what_decides,
+)
 from ccwsim.ui.session.state import PastRun, State
 from ccwsim.ui.widgets.errors import problem_in
 from ccwsim.ui.widgets.fields import bound_to, button, field
@@ -175,13 +183,18 @@ def _begun(state: State, simulate_range: SimulateRange, after: float) -> Job[Ens
     choices, n = state.choices, state.choices.n_realizations
     state.realization_to_restore = state.shown
     waits_for_kernels = state.ensemble is None and not is_ready() and choices == Choices()
+    runs, image = shared_runs(), image_of(choices.image)
+    key = *what_decides(choices), image.name, image.facies_names  # the page shows the names
+
+    if (kept := runs.kept(key)) is not None:
+        return Job(lambda job: kept, choices, n=n)
 
     def begun(n_first: int, copies: int) -> Job[Ensemble]:
         def work(job: Job[Ensemble]) -> Ensemble:
             job.sleep(after)
             if waits_for_kernels:  # stored realizations are shown until the job has computed them
                 job.publish_partial(stored_ensemble())
-            return in_parts(job, simulate_range, n_first)
+            return runs.ensemble_for(job, key, lambda run: in_parts(run, simulate_range, n_first))
 
         return Job(work, choices, demand_of_run(state, copies), n=n)
 
@@ -194,7 +207,15 @@ def _begun(state: State, simulate_range: SimulateRange, after: float) -> Job[Ens
         return begun(n, 1)
 
 
-def in_parts(job: Job[Ensemble], simulate_range: SimulateRange, n_first: int) -> Ensemble:
+@cached()
+def shared_runs() -> SharedRuns:
+    """Return the only store of runs of this server."""
+    return SharedRuns()
+
+
+def in_parts(
+    job: Job[Ensemble] | SharedRun, simulate_range: SimulateRange, n_first: int
+) -> Ensemble:
     """Simulate an ensemble in parts; the first part is small. Parts do not affect the result."""
     size, budget = min(n_first, job.n), NEXT_PART
     start = time.monotonic()
@@ -209,7 +230,10 @@ def in_parts(job: Job[Ensemble], simulate_range: SimulateRange, n_first: int) ->
 
 
 def _with_part(
-    job: Job[Ensemble], simulate_range: SimulateRange, before: Ensemble | None, size: int
+    job: Job[Ensemble] | SharedRun,
+    simulate_range: SimulateRange,
+    before: Ensemble | None,
+    size: int,
 ) -> Ensemble:
     if size == job.n:
         return simulate_range(0, size, job.report, job.is_cancelled)
