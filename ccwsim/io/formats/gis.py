@@ -62,6 +62,8 @@ def read_geojson(text: bytes, name: str) -> DataFile:
 
 def _points(feature: Any, name: str, number: int) -> list[Point]:
     geometry, values = feature["geometry"], feature.get("properties") or {}
+    if geometry is None:
+        return [Point(number, float("nan"), float("nan"), dict(values))]
     kind = geometry["type"]
     if kind not in ("Point", "MultiPoint"):
         raise CCWSIMError(
