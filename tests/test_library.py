@@ -56,7 +56,7 @@ def test_names_of_facies_stand_for_their_codes():
         assert found.triples == HardData(CELLS, FACIES).triples
         with pytest.raises(CCWSIMError, match="names are: none"):
             HardData.of(data, GRID)
-    with pytest.raises(CCWSIMError, match="'clay' is no name of a facies"):
+    with pytest.raises(CCWSIMError, match="'clay' is not a facies name"):
         run(hard_data=(CELLS, ["clay", *names[1:]]))
 
 

@@ -35,7 +35,7 @@ PARAMETERS_HELP = (
     "read parameters from a JSON file saved by the dashboard; parameter options override them"
 )
 CELL_HEIGHT_HELP = "height of a cell of a volume in world units (default: 1)"
-BOTTOM_HELP = "z of the bottom of the lowest layer of a volume (default: 0)"
+BOTTOM_HELP = "z at the bottom of a volume (default: 0)"
 NAME = {"metavar": "NAME"}
 Options = dict[str, tuple[str, dict[str, Any], str]]
 """Option, type of the values and help text, for each argument of a file reader."""
@@ -103,7 +103,7 @@ FILES_OF_DATA: Options = {
 COLUMN_OPTIONS = {
     "x": ("--hard-x", "is x (in --collars, if given)"),
     "y": ("--hard-y", "is y (in --collars, if given)"),
-    "z": ("--hard-z", "is z, for a volume (in --collars, if given)"),
+    "z": ("--hard-z", "is z, for a volume (of --collars, if this table is given)"),
     "well": ("--hard-well", "of --hard-data contains the well names, for a volume"),
     "depth_from": ("--hard-from", "is the upper depth of well intervals, for a volume"),
     "depth_to": ("--hard-to", "is the lower depth of well intervals, for a volume"),
@@ -145,7 +145,7 @@ DATA_OPTIONS: Options = {
     "classes": (
         "--hard-classes",
         {"metavar": "E1,E2…|codes", "type": edges_or_codes},
-        "for continuous values: the class edges of the training image",
+        "for continuous values: class edges, as for the training image",
     ),
     "on_collision": (
         "--on-collision",

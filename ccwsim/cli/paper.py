@@ -23,7 +23,7 @@ examples:
 @click.option(
     "--data",
     metavar="DIR",
-    help="Folder that contains the authors' files in the folders paper and reference (default: "
+    help="Folder whose subfolders paper and reference contain the authors' files (default: "
     "the bundled training images and data).",
 )
 @click.option("-o", "--output", required=True, metavar="FILE", help="The report, .html.")
@@ -36,7 +36,7 @@ examples:
     "--largest-grid",
     type=int,
     metavar="N",
-    help="Measure times of grids up to N × N cells (default: 2500; largest grid of the paper: "
+    help="Time simulations of grids up to N × N cells (default: 2500; largest grid of the paper: "
     "5000).",
 )
 @click.option("--seed", type=int, default=0, metavar="N", help="Default: 0.")
@@ -46,8 +46,8 @@ def command(
 ) -> int:
     """Run the paper's experiments and write a report.
 
-    Runs the experiments of the paper (sections 5.1 to 5.9) in some minutes. The HTML report has our
-    result for each figure and table beside the paper's result, with a verdict.
+    Runs the experiments of the paper (sections 5.1 to 5.9) in some minutes. For each figure and
+    table, the HTML report shows our result beside the paper's, with a verdict.
     """
     check_report(output)
     from ccwsim import paper

@@ -14,7 +14,7 @@ from typing import TextIO
 from tqdm import tqdm
 
 SECONDS_A_LINE = 5.0
-"""Seconds between lines of progress without a terminal, such as in the log of a batch system."""
+"""Seconds between progress lines if there is no terminal, as in the log of a batch system."""
 STARTING = "starting …"
 BAR = "{bar:24} {percentage:3.0f} %  {desc}  {remaining} left"
 
@@ -123,7 +123,7 @@ SIGNALS = {"SIGINT": 130, "SIGTERM": 143, "SIGHUP": 129}
 
 
 class Stop:
-    """A flag whose call returns whether a signal stopped the run, with the exit code."""
+    """A flag with an exit code; calling the flag returns whether a signal stopped the run."""
 
     def __init__(self) -> None:
         self.exit_code = 0

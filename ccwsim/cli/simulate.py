@@ -132,7 +132,7 @@ def streamed_output(paths: Sequence[str]) -> str | None:
 
 
 def summary(e: Ensemble) -> str:
-    """Return a summary of an ensemble with size, times, honoured data and proportions."""
+    """Return a summary of an ensemble: size, times, honoured data and proportions."""
     from ccwsim.model.arrays import describe_shape
 
     ti, n = e.training_image, e.hard_data.n

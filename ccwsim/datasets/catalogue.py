@@ -65,10 +65,10 @@ WELLS_SHAPE = (48, 100, 100)
 
 SURVEYS = _rows(Survey, "surveys")
 WELLS = {f"{name}_10_wells": Survey(name, WELLS_SHAPE, "10 vertical wells") for name in VOLUMES}
-"""Volume of each bundled well data set, by name of the hard data."""
+"""Descriptions of the bundled wells, by name of the hard data."""
 
 FIELD_SIDES = {"channels": (256, 512), "stone_wall": (512,), "barchans": (512, 1000)}
-"""Sides in cells of the square reference fields of each image; their seed is not the image's."""
+"""Sides in cells of each image's square reference fields, made with a seed of their own."""
 
 
 def names() -> tuple[str, ...]:

@@ -44,7 +44,7 @@ POLL_SECONDS = 0.1
 NOW, SOON, LATER = 0, 1, 2
 """Urgency of a request: a call waits for the kernel, will soon need it, or may need it later."""
 ENTRY_KERNELS = {"simulate_patches", "resimulate_windows", "repair_windows", "change_cells"}
-"""Names of the kernels of a realization that take longest to compile."""
+"""Names of a realization's kernels that take longest to compile."""
 OPTIMIZING = 0.5
 """Time to optimize a kernel, divided by the time to infer the types in the kernel."""
 
@@ -97,7 +97,7 @@ def compile_missing(kernel: Kernel, signature: tuple[Any, ...]) -> None:
 
 
 class CompilationProgress(NamedTuple):
-    """Progress of the compilation of the kernels for which calls are waiting."""
+    """Progress of compiling the kernels for which calls are waiting."""
 
     n_done: int
     n: int

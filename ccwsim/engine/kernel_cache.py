@@ -1,7 +1,7 @@
 """Store compiled kernels on disk, in a folder named after the content of all kernels.
 
-The code of a kernel includes the functions that the kernel calls. If any file with kernels or the
-way of compiling changes, all kernels are therefore recompiled into a new folder.
+The code of a kernel includes the functions that the kernel calls. If the way of compiling or any
+file with kernels changes, all kernels are therefore recompiled into a new folder.
 """
 
 from __future__ import annotations

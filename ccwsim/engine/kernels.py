@@ -46,7 +46,7 @@ class Kernel:
 
 
 def _functions_in(function: Callable[..., Any], seen: set[Any]) -> set[Any]:
-    """Return a function and all parts of kernels that the function calls, also indirectly."""
+    """Return a function and all parts of kernels that the function calls directly or indirectly."""
     seen.add(function)
     for name in function.__code__.co_names:
         part = function.__globals__.get(name)
@@ -73,9 +73,9 @@ def allocating_kernel(function: Callable[..., Any]) -> Any:
 class part_of_kernel:  # noqa: N801 - a decorator
     """A decorator for a function that is compiled into the kernels that call the function.
 
-    Compiling takes half the time without a wrapper for calls from Python, and a quarter if the
-    function is optimized only in kernels. A call from Python, for example in a test, compiles the
-    function separately.
+    Without a wrapper for calls from Python, compiling takes half the time. Compiling takes a
+    quarter of the time if the function is optimized only in kernels. A call from Python, for
+    example in a test, compiles the function separately.
 
     Examples
     --------
@@ -124,7 +124,7 @@ class inlined_part_of_kernel(part_of_kernel):  # noqa: N801 - a decorator
 
     @property
     def targetoptions(self) -> dict[str, Any]:
-        """Options of the function, in which Numba reads that calls must be inlined."""
+        """Options of the function, which tell Numba to inline calls."""
         return self._part.targetoptions
 
     @property

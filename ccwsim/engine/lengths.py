@@ -66,8 +66,8 @@ def lengths_of(
     """Return the lengths along a path at each scale, the finest first.
 
     Only "ms-ccsim" has more than one scale. `shape` is the shape of the grid; `template` is the
-    template of a realization along the axes of the grid. An axis is up-gridded at most as many
-    times as its wavelet level.
+    template of a realization along the axes of the grid. The wavelet level of an axis limits the
+    number of times that the axis is up-gridded.
 
     Examples
     --------

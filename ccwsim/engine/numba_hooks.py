@@ -29,7 +29,7 @@ def are_known(version: str = numba.__version__) -> bool:
 class _LinkedLibrary(codegen.JITCodeLibrary):
     """The unoptimized code of a part of kernels, for linking into kernels.
 
-    The code is optimized only in kernels; Numba would otherwise optimize it separately too.
+    The code is optimized only in kernels; Numba would otherwise also optimize it separately.
     """
 
     def _optimize_final_module(self) -> None:
@@ -45,7 +45,7 @@ class _LinkedLibrary(codegen.JITCodeLibrary):
 
     @property
     def codegen(self) -> Any:
-        """A replacement without effect, because parts never use Numba's Python environment."""
+        """A substitute whose `set_env` does nothing; parts never use a Python environment."""
         return SimpleNamespace(set_env=lambda name, environment: None)
 
 

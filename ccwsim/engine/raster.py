@@ -59,25 +59,25 @@ TERMS_PER_CALL = 500_000_000
 """Number of terms of scores computed between two reports of progress."""
 MAX_PATCHES_PER_CALL = 512
 SLACK = 8
-"""Maximum number of wrong cells by which a candidate may exceed the best location, without data and
-for an overlap of 448 cells. The limit is proportional to the overlap."""
+"""A candidate may have at most this number of wrong cells more than the best location, for an
+overlap of 448 cells without data. The limit is proportional to the overlap."""
 N_DRAWN = 2
 """Number of random locations per patch without data; the best after refinement is used."""
 REACH = 4
-"""Distance from the verbatim continuation of a patch, in cells but at least one block, up to which
-locations are excluded."""
+"""Locations are excluded up to this distance, in cells (but at least one block), from the verbatim
+continuation of a patch."""
 FEW_LOCATIONS = 100
-"""Number of locations, in addition to 4 K, below which continuations are not excluded."""
+"""If there are fewer locations than this number plus 4 K, continuations are not excluded."""
 TARGET_SPREAD = 0.7
 """Spread of the target proportions of maps, divided by the spread between pieces of the image. The
 ratio is below 1 because proportions of maps also vary around the target."""
 WEIGHT_OF_MORE_FACIES = 2
-"""Factor of the weights of data for three or more facies: fewer locations then honour data."""
+"""Factor of the weights of data for over two facies, because fewer locations then honour data."""
 DATUM_FACTOR = 25
 """Factor of the weights of data if data are not honoured exactly, as in the authors' code."""
 MAX_KEPT = 2**20
-"""Maximum number of cells of an empty data array that is stored for other realizations. Larger
-arrays would use too much memory."""
+"""Maximum number of cells of an empty data array that is stored for use in other realizations.
+Larger arrays would use too much memory."""
 RASTER_SHARE, REPAIR_SHARE = 0.7, 0.85
 """Progress at which local re-simulation begins (if there are data) and at which seam repair begins,
 as assumed shares of the time of a realization."""

@@ -126,9 +126,9 @@ def repair(
 ) -> None:
     """Repair the seams of a realization in place if `repairs(study)`; data must be honoured before.
 
-    First, windows are re-simulated. Second, tabu searches change single cells. In volumes and in
-    studies with data, which have many unseen patterns, single cells are also changed before windows
-    are re-simulated, because fewer windows are then needed.
+    First, windows are re-simulated. Second, tabu searches change single cells. Volumes and studies
+    with data have many unseen patterns. Their single cells also change before the first step, so
+    that fewer windows are re-simulated.
     """
     if not repairs(study):
         return

@@ -26,7 +26,7 @@ from ccwsim.run.simulation import simulate
 
 MIN_SETTINGS, MAX_SETTINGS = 2, 4
 SIMULATED, CURVES_DONE = 0.7, 0.85
-"""Fraction of the total work that is done after the simulation, and after the curves."""
+"""Finished fraction of the work at the end of the simulation, and at the end of the curves."""
 LOW, HIGH = 0.05, 0.95
 """Quantiles that bound the bands of curves of a setting."""
 MIN_ERRORS = 2.0
@@ -83,7 +83,7 @@ class PairRatio:
 
     @property
     def grades(self) -> tuple[int, int, int]:
-        """Return −1 (below 1), 1 (above 1) or 0 (close to 1) for between, within and ratio.
+        """For `between`, `within` and `ratio`, return −1 if below 1, 1 if above 1, 0 if close to 1.
 
         A ratio is close to 1 if its logarithm is within two standard errors of 0.
         """
@@ -142,7 +142,7 @@ class Comparison:
 
     @property
     def ratios(self) -> list[PairRatio]:
-        """Ratios of each setting to all settings before; empty while `anodi` is None."""
+        """Ratios of each setting to each earlier setting; empty while `anodi` is None."""
         if self.anodi is None:
             return []
         pairs = [(a, b) for k, a in enumerate(self.names) for b in self.names[:k]]
@@ -235,7 +235,7 @@ def add_curves(
     progress: Progress | None = None,
     cancel: Callable[[], bool] | None = None,
 ) -> Comparison:
-    """Return the comparison with the curves of one more facies (a code) added."""
+    """Return a comparison that also has the curves of another facies, given by its code."""
     n = sum(e.n for e in comparison.ensembles)
     return _with_curves(comparison, facies, _Course(progress, cancel, n), 0.0, 1.0)
 

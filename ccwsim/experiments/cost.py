@@ -60,7 +60,7 @@ def typical_seconds(
 def _seconds_of_volume(
     parameters: Parameters, image_shape: Shape, grid_shape: Shape, n_data: int, judged: bool
 ) -> float:
-    """Return the CPU seconds of a volume; the search dominates at level 0, cells dominate above."""
+    """Return the CPU seconds of a volume, mainly for the search at level 0 and for cells above."""
     lengths, cells = parameters.along(grid_shape), prod(grid_shape)
     sides = zip(image_shape, lengths.template, lengths.level, strict=True)
     locations = prod(max(side - size, 0) // 2**level + 1 for side, size, level in sides)

@@ -129,7 +129,7 @@ def value_of(p: Parameters, name: str) -> Any:
 
 
 def _changed(base: Parameters, changes: Mapping[str, Any]) -> Parameters:
-    """Return the parameters with some values changed, by keys of `RANGED`."""
+    """Return a copy of the parameters with new values, given by keys of `RANGED`."""
     values = dict(changes)
     for name in PER_AXIS:
         z, own = values.pop(name + ALONG_Z, value_of(base, name + ALONG_Z)), values.get(name)

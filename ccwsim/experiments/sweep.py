@@ -47,10 +47,10 @@ TAU_TOLERANCE = 0.03
 PROPORTION_TOLERANCE = 0.1
 """Maximum difference between two relative errors of proportions that count as equal."""
 MAX_COPIED = 4
-"""Maximum size in templates of a copied piece, which is 5 to 13 at K = 1 and up to 3 at K = 5."""
+"""Maximum size of a copied piece, in templates; usual sizes: 5 to 13 (K = 1), up to 3 (K = 5)."""
 EQUALLY_GOOD = (
     f"differ by less than {100 * PATTERN_TOLERANCE:.0f} % in patterns, {TAU_TOLERANCE} in τ(h) and "
-    f"{100 * PROPORTION_TOLERANCE:.0f} % in proportions, or less than their spread"
+    f"{100 * PROPORTION_TOLERANCE:.0f} % in proportions, or by less than their spread"
 )
 MAX_NAMED = 4
 """Maximum number of settings that a sentence names."""
@@ -244,8 +244,8 @@ def recommended(sweep: Sweep) -> Recommendation:
     Settings are excluded in this order: settings that miss more data than others; settings whose
     template is too large for the training image; settings that copy pieces larger than four
     templates; settings that are worse than the best in proportions, patterns or connectivity. Only
-    differences above a tolerance (0.1 of the proportion, a tenth of the pattern distance, 0.03 of
-    τ) and above two standard errors count. The spread between realizations gives the standard
+    differences above a tolerance (a tenth of the proportion, a tenth of the pattern distance, 0.03
+    in τ) and above two standard errors count. The spread between realizations gives the standard
     errors.
 
     Raises `CCWSIMError` if no setting is finished.
@@ -289,7 +289,7 @@ def _without_large_templates(sweep: Sweep, among: NDArray[np.int64]) -> Narrowed
     many = "setting has a template" if n == 1 else "settings have templates"
     return among[fits], (
         f"{n} other {many} so large that fewer than {MIN_ACROSS**2} fit the training image: "
-        "realizations would repeat pieces of it."
+        "realizations would repeat pieces of the image."
     )
 
 
@@ -316,7 +316,7 @@ def _without_copies(sweep: Sweep, among: NDArray[np.int64]) -> Narrowed:
 
 
 def _left_behind(sweep: Sweep, kind: str, good: NDArray[np.int64], out: NDArray[np.int64]) -> str:
-    """Return a sentence on how much larger one error of the excluded settings is."""
+    """Return a sentence that compares one error of the excluded settings with the best setting."""
     errors = sweep.errors(kind)
     best, other = np.nanmin(errors[good]), errors[out]
     known = other[~np.isnan(other)]
@@ -326,10 +326,10 @@ def _left_behind(sweep: Sweep, kind: str, good: NDArray[np.int64], out: NDArray[
     least = known.min()
     return {
         "proportions": f"{n} worse in proportions: a facies is off by {100 * least:.2g} % or more, "
-        f"with the best setting by {100 * best:.2g} %.",
-        "patterns": f"{n} worse in patterns: {least:.3g} bits or more, the best {best:.3g} bits.",
+        f"but by only {100 * best:.2g} % with the best setting.",
+        "patterns": f"{n} worse in patterns: {least:.3g} bits or more; the best has {best:.3g}.",
         "connection": f"{n} worse in connectivity: the error of τ(h) is {least:.2g} or more, "
-        f"with the best setting {best:.2g}.",
+        f"but {best:.2g} with the best setting.",
     }[kind]
 
 

@@ -23,7 +23,7 @@ from ccwsim.run.simulation import simulate
 CELLS_AT_ONCE = 32_000_000
 """Maximum number of cells of all realizations in memory, with one byte per cell."""
 LINEAR = (0.9, 1.1)
-"""Range of the exponent of the number of cells for which growth is called linear."""
+"""Growth is called linear if the exponent of the number of cells is in this range."""
 
 
 @dataclass(frozen=True)
@@ -168,7 +168,7 @@ def image_of_case(training_image: TrainingImage, case: TimingCase) -> TrainingIm
 
 
 def _sampled_field(image: TrainingImage, case: TimingCase, seed: int) -> NDArray[np.integer]:
-    """Return the field from which data are sampled; its seed differs from timed realizations."""
+    """Return the field from which data are sampled; timed realizations have other seeds."""
     p = case.parameters
     p = Parameters(p.template_size, p.overlap_size, p.level)
     other = seed + 1 if seed < 2**31 else seed - 1
@@ -203,7 +203,7 @@ class Growth:
 
 
 def growth(timings: Sequence[Timing]) -> Growth:
-    """Return the growth of one setting's time with the grid (Fig. 13).
+    """Return how one setting's time grows with the number of grid cells (Fig. 13).
 
     Raises `CCWSIMError` if all grids have the same number of cells.
     """

@@ -75,11 +75,11 @@ def curves_chart(
     x_title: str = "lag (cells)",
     height: int = 196,
 ) -> go.Figure:
-    """Return a chart of the curves of an ensemble or several settings, with a red training image.
+    """Return a chart of curves of an ensemble or several settings; the training image is red.
 
     The chart of one ensemble has grey realizations, a grey band and a dark median. The chart of up
-    to four named settings has a band and a median for each setting. Give charts that are compared
-    the same `y_range`.
+    to four named settings has a band and a median for each setting. Charts to be compared need the
+    same `y_range`.
 
     Examples
     --------
@@ -220,7 +220,7 @@ def vertical_proportions_chart(
     y_title: str = "elevation",
     height: int = 196,
 ) -> go.Figure:
-    """Return a chart of the share of a facies in each layer, with a red training image.
+    """Return a chart of the share of a facies in each layer; the training image is red.
 
     The lags of `bundle` are the elevations of the realizations' layers, and the values are shares
     from 0 to 1. If the training image has other layers, `reference_at` gives the elevations of

@@ -81,7 +81,7 @@ def tile_size(shape: tuple[int, int], longest: int) -> tuple[int, int]:
 def contact_sheet(
     indices: NDArray[np.uint8], colours: Sequence[str], *, longest: int = 96
 ) -> tuple[bytes, int]:
-    """Return one PNG with realizations, shape (n, ny, nx), as tiles, and the number of columns.
+    """Return a PNG that shows realizations, shape (n, ny, nx), as tiles, and its number of columns.
 
     Realization r is in row r // columns and column r % columns. Here `longest` is the length in
     pixels of the longer side of a tile.
@@ -215,7 +215,7 @@ def data_map(
 
 
 def steps_of(shares: NDArray[np.float64]) -> tuple[NDArray[np.uint8], list[str]]:
-    """Return shares from 0 to 1 as indices of colours of the cividis ramp, and these colours."""
+    """Convert shares from 0 to 1 to indices of cividis colours; return indices and colours."""
     steps = np.rint(np.clip(shares, 0, 1) * (STEPS - 1)).astype(np.uint8)
     return steps, ramp(CIVIDIS, STEPS)
 

@@ -122,7 +122,7 @@ def data_chart(data: HardData) -> go.Figure:
 
 
 def _middle(shape: Sequence[int]) -> tuple[tuple[int, ...], str]:
-    """Return the index and a description of the middle layer of a volume, or empty values."""
+    """Return index and description of the middle layer of a volume; for a map, both are empty."""
     if len(shape) == 2:
         return (), ""
     layer = shape[0] // 2

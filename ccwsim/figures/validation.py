@@ -134,7 +134,7 @@ def data_status_chart(
 def divergence_chart(
     factors: Sequence[int], between: Floats, within: Floats, theme: Theme, *, height: int = 230
 ) -> go.Figure:
-    """Return a chart of the ANODI divergences between and within, two joined dots per resolution.
+    """Return a chart of the ANODI divergences "between" and "within": two joined dots a resolution.
 
     Resolutions are 1 / factor. Divergences are in bits; undefined divergences are NaN.
 

@@ -67,7 +67,7 @@ def opened_archive(content: bytes, name: str) -> Iterator[Archive]:
     entries = content.count(_ENTRY)  # opening a zip creates an object for each entry
     if entries > MAX_MEMBERS:
         raise CCWSIMError(
-            f"{name}: {entries} files in a zip are more than {MAX_MEMBERS}; save only the needed "
+            f"{name}: the zip has {entries} files, more than {MAX_MEMBERS}; save only the needed "
             "files"
         )
     said = broken(f"{name}: the zip file is broken", remedy="get the file again")

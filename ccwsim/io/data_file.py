@@ -129,7 +129,7 @@ class DataFile:
         return grid if south_first else np.flip(grid, -2)
 
     def _layer(self, grid: NDArray, slice_index: int | None) -> NDArray:
-        """Return one layer; if the grid is one cell wide, return it as a vertical section."""
+        """Return one layer; if the grid is one cell wide, return the grid as a vertical section."""
         n = len(grid)
         if slice_index is None and (n == 1 or 1 in grid.shape[1:]):
             return grid[0] if n == 1 else grid.reshape(n, -1)

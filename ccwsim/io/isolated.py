@@ -1,8 +1,8 @@
-"""Read files from strangers in other processes, with bounded memory and time.
+"""Read untrusted files in separate processes, with bounded memory and time.
 
-A decoder that meets hostile bytes can hold the interpreter lock for minutes, fill the memory or
-end its process. Here, only a child process suffers: it is killed and replaced. Results and errors
-are kept by the content of the file, so that each file is parsed, or refused, only once.
+A decoder that reads hostile bytes can hold the interpreter lock for minutes, fill the memory or
+end its process. Such a decoder runs in a child process, which is killed and replaced. Results and
+errors are cached by file content, so that the same content is read only once.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ MAX_PROCESSES = 8
 N_WARM = 2
 """Number of processes that are kept for the next files."""
 WALL_FACTOR = 6
-"""Maximum wall time divided by the maximum processor time, because cores may be shared."""
+"""Wall time limit / processor time limit; above 1 because a process may wait for a core."""
 KEPT_RESULTS, KEPT_BYTES = 256, 256 * MIB
 """Maximum number and total size of kept results."""
 
@@ -86,7 +86,7 @@ class _Request(NamedTuple):
 
 
 class _Answers:
-    """Results and errors by request; equal requests at the same time are answered once."""
+    """Cache of results and errors by request; equal simultaneous requests are computed once."""
 
     def __init__(self) -> None:
         self._kept = LruCache[tuple[Any]](KEPT_RESULTS, KEPT_BYTES)

@@ -18,13 +18,13 @@ from ccwsim.model.errors import CCWSIMError, shown
 MIB = 2**20
 
 MAX_VARIABLES = 1000
-"""Maximum number of variables in a file, from which a user can choose in a list."""
+"""Maximum number of variables in a file; a user chooses a variable from a list."""
 
 PACKED_FREELY = 64 * MIB
 """Unpacked bytes allowed at any compression ratio; uniform images compress extremely well."""
 
 MAX_MEMBERS = 2000
-"""Maximum number of files in a zip, for each of which Python creates an object."""
+"""Maximum number of files in a zip; Python creates an object for each file."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ def limits() -> FileLimits:
 
 @contextmanager
 def limited(to: FileLimits) -> Iterator[None]:
-    """Apply limits to all readers inside the block, except `memory` and `seconds`.
+    """Apply all limits except `memory` and `seconds` to readers called inside the block.
 
     Examples
     --------

@@ -42,7 +42,7 @@ class FilePart:
         return None if crop is None and every == 1 else cls(crop, every)
 
     def box(self, name: str, shape: tuple[int, int]) -> tuple[int, int, int, int]:
-        """Return first row, first column, and numbers of rows and columns, multiples of `every`."""
+        """Return first row and column, and the sides (rows, columns) as multiples of `every`."""
         row, column, ny, nx = self.crop or (0, 0, *shape)
         outside = row < 0 or column < 0 or row + ny > shape[0] or column + nx > shape[1]
         if outside or min(ny, nx) < self.every:

@@ -214,7 +214,7 @@ def _of_grids(file: DataFile | PictureFile, image: TrainingImage | None) -> Ense
     if len({layer.shape for layer in layers}) > 1:
         raise CCWSIMError("variables differ in size; realizations must have equal sizes")
     if image is None and not all(file.known(layer).all() for layer in layers):
-        raise CCWSIMError("some cells have no facies; realizations need one in every cell")
+        raise CCWSIMError("some cells have no facies; realizations need a facies in every cell")
     codes = [smallest_integers(as_integers(layer, "realizations")) for layer in layers]
     stack = np.stack(codes)[..., :: 1 if file.south_first else -1, :]
     return _ensemble(stack, file.placed(stack.shape[1:]), image)
@@ -226,7 +226,7 @@ def _ensemble(stack: NDArray, grid: Grid, image: TrainingImage | None) -> Ensemb
     image = image or _stand_in(np.array(sorted(there)), grid.n_dimensions)
     if image.n_dimensions != grid.n_dimensions:
         held, given = ("volumes", "a map") if grid.nz is not None else ("maps", "a volume")
-        raise CCWSIMError(f"it contains {held}, but the training image is {given}")
+        raise CCWSIMError(f"the file contains {held}, but the training image is {given}")
     missing = sorted(there - set(image.codes.tolist()))
     if missing:
         codes = ", ".join(map(str, image.codes))

@@ -1,7 +1,7 @@
 """A child process that answers requests, and ends with the process that started it.
 
-Requests and answers are pickles on the standard input and output of the child. The system closes
-its standard input even if the parent is killed, and a child ends as soon as its input ends.
+Requests and answers are pickles on the standard input and output of the child. The system
+closes the child's input even if the parent is killed, and a child ends as soon as its input ends.
 """
 
 from __future__ import annotations

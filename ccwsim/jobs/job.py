@@ -22,16 +22,16 @@ PATIENCE = 0.3
 POLL_SECONDS = 0.25
 """Seconds between two checks of a job that a page waits for."""
 MAX_CELLS_AT_ONCE = 4_000_000
-"""Maximum number of cells of a run without a job, which takes some tenths of a second."""
+"""Maximum number of cells of a run without a job; such a run takes some tenths of a second."""
 MAX_COUNTED_SECONDS = 10.0
 """Seconds after which an active job no longer occupies a slot of the queue."""
 NOTHING = Demand(0)
 _admission = Lock()
-"""Lock during the admission of a job, which prevents promising two jobs the same memory."""
+"""Lock held while a job is admitted, so that two jobs are never promised the same memory."""
 
 
 class Job(Generic[Result]):
-    """Work that runs on a separate thread as soon as the queue of the server starts the work.
+    """Work that the queue of the server starts on a separate thread.
 
     The thread calls work(job), which reports progress to `job.report`, checks `job.is_cancelled`,
     and may call `job.publish_partial`. `result` is the return value of the work, and `error` is an
@@ -176,7 +176,7 @@ class Job(Generic[Result]):
 
 
 class Queue:
-    """Starts jobs, first of the session with the fewest active jobs, then the longest wait.
+    """Starts the job whose session has the fewest active jobs and, in a tie, the earliest start.
 
     At most `n_slots` short jobs are active at a time. A job that has been active for
     `MAX_COUNTED_SECONDS` continues but frees its slot; all active jobs share the cores.

@@ -44,7 +44,7 @@ class ServerLimits:
     uploads: int  # maximum bytes of all uploaded files, also those kept for a reload
 
     def check(self, demand: Demand) -> None:
-        """Raise `CCWSIMError` if a run is larger than this server allows, with advice."""
+        """Raise `CCWSIMError` if a run is larger than this server allows, and give advice."""
         if self.cells is not None and demand.n_cells > self.cells:
             raise CCWSIMError(
                 f"{format_number(demand.n_cells)} cells × realizations are more than the "
@@ -81,7 +81,7 @@ def limits_of_environment() -> ServerLimits:
 
 
 def _number(name: str) -> int | None:
-    """Return the integer of a variable, written such as 200000000, 200_000_000 or 2e8."""
+    """Return the integer of a variable, such as 200000000, 200_000_000 or 2e8."""
     text = os.environ.get(name, "").strip()
     if not text:
         return None
@@ -107,7 +107,7 @@ def format_number(number: int) -> str:
 
 
 def admit(demand: Demand, promised: float = 0.0) -> None:
-    """Raise `CCWSIMError` if a run exceeds the limits or the memory left after `promised` bytes."""
+    """Raise `CCWSIMError` if a run exceeds the limits or the free memory minus `promised` bytes."""
     limits = limits_of_environment()
     limits.check(demand)
     free = free_bytes(limits)

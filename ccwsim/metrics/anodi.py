@@ -1,4 +1,4 @@
-"""ANODI: distances between realizations and to the training image (Tan et al. 2014)."""
+"""ANODI: distances of realizations from each other and from the image (Tan et al. 2014)."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from ccwsim.model.training_image import TrainingImage
 HISTOGRAM_SHARE = 0.5
 """Share of the progress bar for counting patterns; the rest is for comparing histograms."""
 MIN_JACKKNIFE = 3
-"""Minimum number of realizations for a jackknife: without one realization, a pair must remain."""
+"""Minimum number of realizations for a jackknife: two must remain when one is omitted."""
 Part = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
@@ -100,8 +100,7 @@ class Anodi:
         return self.ratio @ self.weights
 
     def relative(self, name: str, other: str) -> tuple[float, float, float]:
-        """Return the ratios of `between` and `within` of `name` to `other`, and the ratios'
-        quotient.
+        """Return the ratios `name` / `other` of `between` and of `within`, and their quotient.
 
         The two ratios are weighted means over resolutions. A quotient above 1 means that the
         ensemble `name` is better: its realizations vary more relative to their distance from the

@@ -126,7 +126,7 @@ class Geobodies:
     percolates_ns: NDArray[np.bool_]
     """Whether one geobody touches the south edge and the north edge."""
     euler_number: NDArray[np.int64]
-    """Number of geobodies − holes in maps, and of geobodies − tunnels + cavities in volumes."""
+    """Euler number: geobodies − holes in maps, geobodies − tunnels + cavities in volumes."""
     neighbours: int
     percolates_vertical: NDArray[np.bool_] | None = None
     """Whether one geobody touches the lowest layer and the highest layer; None for maps."""

@@ -32,8 +32,8 @@ class Copying:
     used: float
     """Share of the cells of the training image that were used."""
     seams: NDArray[np.bool_]
-    """Mask of cells with a seam, shape of the realization: the offset between the sources of a cell
-    and its eastern, northern or upper neighbour is not the offset between the cells."""
+    """Mask of cells with a seam, shape of the realization. A cell has a seam if its eastern,
+    northern or upper neighbour was not copied from the same neighbour of the cell's source."""
     n_unknown: int
     """Number of cells without a source (negative position)."""
     seam_sides: NDArray[np.uint8]

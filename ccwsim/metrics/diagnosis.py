@@ -138,7 +138,7 @@ def advise_template(
 
 
 def advise_overlap(template: int, thinnest: int, level: int) -> Advice:
-    """Advise an overlap of a quarter of the template, or the smallest facies thickness if larger.
+    """Advise an overlap: a quarter of the template, at least the smallest facies thickness.
 
     Examples
     --------
@@ -336,9 +336,9 @@ def _trend(ti: Stack, named: tuple[str, ...], found: Stationarity) -> str:
     facies = int(sizes.argmax())
     share, difference = proportions(ti)[0, facies], found.vertical_differences[facies]
     return (
-        f"The upper half of the layers has {share + difference:.0%} of {named[facies]}, and the "
-        f"lower half has {share - difference:.0%}. Realizations reproduce this vertical "
-        "trend only with templates of all layers or with a location weight along z."
+        f"In the upper half of the layers, {share + difference:.0%} of the cells are "
+        f"{named[facies]}, and in the lower half {share - difference:.0%}. Realizations reproduce "
+        "this trend only with templates as high as the image or with a location weight along z."
     )
 
 
@@ -349,7 +349,7 @@ def _drift(ti: Stack, named: tuple[str, ...], found: Stationarity) -> str:
     part, facies = divmod(int(np.where(found.drifting, sizes, 0).argmax()), ti.n_facies)
     share, error = p[facies] + found.differences[part, facies], found.errors[part, facies]
     return (
-        f"The {PARTS[part]} has {share:.0%} of {named[facies]} and the whole image "
+        f"In the {PARTS[part]}, {share:.0%} of the cells are {named[facies]}, and in the image "
         f"{proportions(ti)[0, facies]:.0%}. Because chance explains ±{2 * error:.1%} at most, the "
         "image is not stationary. Realizations mix patterns of all parts of the image, unless a "
         "location weight is used."

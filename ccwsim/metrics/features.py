@@ -38,9 +38,9 @@ class Spacing:
 def feature_spacing(
     image: Images, codes: Codes | None = None, direction: Direction = "E-W"
 ) -> Spacing:
-    """Return range and spacing of the features, from lags up to half of the smaller side.
+    """Return range and spacing of the features; lags are at most half of the smaller side.
 
-    In a volume, the side is the smaller side of a layer or, for "vertical", the number of layers.
+    In a volume, this is the smaller side of a layer or, for "vertical", the number of layers.
 
     Examples
     --------
@@ -88,7 +88,7 @@ def granulometry(
     extend: bool = False,
     vertical: bool = False,
 ) -> Granulometry:
-    """Open a facies with squares of growing size (Matheron 1975), until no cell remains.
+    """Compute morphological openings of a facies with growing squares (Matheron 1975).
 
     Squares are inside the image and, in volumes, within layers. A geobody cut by the edge has the
     thickness of the visible part, unless the image is extended.

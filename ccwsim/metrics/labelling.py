@@ -48,11 +48,11 @@ def label(inside: NDArray[np.bool_], neighbours: int) -> tuple[NDArray[np.int32]
 
 
 def euler_number(inside: NDArray[np.bool_], neighbours: int) -> int:
-    """Return the number of geobodies − holes, or in a volume of geobodies − tunnels + cavities.
+    """Return geobodies − holes in a map, or geobodies − tunnels + cavities in a volume.
 
     With 8 or 26 neighbours, the result is corners − edges + faces − cells of the union of cells.
     With 4 or 6 neighbours, cell centres are corners, and adjacent cells span edges, faces and
-    cubes. With 18, corners of only two cells count twice because the cells are not joined.
+    cubes. With 18 neighbours, a corner of only two cells counts twice: the cells are not joined.
     """
     cells = np.pad(inside[0] if len(inside) == 1 else inside, 1)
     only_sides = _SHARED_AXES[neighbours] == 1

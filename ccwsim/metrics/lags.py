@@ -134,7 +134,7 @@ def lags_within(
         *layers, rows, columns = offsets[far[0]]
         across = f"{layers[0]} layers, " if layers else ""
         raise CCWSIMError(
-            f"lag no. {far[0]} of {across}{rows} rows and {columns} columns does not fit an image "
+            f"lag no. {far[0]} ({across}{rows} rows and {columns} columns) does not fit an image "
             f"of {' × '.join(map(str, shape))}; reduce the largest lag"
         )
     return steps, np.pad(offsets, ((0, 0), (N_AXES - len(shape), 0)))

@@ -191,8 +191,8 @@ MEASURES = (
     ),
     Measure(
         "Unseen patterns, %",
-        f"Share of the patterns of all facies, with {PATTERN_SIDE} cells along a side, that do not "
-        "occur in the training image.",
+        f"Share of the patterns (all facies, {PATTERN_SIDE} cells along a side) that do not occur "
+        "in the training image.",
         _unseen, 0.01, ("", "too many"), 100,
     ),
 )  # fmt: skip

@@ -79,7 +79,7 @@ def layers_of(stack: Stack, *others: Stack) -> int:
         if other.is_volumes != stack.is_volumes:
             raise CCWSIMError(
                 f"images of shape {other.shape} and of {stack.shape} cannot be compared: give "
-                "maps only or volumes only, several volumes as (n, nz, ny, nx), one as array[None]"
+                "only maps or only volumes; give one volume as array[None], shape (1, nz, ny, nx)"
             )
     return min(one.shape[0] for one in (stack, *others)) if stack.is_volumes else 1
 

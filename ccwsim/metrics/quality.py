@@ -35,7 +35,7 @@ class Quality:
     """Mean Jensen–Shannon divergence in bits of the patterns of realizations from the training
     image, at full, half and third resolution. Patterns have 4 × 4 or 3 × 3 × 3 cells."""
     pattern_spread: float
-    """Spread of the mean divergence of each realization over the three resolutions."""
+    """Spread of the realizations' divergences, each a mean over the three resolutions."""
     tau_errors: tuple[float, ...]
     """|mean τ(h) of the realizations − τ(h) of the training image|, averaged over lags with both
     values, along E–W, N–S and, in volumes, vertically. NaN if no lag has both values."""

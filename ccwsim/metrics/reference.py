@@ -144,9 +144,8 @@ def _checked(
     field = as_image(truth, known, p.ndim - 1)
     if p.shape[1:] != field.shape:
         raise CCWSIMError(
-            "probabilities of shape (n_facies, ny, nx) and a reference field of (ny, nx), or of "
-            "(n_facies, nz, ny, nx) and (nz, ny, nx), are needed, not "
-            f"{p.shape} and {field.shape}"
+            f"probabilities of shape {p.shape} do not fit a reference field of {field.shape}; "
+            "needed are (n_facies, ny, nx) and (ny, nx), or (n_facies, nz, ny, nx) and (nz, ny, nx)"
         )
     true = field.indices[0].astype(np.int64)
     mask = np.ones(true.shape, bool) if scored is None else np.asarray(scored, dtype=bool)

@@ -220,8 +220,8 @@ def fit_curve(
     """Compare a curve of realizations with the curves of crops of their training image.
 
     `statistic` is "variogram" or "connectivity". Lags extend to half of a crop. If the curve
-    deviates more in the largest common window, lags extend to half of this window. The result is
-    None if the training image or the grid is too small.
+    deviates more in the largest common window than in crops, lags extend to half of this window.
+    The result is None if the training image or the grid is too small.
 
     Examples
     --------

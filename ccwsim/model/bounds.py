@@ -1,6 +1,6 @@
 """Bounds of user input, shared by core, widgets, links, projects and command line.
 
-If a page accepts less than the core, the bounds of the page and of the core are listed.
+If a page accepts less than the core, both bounds are listed.
 """
 
 from __future__ import annotations

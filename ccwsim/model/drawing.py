@@ -1,4 +1,4 @@
-"""Access to the module that draws images, data and ensembles, with import on first use."""
+"""Import the module that draws images, data and ensembles when it is first needed."""
 
 from __future__ import annotations
 

@@ -46,7 +46,7 @@ class Ensemble:
     pass; side of the window in cells if honoured by local re-simulation; FORCED (−1) if its cell
     was forced; WRONG (−2) if not honoured."""
     numbers: NDArray[np.int64]
-    """Number of each realization in the study, shape (n,)."""
+    """Number that identifies each realization in the study, shape (n,)."""
     sources: NDArray[np.int32] | None = None
     """Flat index of each cell's source in the training image, shape of `indices`; −1 for cells that
     were forced or set by seam repair. None if `simulate` was called without `keep_sources`."""

@@ -126,8 +126,8 @@ class Grid:
         points = as_floats(places, "points")
         if points.ndim != 2 or points.shape[1] not in (2, 3) or not len(points):
             raise CCWSIMError(
-                f"points of shape {points.shape} must be (n, 2), x and y, or (n, 3), x, y and z, "
-                "n above 0"
+                f"points of shape {points.shape} must be (n, 2) for x and y, or (n, 3) for x, y "
+                "and z, with n above 0"
             )
         n = points.shape[1]
         if not np.isfinite(points).all() or np.abs(points).max() > _MAX_PLACE:
@@ -149,8 +149,8 @@ class Grid:
         if not grid.holds(grid.cells_of(*points.T)).all():
             raise CCWSIMError(
                 f"{describe_shape(grid.shape)} cells of "
-                f"{' × '.join(f'{size:g}' for size in grid.cell_size)} do "
-                f"not hold points from {low.tolist()} to {high.tolist()}; give more or larger cells"
+                f"{' × '.join(f'{size:g}' for size in grid.cell_size)} do not "
+                f"cover points from {low.tolist()} to {high.tolist()}; give more or larger cells"
             )
         return grid
 

@@ -202,7 +202,7 @@ def _codes(facies: Any, training_image: TrainingImage | None) -> Any:
     if unknown:
         there = ", ".join(training_image.facies_names) if training_image is not None else "none"
         raise CCWSIMError(
-            f"hard data: {shown(unknown[0])} is no name of a facies (names are: {there}); give "
+            f"hard data: {shown(unknown[0])} is not a facies name (names are: {there}); give "
             "names or codes of facies"
         )
     return codes

@@ -257,7 +257,7 @@ def _check_sizes(p: Parameters) -> None:
 
 
 def _check_axis(where: str, template: int, overlap: int, level: int) -> None:
-    """Check the sizes along one axis, or along all axes if equal; z may have fewer cells."""
+    """Check the sizes along one axis or all axes at once; sizes along z may be smaller."""
     thin = where == " along z"
     _check_size("Template", where, template, level, 1 if thin else MIN_TEMPLATE, MAX_TEMPLATE)
     least = 0 if thin and template < MIN_TEMPLATE else 1

@@ -1,4 +1,4 @@
-"""Compare CCWSIM with MS-CCSIM on channels and stone wall, and by ANODI (sections 5.4, 5.5)."""
+"""Compare CCWSIM with MS-CCSIM on two images, also by ANODI (sections 5.4, 5.5)."""
 
 from __future__ import annotations
 
@@ -140,7 +140,7 @@ def sampled_data(run: ExperimentRun) -> Outcome:
 
 
 def data_of(run: ExperimentRun, image: TrainingImage, shape: tuple[int, int]) -> HardData:
-    """Return the authors' data, or as many data sampled from a realization of the bundled image."""
+    """Return the authors' data, or data of equal density from our own realization."""
     if run.inputs.is_own("channel"):
         return run.inputs.data("channel", N_DATA, shape)
     other = ExperimentRun(run.inputs, run.extent, run.seed + 1, cancel=run.cancel)
@@ -352,9 +352,9 @@ def _anodi_table(found: Anodi, title: str) -> Table:
     at = (f"{what}, at 1, 1/2, 1/3" for what in ("between", "within"))
     header = ("method", "n", *at, "ratio of CCWSIM to this method", "r")
     caption = (
-        f"{title[:1].upper()}{title[1:]}. Mean Jensen–Shannon divergence between realizations and "
-        "to the training image (bits); on the right, between / within of our CCWSIM divided by "
-        "that of the method, at each resolution and as weighted sum r."
+        f"{title[:1].upper()}{title[1:]}. Mean Jensen–Shannon divergence (bits) between "
+        "realizations and from the training image (within). On the right: between / within of our "
+        "CCWSIM divided by the method's, at each resolution and as weighted sum r."
     )
     return Table(header, tuple(rows), caption)
 

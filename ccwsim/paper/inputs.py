@@ -132,14 +132,14 @@ def inputs_in(folder: str | Path | None) -> PaperInputs:
         return PaperInputs()
     given = Path(folder)
     if not given.is_dir():
-        raise CCWSIMError(f"{folder}: no such folder; leave it out to use the bundled images")
+        raise CCWSIMError(f"{folder}: no such folder; give none to use the bundled images")
     for candidate in (given, given.parent):
         found = PaperInputs(candidate.resolve())
         if any(found.is_own(name) for name in IMAGES):
             return found
     raise CCWSIMError(
         f"{folder}: no file paper/{IMAGES['channel'][0]}.npy; give the folder that contains the "
-        "folders paper and reference, or leave it out to use the bundled images"
+        "folders paper and reference, or give no folder to use the bundled images"
     )
 
 

@@ -1,7 +1,7 @@
 """Numbers from the paper and from measurements of the published codes, with their sources.
 
-Seconds from another machine and language cannot be compared with seconds measured here. Ratios of
-two levels, methods or numbers of data within one source can be compared.
+Seconds from another machine and language cannot be compared with seconds measured here. Ratios
+within one source (of two levels, methods or numbers of data) can be compared.
 """
 
 from __future__ import annotations

@@ -259,7 +259,7 @@ def _against_codes(tau: dict[str, dict[int, float]]) -> list[Judgement]:
         if name == "CCWSIM":
             continue
         theirs = found[lag]
-        words = f"At {lag} cells, part of the image's connectivity {ours:.2f}; {name} {theirs:.2f}."
+        words = f"Connectivity at {lag} cells / the image's: {ours:.2f}; {name}: {theirs:.2f}."
         order = int(ours - theirs > SLACK) - int(theirs - ours > SLACK)
         claim = f"Connectivity of {name}, same study."
         judgements.append(verdicts.of_order(claim, words, order))
@@ -328,7 +328,7 @@ def three_facies(run: ExperimentRun) -> Outcome:
     pictures = (
         methods.image_picture(image, run.inputs.describe("three facies"), share=0.5),
         methods.paper_map(e.indices[0], image, f"Realization 1, {data.n} data", data),
-        share_picture(entropy, f"Entropy of {e.n} realizations: dark blue certain, yellow not"),
+        share_picture(entropy, f"Entropy of {e.n} realizations: 0 in dark blue, 1 in yellow"),
     )
     run.step()
     return Outcome((Row(pictures), _proportions(e)), _facies_judgements(run, e))

@@ -66,9 +66,9 @@ EXPERIMENTS = (
     Experiment(
         "Variability within and between realizations",
         "Section 5.5, Table 1, Fig. 12",
-        "Table 1 gives ANODI's between and within of CCWSIM relative to MS-CCSIM (50 realizations, "
-        "three resolutions). Their ratio r is 1.19 for the stone wall and 1.01 for the channels. "
-        "Fig. 12 shows realizations and training image by multidimensional scaling.",
+        "Table 1 gives ANODI's distances “between” and “within” of CCWSIM relative to MS-CCSIM (50 "
+        "realizations, three resolutions). Their ratio r is 1.19 for the stone wall and 1.01 for "
+        "the channels. Fig. 12 shows realizations and training image by multidimensional scaling.",
         variability,
     ),
     Experiment(
@@ -321,8 +321,8 @@ def _run_facts(r: Reproduction) -> tuple[tuple[str, str], ...]:
         folder = f"training images and data of the folder “{r.inputs.folder.name}”"
     x = r.extent
     extent = (
-        f"{x.name}: {x.n_many} realizations where the paper has 100, {x.n_few} to compare methods, "
-        f"{x.n_anodi} for distances, {x.n_timed} for times"
+        f"{x.name}: {x.n_many} realizations instead of the paper's 100, {x.n_few} for comparing "
+        f"methods, {x.n_anodi} for distances, {x.n_timed} for times"
     )
     took = ", ".join(f"{f.experiment.title} {seconds(f.seconds)}" for f in r.finished)
     return (

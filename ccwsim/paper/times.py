@@ -224,8 +224,8 @@ def _methods(times: Times) -> list[Judgement]:
             exact = [times[method, level, True, k].seconds for method in ("ms-ccsim", "ccwsim")]
             found = (
                 f"As published: MS-CCSIM {seconds(ours[0])}, CCWSIM {seconds(ours[1])}, "
-                f"{ours[1] / ours[0]:.2f} times. Exact: {seconds(exact[0])} and "
-                f"{seconds(exact[1])}, {exact[1] / exact[0]:.2f} times."
+                f"ratio {ours[1] / ours[0]:.2f}. Exact: MS-CCSIM {seconds(exact[0])}, "
+                f"CCWSIM {seconds(exact[1])}, ratio {exact[1] / exact[0]:.2f}."
             )
             judgements.append(
                 verdicts.of_ratio(claim, found, ours[1] / ours[0], theirs[1] / theirs[0])

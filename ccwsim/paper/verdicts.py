@@ -100,14 +100,14 @@ def of_levels(times: Mapping[int, float]) -> Judgement:
 
 
 def of_both(connectivity: int, patterns: int) -> str:
-    """Return the verdict on a claim that a method is better, given the orders of two measures."""
+    """Return the verdict on a claim that a method is better; measures are −1, 0 or 1 (better)."""
     if connectivity > 0 and patterns > 0:
         return AGREES
     return PART if max(connectivity, patterns) > 0 else DIFFERS
 
 
 def of_data(wrong: float, n_data: int, theirs: float | None) -> Judgement:
-    """Judge the share of data not honoured against the published code's share, if available."""
+    """Judge the share of missed data, compared with the published code's share if that is known."""
     found = (
         f"Every one of {n_data} data is honoured at full resolution in every realization."
         if wrong == 0

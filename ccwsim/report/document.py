@@ -28,7 +28,7 @@ FOLDER = Path(__file__).parent
 
 @dataclass(frozen=True)
 class Text:
-    """A paragraph of text; a `quiet` paragraph has small letters."""
+    """A paragraph of text; a `quiet` paragraph is in small print."""
 
     words: str
     quiet: bool = False

@@ -68,7 +68,7 @@ def map_picture(
 
 
 def share_picture(shares: Floats, caption: str) -> Picture:
-    """Return a picture of a map or volume of shares, from 0 (dark blue) to 1 (yellow)."""
+    """Return a picture of a share per cell of a map or volume: 0 is dark blue, 1 is yellow."""
     if shares.ndim == N_AXES:
         return _slices(slices_png(*steps_of(shares)), caption)
     return Picture(share_png(shares), caption, f"Map: {caption}", pixelated=True)

@@ -102,7 +102,7 @@ def describe_curves(fits: Mapping[str, Fit | None], statistic: Statistic) -> str
 
 
 def _around_worst(fit: Fit) -> tuple[int, int]:
-    """Return the index range around the worst value where values miss the band on one side."""
+    """Return the first and last index of values around the worst that are off on the same side."""
     above = fit.found > fit.reference
     same = fit.outside & (above == above[fit.worst])
     inside = np.flatnonzero(~same)
@@ -223,9 +223,9 @@ class MeasureRow(NamedTuple):
 
 
 HOW_MEASURED = (
-    "The columns TI and realizations are for entire images. The last column compares pieces of the "
-    "realizations with crops of the training image of equal size, because windows cut geobodies. ± "
-    "is the tolerance, computed from the spread of the crops."
+    "The columns “TI” and “realizations” describe entire images. The last column compares pieces "
+    "of the realizations with crops of the training image of equal size, because windows cut "
+    "geobodies. ± is the tolerance, computed from the spread of the crops."
 )
 MEASURES_HEAD = ("measure", "TI", "realizations, 5–95 %", "beside crops of the TI")
 
@@ -271,7 +271,7 @@ def _spread(values: NDArray[np.float64]) -> tuple[float, float, float]:
 
 
 def describe_variety(differing: float, proportions: Sequence[float]) -> str:
-    """Describe the share of cells that differ between two realizations, and for independent cells.
+    """Describe in how many cells two realizations differ, and would differ if independent.
 
     Examples
     --------

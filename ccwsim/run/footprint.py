@@ -17,7 +17,7 @@ from ccwsim.model.study import Study
 from ccwsim.system.machine import n_cores
 
 GRIDS_AT_WORK = 2
-"""Number of grids per thread with one byte per cell: one in path and one in grid coordinates."""
+"""Grids of a thread with one byte per cell: one in path coordinates, one in grid coordinates."""
 GRIDS_OF_DATA = 2
 """Number of grids with the hard data: one in path coordinates and one in grid coordinates."""
 BYTES_A_DATUM = 200
@@ -57,7 +57,7 @@ def demand_of(
 ) -> Demand:
     """Return the resources demanded by a run of `n` realizations and the page that shows them.
 
-    At most `n_kept` realizations are in memory at a time, briefly in several `copies`.
+    At most `n_kept` realizations are in memory; for a moment, each exists `copies` times.
     """
     cells, image = study.grid.n_cells, study.training_image
     kept = n if n_kept is None else min(n, n_kept)

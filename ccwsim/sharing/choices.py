@@ -45,7 +45,7 @@ class ImageChoice:
 
     @property
     def digest(self) -> str:
-        """Short digest of all choices that determine the training image, without colours."""
+        """Short digest of all choices, except colours, that determine the training image."""
         source = self.upload.digest if self.upload else self.bundled
         turned = self.flip_ew, self.flip_ns, self.transpose
         return digest(source, self.answers, turned, self.names)

@@ -32,8 +32,8 @@ _PATTERNS = {"count": r"-?\d{1,18}", "whole": r"-?\d{1,9}", "number": r"\d{1,9}(
 class FieldSpec:
     """One row of the table of a study's fields.
 
-    In volumes, fields of kind sizes or lengths have a third number, along z. Fields of kind whole
-    or number may have three, written in the order x, y, z and stored in the order z, y, x.
+    In volumes, fields of kind "sizes" or "lengths" have a third number, along z. Fields of kind
+    "whole" or "number" may have three numbers, written as x, y, z and stored as z, y, x.
     """
 
     key: str  # name in a link
@@ -193,7 +193,7 @@ FIELDS = (
         *("grid", "grid", ("nx", "ny", "nz"), "sizes", 1, bounds.MAX_GRID_SIDE_OFFERED),
         option="--grid",
         metavar="NXxNY[xNZ]",
-        help="cells along x (columns) x cells along y (rows), in the order of a GSLIB header; "
+        help="numbers of cells along x (columns) and y (rows), in the order of a GSLIB header; "
         "a third number, the layers, gives a volume (default: the grid of bundled hard data, "
         "otherwise 256x256)",
     ),

@@ -32,7 +32,7 @@ MAX_PACKED_LETTERS = 8000
 VOLUME = -3
 """Number with which packed data of a volume begin."""
 OWN = "own"
-"""Prefix for names of the sender's own images and data, which a link does not contain."""
+"""Prefix of the names that replace the sender's own images and data in a link."""
 Own = ImageChoice | DataChoice
 TURNS = {"ew": "flip_ew", "ns": "flip_ns", "transpose": "transpose"}
 ANSWERS = {"outside": "on_outside", "unknown": "on_unknown"}
@@ -45,7 +45,7 @@ TOGETHER = ("method", "wavelet_level", "template_size", "overlap_size")
 
 
 def link_of(choices: Choices, shown: Shown | None = None) -> dict[str, list[str]]:
-    """Return the names and values in an address that describe a study, without default values."""
+    """Return the names and values by which an address describes a study, except default values."""
     names = own_choices(choices)
     query = {**_image_query(choices.image), **_data_query(choices)}
     for key, choice in names.items():
@@ -85,7 +85,7 @@ def left_out(choices: Choices) -> tuple[str, ...]:
 
 
 def own_choices(choices: Choices) -> dict[str, Own]:
-    """Return the parts of a study whose content an address cannot contain, by name."""
+    """Return, by name, the parts of a study whose content an address cannot contain."""
     image, data, found = choices.image, choices.data, dict[str, Own]()
     if image.upload is not None:
         found[f"{OWN}-{image.digest}"] = image
@@ -354,7 +354,7 @@ def packed(data: HardData) -> str:
 
 
 def unpacked(text: str) -> HardData:
-    """Return the hard data that a word of `packed` describes.
+    """Return the hard data described by a word that `packed` returned.
 
     Raises `CCWSIMError` for a truncated or changed word.
 

@@ -34,7 +34,7 @@ STUDY, IMAGE, DATA = "study.json", "training_image.npy", "hard_data.npy"
 MAX_STUDY_BYTES = 2**20
 MAX_PROJECT_MEMBERS = 16
 MAX_LINK_LETTERS = 10_000
-"""Maximum length of a value of the link in a project; packed hard data are the longest values."""
+"""Maximum length of a value of a link that a project stores; packed hard data are longest."""
 MADE = (2020, 1, 1, 0, 0, 0)
 """Date of all members of the zip archive, fixed to write equal files for equal studies."""
 

@@ -9,14 +9,14 @@ from pathlib import Path
 
 ROOT = Path("/")
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD, M_ARENA_MAX = -1, -3, -8
-"""Numbers of options of `mallopt`, from <malloc.h> of glibc."""
+"""Codes of three options of `mallopt`, from <malloc.h> of glibc."""
 OWN_PIECE = 1 << 20
 """Minimum bytes of an allocation that returns to the system as soon as it is freed."""
 UNLIMITED = 1 << 60
 """Minimum bytes of a memory limit that means "no limit" in control groups of version 1."""
 VERSION_1 = "memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"
 VERSION_2 = "memory.max", "memory.current", "inactive_file"
-"""Files of control groups: limit and usage of memory; also the name of reclaimable memory."""
+"""Per version: files with limit and usage of a control group, name of reclaimable memory."""
 
 
 def free_memory(root: Path = ROOT) -> int | None:
@@ -40,7 +40,7 @@ def address_space() -> int | None:
 
 
 def give_back_memory() -> None:
-    """Return freed memory of this process to the system, if the C library can."""
+    """Give freed memory of this process back to the system, if the C library can."""
     # glibc keeps freed memory in the arenas of threads and returns it only on request. Without this
     # call, a server would hold the memory of its largest run until the server ends.
     with suppress(OSError, AttributeError):
@@ -50,8 +50,8 @@ def give_back_memory() -> None:
 def settle_memory(n_arenas: int) -> None:
     """Configure the C library, if possible, to return memory to the system when threads free it.
 
-    By default, glibc uses eight arenas per core and stores ever larger blocks in these arenas. This
-    function, called before threads start, allows `n_arenas` arenas and blocks below `OWN_PIECE`.
+    By default, glibc uses eight arenas per core and stores ever larger blocks in them. This
+    function, called before threads start, allows `n_arenas`, for blocks below `OWN_PIECE` bytes.
     """
     with suppress(OSError, AttributeError):
         library = ctypes.CDLL(None)

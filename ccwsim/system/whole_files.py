@@ -82,7 +82,7 @@ class WholeFile:
 
 
 def delete_left_over(target: Path) -> None:
-    """Delete old temporary files of a target to which no process writes."""
+    """Delete old temporary files of a target, except files to which a process writes."""
     if fcntl is None:
         return
     with suppress(OSError):

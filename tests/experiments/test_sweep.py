@@ -196,14 +196,14 @@ CHOICES = [
     (
         [numbers(*FIRST), numbers(*SECOND, tau=0.2), POOR, NEXT],
         0,
-        "the error of τ(h) is 0.2 or more, with the best setting 0.01",
+        "the error of τ(h) is 0.2 or more, but 0.01 with the best setting",
     ),
     ([numbers(*FIRST, wrong=2), numbers(*SECOND, wrong=2), POOR, numbers(3, 2)], 2, "as good"),
     ([numbers(*FIRST, tau=np.nan), numbers(*SECOND, tau=np.nan), POOR, NEXT], 1, "fastest"),
     (
         [numbers(*FIRST), numbers(*SECOND, share=-0.4), POOR, NEXT],
         0,
-        "a facies is off by 40 % or more, with the best setting by 1 %",
+        "a facies is off by 40 % or more, but by only 1 % with the best setting",
     ),
 ]
 

@@ -225,7 +225,7 @@ def test_rows_and_columns_fit_as_they_are():
         ([], {}, "n above 0"),
         ([[0, np.nan]], {}, "finite numbers"),
         ([[0, 1e300]], {}, "finite numbers"),
-        ([[0, 0], [9, 9]], {"shape": (2, 2), "cell_size": 1.0}, "do not hold points"),
+        ([[0, 0], [9, 9]], {"shape": (2, 2), "cell_size": 1.0}, "do not cover points"),
         ([[0, 0]], {"cell_size": 0}, "must be positive"),
         ([[0, 0], [1e12, 1]], {"cell_size": 1e-3}, "from 1 to"),
     ],

@@ -206,7 +206,7 @@ def test_data_of_deviated_wells_are_honoured(seed):
         ),
         (
             {"intervals": b"well,from,facies\nB,1,1\n"},
-            "at one end of intervals; add a column to",
+            "at one end of intervals; add a column 'to'",
         ),
         ({"intervals": b"well,facies\nB,1\n"}, "no column of depths; it has well, facies"),
         ({"intervals": b"well,from,to,facies\nB,5,2,1\n"}, "from 5 is below the depth to 2"),
@@ -217,7 +217,7 @@ def test_data_of_deviated_wells_are_honoured(seed):
         ),
         (
             {"intervals": b"well,from,to,facies\nB,4,6,1\nA-1,0,9,0\nB,1,5,0\n"},
-            "lines 2 and 4: two intervals of 'B' overlap from 4 on",
+            "lines 2 and 4: two intervals of 'B' overlap below the depth 4",
         ),
         ({"surveys": b"well,depth,azimuth\nB,1,2\n"}, "no column of the tilt of wells"),
         ({"surveys": b"well,depth,azimuth,dip\nC,1,2,-3\n"}, "no collar of the well 'C'"),
@@ -328,9 +328,9 @@ def test_an_empty_name_says_that_there_is_no_such_column():
         ({"x": "East", "y": "east"}, "x and y are both 'East'; name two columns"),
         ({"facies": "To", "depth_to": "To"}, "facies and depth_to are both 'To'"),
         ({"depth": "From", "depth_to": "To"}, "depth and depth_to are both named"),
-        ({"depth_from": "From", "depth_to": ""}, r"add a column to, or name a column (depth_to=)"),
+        ({"depth_from": "From", "depth_to": ""}, "add a column 'to', or set depth_to= to a column"),
         ({"z": ""}, "no column of the elevations of the collars"),
-        ({"collar_well": ""}, "call a column well, or name a column (collar_well=)"),
+        ({"collar_well": ""}, "rename a column to 'well', or set collar_well= to a column"),
         ({"well": 3}, "file has no variable 3"),
         ({"survey_dip": "a"}, "survey_dip = 'a' belongs to a table of surveys; give surveys"),
         (
@@ -339,7 +339,7 @@ def test_an_empty_name_says_that_there_is_no_such_column():
         ),
         (
             {"surveys": b"a,depth,azi,dip\nB,0,0,-90\n"},
-            "call a column well, or name a column (survey_well=)",
+            "rename a column to 'well', or set survey_well= to a column",
         ),
         ({"depth_from": "BHID", "well": "From"}, "line 2: 'A-1'"),
     ],

@@ -27,18 +27,18 @@ PART, PART_VOLUME = (1, 64, 512), (16, 32, 128)
 """Layers, rows and columns of a part of a grid. A part fits into the processor's cache."""
 PARTS_PER_CALL = 64
 FURTHER, FURTHER_VOLUME = 3, 14
-"""Number of unseen patterns above the best state at which a tabu search ends."""
+"""A tabu search ends at this number of unseen patterns above the best state."""
 PATIENCE, PATIENCE_VOLUME = 20, 40
 """Number of changes without a new best state after which a tabu search ends."""
 FURTHER_DATA, PATIENCE_DATA, SHARE_OF_DATA = 200, 2000, 0.001
-"""Values of FURTHER and PATIENCE for tabu searches in volumes that start at data, if at most
+"""Values of FURTHER and PATIENCE for tabu searches that start at data of a volume, if at most
 SHARE_OF_DATA of the cells have data. The values are high because few changes suit both image and
 data. With more data the values decrease to FURTHER_VOLUME and PATIENCE_VOLUME."""
 STAYS = 4
 """Number of changes of a tabu search during which a changed cell must not change again, unless the
 change leads to a new best state."""
 LONGEST = 4000
-"""Maximum number of changes of a tabu search, and of unseen patterns from which it selects."""
+"""Maximum number of changes, and maximum number of listed unseen patterns, of a tabu search."""
 
 
 class RepairedPart(NamedTuple):
@@ -102,9 +102,9 @@ def repair_cells(
 
 
 def ends_of_walks(volume: bool, share: float) -> tuple[int, int]:
-    """Return the limits of tabu searches that correspond to `FURTHER` and `PATIENCE`.
+    """Return the values of `FURTHER` and `PATIENCE` for tabu searches in a map or a volume.
 
-    `share` is the share of cells with data for searches that start at data, 0 for other searches.
+    For searches that start at data, `share` is the share of cells with data; otherwise it is 0.
     """
     if not volume:
         return FURTHER, PATIENCE
@@ -133,7 +133,7 @@ def make_part(patterns: Patterns, lengths: Triple) -> RepairedPart:
 
 
 def cell_weights(patterns: Patterns) -> NDArray[np.uint32]:
-    """Return the factors, raveled, of the labels of cells in the number of a pattern."""
+    """Return the factor of each cell's label in the number of a pattern, raveled."""
     (nz, ny, nx), size = patterns.cells, 2**32
     of_rows = [pow(int(patterns.row_base), nz * ny - 1 - k, size) for k in range(nz * ny)]
     in_row = [pow(int(patterns.base), nx - 1 - k, size) for k in range(nx)]
@@ -332,9 +332,9 @@ def walk(first, ends, patterns, part, rng):
 def next_change(first, n_changed, better, patterns, part, rng):
     """Return a cell to change, its new facies, and the number of added unseen patterns.
 
-    The change is chosen at random among the changes that add the fewest unseen patterns, possibly a
-    negative number. A recently changed cell changes only if this adds fewer than `better` unseen
-    patterns; `better` is at most 0. The facies is UNKNOWN if no cell can change.
+    The change is chosen at random among the changes that add the fewest unseen patterns; this
+    number may be negative. A recently changed cell changes only if this adds fewer than `better`
+    unseen patterns; `better` is at most 0. The facies is UNKNOWN if no cell can change.
     """
     cells, aside = part.facies, part.aside
     n_aside, n_equal = np.uint64(len(aside)), 0

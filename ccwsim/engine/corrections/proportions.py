@@ -32,7 +32,7 @@ MAX_PLACES = 4000
 N_TARGETS = 50
 """Number of random targets from which the variance of targets is estimated."""
 FEW = 5
-"""Number of columns to which the image is equivalent when the variance of columns is estimated."""
+"""The image counts as this number of columns when the variance of columns is estimated."""
 CONTRADICTED = 4
 """Squared difference between the proportions of data and image, in squared standard errors, above
 which data contradict the image."""
@@ -59,7 +59,7 @@ def margin_weights(
     Patches of `size` blocks and `cells` cells are chosen at random from all locations. The
     probability of a patch is proportional to exp(−λ·f), with the proportions f of the patch; λ is
     computed by Newton's method. With λ = 0 the margins of the image would be under-represented,
-    because few patches cover the margins. `sums` are block sums; two facies have one plane.
+    because few patches cover the margins. `sums` are block sums, in one plane for two facies.
     """
     shares = _shares(sums, size) / cells
     target = proportions[-shares.shape[1] :]
@@ -93,7 +93,7 @@ def draw_target(
     grid_shape: tuple[int, ...],
     rng: np.random.Generator,
 ) -> NDArray[np.float64]:
-    """Return random target proportions, shape (n_facies,), that vary like pieces of the image.
+    """Return random target proportions, shape (n_facies,); they vary as in pieces of the image.
 
     The target is derived from a random piece of the training image, a quarter as long and wide. The
     difference between the proportions of the piece and of the image is scaled to the difference

@@ -2,8 +2,8 @@
 
 A window is replaced by a patch of the training image that honours *every* datum in the window and
 is cut into the grid on all sides. A datum that the grid honours stays honoured, because the patch
-honours the datum too. If no patch fits well, the window is halved. In a volume the number of layers
-is reduced first, because the data of a well are aligned along z.
+also honours the datum. If no patch fits well, the window is halved. In a volume the number of
+layers is reduced first, because the data of a well are aligned along z.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ the datum is forced to the facies of the datum."""
 TOLERANCE_ISOLATED = 0.18
 """Maximum share of wrong cells in the ring of a window around an isolated datum."""
 RARE = 0.002
-"""Share of the training image's cells of a facies that count as isolated, because few cells around
+"""Share of a facies' cells in the training image that count as isolated, because few cells around
 them have the same facies."""
 MAX_COMPARED = 3000
 """Maximum number of compared locations, chosen at random among locations that honour the data."""
@@ -67,7 +67,7 @@ THIN = 2
 N_BEST = 4
 """Number of best locations from which the patch is chosen at random."""
 DENSE = 0.75
-"""Share of cells with data above which no search starts if the data form an unseen pattern."""
+"""If a larger share of cells has data, no search starts around data that form an unseen pattern."""
 LOCATIONS_PER_CALL = 10_000_000
 """Number of locations compared between two checks for a stop, some hundredths of a second apart."""
 NO_PATTERNS = Patterns(
@@ -416,7 +416,7 @@ def honouring_places(bits, data, box, shape, part, mask):
 
 @part_of_kernel
 def row_of(number, layers, rows):
-    """Return layer and row of a row of locations by its number, which wraps after the last row."""
+    """Return layer and row of a numbered row of locations; numbers wrap after the last row."""
     number %= layers * rows
     return number // rows, number % rows
 
@@ -497,7 +497,7 @@ def draw_numbers(rng, sample, numbers):
 
 @part_of_kernel
 def _take(best, n, worst, misfit, pz, py, px):
-    """Add a location to `best`; return its length and the smallest misfit that is rejected."""
+    """Add a location to `best`; return the length of `best` and the smallest rejected misfit."""
     at = n
     if n < len(best):
         n += 1

@@ -3,7 +3,7 @@
 Even the best cut between two patches can cause unseen patterns: dead ends and shapes that are
 absent from the training image. A window around unseen patterns is replaced by a patch that fits the
 surroundings, if this patch reduces the number of unseen patterns. The patch is cut into the grid on
-all sides. If the grid honours a datum in the window, the patch honours the datum too.
+all sides. If the grid honours a datum in the window, the patch also honours the datum.
 """
 
 from __future__ import annotations

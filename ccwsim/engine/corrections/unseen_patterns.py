@@ -89,7 +89,7 @@ def unseen_places(
 ) -> NDArray[np.int64]:
     """Return the mean position of the unseen patterns in each part of a grid, shape (n, 3).
 
-    Parts are half as long as a window. Parts with at least `least` unseen patterns are returned,
+    Parts are half as long as a window. Parts with `least` or more unseen patterns are returned,
     sorted by decreasing number of unseen patterns. `report` may raise an error to stop.
     """
     part = tuple(max(n // 2, 1) for n in window)
@@ -182,9 +182,9 @@ def mark_known(image, patterns, rows, numbers):
 def find_unseen(grid, patterns, part, n_parts, every, first, last, rows, numbers, sums):
     """Count the unseen patterns of the parts of strips `first` to `last` − 1 of a grid.
 
-    A strip is a row of parts along x. One in `every` rows of patterns is searched. The columns of
-    `sums`, shape (n_parts, 4), are the number of unseen patterns of a part and the sums of the
-    layers, rows and columns of unseen patterns.
+    A strip is a row of parts along x. Only every n-th row of patterns (n = `every`) is searched.
+    The columns of `sums`, shape (n_parts, 4), are the number of unseen patterns of a part and the
+    sums of the layers, rows and columns of unseen patterns.
     """
     end_z = grid.shape[0] - patterns.reach[0]
     end_y = grid.shape[1] - patterns.reach[1]

@@ -141,7 +141,7 @@ def n_bits(word):
 
 @part_of_kernel
 def nth_bit(word, n):
-    """Return the position of set bit number n of a word, counted from 0 from the lowest set bit.
+    """Return the position of the n-th set bit of a word, with n = 0 for the lowest set bit.
 
     Running sums of the numbers of set bits per byte give the byte; running sums within the byte
     give the bit. The code has no branches, because the processor could not predict branches.

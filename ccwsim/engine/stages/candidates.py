@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from ccwsim.engine.kernels import part_of_kernel
 
 SEGMENT = 32
-"""Number of scores in a segment. Segment minima are stored, so most scores are read only once. Of n
-segments, each has every n-th score, so vector instructions process many segments at once."""
+"""Number of scores in a segment. Segment minima are stored, so most scores are read only once. Each
+of n segments has every n-th score, so vector instructions process many segments at once."""
 COUNTED = 2**14
 """Maximum number of scores counted at once; the count fits into the smallest type of scores."""
 
@@ -73,8 +73,8 @@ def kth_smallest(values, n, k):
 def n_up_to(row, limit):
     """Count the values of `row` that are at most `limit`; `limit` must fit into the type of `row`.
 
-    COUNTED values at a time are counted in the type of `row`, because vector instructions process
-    fewer values of a wider type.
+    At most COUNTED values at a time are counted, in the type of `row`, because vector instructions
+    process fewer values at once if their type is wider.
     """
     limit, total = row.dtype.type(limit), np.int64(0)
     for first in range(0, len(row), COUNTED):
@@ -164,7 +164,7 @@ def keep_within(scores, places, slack):
 
 @part_of_kernel
 def add_location(box, shape, cost, axes, totals):
-    """Add to each score the cost of the distance between box and location, as relative positions.
+    """Add to each score the cost of the distance between the relative positions of box and place.
 
     This cost is for nonstationary images, which section 5.9 names as a limit of the method.
     Relative positions in grid and image are 0 at the first end of an axis and 1 at the other end.
@@ -190,7 +190,7 @@ def add_location(box, shape, cost, axes, totals):
 def place_of(number, n_places, block):
     """Return layer, row and column, in cells, of the location with a number.
 
-    `n_places` is the number of rows and columns of locations.
+    `n_places` has the numbers of rows and columns of locations.
     """
     ny, nx = n_places
     layer_row = number // nx

@@ -1,8 +1,8 @@
 """Condition the choice of locations on data in template and co-template (section 4.4, Fig. 5).
 
-The paper searches the locations one after another, sorted by score. Not in the paper are weights of
-data relative to the overlap, a limit on the scores of candidates, and smaller patches for dense
-data.
+The paper searches the locations one after another, sorted by score. Weights of data relative to the
+overlap, a limit on the scores of candidates, and smaller patches for dense data are not in the
+paper.
 
 Data are compared with single cells of the training image at full resolution, because coefficients
 of a coarse level contain little information on single cells.
@@ -87,9 +87,9 @@ def legal_splits(template: Triple, overlap: Triple, volume: bool = False) -> lis
     """Return the numbers of parts, along each axis, into which a tile can be split.
 
     Parts have the overlap of tiles that are not split: n parts of (T − OR) / n + OR cells cover the
-    T cells of a tile. The overlap is at most half of a part. Rows and columns have equal numbers of
-    parts; layers have the largest possible number of parts up to this number. A tile of a volume
-    may also be halved along only one axis, for data along a well.
+    T cells of a tile. The overlap is at most half of a part. A tile has equal numbers of parts
+    along y and x and, up to this number, as many parts as possible along z. A tile of a volume may
+    also be halved along only one axis, for data along a well.
     """
     steps = [(t - o, o) for t, o in zip(template, overlap, strict=True)]
 

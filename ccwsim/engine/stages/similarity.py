@@ -142,8 +142,8 @@ def overlap_energies(squares, box, block, energies):
 def cached_overlap_energies(squares, box, block, energies, energies_of):
     """Fill `energies` like `overlap_energies`, unless the previous box had an equal overlap.
 
-    `energies_of`, shape (4,), has the numbers of layers, rows, columns and the sides of the
-    previous box.
+    `energies_of`, shape (4,), has the numbers of layers, rows and columns of the previous box, and
+    the sides of its overlap.
     """
     lengths = box.nz, box.ny, box.nx, box.sides
     same = True

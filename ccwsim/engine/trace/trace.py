@@ -35,7 +35,7 @@ class ResimulatedWindow(NamedTuple):
     before, after : ndarray of uint8, shape (size, size)
         Facies indices before and after the re-simulation.
     sources : ndarray of int32, shape (size, size)
-        Flat index in the training image for each cell afterwards; −1 for a cell changed singly.
+        Flat index in the training image for each cell of `after`; −1 for a cell changed singly.
     fits : bool
         Whether any patch fits and honours all data; otherwise no cell has changed.
     isolated : bool
@@ -66,7 +66,7 @@ def resimulated_windows(
 ) -> tuple[list[ResimulatedWindow], NDArray[np.int16]]:
     """Honour data like `honour_data`; return all tried windows and the data status.
 
-    A datum that an earlier window has honoured has no window.
+    No window is tried around a datum that an earlier window has already honoured.
     """
     cells, last = study.hard_data.cells, grid.copy()
     windows: list[ResimulatedWindow] = []
@@ -165,8 +165,8 @@ def _patches(plan: Plan) -> tuple[Patch, ...]:
 class Trace:
     """One realization of a study, simulated patch by patch by the kernels of `simulate`.
 
-    Patches are simulated when requested. For an earlier patch, the simulation restarts at the
-    nearest checkpoint before the patch, which takes little time.
+    Patches are simulated when requested. To return to an earlier patch, the simulation restarts at
+    the last checkpoint before the patch, which takes little time.
 
     Parameters
     ----------

@@ -141,7 +141,7 @@ def _edges(classes: object) -> NDArray[np.float64]:
         edges = np.empty((0, 0))
     if edges.ndim != 1 or not edges.size or not np.isfinite(edges).all():
         raise CCWSIMError(
-            f"classes or threshold = {shown(classes)} must be a number or a list of them"
+            f"classes or threshold = {shown(classes)} must be a number or a list of numbers"
         )
     if (np.diff(edges) <= 0).any() or len(edges) >= MAX_FACIES:
         raise CCWSIMError(

@@ -66,7 +66,7 @@ def _packed(values: NDArray) -> bytes:
 
 
 def geotiff_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
-    """Return maps as a GeoTIFF, north up, with one named band per map and one data type.
+    """Return maps as a GeoTIFF, north up, with one named band per map and a common data type.
 
     Raises `CCWSIMError` if rasterio is missing, codes do not fit a GeoTIFF, or maps are volumes.
     """

@@ -24,7 +24,7 @@ MAX_NPY_HEADER = 10_000
 def read_npy(content: bytes, name: str, *, whole: bool = False, stacked: bool = False) -> DataFile:
     """Return the array of an `.npy` file; its shape is (ny, nx), or (n, ny, nx) with n slices.
 
-    With `whole`, the size limit is higher, because the caller uses only a part of the array.
+    With `whole`, larger arrays are accepted, because the caller then uses only a part of the array.
     With `stacked`, the shape may also be (n, nz, ny, nx).
 
     Examples

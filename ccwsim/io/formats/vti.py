@@ -67,7 +67,7 @@ def read_vti(content: bytes, name: str) -> DataFile:
     image = root.find("ImageData")
     pieces = [] if image is None else image.findall("Piece")
     if root.get("type") != "ImageData" or image is None or len(pieces) != 1:
-        raise CCWSIMError(f"{name}: only VTK ImageData in one piece can be read; save the grid so")
+        raise CCWSIMError(f"{name}: only VTK ImageData in one piece can be read; save one piece")
     spacing = _numbers(image, "Spacing", "1 1 1", 3, name)
     origin = _numbers(image, "Origin", "0 0 0", 3, name)
     if _numbers(image, "Direction", _NORTH_UP, 9, name).tolist() != np.eye(3).ravel().tolist():

@@ -148,8 +148,8 @@ def columns_of(
 ) -> dict[str, str]:
     """Return the column of each role in a table, as given by the user or guessed by name.
 
-    If a table has one depth and also from and to, the user's choice is returned (default: from and
-    to). If it has inclination and dip, the default is inclination.
+    If a table has a column of depths and also columns from and to, the user's choice is returned
+    (default: from and to). If it has inclination and dip, the default is inclination.
 
     Examples
     --------

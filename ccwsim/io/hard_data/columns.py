@@ -185,7 +185,7 @@ def assign_well_columns(file: DataFile, table: str, asked: WellColumns) -> Assig
 def _assign_facies(
     file: DataFile, columns: dict[str, str], asked: str | None, problems: list[str]
 ) -> None:
-    """Add the column of facies; if there is none, add the reason to the problems."""
+    """Add the column of facies; if no column fits, append the error's text to `problems`."""
     try:
         rest = [name for name in file.names if name not in columns.values()]
         columns["facies"] = value_column(file, rest, asked)
@@ -209,12 +209,12 @@ def _check_heights(
         return
     if not world:
         raise CCWSIMError(
-            f"{file.name} has no column of layers, which a volume needs; name one of {there} (z=)"
+            f"{file.name} has no column of layers, which a volume needs; set z= to one of {there}"
         )
     depths = " and ".join(columns[role] for role in DEPTHS if role in columns)
     said = f"depths ({depths}) but no z of the collars" if depths else "no column of heights"
     raise CCWSIMError(
-        f"{file.name} has {said}, which a volume needs; add a column z, or name one of {there} (z=)"
+        f"{file.name} has {said}, which a volume needs; add a column z, or set z= to one of {there}"
     )
 
 
@@ -225,7 +225,7 @@ def _check_depths(file: DataFile, columns: Mapping[str, str]) -> None:
         other = "depth_to" if ends == ["depth_from"] else "depth_from"
         raise CCWSIMError(
             f"{file.name} has only the depth {columns[ends[0]]} at one end of intervals; add a "
-            f"column {DEPTHS[other].call}, or name a column ({other}=)"
+            f"column '{DEPTHS[other].call}', or set {other}= to a column of the file"
         )
 
 
@@ -241,7 +241,7 @@ def _check_well_columns(file: DataFile, table: str, columns: Mapping[str, str]) 
         if role not in columns:
             raise CCWSIMError(
                 f"{file.name} has no column of {roles[role].what}; it has {', '.join(file.names)}: "
-                f"call a column {roles[role].call}, or name a column ({role}=)"
+                f"rename a column to '{roles[role].call}', or set {role}= to a column of the file"
             )
     if table == "intervals":
         _check_depths(file, columns)

@@ -32,9 +32,9 @@ def import_hard_data(
     path_or_file : str, Path or binary file
         As in `read_points`.
     grid : Grid, pair or triple of int, optional
-        A pair gives numbers of rows and columns, and a triple gives numbers of layers, rows and
-        columns, of unit cells with origin (0, 0). In a volume, an interval in a well gives a datum
-        in each cell whose centre is in the interval.
+        A pair is (rows, columns) and a triple is (layers, rows, columns); cells then have size 1,
+        and the origin is (0, 0). In a volume, an interval in a well gives a datum in each cell
+        whose centre is in the interval.
     training_image : TrainingImage, optional
         Defines the known facies and their names.
     **options

@@ -73,7 +73,7 @@ class PlacedPoints:
     points: ImportedPoints
     """The imported points; an interval in a well has one point per cell."""
     cells: NDArray[np.int64]
-    """(Layer,) row and column of each point, also outside the grid; shape (n, 2) or (n, 3)."""
+    """(Layer,) row and column of each point, in or outside the grid; shape (n, 2) or (n, 3)."""
     facies: NDArray[np.int64]
     """Facies codes, shape (n,); the code of an unknown name is the minimum of int64."""
     offsets: NDArray[np.float64]
@@ -81,7 +81,7 @@ class PlacedPoints:
     outside: NDArray[np.int64]
     """Indices of points outside the grid."""
     unknown: NDArray[np.int64]
-    """Indices of points inside the grid with a facies that the training image does not have."""
+    """Indices of the points in the grid whose facies the training image does not have."""
     collisions: tuple[NDArray[np.int64], ...]
     """For each cell with several facies: indices of its points that have a known facies."""
 
@@ -291,7 +291,7 @@ def colliding(
 def settled(
     facies: NDArray[np.int64], offsets: NDArray[np.float64], choice: str
 ) -> tuple[int | None, bool]:
-    """Return the facies to keep in a cell, and whether only the data order in the file decided."""
+    """Return the facies to keep in a cell, and whether only the order of the data decided."""
     if choice == "drop":
         return None, False
     running = np.ones(len(facies), bool)
@@ -416,7 +416,7 @@ def _report(placed: PlacedPoints, keep: NDArray[np.bool_], ties: int) -> HardDat
             f"Cells with data of more than one facies: {len(placed.collisions)}; "
             f"{n_dropped - n_outside - n_unknown} of these {n_clashing} data were left out.",
         ),
-        (ties, f"Cells of which only the data order in the file decided the facies: {ties}."),
+        (ties, f"Cells whose facies depends only on the order of data in the file: {ties}."),
         (n_repeated, f"Data that repeat another datum of their cell: {n_repeated}."),
         (
             placed.n_off_centre,

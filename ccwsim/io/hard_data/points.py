@@ -136,15 +136,15 @@ def check_few(name: str, n: int, what: str) -> None:
     """Raise an error if a file has too many rows or cells for hard data."""
     if n > limits().points:
         raise CCWSIMError(
-            f"{name}: {n} {what} are more than {limits().points} hard data; a grid without gaps "
-            "cannot be hard data"
+            f"{name}: {n} {what} are more than the limit of {limits().points} hard data; a grid "
+            "without gaps cannot be hard data"
         )
 
 
 def heights_below(
     name: str, lines: NDArray[np.int64], z: NDArray[np.float64], depths: list[NDArray[np.float64]]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
-    """Return heights and spans of data, from z and 0 to 2 columns of depths below z.
+    """Return heights and spans of data, from z and at most two columns of depths below z.
 
     Two depths define an interval. The height of an interval is the height of its middle; spans,
     shape (n, 2), contain the heights of bottom and top.

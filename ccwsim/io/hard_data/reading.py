@@ -35,9 +35,9 @@ def read_points(
 
     Formats are tables in text (CSV, Petrel points, well logs), points in Geo-EAS, GeoJSON,
     GeoPackage and Shapefile (the last two need pyogrio), and all formats of grids. Unknown cells of
-    grids are NaN or a code for missing values (−99, −999, −997799, −9977799). Arrays and
-    texts of three columns without names are lists of data, unless they have the size of the grid.
-    The columns are row, col, facies in an array, and x, y, facies (or x, y, z, facies) in a text.
+    grids are NaN or a code for missing values (−99, −999, −997799, −9977799). An array or
+    text of three unnamed columns is read as a list of data, unless it has the size of the grid. The
+    columns are row, col, facies in an array, and x, y, facies (or x, y, z, facies) in a text.
 
     Raises `CCWSIMError` for a file that cannot be read or has no columns of coordinates and facies.
 
@@ -46,9 +46,9 @@ def read_points(
     path_or_file : str, Path or binary file
         The format is detected from the content, not from the name.
     columns : PointColumns
-        Names of columns (guessed if not given), and options for whole grids.
+        Names of columns (guessed if not given), and options for files that are grids.
     grid_shape : (ny, nx) or (nz, ny, nx), optional
-        Shape of the simulation grid; a file with a whole grid must have this shape. Data in a
+        Shape of the simulation grid; a file that is a grid must have this shape. Data in a
         volume need heights, which are z or the layer of a cell.
 
     Examples
@@ -286,7 +286,7 @@ def _of_grid(file: DataFile, key: str, cells: NDArray, grid_shape: Shape | None)
 
 
 def _is_list(values: NDArray, in_text: bool, grid_shape: Shape | None) -> bool:
-    """Return whether a file is a list of 3 or 4 (x, y, z, facies) columns instead of a grid."""
+    """Return whether a file lists data in 3 or 4 columns (x, y, (z,) facies) and is no grid."""
     four = in_text or _is_volume(grid_shape)
     one = values.shape[0] == 1 and (values.shape[2] == 3 or (four and values.shape[2] == 4))
     return one and (grid_shape is None or values.shape[-len(grid_shape) :] != tuple(grid_shape))

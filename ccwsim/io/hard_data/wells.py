@@ -33,7 +33,7 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 
 STEPS_A_CELL = 16
-"""Number of path points of a deviated well along the length of the shortest cell side."""
+"""Number of points on a deviated well's path within the length of the shortest cell side."""
 MAX_BEND = np.radians(179.0)
 """Maximum bend between stations; near 180°, the plane of the arc is undefined."""
 
@@ -67,9 +67,9 @@ def import_wells(
     surveys : path or binary file, optional
         A table with one row per station of a deviated well: name of the well, `depth` along it,
         `azimuth` (degrees from north, clockwise), and `inclination` (degrees from straight down) or
-        `dip` (degrees from horizontal, negative downwards; all dips positive is an error).
+        `dip` (degrees from horizontal, negative downwards; not all dips may be positive).
         Between stations, a well is an arc of minimum curvature [1]_. Above the first and below the
-        last station, its direction is constant. Wells without stations are vertical.
+        last station, the well is straight. Wells without stations are vertical.
     **options
         Fields of `WellColumns`, such as `collar_well="BHID"`, and of `Conversion`, such as
         `on_outside="drop"`.
@@ -327,7 +327,7 @@ def _points(
     n_empty = sum(not part.n for part in parts[1:])
     notes = parts[0].notes
     if n_empty:
-        notes += (f"Depth intervals too short to contain data of a cell: {n_empty}.",)
+        notes += (f"Depth intervals that are too short to give any cell a datum: {n_empty}.",)
     notes += _notes_on_paths(points, names, end, wells)
     arrays = {
         name: [getattr(part, name) for part in parts] for name in ("places", "values", "lines")
@@ -389,7 +389,7 @@ def _check(
             first, second = sorted((lines[a], lines[b]))
             raise CCWSIMError(
                 f"{file.name}, lines {first} and {second}: two intervals of {shown(names[a])} "
-                f"overlap from {start[b]:g} on; correct one of them"
+                f"overlap below the depth {start[b]:g}; correct one of them"
             )
 
 
@@ -411,7 +411,7 @@ def _along_path(
     if n > STEPS_A_CELL * limits().points:
         raise CCWSIMError(
             f"{point.name}, {point.named(np.array([0]))}: the interval is {(end - start):g} long, "
-            f"but cells only {min(grid.cell_size):g}; correct its depths"
+            f"but cells are only {min(grid.cell_size):g} wide or high; correct the depths"
         )
     depths = step * np.arange(first, first + n, dtype=np.float64)  # multiples of `step`
     path = positions(well.collar, stations, depths)

@@ -25,7 +25,7 @@ BATCH_BYTES = 64_000_000
 BATCHES_PER_WORKER = 2
 """Number of batches that each worker has at a time, so that no worker waits for its next batch."""
 STOP_SECONDS = 0.7
-"""Seconds after a stop in which running batches may return their finished realizations."""
+"""Seconds that running batches have after a stop to return their finished realizations."""
 
 
 class BatchBackend:
@@ -62,7 +62,7 @@ class BatchBackend:
             raise CCWSIMError(f"the executor takes no work: {error}; give an open one") from error
 
     def shares(self, numbers: Iterable[int]) -> dict[int, float]:
-        """Return the finished shares of realizations, from the last reports of their workers."""
+        """Return which share of each realization is finished, as its worker last reported."""
         return self._flag.shares(numbers)
 
     def recovers(self, error: BaseException) -> bool:
@@ -147,7 +147,7 @@ class BatchRunner:
                 self._keep(take, batch, future.result())
 
     def _under_way(self) -> float:
-        """Return the sum of the finished shares of realizations that are still running."""
+        """Return the sum, over all realizations still running, of the share that is finished."""
         sent = [number for batch in self._out.values() for number in batch]
         return sum(self._backend.shares(sent).values())
 

@@ -166,7 +166,7 @@ class ClusterBackend(BatchBackend):
         self._shares[number] = share
 
     def shares(self, numbers: Iterable[int]) -> dict[int, float]:
-        """Return the finished shares of realizations, from the last reports of the workers."""
+        """Return which share of each realization is finished, as its worker last reported."""
         return {number: self._shares[number] for number in numbers if number in self._shares}
 
     def recovers(self, error: BaseException) -> bool:

@@ -86,7 +86,7 @@ class FileFlag:
             (Path(self.path) / str(number)).write_text(str(share))
 
     def shares(self, numbers: Iterable[int]) -> dict[int, float]:
-        """Return the last reported shares of realizations."""
+        """Return which share of each realization is finished, as last reported."""
         shares = {}
         for number in numbers:
             with suppress(FileNotFoundError, ValueError):  # no report yet, or it is being written

@@ -45,7 +45,7 @@ TABLE_2_NOTE = (
     "data are honoured, unless the study turns that off."
 )
 Setting = tuple[str, int, bool]
-"""Key of a curve: method, level (of volumes: within layers), and whether volumes are simulated."""
+"""Key of a curve: method, level (for volumes, within layers), and whether volumes are simulated."""
 NONE = "–"
 PAPER_SIDE = 512
 """Side of the grid in the paper's Table 2, in cells."""
@@ -96,7 +96,7 @@ def describe_growth(name: str, timings: Sequence[Timing]) -> str:
 
 
 def growth_lines(timings: Sequence[Timing]) -> list[str]:
-    """Describe how the time grows with the grid, a line per setting, and depends on the level."""
+    """Describe, a line per setting, how time grows with the grid; compare levels and volumes."""
     found = by_setting(timings)
     each = [describe_growth(name_of(setting, list(found)), own) for setting, own in found.items()]
     more = (describe_levels(timings), describe_volumes(timings))
@@ -138,9 +138,9 @@ def describe_levels(timings: Sequence[Timing]) -> str:
     shares = published.LEVEL_CHANGES.items()
     changes = " and ".join(f"−{-100 * v:.1f} % ({a} to {b})" for (a, b), v in shares)
     return (
-        f"Level {low} takes {ratio:.1f} times as long as level {high} at "
-        f"{round(sides[low].n_cells ** 0.5)}² here, {paper[low] / paper[high]:.1f} times at 25 "
-        "million cells in the paper (Fig. 13); averaged over the paper's five sizes, each "
+        f"Level {low} takes {ratio:.1f} times as long as level {high} here "
+        f"({round(sides[low].n_cells ** 0.5)}² cells), and {paper[low] / paper[high]:.1f} times "
+        "at 25 million cells in the paper (Fig. 13). Averaged over the paper's five sizes, each "
         f"further level changes the time by {changes}."
     )
 
@@ -174,8 +174,8 @@ def describe_run(run: TimingRun | None) -> str:
     return (
         f"Training image {pretty(image.name)}, {describe_shape(image.shape)} cells, "
         f"{image.n_facies} facies; template {template}, overlap {overlap}, K {p.n_candidates}"
-        f"{_how_maps(run.cases)}; median of "
-        f"{run.n_realizations}, preparation of the training image included; one thread; seed "
+        f"{_how_maps(run.cases)}; median time of {plural(run.n_realizations, 'realization')}, "
+        "including preparation of the training image; one thread; seed "
         f"{run.seed}{off}."
     )
 
@@ -190,8 +190,8 @@ def _how_maps(cases: Sequence[TimingCase]) -> str:
     if not maps or len(maps) == len(cases):
         return ""
     return (
-        f"; maps of its middle layer, as many cells, template {_sizes(maps[0].template_size)}, "
-        f"overlap {_sizes(maps[0].overlap_size)}"
+        "; maps of the image's middle layer, with as many cells as the volumes, template "
+        f"{_sizes(maps[0].template_size)}, overlap {_sizes(maps[0].overlap_size)}"
     )
 
 

@@ -109,7 +109,7 @@ def _draw_largest(state: State) -> None:
     options |= {"format_func": lambda side: f"{side} × {side}{layers}"}
     field(st.selectbox, "Largest grid", key=name, **bound_to(page_state, name), **options)
     if nz is not None:
-        tip = "Also time maps with as many cells, from the training image's middle layer."
+        tip = "Also measure maps of the image's middle layer, with as many cells as the volumes."
         field(st.checkbox, "Maps beside", key="maps", help=tip, **bound_to(page_state, "maps"))
 
 
@@ -221,7 +221,7 @@ def _draw_chart(
     unit, key = ("µs", "times_cell") if per_cell else ("s", "times_grid")
     y_title = f"CPU time {'a cell ' if per_cell else ''}({unit})"
     chart = timings_chart(*series, ticks, chart_theme(), y_title=y_title, unit=unit)
-    titled_chart(title, note, chart, key, f"{title} over the number of cells of the grid")
+    titled_chart(title, note, chart, key, f"{title} against the number of cells of the grid")
 
 
 def has_paper(timings: Sequence[Timing]) -> bool:

@@ -71,11 +71,11 @@ def _describe_data(found: Comparison) -> list[str]:
     if not broken:
         return [f"All {n} data are honoured by all settings."]
     rest = "" if len(broken) == len(wrong) else "; the other settings honour all data"
-    return [f"Mean number of the {n} data not honoured: {', '.join(broken)}{rest}."]
+    return [f"Mean number of data not honoured, of {n}: {', '.join(broken)}{rest}."]
 
 
 def describe_grades(row: PairRatio) -> str:
-    """Describe a pair of settings; ratios within two standard errors of 1 mean equal settings."""
+    """Describe a pair of settings; a ratio that is within two standard errors of 1 counts as 1."""
     if not np.isfinite(row.ratio):
         return "one realization shows no variety"
     if np.isnan(row.errors).any():

@@ -95,7 +95,7 @@ MIN_IMAGE_SHARE = 0.8
 """Minimum ratio of the width of the training image's column to the width of a setting's column."""
 MAPS: dict[str, Any] = {"scale": "compared", "body": False}
 MAX_HEIGHTS = {2: 460, 3: 300}
-"""Maximum height of maps and of slices of volumes in pixels, by dimension."""
+"""Maximum height in pixels of maps (2) and of slices of volumes (3)."""
 NO_CURVES = np.empty((0, 0))
 BORDERS = dict(zip(DASHES, ("solid", "dashed", "dotted", "dashed"), strict=True))
 """CSS border style for each line style of charts; CSS has no dash-dot."""
@@ -426,12 +426,12 @@ def draw_patterns(state: State, found: Comparison) -> None:
         image, side = found.ensembles[0].training_image, found.anodi.pattern_size
         size = describe_shape((side,) * image.n_dimensions)
         step_note(
-            "Between: how varied the realizations are; within: how far they are from the "
-            "training image; each is the value of the first setting divided by the value of the "
-            f"second setting, at full, half and third resolution with weights {weights}; ratio = "
-            "between / within. If the ratio exceeds 1, the first setting is better (Tan et al. "
-            f"2014, on exact histograms of all {size} patterns). Smaller differences than two "
-            "standard errors (jackknife) are ignored."
+            "Between: how varied the realizations are. Within: how far they are from the "
+            "training image. Each is the first setting's value divided by the second setting's, "
+            f"at full, half and one-third resolution with weights {weights}. Ratio = between / "
+            "within; if the ratio exceeds 1, the first setting is better (Tan et al. 2014, on "
+            f"exact histograms of all {size} patterns). Differences smaller than two standard "
+            "errors (jackknife) are ignored."
         )
 
 

@@ -56,7 +56,7 @@ class ComparisonRequest:
 
 @dataclass
 class ComparisonRun(PageRun[Comparison]):
-    """A run that compares settings, or adds the curves of another facies (a code) to `known`."""
+    """A run that compares settings, or adds the curves of another `facies` (a code) to `known`."""
 
     request: ComparisonRequest
     training_image: TrainingImage

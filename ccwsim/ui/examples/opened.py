@@ -85,7 +85,7 @@ def keep_example(state: State) -> None:
 
 
 def draw_opened(state: State, *, compared: bool = False) -> None:
-    """Draw a line about the open example or the link of a class, if there is one.
+    """Draw a line of text about the open example, or about the link for a class of students.
 
     `compared` tells whether the line is on the page Compare.
     """

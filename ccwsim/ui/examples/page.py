@@ -128,7 +128,7 @@ def _draw_plan(state: State) -> None:
 
 
 def _draw_card(state: State, number: int, example: Example, deadline: float) -> bool:
-    """Draw an example and return whether its pictures are complete or failed."""
+    """Draw an example; return whether its pictures are done, with or without an error."""
     worker, task = picture_worker(), pictures_of(example, chart_theme())
     worker.ask(task)
     found = worker.wait_for(task, max(0.0, deadline - time.monotonic()))

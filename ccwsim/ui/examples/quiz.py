@@ -361,8 +361,8 @@ def describe_seams(shown: Round, k: int) -> list[str]:
     low, high = (f"{100 * share:.1f}" for share in (min(others), max(others)))
     return [
         f"Picture {k + 1} consists of pieces of the training image. "
-        f"{100 * found.seams.mean():.0f} % of its cells are at a seam, and the largest square of "
-        f"one piece has {found.largest_square} × {found.largest_square} cells.",
+        f"{100 * found.seams.mean():.0f} % of its cells are at a seam, and the largest square "
+        f"copied in one piece has {found.largest_square} × {found.largest_square} cells.",
         "Most seams cannot be seen. A seam is visible if it makes a shape absent from the "
         f"training image (red): {100 * own:.1f} % of the windows of {SIDE} × {SIDE} cells here, "
         f"{low} to {high} % in the realizations of this round. At visible seams, look for steps "

@@ -15,7 +15,7 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 
 N_STEPS = 200
-"""Number of colour steps of a probability map; shares of up to 200 realizations are exact."""
+"""Number of colour steps of a probability map; exact for at most 200 realizations."""
 
 
 @dataclass(frozen=True)

@@ -31,8 +31,8 @@ def draw_cells(
 
     `name` is the file name of the saved picture, without ending. The coordinates of `grid` are
     drawn along the edges. Maps with the same `link` zoom, pan and hover together; volumes share
-    cursor, slices and vertical exaggeration. `max_height` limits a map, or the slice and the body
-    of a volume, in pixels.
+    cursor, slices and vertical exaggeration. `max_height` limits the height, in pixels, of a map
+    or of the slice and the body of a volume.
 
     Options of maps: maps with the same `scale` have the largest cell size at which the maps with
     `leads` fit on the page. `tools` shows buttons for zooming and saving. `on_cell` is called with

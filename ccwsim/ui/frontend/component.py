@@ -19,9 +19,9 @@ BELOW = {
     "volume": ("shared/drawing", "shared/edits", "volume/slice", "volume/body"),
     **dict.fromkeys(("history", "settings", "sheet", "quiz"), ("shared/tiles",)),
 }
-"""Shared modules of each component besides `shared/calls`; all code is sent as one text."""
+"""By component, the shared modules that it uses besides `shared/calls`, sent as one text."""
 ENTRY = "export default "
-"""Start of the line in a component's last module that defines the function for Streamlit."""
+"""In a component's last module, the start of the line that defines Streamlit's function."""
 
 
 def draw_component(
@@ -62,7 +62,7 @@ def _component(name: str) -> Any:
 def component_parts(name: str) -> tuple[str, str, str]:
     """Return the HTML, CSS and JavaScript of a component, including the modules that it uses.
 
-    The HTML of a component without an HTML file is an empty element with its name as class.
+    A component without an HTML file gets an empty element whose class is the component's name.
     """
     modules = "shared/calls", *BELOW.get(name, ()), f"{name}/{name}"
     html, css, js = (

@@ -88,7 +88,7 @@ class Editor:
 
 
 def with_changes(data: HardData, changes: Mapping[Cell, int | None]) -> HardData:
-    """Return data with cells ((layer,) row, column) set to a facies code, or removed if None."""
+    """Return data with `changes`: by (layer,) row and column, a facies code, or None to remove."""
     before = dict(zip(map(tuple, data.cells.tolist()), data.facies.tolist(), strict=True))
     known = {cell: code for cell, code in {**before, **changes}.items() if code is not None}
     return HardData(list(known), list(known.values()))

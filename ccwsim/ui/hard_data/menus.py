@@ -53,7 +53,7 @@ EXPORTS = {"csv": "CSV: x, y, facies", "gslib": "GSLIB points"}
 
 
 def draw_import(state: State) -> None:
-    """Draw a menu to open a file of hard data, with open questions about the file."""
+    """Draw a menu to open a file of hard data and to answer questions about the file."""
     with st.popover("Import", key="import_menu"):
         data_uploader("import_file", lambda file: use_file(state, DataChoice("file", upload=file)))
         draft = state.data_draft or state.choices.data
@@ -144,7 +144,7 @@ def draw_sampling(state: State) -> None:
 
 
 def sample(state: State) -> None:
-    """Put data sampled as the menu says into the study, and keep the reference field."""
+    """Sample data as the menu says, put these data into the study, and keep the reference field."""
     page_state = state.page(Editor)
 
     def take() -> None:

@@ -53,8 +53,8 @@ REST, REST_VOLUME = 0.4, 0.6
 """Number of seconds after the last edit at which a run with all edits begins."""
 TOOLS = "“draw” places or moves a datum; “straight” and “freehand” place a line of data."
 TOOLS_VOLUME = (
-    "A click on the map places a vertical well in the chosen layers. Dragging in a section "
-    "places data in cells. Arrow keys move the slices, Enter acts like a click, and Ctrl+Z "
+    "A click on the map places a vertical well in the chosen layers. Dragging in a vertical "
+    "section places data in cells. Arrow keys move the slices, Enter acts like a click, and Ctrl+Z "
     "undoes an edit."
 )
 

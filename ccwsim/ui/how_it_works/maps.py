@@ -47,7 +47,7 @@ class PatchView:
 
     @property
     def search_fraction(self) -> float:
-        """The share of locations, sorted by overlap, that is searched if there are data."""
+        """The share of locations, best overlaps first, that is searched if there are data."""
         return self.trace.study.parameters.search_fraction
 
     @property

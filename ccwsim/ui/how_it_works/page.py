@@ -46,7 +46,7 @@ from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 STYLE = Path(__file__).with_name("how.css")
 DRAWING = "drawing"
-"""Value of `How.resimulated` while the page is drawn completely."""
+"""Value of `How.resimulated` from the start of a full redraw until the re-simulation is drawn."""
 PLAY_SECONDS = 0.8
 """Number of seconds between patches while the page plays."""
 WIDTHS = [1.25, 0.72, 1.25, 1.0]

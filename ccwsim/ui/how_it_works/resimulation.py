@@ -26,9 +26,9 @@ from ccwsim.ui.widgets.fields import field
 from ccwsim.ui.widgets.text import pair, panel_title, step_note
 
 MAX_TERMS = 3_000_000_000
-"""Maximum number of score terms for which the remaining patches are placed without a request."""
+"""If the remaining patches need more score terms than this, they are placed on request."""
 PIXELS = 204
-"""Side of a window of a map in pixels."""
+"""Side, in pixels, of the picture of a window in a map."""
 MAX_HEIGHT = 360
 MAX_HEIGHT_SLICES = 300
 N_MARKED = 20

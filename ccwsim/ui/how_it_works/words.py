@@ -136,7 +136,7 @@ def describe_overlap(view: PatchView) -> str:
     level = view.level if isinstance(view.level, int) else cells_along(view.level)
     return (
         f"{cells} Its Haar approximation at level {level} has one number per block of "
-        f"{cells_along(view.block)} cells, {prod(view.block) ** 0.5:.3g} times the block's mean: "
+        f"{cells_along(view.block)} cells (the block's mean times {prod(view.block) ** 0.5:.3g}): "
         f"<b>{format_count(n, 'coefficient')}</b> instead of {format_count(n_cells, 'number')}."
     )
 
@@ -159,8 +159,8 @@ def describe_scores(step: TracedPatch) -> str:
         )
     return (
         "The coefficients B of the overlap are compared with the coefficients A of the image at "
-        f"all {locations}: {how}. Bright means a good fit. The best value is {best:.4g}, the "
-        f"median of all {float(sorted(ccw.ravel())[ccw.size // 2]):.4g}."
+        f"all {locations}: {how}. Bright means a good fit. The best value is {best:.4g}; the "
+        f"median over all locations is {float(sorted(ccw.ravel())[ccw.size // 2]):.4g}."
     )
 
 
@@ -348,10 +348,10 @@ def _choice_with_data(view: PatchView) -> str:
     rejected = f" Rejected: {format_count(n_rejected, 'location')} that fit the overlap."
     return (
         f"Each datum that a location would miss costs as much as {missed} wrong cells of overlap "
-        f"({held} if the grid already honours the datum, {ahead} ahead). The location is chosen "
-        f"at random from those of the K = {len(view.step.places)} best that are within "
-        f"{round(d.slack / search.cell_cost)} cells of the best: "
-        f"<b>{view.step.n_candidates}</b>.{rejected if n_rejected else ''}"
+        f"({held} if the grid already honours the datum, {ahead} if it is ahead of the path). "
+        f"One location is chosen at random from the <b>{view.step.n_candidates}</b> of the K = "
+        f"{len(view.step.places)} best whose cost is within {round(d.slack / search.cell_cost)} "
+        f"wrong cells of the lowest cost.{rejected if n_rejected else ''}"
     )
 
 

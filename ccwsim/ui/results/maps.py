@@ -91,7 +91,7 @@ def pretty(name: str) -> str:
 
 
 def colours_of_ran(state: State) -> list[str]:
-    """Return the facies colours of the results, which may have another image than the study."""
+    """Return the facies colours of the results, whose image may differ from the study's image."""
     assert state.ensemble is not None
     image = state.ensemble.training_image
     chosen = dict(state.choices.image.colours) if state.ensemble_choices else {}

@@ -42,7 +42,7 @@ class KeptChoices:
         self._lock = Lock()
 
     def keep(self, browser: str, own: Mapping[str, Own]) -> None:
-        """Store the images and data on a page of a browser as the newest entries of the browser."""
+        """Store images and data of a page; they become the newest entries of the browser."""
         with self._lock:
             for name, choice in own.items():
                 self._kept.pop((browser, name), None)

@@ -59,7 +59,7 @@ Moved = dict[str, tuple[Any, Any]]
 OF_VOLUMES = ("z", "well", "depth_from", "depth_to", "depth", "z_up")
 OF_SURVEYS = tuple(name for name in vars(WellColumns()) if name.startswith("survey"))
 SETTLING = ("on_collision", "on_outside", "on_unknown")
-"""Names of answers about hard data that apply to volumes, to surveys, and to conflicting data."""
+"""For volumes, for surveys, and for conflicting data: names of answers that apply only to them."""
 BUT_NAMES = {**CONTENT, TrainingImage: lambda image: image.digest}
 """The functions of `CONTENT`, changed so that names of facies are ignored."""
 USUAL_VOLUME = 100, 100
@@ -93,7 +93,7 @@ def image_of(choice: ImageChoice) -> TrainingImage:
 
 @contextmanager
 def opened(upload: Upload | None) -> Iterator[IsolatedFile]:
-    """Yield an upload as a file that another process reads; its limits apply in the context."""
+    """Yield an upload as a file that another process reads; in the context, upload limits apply."""
     if upload is None:
         raise CCWSIMError("there is no file yet; choose a file")
     limits = upload_limits()
@@ -171,7 +171,7 @@ def previews_of_wells(choice: DataChoice) -> dict[str, PointsPreview | CCWSIMErr
 
 
 def grid_for_data(choices: Choices) -> Grid | None:
-    """Return a grid that contains all data, or None if the present grid does or no grid can."""
+    """Return a grid that contains all data; None if the present grid contains them or none can."""
     choice, grid = choices.data, choices.grid
     try:
         file = choice.source == "file" and choice.files

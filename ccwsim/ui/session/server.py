@@ -123,7 +123,7 @@ class SessionMonitor:
                     self._left.pop(session, None)
 
     def give_back(self) -> None:
-        """Return the memory of sessions that were dropped before the last check to the system.
+        """Give the system back the memory of sessions that were dropped before the last check.
 
         When no session is left, the caches that sessions share are emptied too.
         """

@@ -24,7 +24,7 @@ from ccwsim.sharing.choices import Upload
 from ccwsim.ui.widgets.errors import catch_callback_errors
 
 MAX_OF_SESSION = 4
-"""Maximum total size of a session's files, in files of maximum size."""
+"""Maximum total size of a session's files, as a multiple of the maximum size of one file."""
 NO_ROOM = "application/x-no-room"
 """MIME type of a file whose content was dropped because the server had too little memory."""
 

@@ -104,7 +104,7 @@ def use_data(state: State, choice: DataChoice, grid: Grid | None = None) -> None
     """Use a choice of hard data in the study if the data can be read; otherwise keep it as a draft.
 
     If other bundled data are chosen, the grid grows to contain all data. A `grid` made for the data
-    is used in the study together with the data, or earlier if the present data also fit this grid.
+    is used at once if the present data fit this grid; otherwise, it is used together with the data.
     """
     if grid is not None and not problem_of_data(replace(state.choices, grid=grid)):
         state.change(grid=grid)

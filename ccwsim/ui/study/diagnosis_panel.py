@@ -43,7 +43,7 @@ def draw_diagnosis(
         marks = {f"T {size}": size for size in horizontal}
         ew, ns = diagnosis.spacing_ew, diagnosis.spacing_ns
         chart = repetition_chart(ew.lags, ew.correlation, ns.correlation, marks, chart_theme())
-        alt = "Correlation of the training image with itself over the lag, E–W and N–S"
+        alt = "Correlation of the training image with itself against lag, E–W and N–S"
         titled_chart("Repetition", describe_repetition(diagnosis), chart, "repetition", alt)
         step_note("Solid: E–W; dashed: N–S; dotted: the present template size.")
     with right:

@@ -91,7 +91,7 @@ def _whole(upload: Upload) -> tuple[tuple[int, int] | None, int]:
 
 @cached(max_entries=8)
 def grid_of_file(upload: Upload, answers: Answers) -> NDArray[np.float64]:
-    """Return the values of a file before classification as an array, with row 0 in the south.
+    """Return the unclassified values of a file as an array with row 0 in the south.
 
     `answers` may include answers about classes, which are ignored.
     """

@@ -70,7 +70,7 @@ def problem_of_image(choice: ImageChoice) -> str:
 def thumbnail(image: TrainingImage, colours: list[str], pixels: int = 2 * THUMB) -> bytes:
     """Return a small picture of a training image; of a volume, the middle layer.
 
-    The pixels of a cell are a whole number if a side has fewer cells than `pixels`.
+    A cell is a whole number of pixels wide: as many as fit into `pixels`, and at least one.
     """
     cells = middle_layer(image.indices)
     return map_png(cells, colours, scale=max(1, pixels // max(cells.shape)))

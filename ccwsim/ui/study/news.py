@@ -19,7 +19,7 @@ from ccwsim.ui.widgets.text import plain
 
 STORED = "Stored realizations of this study are shown until your machine has computed them"
 PATIENCE_VOLUME = 0.7
-"""Seconds to wait for the first new volume, because drawing the old volume takes longer."""
+"""Seconds to wait for the first new volume; to draw the old volume again would take longer."""
 WAIT_SECONDS = 0.05
 """Seconds between checks for a change by the user, which ends this waiting."""
 

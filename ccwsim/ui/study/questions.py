@@ -35,7 +35,7 @@ from ccwsim.ui.widgets.fields import button, field, options_of
 from ccwsim.ui.widgets.text import plain
 
 MAX_LISTED = 300
-"""Maximum number of rows or slices in a list; a slice of more slices is chosen by number."""
+"""Maximum number of rows or slices in a list; of more slices, the user types the number."""
 MAX_NAMES = 24
 """Maximum number of names or codes of facies for which the page asks one by one."""
 AS_READ = {None: "as usual in the format"}
@@ -53,7 +53,7 @@ WAYS: dict[str, dict[Any, str]] = {
         "drop": "ignore all data in such a cell",
     },
 }
-"""Questions with a few possible answers each, and these answers; None is the usual answer."""
+"""Questions with few possible answers, and these answers; None stands for the usual answer."""
 ROLES = ("x", "y", "facies")
 """Columns of a table of points, by the names of the arguments that set them."""
 ROLES_OF_VOLUME = ("x", "y", "z", "facies", "well", *DEPTHS)
@@ -91,7 +91,7 @@ IN_SCRIPTS = re.compile(r" \(\w+=\)")
 """Pattern of hints in error messages that are only useful in scripts."""
 OPEN: dict[str, Any] = {"placeholder": "choose one"}
 Use = Callable[..., None]
-"""A function use(choice, grid) that uses data, and a grid if there is one, in the study."""
+"""A function use(choice, grid) that puts chosen data into the study; `grid` is optional."""
 Write = Callable[..., None]
 """A function write(name=value) that stores answers to questions; None removes an answer."""
 

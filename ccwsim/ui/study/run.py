@@ -43,7 +43,7 @@ MIN_PART = 2
 COPIES_OF_PARTS = 3
 """Maximum copies of the realizations in memory: earlier parts, next part, and all parts joined."""
 NEARLY_ALL = 0.7
-"""Share of the remaining realizations from which on a part includes all remaining realizations."""
+"""If this share of the remaining realizations fits into a part, the part includes all of them."""
 MORE = "More realizations estimate the uncertainty better and take proportionally longer."
 SAME_SEED = "The same seed gives the same realizations, on any machine."
 SimulateRange = Callable[[int, int, Progress, Cancel], Ensemble]
@@ -129,7 +129,7 @@ def start_run_if_needed(state: State, *, live: bool, after: float = 0.0) -> bool
 
 
 def question_of(state: State) -> str:
-    """Return the question asked before a long run of a study from a link or a project."""
+    """Return the question asked before a long run if a link or project opened the study."""
     if not state.needs_confirmation or problem_of(state):
         return ""
     seconds = estimated_seconds(state.choices)
@@ -236,14 +236,14 @@ def first_part(choices: Choices, latest: Ensemble | None) -> int:
 
 
 def part_size(left: int, fits: float) -> int:
-    """Return the size of the next part if `left` realizations remain and `fits` fit the time."""
+    """Return the size of the next part; `left` realizations remain, and the time allows `fits`."""
     cores = n_cores()
     size = max(int(fits) // cores * cores, cores, MIN_PART)
     return left if fits >= NEARLY_ALL * left else min(size, left)
 
 
 def demand_of_run(state: State, copies: int = 1) -> Demand:
-    """Return the resources that a run of the study needs for `copies` of the results."""
+    """Return the resources that a run of the study needs if its results exist `copies` times."""
     choices = state.choices
     return demand_of(study_of(choices), choices.n_realizations, copies=copies)
 

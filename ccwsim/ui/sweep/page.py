@@ -72,7 +72,7 @@ ERRORS = {
     "copying": ("Copying", "cells of the largest piece copied from the training image"),
     "mended": ("Re-simulated data", "data not honoured in the raster pass"),
 }
-"""Name and axis title of each error that the chart can show over CPU time."""
+"""Name and axis title of each error that the chart can show against CPU time."""
 HEADS = {
     "pattern_full": "patterns",
     "pattern_half": "at 1/2",
@@ -144,7 +144,7 @@ def _draw_controls(state: State) -> None:
         button("Back to the suggested ranges", key="ranges_back", on_click=reset, args=({},))
     step_title(3, "Realizations")
     limits = {"min_value": 1, "max_value": MAX_REALIZATIONS_OF_SWEEP}
-    help_ = "More realizations distinguish more similar settings, and take proportionally longer."
+    help_ = "More realizations reveal smaller differences, and take proportionally longer."
     options = {**bound_to(page_state, "n_realizations"), **limits, "help": help_}
     field(st.number_input, "Of each setting", key="n_swept", **options)
     problem = problem_of(state) or page_state.message
@@ -202,7 +202,7 @@ def _draw_found(state: State) -> None:
 
 
 class _Shown(NamedTuple):
-    """The results on the page: varied parameters, the large setting, the recommended setting."""
+    """The results on the page: varied parameters, setting shown large, recommended setting."""
 
     found: Sweep
     names: list[str]
@@ -241,7 +241,7 @@ def _draw_rows(state: State, run: SweepRun, found: Sweep) -> None:
 
 
 def _draw_chart(state: State, run: SweepRun, shown: _Shown) -> None:
-    """Draw errors over CPU time; a click on a point shows the setting large."""
+    """Draw errors against CPU time; a click on a point shows the setting large."""
     page_state, found = state.page(SweepState), shown.found
     kinds = [kind for kind in ERRORS if kind != "mended" or run.hard_data.n]
     kind = page_state.error if page_state.error in kinds else "patterns"

@@ -53,7 +53,7 @@ def draw_e_type_maps(
     certain = f"{n_certain} % of the cells are certain"
     probability = share_map(shares, f"P({name}) =", title, point_colours=colours)
     most_likely = facies_map(found.most_likely_indices, image, colours, "Most likely facies")
-    alt = "Entropy, from 0, certain, to 1, all equally likely"
+    alt = "Entropy, from 0 (certain) to 1 (all facies equally likely)"
     entropy = share_map(found.entropy, "entropy", alt, colours=ENTROPY, point_colours=colours)
     maps = (
         (title, "E-type", "probability", probability),
@@ -81,9 +81,9 @@ def draw_data(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
         note = describe_match(ensemble)
         titled_chart("Status of the data", note, chart, "data_status", alt)
         step_note(
-            "Raster pass: a patch has the facies of the datum. Re-simulated: a window of that "
-            "size around the datum was simulated again. Forced: no window fits, so only the cell "
-            "is set, which may leave an isolated cell."
+            "Raster pass: a patch has the facies of the datum. Re-simulated: a window of the "
+            "given size around the datum was simulated again. Forced: no window fits, so only the "
+            "cell is set, which may leave an isolated cell."
             if ensemble.parameters.exact_data
             else "Data are not honoured exactly: they only condition the search. Raster pass: a "
             "patch has the facies of the datum. Wrong: the cell has another facies."
@@ -122,7 +122,7 @@ def describe_match(ensemble: Ensemble) -> str:
 
 
 def resimulation_map(ensemble: Ensemble, ground: str) -> CellMap:
-    """Return a map of the shares of realizations in which each datum was re-simulated or forced.
+    """Return a map of how often (in % of realizations) each datum was re-simulated or forced.
 
     Each datum is a square of several cells in the map. Index 0 means no datum.
     """

@@ -204,7 +204,8 @@ def test_words_say_linear_or_not():
     assert "less than linear" in describe_growth("level 1", constant)
     assert describe_growth("level 1", linear[:1]) == ""
     both = [took(1000, 3.0, 1), took(1000, 1.5, 3)]
-    assert "Level 1 takes 2.0 times as long as level 3 at 1000² here, 1.8" in describe_levels(both)
+    said = describe_levels(both)
+    assert "Level 1 takes 2.0 times as long as level 3 here (1000² cells), and 1.8" in said
     assert describe_levels(both[:1]) == describe_levels([took(500, 3.0, 1), both[1]]) == ""
 
 

@@ -105,7 +105,7 @@ def test_every_patch_shows_the_figures_of_the_core(choices):
         if step.data is not None:
             inside = sum(datum.inside for datum in step.data.seen)
             assert f"{inside} dat" in said
-            assert f"cells of the best: {step.n_candidates}." in said
+            assert f"at random from the {step.n_candidates} of the K = " in said
 
 
 def test_next_previous_and_the_ends():
@@ -220,7 +220,7 @@ def test_what_is_not_in_the_paper_is_marked():
     trace = trace_of(WITH_DATA)
     number = next(p.number for p in trace.patches if trace.at(p.number).data is not None)
     named(app.slider, "how_patch").set_value(number + 1).run()
-    assert source_of(seen(app), "cells of the best") == "not in the paper"
+    assert source_of(seen(app), "cells of the lowest cost") == "not in the paper"
     assert source_of(app, "Of 5 data:").startswith("not in the paper")
     moved = next(
         p.number

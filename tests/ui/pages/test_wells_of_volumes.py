@@ -189,7 +189,7 @@ def test_a_porosity_log_asks_for_a_threshold():
         ("collars", "well,x,y,z\nA,1,b,12\n", "line 2: 'b'"),
         ("collars", "well,x,y,z\nA,1,2,12\nA,1,2,12\n", "lines 2 and 3: the well 'A' has two coll"),
         ("intervals", "well,from,to,facies\nA,5,3,1\n", "line 2: the depth from 5 is below"),
-        ("intervals", "well,from,facies\nA,5,1\n", "add a column to"),
+        ("intervals", "well,from,facies\nA,5,1\n", "add a column 'to'"),
         ("intervals", "well,from,to\nA,5,6\n", "no column that looks like facies"),
         ("surveys", "well,depth,azimuth\nA,5,3\n", "no column of the tilt of wells"),
         ("surveys", "well,depth,azimuth,dip\nZ,5,3,-80\n", "no collar of the well 'Z'"),
