@@ -22,6 +22,8 @@ MIN_FILLED = 0.5
 """Minimum share of the cells of a grid that have a row; a table with fewer rows has points."""
 MIN_ROWS = 16
 """Minimum number of rows of a table that is taken for a grid."""
+MAX_STEPS = 2**31
+"""Maximum number of cells along an axis."""
 TOLERANCE = 1e-3
 """Maximum deviation of a coordinate from the centre of its cell, in cells."""
 
@@ -52,8 +54,8 @@ def as_grid(file: DataFile) -> DataFile:
     axes = [name for name in (height, y, x) if name in file.variables]
     along = [_cells(file.variables[name]) for name in axes] if len(axes) > 1 else []
     shape = tuple(n for _, n, _, _ in along)
-    n_rows = len(file.variables[y])
-    few = n_rows < MIN_ROWS
+    n_rows = len(next(iter(file.variables.values())))
+    few = n_rows < MIN_ROWS or not {x, y} <= file.variables.keys()
     if few or not along or 0 in shape or prod(shape) > min(n_rows / MIN_FILLED, limits().whole):
         raise CCWSIMError(f"{file.name} contains points, not an image; use it as hard data")
     at = np.ravel_multi_index(tuple(cells for cells, *_ in along), shape)
@@ -83,13 +85,15 @@ def _cells(places: NDArray[np.float64]) -> tuple[NDArray[np.int64], int, float, 
     if not np.isfinite(different).all():
         return np.empty(0, np.int64), 0, 1.0, 0.0
     size = float(np.diff(different).min()) if len(different) > 1 else 1.0
-    n_steps = round((different[-1] - different[0]) / size)
+    span = (different[-1] - different[0]) / size
+    n_steps = round(span) if span < MAX_STEPS else 0
     size = float(f"{(different[-1] - different[0]) / n_steps:.12g}") if n_steps else size
     cells = (places - different[0]) / size
     nearest = np.rint(cells)
-    regular = np.abs(cells - nearest).max() <= TOLERANCE and n_steps < 2**31
+    regular = span < MAX_STEPS and np.abs(cells - nearest).max() <= TOLERANCE
     n = n_steps + 1 if regular else 0
-    return nearest.astype(np.int64), n, size, float(f"{different[0] - size / 2:.12g}")
+    cells = nearest.astype(np.int64) if n else np.empty(0, np.int64)
+    return cells, n, size, float(f"{different[0] - size / 2:.12g}")
 
 
 def _columns(

@@ -255,13 +255,14 @@ def _plain_text(content: bytes, name: str) -> bytes:
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
         with broken(f"{name}: the UTF-16 text is broken; save it as UTF-8", UnicodeError):
             content = content.decode("utf-16").encode()
-    content = content.removeprefix(b"\xef\xbb\xbf").rstrip(b"\x1a\r\n\t ") + b"\n"
+    content = content.removeprefix(b"\xef\xbb\xbf").rstrip(b"\x1a\r\n\t ")
     try:
         if not content.isascii():
             content.decode()
     except UnicodeError:
         content = content.decode("cp1252", "replace").encode()  # Excel's usual encoding of CSV
-    return content.replace(b"\r", b"\n") if b"\n" not in content else content
+    content = content.replace(b"\r", b"\n") if b"\n" not in content else content
+    return content + b"\n"
 
 
 MAX_COUNTED = 1000

@@ -103,7 +103,7 @@ SAID = {
     "tiff of a large tile": "picture is incomplete",
     "tiff of jpeg": "compression is not supported",
     "mat 4": "has an unknown format",
-    "mat 7.3": "save the file with -v7",
+    "mat 7.3": "the HDF5 file cannot be read",
     "mat of 10^18 cells": "1073741824 × 1073741824 values are more than 4000000",
     "mat of a million axes": "no array of real numbers",
     "mat of many elements": "more than 1000 variables",

@@ -104,7 +104,7 @@ def read_gis(content: bytes, name: str, kind: str) -> DataFile:
     except ImportError as error:
         raise CCWSIMError(
             f"{name}: {GIS_FILES[kind]} files need the package pyogrio; install it "
-            "(pip install 'ccwsim[gis]'), or save the points as GeoJSON or CSV"
+            "(pip install 'ccwsim[files]'), or save the points as GeoJSON or CSV"
         ) from error
     if kind == "shapefile":
         content = _parts(content, name)
