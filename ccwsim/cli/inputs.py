@@ -165,8 +165,8 @@ DATA_OPTIONS: Options = {
     ),
 }
 READING_DATA = {o[2:].replace("-", "_"): name for name, (o, *_) in DATA_OPTIONS.items()}
-"""Arguments of the hard data reader, by parameter name of the command."""
-_OF_GRID = ("grid", "cell_size", "origin", "cell_height", "bottom")
+"""Argument of the hard data reader, for each parameter of the command."""
+_OF_GRID = ("grid", "cell_size", "origin", "crs", "cell_height", "bottom")
 OF_PROJECT = ("training_image", *_OF_GRID, *IMAGE_OPTIONS, *FILES_OF_DATA, *READING_DATA)
 """Inputs that a project contains, and that cannot be given together with a project."""
 
@@ -285,6 +285,9 @@ def grid_of(options: Any) -> Grid:
     """Return the simulation grid given in a command line."""
     from ccwsim import datasets
 
+    own = _grid_of_image(options)
+    if own is not None:
+        return own
     shape = options.grid or DEFAULT_SHAPE
     if options.grid is None and options.hard_data in datasets.all_hard_data_names():
         shape = datasets.hard_data_grid_shape(options.hard_data)
@@ -295,9 +298,22 @@ def grid_of(options: Any) -> Grid:
             raise CCWSIMError(
                 "--cell-height and --bottom are only for volumes; give --grid three numbers"
             )
-        return Grid(shape[-2], shape[-1], cell, origin)
+        return Grid(shape[-2], shape[-1], cell, origin, crs=options.crs or "")
     cell, origin = (*cell, 1.0 if height is None else height), (*origin, bottom or 0.0)
-    return Grid(shape[-2], shape[-1], cell, origin, nz=shape[0])
+    return Grid(shape[-2], shape[-1], cell, origin, nz=shape[0], crs=options.crs or "")
+
+
+def _grid_of_image(options: Any) -> Grid | None:
+    """Return the grid of an image file with coordinates, unless options describe the grid."""
+    from ccwsim import datasets
+    from ccwsim.io import read_geometry
+
+    name = options.training_image
+    described = any(getattr(options, key) is not None for key in _OF_GRID)
+    if described or name in datasets.all_image_names() or options.transpose:
+        return None
+    reading = {key: getattr(options, key) for key in IMAGE_OPTIONS}
+    return read_geometry(name, **{k: value for k, value in reading.items() if value is not None})
 
 
 def hard_data_of(

@@ -34,6 +34,7 @@ from ccwsim.io.realizations import (
 )
 from ccwsim.io.training_images import (
     read_colours,
+    read_geometry,
     read_grid,
     read_training_image,
     training_image_as_bytes,
@@ -70,6 +71,7 @@ __all__ = [
     "preview_points",
     "preview_wells",
     "read_colours",
+    "read_geometry",
     "read_grid",
     "read_hard_data",
     "read_points",

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from importlib import import_module
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +16,14 @@ from ccwsim.model.arrays import is_whole
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
 
-MISSING_CODES = (-99.0, -999.0, -997799.0, -9977799.0)
-"""Codes for missing values in GSLIB, SGeMS and MPSLIB files."""
+CUSTOMARY_CODES = (
+    *(-99.0, -999.0, -999.25, -9999.0, -99999.0, -997799.0, -9977799.0),
+    *(-1e21, -1e30, 1e30, 1.70141e38, -3.4028235e38, 3.4028235e38, 9.96921e36),
+)
+"""Codes that stand for a missing value in any file, as many programs write them."""
+PRECISION = 1e-6
+"""Largest relative difference between a code and a value that stands for it; files often contain
+values of 32 bits, but state the code with more digits."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,11 +40,15 @@ class DataFile:
     lines: NDArray[np.int64] | None = None
     south_first: bool = True  # whether the first row is the south in this format
     asks_up: bool = False  # whether the user must check `south_first`
-    missing: tuple[float, ...] = ()  # codes for missing values, in addition to NaN
+    # codes for missing values that the file states; `CUSTOMARY_CODES` and NaN count too
+    missing: tuple[float, ...] = ()
     # cell size and origin (outer corner of the first cell) along x and y, if the file has them
     cell_size: tuple[float, float] | None = None
     origin: tuple[float, float] | None = None
     along_z: tuple[float, float] | None = None  # cell size and origin along z, if the file has them
+    crs: str = ""  # coordinate system, such as "EPSG:32632" or a text in WKT
+    # names of the values 0, 1, … of a variable, if the file contains names
+    labels: dict[str, tuple[str, ...]] = field(default_factory=dict)
     # text columns of a table, such as names of wells and facies
     words: dict[str, tuple[str, ...]] = field(default_factory=dict)
     columns: tuple[str, ...] = ()  # names of all columns of a table, in file order
@@ -97,7 +109,7 @@ class DataFile:
         if grid.nz is not None:
             height, bottom = self.along_z or (1.0, 0.0)
             size, origin = (*size, height), (*origin, bottom)
-        return replace(grid, cell_size=size, origin=origin)
+        return replace(grid, cell_size=size, origin=origin, crs=self.crs)
 
     def oriented(
         self,
@@ -131,9 +143,28 @@ class DataFile:
     def known(self, values: NDArray) -> NDArray[np.bool_]:
         """Return a mask of `values` that are neither NaN nor a code for a missing value."""
         known = ~np.isnan(values) if values.dtype.kind == "f" else np.ones(values.shape, bool)
-        for code in self.missing:
-            known &= values != code
+        for code in self._codes_in(values):
+            known &= np.abs(values.astype(np.float64) - code) > PRECISION * abs(code)
         return known
+
+    def unknown_note(self, values: NDArray) -> str:
+        """Return a sentence about the cells without a value; empty if there is none."""
+        n = int(np.count_nonzero(~self.known(values)))
+        codes = [code for code in self._codes_in(values) if self._stands_for(code, values)]
+        said = f" ({', '.join(f'{code:g}' for code in codes)} means unknown)" if codes else ""
+        return f"{n} of {values.size} cells have no value{said}" if n else ""
+
+    def _codes_in(self, values: NDArray) -> list[float]:
+        """Return the codes for missing values between the minimum and the maximum of `values`."""
+        finite = values[np.isfinite(values)] if values.dtype.kind == "f" else values
+        if not finite.size:
+            return []
+        low, high = float(finite.min()), float(finite.max())
+        codes = dict.fromkeys((*self.missing, *CUSTOMARY_CODES))
+        return [c for c in codes if low - PRECISION * abs(c) <= c <= high + PRECISION * abs(c)]
+
+    def _stands_for(self, code: float, values: NDArray) -> bool:
+        return bool((np.abs(values.astype(np.float64) - code) <= PRECISION * abs(code)).any())
 
 
 def _listed(names: list[str]) -> str:
@@ -148,6 +179,13 @@ def _full_shape(name: str, shape: tuple[int, ...], n: int) -> tuple[int, int, in
         said = " × ".join(map(str, shape))
         raise CCWSIMError(f"{name} has {n} values, which do not fill {said} cells; correct shape")
     return n // cells if len(shape) == 2 else int(shape[0]), int(shape[-2]), int(shape[-1])
+
+
+def optional_package(module: str, files: str, extra: str) -> Any:
+    """Return a module that only some files need; raise an error that names the `extra`."""
+    said = f"{files} need the package {module.partition('.')[0]}; install it: pip install '{extra}'"
+    with broken(said, ImportError):
+        return import_module(module)
 
 
 @contextmanager

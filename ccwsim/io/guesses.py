@@ -19,7 +19,7 @@ from ccwsim.io.formats.pictures import (
     is_grey,
     main_colours,
 )
-from ccwsim.io.hard_data.column_names import is_points
+from ccwsim.io.gridding import as_grid
 from ccwsim.io.limits import limits
 from ccwsim.io.opening import PathOrFile, open_file, whole_shape
 from ccwsim.io.part import FilePart, largest_without_gaps, thinning
@@ -82,14 +82,19 @@ def guess_answers(
     part = FilePart.answered(known) if asked else None
     file = open_file(path_or_file, part, up=known.get("up"))
     if isinstance(file, PictureFile):
+        if file.known is not None and "part" not in asked:
+            _ask_gaps(file.name, file.known if known.get("up") else file.known[::-1], known, asked)
+            file = open_file(path_or_file, FilePart.answered(known), up=known.get("up"))
+            assert isinstance(file, PictureFile)
         if not file.says_codes and len(distinct_colours(file.rgb)[0]) > MAX_COLOURS:
             asked.append("values")
             if not {"threshold", "classes"} & set(known):
                 known |= _of_colours(file)
         return known, tuple(asked)
+    file = file if known.get("shape") else as_grid(file)
     values = _layer(file, known, asked)
     asked += ["up"] if file.asks_up else []
-    _ask_gaps(file, values, known, asked)
+    _ask_gaps(file.name, file.known(values), known, asked)
     taken = FilePart(known.get("crop")).of(file.name, values)
     taken = taken[file.known(taken)]
     if taken.size and not are_codes(taken):
@@ -111,8 +116,6 @@ def _layer(file: DataFile, known: dict[str, Any], asked: list[str]) -> NDArray:
         known.setdefault("variable", _likely_facies(file))
     key = file.chosen(known.get("variable"), PREFERRED)
     if file.is_table:
-        if is_points(names):
-            raise CCWSIMError(f"{file.name} contains points, not an image; use it as hard data")
         asked.append("shape")
         known.setdefault("shape", _squarest(len(file.variables[key])))
     grid = file.grid_of(key, known.get("shape"))
@@ -125,8 +128,8 @@ def _layer(file: DataFile, known: dict[str, Any], asked: list[str]) -> NDArray:
     return file.oriented(grid, up=known.get("up"), slice_index=known.get("slice_index"))
 
 
-def _ask_gaps(file: DataFile, values: NDArray, known: dict[str, Any], asked: list[str]) -> None:
-    there = file.known(values)
+def _ask_gaps(name: str, there: NDArray[np.bool_], known: dict[str, Any], asked: list[str]) -> None:
+    """Ask for a piece without unknown cells; `there` masks known cells, row 0 in the south."""
     there = np.all(there, axis=0) if there.ndim == 3 else there  # a cropped piece keeps all layers
     if there.all() or "part" in asked:
         return
@@ -134,7 +137,7 @@ def _ask_gaps(file: DataFile, values: NDArray, known: dict[str, Any], asked: lis
     if "crop" not in known:
         piece = largest_without_gaps(there)
         if not piece[2]:
-            raise CCWSIMError(f"{file.name}: no cell has a value; choose another variable or slice")
+            raise CCWSIMError(f"{name}: no cell has a value; choose another variable or slice")
         known["crop"] = piece
 
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from importlib.util import find_spec
 from pathlib import Path
 from stat import S_ISREG
 from typing import Any, BinaryIO, Protocol
@@ -15,8 +17,11 @@ from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile, broken, printable
 from ccwsim.io.formats.classes import are_codes
+from ccwsim.io.formats.excel import is_excel, read_excel
 from ccwsim.io.formats.gis import GIS_FILES, is_geojson, is_shapefile_zip, read_geojson, read_gis
-from ccwsim.io.formats.matlab import read_matlab
+from ccwsim.io.formats.grdecl import is_grdecl, is_irap, read_grdecl, read_irap
+from ccwsim.io.formats.labelled import read_hdf5, read_netcdf
+from ccwsim.io.formats.matlab import is_matlab4, read_matlab, read_matlab4
 from ccwsim.io.formats.numpy_files import npy_shape, read_npy, read_npz
 from ccwsim.io.formats.pictures import (
     MAX_COLOURS,
@@ -26,6 +31,7 @@ from ccwsim.io.formats.pictures import (
     picture_shape,
     read_picture,
 )
+from ccwsim.io.formats.rasters import DRIVERS, is_map, raster_shape, read_raster
 from ccwsim.io.formats.text_grids import is_esri, is_gslib, read_esri, read_gslib
 from ccwsim.io.formats.text_tables import read_delimited
 from ccwsim.io.formats.vti import is_vti, read_vti
@@ -51,11 +57,19 @@ _MAGIC = (
     (b"\xff\xd8\xff", "picture"),
     (b"GIF87a", "picture"),
     (b"GIF89a", "picture"),
-    (b"II*\x00", "picture"),
-    (b"MM\x00*", "picture"),
+    (b"II*\x00", "tiff"),
+    (b"MM\x00*", "tiff"),
+    (b"II+\x00", "tiff"),
+    (b"MM\x00+", "tiff"),
+    (b"DSAA", "surfer text"),
+    (b"DSBB", "surfer 6"),
+    (b"DSRB", "surfer 7"),
+    (b"CDF\x01", "netcdf"),
+    (b"CDF\x02", "netcdf"),
+    (b"CDF\x05", "netcdf"),
     (b"MATLAB 5.0 MAT-file", "matlab"),
-    (b"MATLAB 7.3 MAT-file", "matlab 7.3"),
-    (b"\x89HDF\r\n\x1a\n", "matlab 7.3"),
+    (b"MATLAB 7.3 MAT-file", "hdf5"),
+    (b"\x89HDF\r\n\x1a\n", "hdf5"),
     (b"SQLite format 3\x00", "geopackage"),
     (b"\x00\x00\x27\x0a", "shp"),
 )
@@ -81,7 +95,11 @@ def kind_of(content: bytes) -> str:
     """
     for magic, kind in _MAGIC:
         if content.startswith(magic):
+            if kind == "npz" and is_excel(content):
+                return "excel"
             return "shapefile" if kind == "npz" and is_shapefile_zip(content) else kind
+    if is_matlab4(content):
+        return "matlab 4"
     if is_vti(content):
         return "vti"
     if content.startswith(b"BM") and content[6:10] == bytes(4):
@@ -129,13 +147,38 @@ READERS: dict[str, Callable[..., DataFile | PictureFile]] = {
     "matlab": read_matlab,
     "vti": read_vti,
     **{kind: partial(read_gis, kind=kind) for kind in GIS_FILES},
+    "matlab 4": read_matlab4,
+    "vti": read_vti,
+    "excel": read_excel,
+    "netcdf": read_netcdf,
+    "hdf5": read_hdf5,
+    **{kind: partial(read_raster, kind=kind) for kind in DRIVERS},
+    **{kind: partial(read_gis, kind=kind) for kind in GIS_FILES},
     "esri": read_esri,
+    "esri": read_esri,
+    "grdecl": read_grdecl,
+    "irap": read_irap,
     "gslib": read_gslib,
     "geojson": read_geojson,
     "table": read_delimited,
 }
-"""For each kind of file, the function that reads its content; the last four kinds are texts."""
-_TEXTS = {"esri": is_esri, "gslib": is_gslib, "geojson": is_geojson}
+"""For each kind of file, the function that reads its content; the kinds in `_TEXTS` are texts."""
+_TEXTS = {
+    "esri": is_esri,
+    "irap": is_irap,
+    "zmap": lambda text: re.match(rb"\s*(![^\n]*\n\s*)*@[^\n]*,\s*GRID", text) is not None,
+    "grass": lambda text: text[:64].lstrip().lower().startswith(b"north:"),
+    "legacy vtk": lambda text: text.startswith(b"# vtk DataFile"),
+    "kml": lambda text: b"<kml" in text[:2000],
+    "grdecl": is_grdecl,
+    "gslib": is_gslib,
+    "geojson": is_geojson,
+}
+OTHER_FORMATS = {
+    "legacy vtk": ("legacy VTK file", "save it as .vti (VTK ImageData), for example with ParaView"),
+    "kml": ("KML file", "save its points as GeoJSON or CSV"),
+}
+"""Formats that are recognized but not read: name and remedy."""
 
 
 def open_file(
@@ -163,10 +206,12 @@ def open_content(
     """Return the variables or the colours in the content of a file."""
     kind, content = _recognized(content, name)
     if kind in READERS:
-        options = {"picture": {"part": part, "up": up}, "npy": {"whole": part is not None}}
+        whole = {"whole": part is not None}
+        options = {"picture": {"part": part, "up": up}, "npy": whole, "tiff": whole}
         return READERS[kind](content, name, **options.get(kind, {}))
-    if kind == "matlab 7.3":
-        raise CCWSIMError(f"{name}: MATLAB 7.3 (HDF5) is not supported; save the file with -v7")
+    if kind in OTHER_FORMATS:
+        what, remedy = OTHER_FORMATS[kind]
+        raise CCWSIMError(f"{name} is a {what}; {remedy}")
     raise CCWSIMError(
         f"{name} has an unknown format; use a picture, an SGeMS or GSLIB file, a CSV table, "
         "GeoJSON points, or a NumPy, MATLAB or VTK file"
@@ -176,6 +221,10 @@ def open_content(
 def _recognized(content: bytes, name: str) -> tuple[str, bytes]:
     """Return the kind of a file, a key of `READERS` if it can be read, and texts in UTF-8."""
     kind = kind_of(content)
+    if kind == "tiff" and not (find_spec("rasterio") and is_map(content)):
+        kind = "picture"
+    if content.startswith(b"# vtk"):  # the values may be binary
+        kind = "legacy vtk"
     if kind != "text":
         return kind, content
     text = _plain_text(content, name)
@@ -196,9 +245,11 @@ def whole_shape(path_or_file: PathOrFile) -> tuple[int, int] | None:
     if isinstance(path_or_file, IsolatedFile):
         return path_or_file.read_with(whole_shape)
     content, name = read_bytes(path_or_file)
-    kind = kind_of(content)
+    kind, content = _recognized(content, name)
     if kind == "picture":
         return picture_shape(content, name)
+    if kind == "tiff":
+        return raster_shape(content, name)
     return npy_shape(content, name) if kind == "npy" else None
 
 
@@ -207,13 +258,14 @@ def _plain_text(content: bytes, name: str) -> bytes:
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
         with broken(f"{name}: the UTF-16 text is broken; save it as UTF-8", UnicodeError):
             content = content.decode("utf-16").encode()
-    content = content.removeprefix(b"\xef\xbb\xbf")
+    content = content.removeprefix(b"\xef\xbb\xbf").rstrip(b"\x1a\r\n\t ")
     try:
         if not content.isascii():
             content.decode()
     except UnicodeError:
         content = content.decode("cp1252", "replace").encode()  # Excel's usual encoding of CSV
-    return content.replace(b"\r", b"\n") if b"\n" not in content else content
+    content = content.replace(b"\r", b"\n") if b"\n" not in content else content
+    return content + b"\n"
 
 
 MAX_COUNTED = 1000

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -24,10 +25,12 @@ from ccwsim.io.formats.pictures import (
     picture_facies,
 )
 from ccwsim.io.formats.text_grids import grid_as_bytes
+from ccwsim.io.gridding import as_grid
 from ccwsim.io.limits import check_cells
 from ccwsim.io.opening import PathOrFile, open_file
 from ccwsim.io.part import Crop, FilePart
 from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.grid import Grid
 from ccwsim.model.training_image import TrainingImage
 
 FORMATS = ("npy", "sgems", "gslib", "dat", "png")
@@ -108,20 +111,32 @@ def read_training_image(
     if isinstance(file, PictureFile):
         if volume:
             raise CCWSIMError(f"{file.name} is a picture with one layer; leave out volume=")
+        _check_known(file, file.known)
         codes = picture_facies(file, threshold=threshold, classes=classes)
-        codes = codes if up else codes[::-1]
+        codes, names = codes if up else codes[::-1], None
     else:
         how = {"up": up, "slice_index": slice_index, "volume": volume, "z_up": z_up}
+        file = file if shape else as_grid(file)
         key, values = _values(file, part, variable=variable, shape=shape, **how)
-        unknown = int(np.count_nonzero(~file.known(values)))
-        if unknown:
-            raise CCWSIMError(
-                f"{file.name}: {unknown} of {values.size} cells of {key} have no value; every cell "
-                "of a training image must be known, so cut out a piece without gaps (crop=)"
-            )
+        _check_known(file, file.known(values), file.unknown_note(values))
         codes = classify(values, threshold=threshold, classes=classes, what=f"{file.name}, {key}")
+        names = file.labels.get(key)
     codes = np.swapaxes(codes, -1, -2) if transpose else codes
-    return TrainingImage(codes, name=name or Path(file.name).stem)
+    names = [names[code] for code in np.unique(codes)] if names else None
+    return TrainingImage(codes, name=name or Path(file.name).stem, facies_names=names)
+
+
+def _check_known(
+    file: DataFile | PictureFile, known: NDArray[np.bool_] | None, note: str = ""
+) -> None:
+    """Raise an error if a cell of a training image is unknown."""
+    if known is not None and not known.all():
+        n = np.count_nonzero(~known)
+        said = note or f"{n} of {known.size} pixels are transparent, which means unknown"
+        raise CCWSIMError(
+            f"{file.name}: {said}; every cell of a training image must be known, so cut out a "
+            "piece without gaps (crop=)"
+        )
 
 
 def read_colours(path_or_file: PathOrFile, **answers: Any) -> dict[int, str]:
@@ -150,6 +165,50 @@ def read_colours(path_or_file: PathOrFile, **answers: Any) -> dict[int, str]:
     return dict(zip(np.unique(codes).tolist(), facies_colours_of(file, codes), strict=True))
 
 
+def read_geometry(path_or_file: PathOrFile, **answers: Any) -> Grid | None:
+    """Return the grid of a training image in world coordinates; None if the file does not have it.
+
+    Parameters
+    ----------
+    path_or_file, **answers
+        Parameters of `read_training_image`; the errors are the same.
+
+    Returns
+    -------
+    Grid or None
+        Shape, cell size, origin and coordinate system of the image that `read_training_image`
+        returns. None for pictures, vertical sections and files without cell size.
+
+    Examples
+    --------
+    >>> read_geometry(BytesIO(b"2 1 1 10 10 1 500 0 0\\n1\\nfacies\\n0\\n1\\n"))
+    Grid(ny=1, nx=2, cell_size=(10.0, 10.0), origin=(500.0, 0.0))
+    """
+    part = FilePart.answered(answers)
+    file = open_file(path_or_file, part, up=answers.get("up"))
+    if isinstance(file, PictureFile) or answers.get("transpose"):
+        return None
+    file = file if answers.get("shape") else as_grid(file)
+    how = {name: answers[name] for name in answers if name in _OF_VALUES}
+    key, values = _values(file, None, **how)
+    layers = file.grid_of(key, answers.get("shape"))
+    if file.cell_size is None or layers.shape[1:] != values.shape[-2:]:
+        return None
+    grid = file.placed(values.shape)
+    if part is None:
+        return grid
+    row, column, ny, nx = part.box(file.name, values.shape[-2:])
+    (sx, sy, *along_z), (ox, oy, *bottom) = grid.cell_size, grid.origin
+    n = part.every
+    place = (ox + column * sx, oy + row * sy, *bottom)
+    size = (sx * n, sy * n, *along_z)
+    return replace(grid, ny=ny // n, nx=nx // n, cell_size=size, origin=place)
+
+
+_OF_VALUES = ("variable", "shape", "up", "slice_index", "volume", "z_up")
+"""Parameters of `read_training_image` that choose values before a part is taken."""
+
+
 def read_grid(path_or_file: PathOrFile, **answers: Any) -> NDArray[np.float64]:
     """Return the values of a grid before conversion to facies; for a picture, the grey values.
 
@@ -172,8 +231,10 @@ def read_grid(path_or_file: PathOrFile, **answers: Any) -> NDArray[np.float64]:
     file = open_file(path_or_file, part, up=answers.get("up"))
     if isinstance(file, PictureFile):
         grey = grey_of(file.rgb)
+        grey = grey if file.known is None else np.where(file.known, grey, np.nan)
         return grey if answers.get("up") else grey[::-1]
     how = {name: answers[name] for name in answers if name not in ("crop", "every")}
+    file = file if answers.get("shape") else as_grid(file)
     _, values = _values(file, part, **how)
     return np.where(file.known(values), values, np.nan).astype(np.float64)
 

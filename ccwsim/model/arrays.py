@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.labelled_arrays import is_labelled, oriented_values
 from ccwsim.model.lazy_stack import LazyStack
 
 Shape: TypeAlias = Any
@@ -39,6 +40,8 @@ def listing(words: Iterable[str]) -> str:
 
 def as_array(values: ArrayLike, what: str) -> NDArray:
     """Return `values` as an array, or raise `CCWSIMError`."""
+    if is_labelled(values):
+        values = oriented_values(values)
     if np.ma.is_masked(values):
         raise CCWSIMError(f"{what}: some values are masked; no value may be missing")
     try:

@@ -172,7 +172,7 @@ class Ensemble:
         try:
             from xarray import DataArray
         except ImportError:
-            raise CCWSIMError("xarray is not installed: pip install xarray") from None
+            raise CCWSIMError("xarray is not installed: pip install 'ccwsim[files]'") from None
         image = self.training_image
         axes = reversed(list(zip(AXES, self.grid.axes, strict=False)))
         coordinates = {"realization": self.numbers, **dict(axes)}

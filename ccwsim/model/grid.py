@@ -38,6 +38,8 @@ class Grid:
         Outer corner of the first cell: x, y and, for a volume, z, which is 0 by default.
     nz : int, optional
         Layers (z, from the bottom) of a volume; None for a map.
+    crs : str
+        Coordinate system of x and y, such as "EPSG:32632"; "" if it is unknown.
 
     Examples
     --------
@@ -54,6 +56,7 @@ class Grid:
     cell_size: tuple[float, ...] = (1.0, 1.0)
     origin: tuple[float, ...] = (0.0, 0.0)
     nz: int | None = None
+    crs: str = ""
 
     def __post_init__(self) -> None:
         for name in ("ny", "nx") if self.nz is None else ("ny", "nx", "nz"):
@@ -66,7 +69,8 @@ class Grid:
             raise CCWSIMError(f"grid cell size {self.cell_size} must be positive")
 
     def __repr__(self) -> str:
-        names = ("ny", "nx", "cell_size", "origin", "nz")[: None if self.nz else -1]
+        names = ["ny", "nx", "cell_size", "origin"]
+        names += [name for name in ("nz", "crs") if getattr(self, name)]
         return f"Grid({', '.join(f'{name}={getattr(self, name)!r}' for name in names)})"
 
     @classmethod
@@ -258,7 +262,7 @@ def _fitting(
     held = (o for o in rounded if ((o <= low) & (high < o + counts * cell)).all())
     origin = next(held, start)
     nx, ny, *nz = (min(int(n), MAX_GRID_SIDE + 1) for n in counts)
-    return Grid(ny, nx, tuple(cell.tolist()), tuple(origin.tolist()), *nz)
+    return Grid(ny, nx, tuple(cell.tolist()), tuple(origin.tolist()), nz[0] if nz else None)
 
 
 def _rounded(values: NDArray[np.float64], step: NDArray[np.float64]) -> NDArray[np.float64]:

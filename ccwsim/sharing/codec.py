@@ -209,6 +209,12 @@ FIELDS = (
         metavar="X Y",
         help="x and y of the grid's south-west corner in world units (default: 0 0)",
     ),
+    FieldSpec(
+        *("crs", "grid", ("crs",), "word"),
+        option="--crs",
+        metavar="CODE",
+        help="coordinate system of x and y, such as EPSG:32632 (default: unknown)",
+    ),
     *(_parameter(row, _DEFAULTS[row["name"]]) for row in parameter_table()),
     FieldSpec(
         *("realizations", "study", ("n_realizations",), "count", 1, bounds.MAX_REALIZATIONS),

@@ -99,7 +99,7 @@ SAID = {
     "gif of 4e9 pixels": "more than 178956970 pixels",
     "gif without frames": "the picture cannot be read",
     "mat 4": "has an unknown format",
-    "mat 7.3": "save the file with -v7",
+    "mat 7.3": "the HDF5 file cannot be read",
     "mat of 10^18 cells": "1073741824 × 1073741824 values are more than 4000000",
     "mat of a million axes": "no array of real numbers",
     "mat of many elements": "more than 1000 variables",

@@ -39,7 +39,7 @@ def test_texts_with_crlf_read_alike(name):
 
 
 @pytest.mark.parametrize(
-    "header", ["ROW,Col,Facies", "row,column,code", "i,j,value", "Row,COLUMNS,Class", "iy,ix,v"]
+    "header", ["ROW,Col,Facies", "row,column,code", "j,i,value", "Row,COLUMNS,Class", "iy,ix,v"]
 )
 def test_synonyms_of_row_and_column(header):
     assert load(sample.csv(header)).hard_data.digest == EXPECTED.digest
@@ -139,7 +139,7 @@ def test_a_tie_goes_to_the_first_in_the_file_and_is_noted():
     for choice in ("majority", "nearest"):
         imported = load(content, on_collision=choice)
         assert imported.hard_data.facies.tolist() == [2]
-        assert "only the data order in the file decided the facies: 1" in " ".join(imported.notes)
+        assert "depends only on the order of data in the file: 1" in " ".join(imported.notes)
 
 
 def test_unknown_choices_say_what_there_is():
@@ -216,6 +216,12 @@ def test_continuous_data_need_the_edges_of_the_training_image():
     assert load(content, classes=[0.5]).hard_data.facies.tolist() == [0, 1]
 
 
+def test_rows_without_coordinates_are_left_out_and_named():
+    imported = load(b"x,y,facies\n1,,0\n1,2,0\n")
+    assert imported.hard_data.n == 1
+    assert "Rows without coordinates, left out: 1 (line 2)." in imported.notes
+
+
 @pytest.mark.parametrize(
     ("content", "message"),
     [
@@ -227,7 +233,6 @@ def test_continuous_data_need_the_edges_of_the_training_image():
         (b"x,y,facies\n1,2,0\n1,2\n", "line 3: 2 fields, but 3 are needed"),
         (b"x,y,facies\n1,2,sand\n1,2,clay\n", "no facies 'clay', 'sand'; give codes, as"),
         (b"x,y,facies\n", "contains no numbers"),
-        (b"x,y,facies\n1,,0\n1,2,0\n", "line 2: a coordinate is missing"),
         (b"row,col,facies\n1.5,2,0\n", "line 2: rows and columns must be whole numbers"),
         (b"row,col,facies\n1e300,2,0\n", "line 2: rows and columns must be"),
         (b"x,y,facies\n1e300,2,0\n", "line 2: the coordinates are too far"),

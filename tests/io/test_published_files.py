@@ -77,7 +77,7 @@ def test_geo_eas_points_of_other_tools(data_dir: Path):
     written = cio.read_points(data_dir / "formats" / "mps_2d_hard_data.dat")
     assert written.places[0].tolist() == [10, 35]
     assert written.lines[0] == 7
-    assert "taken as x and y" in written.notes[0]
+    assert "read as x and y" in written.notes[0]
 
 
 def test_data_of_the_paper(data_dir: Path):

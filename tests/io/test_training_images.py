@@ -225,24 +225,27 @@ def test_grey_pictures_are_counted_from_dark_to_light():
     assert read(content.getvalue(), threshold=90).tolist() == [[1, 1], [1, 0]]
 
 
-def test_transparent_parts_are_white():
+def test_transparent_parts_are_unknown():
     rgba = np.zeros((1, 2, 4), np.uint8)
     rgba[0, 0, 3] = 255
     content = BytesIO()
     Image.fromarray(rgba).save(content, "PNG")
-    assert read(content.getvalue()).tolist() == [[0, 1]]
+    with pytest.raises(CCWSIMError, match="1 of 2 pixels are transparent"):
+        read(content.getvalue())
+    assert read(content.getvalue(), crop=(0, 0, 1, 1)).tolist() == [[0]]
 
 
 @pytest.mark.parametrize("missing", [-99, -999, -997799, -9977799, np.nan])
 def test_cells_without_a_value_are_named(missing):
-    with pytest.raises(CCWSIMError, match="8 of 12 cells of facies have no value"):
+    with pytest.raises(CCWSIMError, match="8 of 12 cells have no value"):
         read(sample.sgems(sample.with_gaps(missing)))
     grid = cio.read_grid(BytesIO(sample.sgems(sample.with_gaps(missing))))
     assert np.isnan(grid).sum() == 8
 
 
-def test_codes_of_an_array_may_be_minus_99():
-    assert read(sample.npy(np.array([[-99, 0]]))).tolist() == [[-99, 0]]
+def test_customary_codes_are_unknown_in_any_file_and_said():
+    with pytest.raises(CCWSIMError, match=r"1 of 2 cells have no value \(-99 means unknown\)"):
+        read(sample.npy(np.array([[-99, 0]])))
 
 
 def test_the_name_is_the_files_and_a_clients_folders_are_left_out(tmp_path):

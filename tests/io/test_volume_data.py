@@ -140,7 +140,6 @@ class TestWells:
             (well("A,1,1,0,1,1", "well,x,y,z,from,facies"), "add a column 'to'"),
             (well("A,1,1,0,1,1", "well,x,y,z,to,facies"), "add a column 'from'"),
             (well("A,1,1,0,3,2,1"), "line 2: the upper depth 3 is below the lower depth 2"),
-            (well("A,1,1,0,,2,1\nA,1,1,0,2,3,1"), "line 2: a coordinate is missing"),
             (well("A,1,1,0,0,1e300,1"), "too far"),
             (well("3,4,1", "row,col,facies"), "no column of layers"),
             ("1 2 0\n3 4 1\n", "four: x, y, z and facies|no column of heights"),

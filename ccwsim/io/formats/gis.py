@@ -62,6 +62,8 @@ def read_geojson(text: bytes, name: str) -> DataFile:
 
 def _points(feature: Any, name: str, number: int) -> list[Point]:
     geometry, values = feature["geometry"], feature.get("properties") or {}
+    if geometry is None:
+        return [Point(number, float("nan"), float("nan"), dict(values))]
     kind = geometry["type"]
     if kind not in ("Point", "MultiPoint"):
         raise CCWSIMError(
@@ -102,7 +104,7 @@ def read_gis(content: bytes, name: str, kind: str) -> DataFile:
     except ImportError as error:
         raise CCWSIMError(
             f"{name}: {GIS_FILES[kind]} files need the package pyogrio; install it "
-            "(pip install 'ccwsim[gis]'), or save the points as GeoJSON or CSV"
+            "(pip install 'ccwsim[files]'), or save the points as GeoJSON or CSV"
         ) from error
     if kind == "shapefile":
         content = _parts(content, name)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import zlib
 from collections.abc import Mapping
-from importlib import import_module
 from importlib.util import find_spec
 from typing import Any
 from xml.sax.saxutils import quoteattr
@@ -13,7 +12,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.io.data_file import broken
+from ccwsim.io.data_file import optional_package
 from ccwsim.io.formats.vti import TYPES
 from ccwsim.model.arrays import AXES
 from ccwsim.model.errors import CCWSIMError
@@ -81,6 +80,7 @@ def geotiff_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
     north_west = rasterio.Affine(sx, 0, ox, 0, -sy, oy + grid.ny * sy)
     profile: dict[str, Any] = {"height": grid.ny, "width": grid.nx, "count": len(maps)}
     profile |= {"dtype": kind, "transform": north_west, "compress": "deflate"}
+    profile |= {"crs": grid.crs} if grid.crs else {}
     with MemoryFile() as memory:
         with memory.open(driver="GTiff", interleave="band", **profile) as file:
             for band, (name, values) in enumerate(maps.items(), start=1):
@@ -146,6 +146,4 @@ def netcdf_integers(values: NDArray) -> NDArray:
 
 
 def _package(kind: str) -> Any:
-    name = NEEDS[kind]
-    with broken(f"{name}, needed for .{kind}, is not installed: pip install {name}", ImportError):
-        return import_module(name)
+    return optional_package(NEEDS[kind], f".{kind} files", "ccwsim[files]")

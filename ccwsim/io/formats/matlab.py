@@ -166,3 +166,62 @@ def _named_array(content: memoryview, order: str, name: str) -> tuple[str, NDArr
         raise CCWSIMError(f"{name}, {key}: the values do not fill {shape}; save it again")
     values = np.frombuffer(data, order + _TYPES[kind])
     return key, values.astype(values.dtype.newbyteorder("=")).reshape(shape, order="F")
+
+
+_HEADER_4 = np.dtype("<u4")
+_PRECISIONS_4 = ("f8", "f4", "i4", "i2", "u2", "u1")
+
+
+def is_matlab4(content: bytes) -> bool:
+    """Return whether a file starts with the header of a matrix of MATLAB 4.
+
+    Examples
+    --------
+    >>> is_matlab4(b"x,y,facies")
+    False
+    """
+    if len(content) < 21:
+        return False
+    for order in "<>":
+        kind, _, _, imaginary, n = np.frombuffer(content, f"{order}u4", count=5).tolist()
+        machine, rest = divmod(kind, 1000)
+        precision, form = divmod(rest, 10)
+        fits = machine == (order == ">") and precision < 60 and precision % 10 == 0 and form == 0
+        if fits and imaginary <= 1 and 1 < n <= 64 and content[20 : 19 + n].isalnum():
+            return True
+    return False
+
+
+def read_matlab4(content: bytes, name: str) -> DataFile:
+    """Return the full matrices of real numbers in a file of MATLAB 4.
+
+    Examples
+    --------
+    >>> from io import BytesIO
+    >>> from scipy.io import savemat
+    >>> content = BytesIO()
+    >>> savemat(content, {"ti": np.eye(2)}, format="4")
+    >>> read_matlab4(content.getvalue(), "ti.mat").variables["ti"].tolist()
+    [[[1.0, 0.0], [0.0, 1.0]]]
+    """
+    grids: dict[str, NDArray] = {}
+    at, n_cells = 0, 0
+    while at + 20 <= len(content):
+        order = "<" if content[at + 3] == 0 and content[at : at + 2] != b"\0\0" else ">"
+        order = "<" if content[at : at + 4] == bytes(4) else order
+        kind, ny, nx, imaginary, n = np.frombuffer(content, f"{order}u4", 5, at).tolist()
+        dtype = np.dtype(order + _PRECISIONS_4[min(kind % 1000 // 10, 5)])
+        start = at + 20 + n
+        size = ny * nx * dtype.itemsize
+        if start + size > len(content):
+            raise CCWSIMError(f"{name} ends in the middle of a variable; get a complete file")
+        if kind % 10 == 0 and not imaginary and ny * nx:
+            n_cells += check_cells(name, (ny, nx))
+            check_cells(name, (n_cells,))
+            values = np.frombuffer(content, dtype, ny * nx, start).reshape(nx, ny).T
+            label = printable(content[at + 20 : start].decode("latin-1").rstrip("\0"))
+            grids[label] = values.astype(dtype.newbyteorder("="))[None]
+        at = start + size * (1 + imaginary)
+    if not grids or len(grids) > MAX_VARIABLES:
+        raise CCWSIMError(f"{name}: the file has no array of real numbers with rows and columns")
+    return DataFile("MATLAB file", name, grids, asks_up=True)

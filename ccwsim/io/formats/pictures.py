@@ -10,7 +10,7 @@ from io import BytesIO
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
+from PIL import Image, ImageOps
 from PIL.PngImagePlugin import PngInfo
 
 from ccwsim.io.data_file import DataFile, broken
@@ -22,6 +22,8 @@ from ccwsim.model.errors import CCWSIMError, shown
 _FORMATS = ("PNG", "JPEG", "TIFF", "GIF", "BMP")
 PICTURE_OF_NUMBERS = "picture of numbers"
 _TAG, _CODES = "Palette", "facies codes"
+_ORIENTATION = 0x0112
+"""Number of the EXIF tag of the camera's orientation."""
 _NUMBERS = ("I", "F", "I;16", "I;16B", "I;16L", "I;16N")
 
 
@@ -33,6 +35,7 @@ class PictureFile:
     rgb: NDArray[np.uint8]  # shape (ny, nx, 3); transparent parts are shown on white
     numbers: NDArray[np.uint8] | None  # shape (ny, nx): palette indices or grey values
     says_codes: bool = False  # whether the file marks `numbers` as facies codes
+    known: NDArray[np.bool_] | None = None  # shape (ny, nx); False in transparent pixels, if any
 
 
 def read_picture(
@@ -59,7 +62,8 @@ def read_picture(
             return DataFile(PICTURE_OF_NUMBERS, name, {"grey": numbers}, south_first=False)
         numbers = np.array(image).astype(np.uint8) if image.mode in ("P", "L", "1") else None
         says_codes = image.mode == "P" and image.info.get(_TAG) == _CODES
-        return PictureFile(name, _on_white(image), numbers, says_codes)
+        rgb, known = _on_white(image)
+        return PictureFile(name, rgb, numbers, says_codes, known)
 
 
 def picture_shape(content: bytes, name: str) -> tuple[int, int]:
@@ -98,7 +102,7 @@ def picture_facies(
         as_codes = picture.says_codes or classes is not None
         if as_codes and picture.numbers is not None:
             return picture.numbers.astype(np.int64)
-        colours, places = distinct_colours(picture.rgb)
+        colours, places = distinct_colours(picture.rgb, picture.known)
         if len(colours) > MAX_COLOURS:
             raise CCWSIMError(
                 f"{picture.name} has {len(colours)} colours, probably from blur or smooth edges; "
@@ -145,7 +149,14 @@ def _opened(content: bytes, name: str) -> Image.Image:
         broken(f"{name}: the picture cannot be read; save it again as PNG"),
         broken(too_large, Image.DecompressionBombError),
     ):
-        return Image.open(BytesIO(content), formats=_FORMATS)
+        image = Image.open(BytesIO(content), formats=_FORMATS)
+        if (n := getattr(image, "n_frames", 1)) > 1:
+            raise CCWSIMError(
+                f"{name} has {n} frames; save one frame as PNG, or all frames as layers of an npy "
+                "file"
+            )
+        turned = image.getexif().get(_ORIENTATION, 1) > 1
+        return ImageOps.exif_transpose(image) if turned else image
 
 
 def _part_of(image: Image.Image, part: FilePart, name: str, up: bool | None) -> Image.Image:
@@ -157,11 +168,14 @@ def _part_of(image: Image.Image, part: FilePart, name: str, up: bool | None) -> 
     return image.resize(size, Image.Resampling.NEAREST, (column, top, column + nx, top + ny))
 
 
-def _on_white(image: Image.Image) -> NDArray[np.uint8]:
+def _on_white(image: Image.Image) -> tuple[NDArray[np.uint8], NDArray[np.bool_] | None]:
+    """Return the colours of an image on white, and a mask of pixels that are not transparent."""
     if image.mode in ("RGBA", "LA", "PA", "La", "RGBa") or "transparency" in image.info:
-        ground = Image.new("RGBA", image.size, "white")
-        return np.array(Image.alpha_composite(ground, image.convert("RGBA")).convert("RGB"))
-    return np.array(image.convert("RGB"))
+        ground, image = Image.new("RGBA", image.size, "white"), image.convert("RGBA")
+        known = np.array(image.getchannel("A")) > 0
+        rgb = np.array(Image.alpha_composite(ground, image).convert("RGB"))
+        return rgb, None if known.all() else known
+    return np.array(image.convert("RGB")), None
 
 
 MAX_COLOURS = 16
@@ -209,8 +223,12 @@ def is_grey(rgb: NDArray[np.uint8], percent: float = 100.0) -> bool:
     return bool(np.percentile(np.ptp(rgb.astype(np.int16), axis=-1), percent) <= GREY)
 
 
-def distinct_colours(rgb: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:
+def distinct_colours(
+    rgb: NDArray[np.uint8], known: NDArray[np.bool_] | None = None
+) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:
     """Return the colours of a picture from dark to light, and the colour index of each cell.
+
+    Only the colours of `known` cells count; the indices of other cells have no meaning.
 
     Examples
     --------
@@ -220,11 +238,11 @@ def distinct_colours(rgb: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], NDArray
     """
     packed = _packed(rgb, 8)
     there = np.zeros(1 << 24, bool)
-    there[packed] = True
+    there[packed if known is None else packed[known]] = True
     present = np.flatnonzero(there)
     colours = np.stack([present >> 16, present >> 8, present], axis=1).astype(np.uint8)
     order = np.lexsort((present, grey_of(colours)))
-    rank = np.empty(1 << 24, np.int32)
+    rank = np.zeros(1 << 24, np.int32)
     rank[present[order]] = np.arange(len(order))
     return colours[order], rank[packed]
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.io.data_file import MISSING_CODES, DataFile, distinct_names
+from ccwsim.io.data_file import DataFile, distinct_names
 from ccwsim.io.formats.text_tables import is_number, numbers_in
 from ccwsim.io.limits import MAX_VARIABLES, check_cells, limits
 from ccwsim.model.errors import CCWSIMError
@@ -30,7 +31,7 @@ def is_gslib(content: bytes) -> bool:
     if len(lines) < 2:
         return False
     count = lines[1].split()
-    counted = len(count) == 1 and count[0].isdecimal()
+    counted = bool(count) and count[0].isdecimal() and not any(map(is_number, count[1:]))
     if _grid_sizes(lines[0]) and counted:
         return True
     sized = len(count) >= 4 and all(map(is_number, count)) and count[0].isdecimal()
@@ -62,7 +63,7 @@ def read_gslib(content: bytes, name: str) -> DataFile:
     if len(lines) < n + 2:
         raise CCWSIMError(f"{name} ends before the {n} variable names that line 2 states")
     names = distinct_names(lines[2:])
-    sizes = _grid_sizes(lines[0]) or _grid_sizes(" ".join(count[1:4]))
+    sizes = _grid_sizes(lines[0]) or _grid_sizes(" ".join(count[1:4])) or _sizes_in(lines[0])
     if sizes is None:
         return _table(content, name, names, start, lines[0])
     values = _grid_values(content, name, n, sizes, start)
@@ -71,7 +72,7 @@ def read_gslib(content: bytes, name: str) -> DataFile:
     origin = (extra[3], extra[4]) if cell and len(extra) == 6 else None
     along_z = (extra[2], extra[5] if origin else 0.0) if cell and extra[2] > 0 else None
     grids = dict(zip(names, values, strict=True))
-    file = DataFile("SGeMS/GSLIB grid", name, grids, missing=MISSING_CODES)
+    file = DataFile("SGeMS/GSLIB grid", name, grids)
     return replace(file, cell_size=cell, origin=origin, along_z=along_z)
 
 
@@ -132,6 +133,12 @@ def _grid_sizes(line: str) -> tuple[int, int, int] | None:
     return int(nx), int(ny), int(nz)
 
 
+def _sizes_in(title: str) -> tuple[int, int, int] | None:
+    """Return the sizes in a title such as "channels (250x250x1)", as SGeMS writes it."""
+    sizes = re.search(r"\((\d{1,6}) ?[xX×] ?(\d{1,6})(?: ?[xX×] ?(\d{1,6}))?\)", title)
+    return (int(sizes[1]), int(sizes[2]), int(sizes[3] or 1)) if sizes else None
+
+
 def _grid_values(
     content: bytes, name: str, n: int, sizes: tuple[int, int, int], start: int
 ) -> NDArray[np.float64]:
@@ -157,8 +164,7 @@ def _table(content: bytes, name: str, names: list[str], start: int, title: str) 
     few = len(rows) <= limits().points and content.count(b"\n") <= 3 * limits().points
     lines = _line_numbers(content, name, start, n) if few else None
     columns = dict(zip(names, np.ascontiguousarray(rows.T), strict=True))
-    table = DataFile("GSLIB/Geo-EAS table", name, columns, is_table=True, lines=lines)
-    return replace(table, missing=MISSING_CODES)
+    return DataFile("GSLIB/Geo-EAS table", name, columns, is_table=True, lines=lines)
 
 
 def _line_numbers(content: bytes, name: str, start: int, n: int) -> NDArray[np.int64]:
@@ -198,6 +204,9 @@ def read_esri(content: bytes, name: str) -> DataFile:
     >>> file.variables["grid"].tolist(), file.cell_size, file.missing
     ([[[0.0, 1.0]]], (5.0, 5.0), (-1.0,))
     """
+    if b"," in content:  # decimal commas
+        content = content.replace(b",", b".")
+    content = re.sub(rb"(?i)\b(null|na|n/a)\b", b"nan", content)
     header, start, line = _header(content, name)
     if "ncols" not in header or "nrows" not in header:
         raise CCWSIMError(f"{name}: the header must contain ncols and nrows")
@@ -215,7 +224,7 @@ def read_esri(content: bytes, name: str) -> DataFile:
     origin = header.get("xllcorner", 0.0), header.get("yllcorner", 0.0)
     if "xllcenter" in header and "yllcenter" in header:
         origin = (header["xllcenter"] - cell[0] / 2, header["yllcenter"] - cell[1] / 2)
-    missing = (header["nodata_value"],) if "nodata_value" in header else (-9999.0,)
+    missing = (header["nodata_value"],) if "nodata_value" in header else ()
     grid = {"grid": values.reshape(1, *shape)}
     file = DataFile("ESRI ASCII grid", name, grid, south_first=False, missing=missing)
     return replace(file, cell_size=cell, origin=origin)

@@ -7,13 +7,14 @@ import re
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile, distinct_names
 from ccwsim.io.limits import MAX_VARIABLES, check_cells, limits
+from ccwsim.model.bounds import MAX_FACIES
 from ccwsim.model.errors import CCWSIMError
 
 CHUNK = 2**20
@@ -23,6 +24,8 @@ MAX_WORD = 80
 """Maximum number of characters in one number."""
 
 _SPACE = re.compile(rb"\s")
+_EXPONENT = re.compile(rb"(?<=\d)(\.?)[dD](?=[+-]?\d)")
+"""The exponent letter of Fortran, as in 1.5D+02."""
 
 
 def is_number(word: str) -> bool:
@@ -70,10 +73,11 @@ def _parsed(chunk: bytes, name: str, line: int) -> NDArray[np.float64]:
     if not words:
         return np.empty(0)
     if b"_" not in chunk and len(max(words, key=len)) <= MAX_WORD:
-        with suppress(ValueError):
-            values = np.array(words, dtype=np.float64)
-            if not np.isinf(values).any():
-                return values
+        for text in (words, _EXPONENT.sub(rb"\1e", chunk).split()):
+            with suppress(ValueError):
+                values = np.array(text, dtype=np.float64)
+                if not np.isinf(values).any():
+                    return values
     raise CCWSIMError(_first_bad(chunk, name, line))
 
 
@@ -92,6 +96,8 @@ SEPARATORS = (";", "\t", ",", None)
 UNKNOWN = frozenset({"", "nan", "na", "n/a", "null", "none", "-"})
 """Fields that mean a missing value, in lower case."""
 
+BOOLEANS = {"true": 1.0, "false": 0.0, "yes": 1.0, "no": 0.0}
+"""Words that mean 1 and 0, in lower case."""
 
 _QUOTED = re.compile(r'"[^"]*"|\S+')
 
@@ -131,7 +137,7 @@ def field_number(field: str, decimal: str) -> float | None:
     >>> field_number("NA", "."), field_number("sand", ".")
     (nan, None)
     """
-    if field.lower() in UNKNOWN:
+    if field.lower() in UNKNOWN or field == "*" * len(field):
         return float("nan")
     if _GROUPS[decimal].fullmatch(field):
         field = field.replace("." if decimal == "," else ",", "")
@@ -148,6 +154,8 @@ def separator_of(sample: Sequence[str]) -> str | None:
     (';', ',', None)
     """
     scores = [sum(_n_numbers(line, s) for line in sample) for s in SEPARATORS]
+    if not any(scores):  # only words: the most fields in every line
+        scores = [min(len(split_fields(line, s)) for line in sample) for s in SEPARATORS]
     return SEPARATORS[scores.index(max(scores))]
 
 
@@ -205,12 +213,20 @@ def read_delimited(content: bytes, name: str) -> DataFile:
         raise CCWSIMError(f"{name}: the file contains no values")
     header = _own_header(lines)
     lines, numbers = lines[header.n_lines :], numbers[header.n_lines :]
+    if header.wrapped:
+        lines, numbers = _unwrapped(lines, numbers, len(header.names))
+    stated = re.fullmatch(rb"sep=(.)", lines[0], re.IGNORECASE) if lines else None
+    lines, numbers = (lines[1:], numbers[1:]) if stated else (lines, numbers)
     if not lines:
         raise CCWSIMError(f"{name}: no values follow the header")
     sample = [line[:2000].decode("utf-8", "replace") for line in lines[1:21] or lines]
-    separator = None if header.names else separator_of(sample)
+    separator = None if header.names else stated[1].decode() if stated else separator_of(sample)
+    n_titles = _n_titles(lines, separator)
+    lines, numbers = lines[n_titles:], numbers[n_titles:]
     marks = _Marks(separator, decimal_of(sample, separator))
     first = marks.fields(lines[0])
+    if not header.names and (words := _words_of_matrix(lines, marks)):
+        return _matrix_of_names(words, numbers, name)
     headed = not header.names and any(field_number(f, marks.decimal) is None for f in first)
     names = first if headed else split_fields(remark, separator)
     body, numbers = (lines[1:], numbers[1:]) if headed else (lines, numbers)
@@ -221,6 +237,8 @@ def read_delimited(content: bytes, name: str) -> DataFile:
     if not body:
         raise CCWSIMError(f"{name}: {lines[0][:40].decode('latin-1')!r} contains no numbers")
     names, headed = (list(header.names), True) if header.names else (names, headed)
+    if header.n_lines:
+        body = [_DATE_AND_TIME.sub(rb"\1T\2", line) for line in body]
     n = len(names) if headed else len(marks.fields(body[0]))
     if headed and n > MAX_VARIABLES:
         raise CCWSIMError(f"{name}: {n} columns exceed the limit of {MAX_VARIABLES}")
@@ -230,8 +248,8 @@ def read_delimited(content: bytes, name: str) -> DataFile:
     if values is None:
         values, words = _by_field(body, numbers, name, n, marks, headed)
     if not headed and len(names) != n:
-        grid = {"matrix": values.reshape(1, len(body), n)}
-        return DataFile("text matrix", name, grid, lines=at, south_first=False, asks_up=True)
+        values, at = _without_margins(values, at)
+        return DataFile("text matrix", name, {"matrix": values[None]}, lines=at, **_OF_MATRIX)
     keys = distinct_names(names)
     columns = dict(zip(keys, np.ascontiguousarray(values.T), strict=True))
     empty = [k for k, key in enumerate(keys) if headed and np.isnan(columns[key]).all()]
@@ -240,8 +258,69 @@ def read_delimited(content: bytes, name: str) -> DataFile:
         raise CCWSIMError(f"{name}: no column contains numbers")
     texts = {keys[k]: fields for k, fields in words.items()}
     names = tuple(key for key in keys if key in kept or key in texts)
+    if header.well and "well" not in map(str.lower, names):
+        texts["well"], names = (header.well,) * len(body), ("well", *names)
     table = DataFile("table in text", name, kept, is_table=True, lines=at, words=texts)
     return replace(table, columns=names, missing=header.missing)
+
+
+_OF_MATRIX: dict[str, Any] = {"south_first": False, "asks_up": True}
+
+
+def _without_margins(
+    values: NDArray[np.float64], lines: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Return a matrix without the row and column numbers of pandas, and without an empty column."""
+    if values.shape[1] > 1 and np.isnan(values[:, -1]).all():  # a separator ends each line
+        values = values[:, :-1]
+    ny, nx = values.shape
+    columns, rows = values[0, 1:] == np.arange(nx - 1), values[1:, 0] == np.arange(ny - 1)
+    if min(ny, nx) > 1 and np.isnan(values[0, 0]) and columns.all() and rows.all():
+        return values[1:, 1:], lines[1:]
+    return values, lines
+
+
+MAX_SAMPLED = 20
+"""Number of lines at the start of a text from which its structure is told."""
+
+
+def _n_titles(lines: list[bytes], separator: str | None) -> int:
+    """Return the number of lines above the header whose fields, except the first, are empty."""
+    if separator is None:
+        return 0
+    rows = [
+        split_fields(line.decode("utf-8", "replace"), separator) for line in lines[:MAX_SAMPLED]
+    ]
+    titles = [len(row) > 2 and not any(row[1:]) for row in rows]
+    return titles.index(False) if False in titles else 0
+
+
+def _words_of_matrix(lines: list[bytes], marks: _Marks) -> list[list[str]] | None:
+    """Return the fields of a matrix of names; None if a line has a number or other lengths.
+
+    A table with a header has different names in its first line, a matrix repeats the names.
+    """
+    first = marks.fields(lines[0])
+    if len(lines) < 2 or len(set(first)) == len(first) or len(first) < 2:
+        return None
+    if any(field_number(f, marks.decimal) is not None for f in first if f):
+        return None
+    rows = [marks.fields(line) for line in lines]
+    rows = [row[:-1] if not row[-1] else row for row in rows]
+    names = {field for row in rows for field in row}
+    fits = len({len(row) for row in rows}) == 1 and len(names) <= MAX_FACIES
+    return rows if fits and not any(map(is_number, names - {""})) else None
+
+
+def _matrix_of_names(rows: list[list[str]], numbers: list[int], name: str) -> DataFile:
+    """Return the facies of a matrix of names, numbered in the order of the alphabet."""
+    check_cells(name, (len(rows), len(rows[0])))
+    names = sorted({field for row in rows for field in row if field.lower() not in UNKNOWN})
+    indices = {field: float(k) for k, field in enumerate(names)}
+    values = np.array([[indices.get(field, np.nan) for field in row] for row in rows])
+    at, labels = np.array(numbers, dtype=np.int64), {"matrix": tuple(names)}
+    file = DataFile("text matrix", name, {"matrix": values[None]}, lines=at, **_OF_MATRIX)
+    return replace(file, labels=labels)
 
 
 class _Marks(NamedTuple):
@@ -266,10 +345,11 @@ class _Header(NamedTuple):
     names: tuple[str, ...] = ()
     n_lines: int = 0
     missing: tuple[float, ...] = ()
+    wrapped: bool = False
+    well: str = ""
 
 
 MAX_OWN_HEADER = 4 * MAX_VARIABLES  # maximum number of header lines
-_PETREL_MISSING = (-999.0, -99999.0, 1e30)
 
 
 def _own_header(lines: list[bytes]) -> _Header:
@@ -278,21 +358,44 @@ def _own_header(lines: list[bytes]) -> _Header:
     upper = [line.upper() for line in start]
     if "BEGIN HEADER" in upper[:5] and "END HEADER" in upper:
         first, last = upper.index("BEGIN HEADER") + 1, upper.index("END HEADER")
-        return _Header(tuple(start[first:last]), last + 1, _PETREL_MISSING)
+        return _Header(tuple(start[first:last]), last + 1)
     data = next((k for k, line in enumerate(upper) if line.startswith("~A")), None)
     if not upper[0].startswith("~") or data is None:
         return _Header()
-    section, curves, missing = "", [], (-999.25,)
+    section, curves, missing, wrapped, well = "", [], (), False, ""
     for line in start[:data]:
         mnemonic = re.split(r"[.\s]", line, maxsplit=1)[0]
         if line.startswith("~"):
             section = line[1:2].upper()
         elif section == "C":
             curves.append(mnemonic)
-        elif section == "W" and mnemonic.upper() == "NULL":
-            value = line.partition(".")[2].partition(":")[0].strip()
-            missing = (float(value),) if is_number(value) else missing
-    return _Header(tuple(curves or start[data].split()[1:]), data + 1, missing)
+        value = line.partition(".")[2].partition(":")[0].strip()
+        if mnemonic.upper() == "NULL" and is_number(value):
+            missing = (float(value),)
+        elif mnemonic.upper() == "WRAP":
+            wrapped = value.upper() == "YES"
+        elif mnemonic.upper() == "WELL":
+            well = value
+    names = tuple(curves or start[data].split()[1:])
+    return _Header(names, data + 1, missing, wrapped, well)
+
+
+_DATE_AND_TIME = re.compile(rb"(\d{4}-\d{2}-\d{2}) (\d{2}:\d{2})")
+
+
+def _unwrapped(lines: list[bytes], numbers: list[int], n: int) -> tuple[list[bytes], list[int]]:
+    """Join the lines of each depth of a wrapped well log, so that each line has n fields."""
+    joined: list[bytes] = []
+    starts: list[int] = []
+    words: list[bytes] = []
+    for line, number in zip(lines, numbers, strict=True):
+        if not words:
+            starts.append(number)
+        words += line.split()
+        if len(words) >= n:
+            joined.append(b" ".join(words))
+            words = []
+    return (joined, starts) if not words else ([*joined, b" ".join(words)], starts)
 
 
 def _filled_lines(content: bytes, name: str) -> tuple[list[bytes], list[int], str]:
@@ -350,6 +453,8 @@ def _by_field(
     columns, words = [], {}
     for k, fields in enumerate(zip(*table, strict=True)):
         values = [field_number(field, marks.decimal) for field in fields]
+        if {field.lower() for field in fields} <= BOOLEANS.keys() | UNKNOWN:
+            values = [BOOLEANS.get(field.lower(), np.nan) for field in fields]
         bad = [j for j, value in enumerate(values) if value is None or np.isinf(value)]
         if bad and not headed:
             raise CCWSIMError(not_a_number(name, numbers[bad[0]], fields[bad[0]]))

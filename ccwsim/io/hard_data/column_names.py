@@ -102,8 +102,8 @@ def place_columns(
     if first and second and not cells:
         return first, second, True, []
     if row and column and coordinates != "world":
-        letters = {_plain(row), _plain(column)} == {"i", "j"} and asked == [None, None]
-        note = [f"{row} is read as the row and {column} as the column."] if letters else []
+        letters = counts_from_one(row, column) and asked == [None, None]
+        note = [f"{column} counts cells along x, and {row} along y."] if letters else []
         return column, row, False, note
     numeric = [name for name in free if name in file.variables]
     if len(names) < 3 or len(numeric) < asked.count(None):
@@ -111,13 +111,32 @@ def place_columns(
         raise CCWSIMError(
             f"{file.name} needs columns x, y, facies or row, col, facies; it has {there}"
         )
-    places = [name for name in numeric if not _is(name, "z", "label", "code")]
-    guess = iter(places if len(places) >= asked.count(None) else numeric)
+    places = [name for name in numeric if not _is(name, *_NOT_PLACES)]
+    if len(places) < asked.count(None):
+        raise CCWSIMError(
+            f"{file.name} has no columns of coordinates among {', '.join(names)}; name x and y"
+        )
+    guess = iter(places)
     if cells:  # the usual order is row, column
         row, column = (name or next(guess) for name in (asked[1], asked[0]))
         return column, row, False, [_untold(row, column, "row and col")]
     first, second = (name or next(guess) for name in asked)
     return first, second, True, [_untold(first, second, "x and y")]
+
+
+def counts_from_one(*columns: str) -> bool:
+    """Return whether all these columns of cell numbers have names that count from 1.
+
+    Examples
+    --------
+    >>> counts_from_one("I", "J"), counts_from_one("row", "col")
+    (True, False)
+    """
+    return all(_is(column, "from_one") for column in columns)
+
+
+_NOT_PLACES = ("z", "label", "code", "value", "depth", "from", "to", "length")
+"""Kinds of columns that are never guessed as coordinates."""
 
 
 def _untold(one: str, two: str, said: str) -> str:

@@ -14,6 +14,7 @@ from ccwsim.io.hard_data.column_names import (
     WELL_TABLES,
     asked_columns,
     columns_of,
+    counts_from_one,
     place_columns,
     value_column,
 )
@@ -98,6 +99,7 @@ class Assignment:
     problems: tuple[str, ...] = ()  # open questions, one sentence each
     world: bool = True  # whether points have world coordinates instead of rows and columns
     unclear: bool = False  # whether the columns of coordinates have unclear names
+    from_one: bool = False  # whether the names of the columns of cells say that cells count from 1
 
     def complete(self) -> Assignment:
         """Return the assignment; raise an error if a question is open."""
@@ -151,7 +153,9 @@ def assign_columns(file: DataFile, asked: PointColumns, *, volume: bool) -> Assi
         except CCWSIMError as error:
             problems.append(str(error))
     _assign_facies(file, columns, asked.facies, problems)
-    return Assignment(columns, tuple(notes), tuple(problems), world, unclear)
+    cells = [] if world else [columns[role] for role in ("x", "y", "z") if role in columns]
+    from_one = bool(cells) and counts_from_one(*cells)
+    return Assignment(columns, tuple(notes), tuple(problems), world, unclear, from_one)
 
 
 def assign_well_columns(file: DataFile, table: str, asked: WellColumns) -> Assignment:

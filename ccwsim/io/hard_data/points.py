@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.io.data_file import MISSING_CODES, DataFile
+from ccwsim.io.data_file import DataFile
 from ccwsim.io.formats.classes import are_codes
 from ccwsim.io.limits import limits
 from ccwsim.model.arrays import frozen
@@ -106,10 +106,14 @@ def known_points(
     notes: Sequence[str] = (),
     spans: NDArray | None = None,
 ) -> ImportedPoints:
-    """Return the rows with a value; raise an error if a row with a value lacks coordinates."""
+    """Return the rows with a value and coordinates; a note names rows without coordinates."""
     check_few(file.name, len(values), "rows")
     values, places = values.astype(np.float64), places.astype(np.float64)
-    known = file.known(values) & ~np.isin(values, MISSING_CODES)
+    known, placed = file.known(values), np.isfinite(places).all(axis=1)
+    if lost := lines[known & ~placed].tolist():
+        said = ", ".join(map(str, lost[:6])) + (" …" if len(lost) > 6 else "")
+        notes = [*notes, f"Rows without coordinates, left out: {len(lost)} ({counted} {said})."]
+        known &= placed
     points = ImportedPoints(
         frozen(places[known]),
         frozen(values[known]),
@@ -122,9 +126,6 @@ def known_points(
         tuple(notes),
         spans=None if spans is None else frozen(spans[known]),
     )
-    lost = np.flatnonzero(~np.isfinite(points.places).all(axis=1))
-    if len(lost):
-        raise CCWSIMError(f"{file.name}, {points.named(lost)}: a coordinate is missing; add it")
     if not np.isfinite(points.values).all():
         bad = np.flatnonzero(~np.isfinite(points.values))
         raise CCWSIMError(f"{file.name}, {points.named(bad)}: the value is not finite; correct it")

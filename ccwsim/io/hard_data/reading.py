@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.io.data_file import MISSING_CODES, DataFile, printable
+from ccwsim.io.data_file import CUSTOMARY_CODES, DataFile, printable
 from ccwsim.io.formats.pictures import PictureFile
 from ccwsim.io.formats.text_tables import UNKNOWN, is_number, not_a_number
 from ccwsim.io.hard_data.column_names import height_column
@@ -178,6 +178,9 @@ def _of_table(file: DataFile, assigned: Assignment) -> ImportedPoints:
         height = height_column(list(file.variables), roles["facies"])
         if height and len(np.unique(file.variables[height])) > 1:
             notes.append(f"The column {height} is ignored, because the grid is a map.")
+    if assigned.from_one and min(np.nanmin(numbers, initial=1) for numbers in along) >= 1:
+        along = [numbers - 1 for numbers in along]
+        notes.append("Cells are counted from 1, because no number is 0.")
     places = np.stack(along if assigned.world else along[::-1], axis=1)
     wells = names_of_wells(file, roles["well"]) if "well" in roles else ()
     return points_of_rows(
@@ -240,7 +243,7 @@ def _indices_of_names(file: DataFile, column: str) -> tuple[NDArray[np.float64],
     """Return the index of the facies name of each row (NaN if unknown), and the distinct names."""
     fields = file.words[column]
     unknown = {field for field in fields if field.lower() in UNKNOWN}
-    unknown |= {f for f in fields if is_number(f) and float(f) in (*MISSING_CODES, *file.missing)}
+    unknown |= {f for f in fields if is_number(f) and float(f) in (*CUSTOMARY_CODES, *file.missing)}
     words = tuple(sorted({*fields} - unknown))
     indices = {word: float(k) for k, word in enumerate(words)}
     return np.array([indices.get(field, np.nan) for field in fields]), words
@@ -274,7 +277,7 @@ def _of_grid(file: DataFile, key: str, cells: NDArray, grid_shape: Shape | None)
         raise CCWSIMError(
             f"{file.name} is a grid of {size}, but the simulation grid has {other}; use equal sizes"
         )
-    known = file.known(cells) & ~np.isin(cells, MISSING_CODES)
+    known = file.known(cells)
     check_few(file.name, int(np.count_nonzero(known)), "known cells")
     lines = np.flatnonzero(known) + 1
     how = {"world": False, "counted": "cell"}

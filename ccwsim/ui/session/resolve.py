@@ -25,6 +25,7 @@ from ccwsim.io import (
     place_points,
     preview_points,
     preview_wells,
+    read_geometry,
     read_points,
     read_training_image,
     read_well_points,
@@ -409,6 +410,15 @@ def fitted_to_image(choices: Choices, image: TrainingImage) -> Choices:
     """Return choices with grid and parameters adapted to another training image."""
     grid = fitted_grid(choices.grid, image.shape)
     return replace(choices, grid=grid, parameters=fitted(choices.parameters, image.shape))
+
+
+@cached(max_entries=32)
+def geometry_of(choice: ImageChoice) -> Grid | None:
+    """Return the grid of a training image in world coordinates, or None if it has none."""
+    if choice.upload is None or choice.transpose:
+        return None
+    with opened(choice.upload) as file:
+        return read_geometry(file, **dict(choice.answers))
 
 
 def fitted_grid(grid: Grid, shape: Shape) -> Grid:

@@ -10,13 +10,14 @@ import streamlit as st
 from ccwsim import datasets
 from ccwsim.figures import map_png
 from ccwsim.model.arrays import describe_shape
+from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.sharing.choices import DataChoice, ImageChoice, Upload
 from ccwsim.ui.results.maps import colours_of, middle_layer, pretty
 from ccwsim.ui.session.address import go_to, page_link
 from ccwsim.ui.session.cached import cached
-from ccwsim.ui.session.resolve import fitted, fitted_grid, image_of, refitted
+from ccwsim.ui.session.resolve import fitted, fitted_grid, geometry_of, image_of, refitted
 from ccwsim.ui.session.state import State
 from ccwsim.ui.session.uploads import file_uploader
 from ccwsim.ui.study.image_questions import asked_of, image_of_file
@@ -109,6 +110,10 @@ def use_image(state: State, choice: ImageChoice) -> None:
     parameters, state.moved = refitted(state.choices.parameters, shape, state.moved)
     before = state.choices
     grid = fitted_grid(before.grid, shape)
+    geometry = geometry_of(choice) if choice != before.image else None
+    if geometry is not None and max(geometry.shape) <= MAX_GRID_SIDE_OFFERED:
+        grid = geometry
+        st.toast("The grid has the cells and coordinates of the training image.")
     state.change(image=choice, parameters=parameters, grid=grid)
     same_file = (choice.bundled, choice.upload) == (before.image.bundled, before.image.upload)
     if not same_file or grid.n_dimensions != before.grid.n_dimensions:

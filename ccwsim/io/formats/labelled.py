@@ -1,0 +1,96 @@
+"""Read arrays with named axes: NetCDF and HDF5 files, and DataArrays of xarray."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from io import BytesIO
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.io.data_file import DataFile, broken, optional_package
+from ccwsim.io.limits import MAX_VARIABLES, check_cells
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.labelled_arrays import labelled_axes, oriented_values
+
+_MATLAB = "MATLAB_class"
+
+
+def read_netcdf(content: bytes, name: str) -> DataFile:
+    """Return the variables of a NetCDF file that have at least two axes.
+
+    Raises `CCWSIMError` if xarray is not installed, or the file has no such variable.
+    """
+    xarray = optional_package("xarray", "NetCDF files", "ccwsim[files]")
+    engine = "scipy" if content.startswith(b"CDF") else "h5netcdf"
+    if engine == "h5netcdf":
+        optional_package("h5netcdf", "NetCDF-4 files", "ccwsim[files]")
+    with broken(f"{name}: the NetCDF file cannot be read", remedy="save it again"):
+        opened = xarray.open_dataset(BytesIO(content), engine=engine, decode_times=False)
+    with opened as dataset:
+        arrays = {
+            str(key): array
+            for key, array in dataset.data_vars.items()
+            if array.ndim >= 2 and array.dtype.kind in "iufb"
+        }
+        return _file_of(arrays, name, "NetCDF file")
+
+
+def _file_of(arrays: dict[str, Any], name: str, kind: str) -> DataFile:
+    if not arrays or len(arrays) > MAX_VARIABLES:
+        raise CCWSIMError(
+            f"{name}: {len(arrays)} variables have rows and columns; save 1 to {MAX_VARIABLES}"
+        )
+    check_cells(name, (sum(array.size for array in arrays.values()),))
+    with broken(f"{name}: the NetCDF file cannot be read", remedy="save it again"):
+        grids = {key: oriented_values(array) for key, array in arrays.items()}
+    if too_many := next((key for key, grid in grids.items() if grid.ndim > 3), None):
+        raise CCWSIMError(f"{name}: {too_many} has {grids[too_many].ndim} axes; save at most 3")
+    sizes, origins = zip(*labelled_axes(next(iter(arrays.values()))), strict=True)
+    place: dict[str, Any] = {"cell_size": tuple(sizes[:2]), "origin": tuple(origins[:2])}
+    if len(sizes) == 3:
+        place["along_z"] = sizes[2], origins[2]
+    grids = {key: grid if grid.ndim == 3 else grid[None] for key, grid in grids.items()}
+    return DataFile(kind, name, grids, **place)
+
+
+def read_hdf5(content: bytes, name: str) -> DataFile:
+    """Return the arrays of an HDF5 file: MATLAB 7.3, NetCDF-4 or any other.
+
+    Raises `CCWSIMError` if h5py is not installed, or the file has no array of numbers.
+    """
+    h5py = optional_package("h5py", "HDF5, MATLAB 7.3 and NetCDF-4 files", "ccwsim[files]")
+    with (
+        broken(f"{name}: the HDF5 file cannot be read", remedy="save it again"),
+        h5py.File(BytesIO(content)) as file,
+    ):
+        if "_NCProperties" in file.attrs or any(
+            "DIMENSION_LIST" in array.attrs for _, array in _arrays(file, h5py)
+        ):
+            return read_netcdf(content, name)
+        arrays = dict(_arrays(file, h5py))
+        if not arrays or len(arrays) > MAX_VARIABLES:
+            raise CCWSIMError(f"{name}: {len(arrays)} arrays of numbers; save 1 to {MAX_VARIABLES}")
+        check_cells(name, (sum(array.size for array in arrays.values()),))
+        is_matlab = any(_MATLAB in array.attrs for array in arrays.values())
+        grids = {key: _grid(array[()], is_matlab) for key, array in arrays.items()}
+    return DataFile("MATLAB 7.3 file" if is_matlab else "HDF5 file", name, grids, asks_up=True)
+
+
+def _arrays(group: Any, h5py: Any) -> Iterator[tuple[str, Any]]:
+    """Yield the arrays of numbers with two or three axes in all groups."""
+    for key, item in group.items():
+        if key.startswith("#"):  # internal groups of MATLAB
+            continue
+        if isinstance(item, h5py.Group):
+            yield from _arrays(item, h5py)
+        elif item.ndim in (2, 3) and item.dtype.kind in "iufb":
+            yield item.name.strip("/"), item
+
+
+def _grid(array: NDArray, is_matlab: bool) -> NDArray:
+    """Return an array as layers, rows and columns; MATLAB stores axes in reverse order."""
+    if is_matlab:
+        array = np.swapaxes(array, -1, -2)
+    return array if array.ndim == 3 else array[None]

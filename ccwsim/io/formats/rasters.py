@@ -1,0 +1,120 @@
+"""Read rasters with coordinates by GDAL: GeoTIFF, Surfer, ZMap and GRASS grids."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+
+from ccwsim.io.data_file import DataFile, broken, distinct_names, optional_package
+from ccwsim.io.limits import MAX_VARIABLES, check_cells
+from ccwsim.model.errors import CCWSIMError
+
+DRIVERS = {
+    "tiff": ("GeoTIFF", "GTiff"),
+    "surfer text": ("Surfer grid", "GSAG"),
+    "surfer 6": ("Surfer grid", "GSBG"),
+    "surfer 7": ("Surfer grid", "GS7BG"),
+    "zmap": ("ZMap grid", "ZMap"),
+    "grass": ("GRASS ASCII grid", "GRASSASCIIGrid"),
+}
+"""The name and the GDAL driver of each kind of raster."""
+MAX_DIGITS = 40
+"""Maximum number of letters of the code of a coordinate system, such as EPSG:32632."""
+
+
+def is_map(content: bytes) -> bool:
+    """Return whether a TIFF contains numbers on a map or several pages, and is not a picture.
+
+    A picture has one page of one, three or four bands of 8 bits, without coordinates and without
+    a value for unknown cells.
+    """
+    with _opened(content, "", "tiff") as pages:
+        first = pages[0]
+        placed = not first.transform.is_identity or first.crs is not None
+        plain = set(first.dtypes) == {"uint8"} and first.count in (1, 3, 4)
+        return len(pages) > 1 or placed or not plain or first.nodata is not None
+
+
+def raster_shape(content: bytes, name: str) -> tuple[int, int]:
+    """Return the numbers of rows and columns of a TIFF."""
+    with _opened(content, name, "tiff") as pages:
+        return pages[0].shape
+
+
+def read_raster(content: bytes, name: str, kind: str, *, whole: bool = False) -> DataFile:
+    """Return the bands of a raster as variables, or its pages as the layers of volumes.
+
+    With `whole`, the limit of cells is higher, because only a part is used.
+
+    Raises
+    ------
+    CCWSIMError
+        If rasterio is not installed, the file is broken, or its pages differ in size.
+
+    Examples
+    --------
+    >>> grid = b"DSAA\\n2 1\\n5 15\\n5 5\\n0 1\\n0 1\\n"
+    >>> file = read_raster(grid, "a.grd", "surfer text")
+    >>> file.variables["band 1"].tolist(), file.cell_size, file.origin
+    ([[[0.0, 1.0]]], (10.0, 10.0), (0.0, 0.0))
+    """
+    with _opened(content, name, kind) as pages:
+        first = pages[0]
+        if any(
+            (p.shape, p.count, p.dtypes) != (first.shape, first.count, first.dtypes) for p in pages
+        ):
+            raise CCWSIMError(f"{name}: its {len(pages)} pages differ in size; save one of them")
+        if first.count > MAX_VARIABLES:
+            raise CCWSIMError(f"{name}: {first.count} bands exceed the limit of {MAX_VARIABLES}")
+        check_cells(name, (first.count, len(pages), *first.shape), whole=whole)
+        with broken(f"{name}: the raster cannot be read", remedy="save it without compression"):
+            bands = np.stack([page.read() for page in pages], axis=1)
+        missing = tuple({float(v) for p in pages for v in p.nodatavals if v is not None and v == v})
+        names = [text or f"band {k}" for k, text in enumerate(first.descriptions, start=1)]
+        variables = dict(zip(distinct_names(names), bands, strict=True))
+        where = _geometry(first)
+        return DataFile(
+            DRIVERS[kind][0], name, variables, south_first=False, missing=missing, **where
+        )
+
+
+@contextmanager
+def _opened(content: bytes, name: str, kind: str) -> Iterator[list[Any]]:
+    """Yield the pages of a raster as open datasets of rasterio."""
+    rasterio = optional_package("rasterio", f"{DRIVERS[kind][0]} files", "ccwsim[files]")
+    from rasterio.io import MemoryFile
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", rasterio.errors.NotGeoreferencedWarning)
+        with (
+            broken(f"{name}: the raster cannot be read", remedy="save it again"),
+            rasterio.Env(GDAL_PAM_ENABLED="NO"),
+            MemoryFile(content) as memory,
+            rasterio.open(memory.name, driver=DRIVERS[kind][1]) as file,
+        ):
+            pages = [rasterio.open(page, driver="GTiff") for page in file.subdatasets] or [file]
+            try:
+                yield pages
+            finally:
+                for page in pages:
+                    page.close()
+
+
+def _geometry(page: Any) -> dict[str, Any]:
+    """Return coordinate system, cell size and origin; a rotated raster has no cell size."""
+    at = page.transform
+    crs = page.crs
+    where: dict[str, Any] = {"crs": "" if crs is None else _code_of(crs)}
+    if at.is_identity or at.b or at.d or at.a <= 0 or at.e >= 0:
+        return where
+    return {**where, "cell_size": (at.a, -at.e), "origin": (at.c, at.f + page.height * at.e)}
+
+
+def _code_of(crs: Any) -> str:
+    """Return the authority's code of a coordinate system if it has one, otherwise its WKT."""
+    code = crs.to_string()
+    return code if len(code) <= MAX_DIGITS else crs.to_wkt()

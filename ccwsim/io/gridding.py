@@ -1,0 +1,111 @@
+"""Arrange a table with one row per cell (x, y and facies) as a grid."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import prod
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.io.data_file import DataFile
+from ccwsim.io.hard_data.column_names import (
+    counts_from_one,
+    height_column,
+    is_points,
+    place_columns,
+)
+from ccwsim.io.limits import limits
+from ccwsim.model.errors import CCWSIMError
+
+MIN_FILLED = 0.5
+"""Minimum share of the cells of a grid that have a row; a table with fewer rows has points."""
+MIN_ROWS = 16
+"""Minimum number of rows of a table that is taken for a grid."""
+MAX_STEPS = 2**31
+"""Maximum number of cells along an axis."""
+TOLERANCE = 1e-3
+"""Maximum deviation of a coordinate from the centre of its cell, in cells."""
+
+
+def as_grid(file: DataFile) -> DataFile:
+    """Return a table with one row per cell as a grid; return other files unchanged.
+
+    Each row goes to the cell of its coordinates, whatever the order of the rows. Cells without a
+    row are NaN.
+
+    Raises
+    ------
+    CCWSIMError
+        If the table has coordinates, but its points do not fill a regular grid.
+
+    Examples
+    --------
+    >>> y, x = np.divmod(np.arange(16.0), 4)
+    >>> columns = {"x": 10 * x + 5, "y": 35 - 10 * y, "facies": y}
+    >>> grid = as_grid(DataFile("table", "a.csv", columns, is_table=True))
+    >>> grid.variables["facies"][0, 0].tolist(), grid.cell_size, grid.origin
+    ([3.0, 3.0, 3.0, 3.0], (10.0, 10.0), (0.0, 0.0))
+    """
+    if not file.is_table or not is_points(list(file.names)):
+        return file
+    x, y, world, _ = place_columns(file)
+    height = height_column(list(file.variables), "")
+    axes = [name for name in (height, y, x) if name in file.variables]
+    along = [_cells(file.variables[name]) for name in axes] if len(axes) > 1 else []
+    shape = tuple(n for _, n, _, _ in along)
+    n_rows = len(next(iter(file.variables.values())))
+    few = n_rows < MIN_ROWS or not {x, y} <= file.variables.keys()
+    if few or not along or 0 in shape or prod(shape) > min(n_rows / MIN_FILLED, limits().whole):
+        raise CCWSIMError(f"{file.name} contains points, not an image; use it as hard data")
+    at = np.ravel_multi_index(tuple(cells for cells, *_ in along), shape)
+    if len(np.unique(at)) < n_rows:
+        raise CCWSIMError(f"{file.name}: several rows have the same coordinates; keep one of them")
+    columns, labels = _columns(file, axes)
+    grids = {}
+    for name, values in columns.items():
+        flat = np.full(prod(shape), np.nan)
+        flat[at] = values
+        grids[name] = flat.reshape((1, *shape)[-3:])
+    made = replace(file, variables=grids, is_table=False, lines=None, words={}, columns=())
+    made = replace(made, labels=labels, south_first=True)
+    if not world or counts_from_one(x, y):
+        return made
+    sizes, starts = ([one[k] for one in along[::-1]] for k in (2, 3))
+    made = replace(made, cell_size=(sizes[0], sizes[1]), origin=(starts[0], starts[1]))
+    return replace(made, along_z=(sizes[2], starts[2])) if len(along) == 3 else made
+
+
+def _cells(places: NDArray[np.float64]) -> tuple[NDArray[np.int64], int, float, float]:
+    """Return the cell of each coordinate, the number of cells, their size and the first corner.
+
+    The number of cells is 0 if the coordinates are not equally spaced.
+    """
+    different = np.unique(places)
+    if not np.isfinite(different).all():
+        return np.empty(0, np.int64), 0, 1.0, 0.0
+    size = float(np.diff(different).min()) if len(different) > 1 else 1.0
+    span = (different[-1] - different[0]) / size
+    n_steps = round(span) if span < MAX_STEPS else 0
+    size = float(f"{(different[-1] - different[0]) / n_steps:.12g}") if n_steps else size
+    cells = (places - different[0]) / size
+    nearest = np.rint(cells)
+    regular = span < MAX_STEPS and np.abs(cells - nearest).max() <= TOLERANCE
+    n = n_steps + 1 if regular else 0
+    cells = nearest.astype(np.int64) if n else np.empty(0, np.int64)
+    return cells, n, size, float(f"{different[0] - size / 2:.12g}")
+
+
+def _columns(
+    file: DataFile, axes: list[str]
+) -> tuple[dict[str, NDArray[np.float64]], dict[str, tuple[str, ...]]]:
+    """Return the columns that are not coordinates; words become codes, with labels."""
+    columns = {name: values for name, values in file.variables.items() if name not in axes}
+    labels = {}
+    for name, fields in file.words.items():
+        labels[name] = tuple(sorted({*fields} - {""}))
+        codes = {word: float(k) for k, word in enumerate(labels[name])}
+        columns[name] = np.array([codes.get(field, np.nan) for field in fields])
+    if not columns:
+        raise CCWSIMError(f"{file.name} has only coordinates; add a column of facies")
+    return columns, labels
