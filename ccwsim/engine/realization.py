@@ -35,9 +35,10 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
 
-TRIALS_A_CELL = 40
-"""Maximum number of single-cell changes that are tried per cell in a pass of seam repair. Seams
-need fewer. Images without structure would need hundreds, so some unseen patterns remain there."""
+TRIALS_A_CELL, TRIALS_A_CELL_DATA = 40, 400
+"""Maximum number of single-cell changes that are tried per cell in a pass of seam repair, without
+and with data. Seams need fewer. Images without structure would need hundreds, so some unseen
+patterns remain there."""
 WINDOWS_A_CELL = 0.02
 """Maximum number of repaired windows of a volume per cell, for the same reason."""
 Report = Callable[[float], None]
@@ -155,10 +156,11 @@ def repair(
         return lambda share: report(low + (1 - REPAIR_SHARE) * (last - first) * share)
 
     cells = target, inputs.side_by_side, rng
+    n_trials = TRIALS_A_CELL_DATA if n_data else TRIALS_A_CELL
     if volume or n_data:
-        repair_cells(*cells, False, part(0.0, 0.1), TRIALS_A_CELL)
+        repair_cells(*cells, False, part(0.0, 0.1), n_trials)
     repair_seams(target, inputs, n_facies, most, forced, rng, part(0.1, 0.9))
-    repair_cells(*cells, True, part(0.9, 1.0), TRIALS_A_CELL)
+    repair_cells(*cells, True, part(0.9, 1.0), n_trials)
 
 
 def target_of(
