@@ -268,9 +268,11 @@ def compilation() -> CompilationProgress | None:
 
 
 def must_compile() -> bool:
-    """Return whether any kernel that every study needs is missing on disk."""
+    """Return whether any kernel that every study needs is missing or damaged on disk."""
     files = Path(FOLDER).rglob("*.nbc") if FOLDER else ()
-    return not {file.name.split(".")[1].rsplit("-", 1)[0] for file in files} >= ENTRY_KERNELS
+    names = ((file, file.name.split(".")[1].rsplit("-", 1)[0]) for file in files)
+    entries = ((file, name) for file, name in names if name in ENTRY_KERNELS)
+    return not {name for file, name in entries if numba_hooks.is_whole(file)} >= ENTRY_KERNELS
 
 
 def _start_process() -> ChildProcess:

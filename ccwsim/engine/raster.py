@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ccwsim.engine.corrections.proportions import GAIN, Steering, draw_between, draw_target
 from ccwsim.engine.lengths import ScaledLengths, lengths_of, templates
-from ccwsim.engine.prepared_image import OrientedImage, PreparedImage, steers
+from ccwsim.engine.prepared_image import OrientedImage, PreparedImage, n_planes, steers
 from ccwsim.engine.stages.conditioning import (
     DENSE,
     SPARSE,
@@ -111,7 +111,7 @@ def make_plan(
     sizes = lengths[0].template, lengths[0].overlap
     path = make_path(in_layers(study.grid.shape), orientation, *sizes, order, offset)
     data = tuple(_data_at(study, image, path, lengths, k) for k in range(p.scale + 1))
-    search = _search(image, lengths, oriented, orientation)
+    search = _search(image, lengths, oriented.n_places, orientation)
     patches, before = _patches(image, path, lengths, oriented, data[0])
     steering = _steering(study, image, oriented, rng)
     totals = image.part(("totals",), lambda: totals_of(image))
@@ -230,8 +230,7 @@ def _steering(
 def totals_of(image: PreparedImage) -> type[np.signedinteger]:
     """Return the integer type for scores plus the costs of data and location."""
     study, p = image.study, image.study.parameters
-    oriented = image.oriented(0, image.lengths[0].template)
-    search = _search(image, image.lengths, oriented, 0)
+    search = _search(image, image.lengths, 1, 0)
     cells = prod(t * search.co_template for t in search.template)
     missed = min(study.hard_data.n, cells) * max(SPARSE.missed, DENSE.missed)
     overlap = prod(search.template) * prod(search.block)
@@ -284,14 +283,11 @@ def to_grid(
 
 
 def _search(
-    image: PreparedImage,
-    lengths: tuple[ScaledLengths, ...],
-    oriented: OrientedImage,
-    orientation: int,
+    image: PreparedImage, lengths: tuple[ScaledLengths, ...], n_places: int, orientation: int
 ) -> Search:
     """Return the parameters of the search, in cells of the searched (coarsest) grid."""
     p, coarse = image.study.parameters, lengths[-1]
-    planes = 1 if len(oriented.pyramid.sums) == 1 else 2  # number of planes a wrong cell changes
+    planes = min(n_planes(image.study), 2)  # number of planes a wrong cell changes
     # A coarse cell represents 4^scale cells, of which 2^scale cells are along a boundary. With the
     # cost of 1 cell, shapes would break. With the cost of 4^scale cells, most data would need local
     # re-simulation.
@@ -310,7 +306,7 @@ def _search(
         template=coarse.template,
         overlap=coarse.overlap,
         block=coarse.block,
-        n_candidates=min(p.n_candidates, oriented.n_places),
+        n_candidates=min(p.n_candidates, n_places),
         co_template=p.co_template,
         share=p.search_fraction,
         refine=p.refine,

@@ -265,8 +265,10 @@ def _of_shape(members: Mapping[str, NDArray], key: str, default: NDArray) -> NDA
     values = members.get(key, default)
     if values.shape != default.shape:
         raise CCWSIMError(f"{key} has shape {values.shape}, not {default.shape}; save it again")
-    if key == "numbers" and values.min() < 0:
-        raise CCWSIMError(f"numbers: {values.min()} must not be negative; save it again")
+    if default.dtype.kind == "i":
+        bounds = np.iinfo(default.dtype)
+        low = 0 if key == "numbers" else int(bounds.min)
+        values = as_integers(values, key, low, int(bounds.max) - 1)
     return readonly(values.astype(default.dtype))
 
 

@@ -264,6 +264,13 @@ class Queue:
         return len(self._waiting)
 
     @property
+    def n_of_others(self) -> int:
+        """Number of active and waiting jobs of sessions other than that of this thread."""
+        session = self.current_session()
+        with self._lock:
+            return sum(job.session != session for job in (*self._active, *self._waiting))
+
+    @property
     def still_to_take(self) -> float:
         """Bytes of memory that all jobs were promised and have not allocated yet."""
         with self._lock:

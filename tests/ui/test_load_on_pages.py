@@ -212,6 +212,13 @@ def test_data_are_not_sampled_from_a_grid_beyond_the_limit(monkeypatch):
         data_of(choices)
 
 
+def test_a_link_cannot_make_a_page_sample_data_for_minutes(monkeypatch):
+    monkeypatch.setattr("ccwsim.ui.session.resolve.UNASKED_SECONDS", 1e-9)
+    choices = replace(SMALL, data=DataChoice("sampled", seed_sampled=986))
+    with pytest.raises(CCWSIMError, match=r"takes about .* choose a smaller grid"):
+        data_of(choices)
+
+
 def test_a_large_truth_takes_its_turn(monkeypatch):
     monkeypatch.setattr("ccwsim.jobs.job.MAX_CELLS_AT_ONCE", 1)
     choices = replace(SMALL, data=DataChoice("sampled", seed_sampled=988))

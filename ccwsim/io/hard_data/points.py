@@ -177,7 +177,7 @@ def along_wells(points: ImportedPoints, grid: Grid | None) -> ImportedPoints:
     if grid is None or grid.nz is None:
         raise CCWSIMError(f"{points.name}: depth intervals need a grid with nz; give such a grid")
     bottom, top = ((points.spans - grid.origin[2]) / grid.cell_size[2] - 0.5).T
-    far = np.flatnonzero(np.maximum(np.abs(bottom), np.abs(top)) > _FAR)
+    far = np.flatnonzero(~(np.maximum(np.abs(bottom), np.abs(top)) <= _FAR))  # also NaN
     if len(far):
         raise CCWSIMError(
             f"{points.name}, {points.named(far)}: the depths are too far from the grid; correct "

@@ -12,6 +12,7 @@ import numpy as np
 
 from ccwsim import datasets
 from ccwsim.datasets.sampling import sample_random
+from ccwsim.experiments.cost import typical_seconds
 from ccwsim.io import (
     Conversion,
     HardDataImport,
@@ -32,6 +33,7 @@ from ccwsim.io import (
 from ccwsim.io.isolated import IsolatedFile
 from ccwsim.io.limits import limited, upload_limits
 from ccwsim.jobs.job import result_in_turn
+from ccwsim.jobs.limits import UNASKED_SECONDS
 from ccwsim.model.arrays import Shape
 from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED, MAX_LEVEL, MAX_TEMPLATE, MIN_TEMPLATE
 from ccwsim.model.errors import CCWSIMError
@@ -52,6 +54,7 @@ from ccwsim.sharing.choices import (
     WellTables,
 )
 from ccwsim.ui.session.cached import CONTENT, cached
+from ccwsim.ui.session.progress import format_duration
 
 Made = TypeVar("Made", PointColumns, WellColumns, Conversion)
 Moved = dict[str, tuple[Any, Any]]
@@ -284,6 +287,12 @@ def _sampled(
     image: TrainingImage, shape: Shape, parameters: Parameters, n: int, seed: int
 ) -> HardData:
     """Return data sampled from an unconditional realization, as in section 5.2 of the paper."""
+    seconds = typical_seconds(parameters, image.shape, shape, image.n_facies)
+    if seconds > UNASKED_SECONDS:
+        raise CCWSIMError(
+            "sampling data needs a realization without data, which takes about "
+            f"{format_duration(seconds)}; choose a smaller grid or a higher level, or other data"
+        )
     demand = demand_of(Study(image, Grid.of(shape), parameters), 1)
     reference = result_in_turn(partial(simulate, image, shape, parameters, seed=seed), demand)
     return sample_random(reference.realizations[0], n, seed)

@@ -12,8 +12,8 @@ import streamlit as st
 from ccwsim.datasets.default_study import stored_ensemble
 from ccwsim.engine.realization import is_ready
 from ccwsim.experiments.cost import typical_seconds
-from ccwsim.jobs.job import Job
-from ccwsim.jobs.limits import Demand, limits_of_environment
+from ccwsim.jobs.job import Job, server_queue
+from ccwsim.jobs.limits import Demand, limits_of_environment, needs_consent
 from ccwsim.jobs.workers import Cancel, Progress
 from ccwsim.model.bounds import MAX_REALIZATIONS, MAX_SEED
 from ccwsim.model.ensemble import Ensemble, joined
@@ -25,6 +25,7 @@ from ccwsim.run.simulation import simulate
 from ccwsim.sharing.choices import Choices
 from ccwsim.system.log import reason
 from ccwsim.system.machine import n_cores
+from ccwsim.system.memory import format_bytes
 from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.progress import format_duration
 from ccwsim.ui.session.resolve import (
@@ -41,8 +42,6 @@ from ccwsim.ui.widgets.text import pair, step_note, step_title
 
 ENOUGH_TO_STOP = 1.0
 """Maximum seconds to wait until a stopped run has freed its memory."""
-UNASKED_SECONDS = 120.0
-"""Maximum seconds of a run that starts without confirmation after a link or project was opened."""
 AT_ONCE = 0.3
 """Maximum duration of the first part of a run in seconds."""
 NEXT_PART = 1.0
@@ -140,21 +139,23 @@ def question_of(state: State) -> str:
     """Return the question asked before a long run if a link or project opened the study."""
     if not state.needs_confirmation or problem_of(state):
         return ""
-    seconds = estimated_seconds(state.choices)
-    if seconds <= UNASKED_SECONDS:
+    seconds, demand = estimated_seconds(state.choices), demand_of_run(state)
+    if not needs_consent(demand, seconds, server_queue().still_to_take):
         return ""
     return (
-        f"A run of this study takes about {format_duration(seconds)} on this machine. Press “Run” "
-        "to start the run, or first choose fewer realizations or a smaller grid."
+        f"A run of this study takes about {format_duration(seconds)} on this machine and "
+        f"{format_bytes(demand.n_bytes)} of memory. Press “Run” to start the run, or first choose "
+        "fewer realizations or a smaller grid."
     )
 
 
 def estimated_seconds(choices: Choices) -> float:
-    """Return the estimated seconds of a run if nothing else uses the machine."""
+    """Return the estimated seconds of a run that shares the cores with the runs of others."""
     image, n_data = image_of(choices.image), data_of(choices).n
     sizes = image.shape, choices.grid.shape, image.n_facies, n_data
-    each = typical_seconds(choices.parameters, *sizes)
-    return choices.n_realizations * each / min(n_cores(), choices.n_realizations)
+    each = typical_seconds(choices.parameters, *sizes, disorder=image.disorder)
+    cores = n_cores() / (1 + server_queue().n_of_others)
+    return choices.n_realizations * each / min(cores, choices.n_realizations)
 
 
 def _is_changed(state: State) -> bool:
