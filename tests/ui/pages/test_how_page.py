@@ -101,7 +101,7 @@ def test_every_patch_shows_the_figures_of_the_core(choices):
         if step.patch.shape:
             n = int(step.error.sum())
             assert f"differ in {n} of {int(step.in_overlap.sum())}" in said
-            assert f"Before the boundary {int(step.keep_mask.sum())} cell" in said
+            assert f"Before the boundary, {int(step.keep_mask.sum())} cell" in said
         if step.data is not None:
             inside = sum(datum.inside for datum in step.data.seen)
             assert f"{inside} dat" in said
