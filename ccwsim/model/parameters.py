@@ -17,7 +17,7 @@ SIMILARITIES = ("ssd", "correlation")
 CHOICES = {"method": METHODS, "similarity": SIMILARITIES}
 PER_AXIS = ("template_size", "overlap_size", "wavelet_level")
 """Parameters with one integer for all axes or, in a volume, three integers along z, y and x.
-`location_weight` likewise has one or three numbers."""
+`location_weight`, which is not an integer, can also have three numbers."""
 MEANINGS = {
     "template_size": "Side of the square patches in cells. Larger patches preserve long shapes, "
     "but fewer templates fit into the training image, so larger pieces of it are copied.",
@@ -26,19 +26,19 @@ MEANINGS = {
     "wavelet_level": "Number of times that the Haar wavelet halves the resolution before overlaps "
     "are compared. A higher level is faster and coarser; level 0 compares single cells. For "
     "ms-ccsim: number of times that the images are coarsened.",
-    "n_candidates": "Number of best locations from which the patch is drawn at random. As "
-    "published, K = 1 copies large pieces of the training image; a larger K copies less but fits "
-    "less well. By default, a location is excluded if its wrong cells exceed those of the best by "
-    "over 8 (more with wide overlaps) or, in maps, if it merely continues the image. K then has "
-    "little effect, but in volumes K = 1 copies more than K = 20. Near hard data the limit is "
-    "6 cells, so often only one or two locations remain: with dense data K has little effect.",
+    "n_candidates": "Number of best locations from which the patch is drawn at random. In the "
+    "published method, K = 1 copies large pieces of the training image; a larger K copies less but "
+    "fits less well. By default, a location is excluded if it has over 8 wrong cells more than the "
+    "best (the limit grows with the overlap) or, in maps, if it merely continues a neighbouring "
+    "patch. K then has little effect, but in volumes K = 1 copies more than K = 20. Near hard data "
+    "the limit is 6 cells and few locations remain, so with dense data K has little effect.",
     "method": "ccwsim searches wavelet coefficients; ccsim searches single cells (level 0); "
     "ms-ccsim searches a coarsened image, then refines the locations scale by scale.",
     "similarity": "Score that compares overlap and training image: the sum of squared differences "
     "(the smallest is best), as in the authors' code, or the plain cross-correlation of the paper "
     "(the largest is best).",
-    "search_fraction": "Share of the locations, those with the best overlaps, that are searched "
-    "for a fit to hard data. A smaller share gives better overlaps; a larger share "
+    "search_fraction": "Share of the locations that are searched for a fit to hard data, beginning "
+    "with the best overlaps. A smaller share gives better overlaps; a larger share "
     "honours more data in the raster pass.",
     "co_template": "Distance ahead on the path, in template sizes, within which hard data count; "
     "1 counts only data in the patch.",
@@ -51,19 +51,19 @@ MEANINGS = {
     "training image. All realizations then have nearly equal proportions. Off: proportions vary as "
     "much between realizations as between equal-sized pieces of the image; hard data bring "
     "proportions closer to the data.",
-    "published_draw": "Draw patches as published: the first patch begins at the corner of the "
-    "grid, any of the K best locations may be drawn, and proportions are not controlled. Off: the "
-    "first patch begins a random distance before the grid; locations that fit much worse than the "
-    "best or merely continue the image are excluded; without data, two locations are drawn and the "
-    "better one is used.",
+    "published_draw": "Choose patches as in the published method: the first patch begins at the "
+    "corner of the grid, any of the K best locations may be drawn, and proportions are not "
+    "controlled. Off: the first patch begins a random distance before the grid; locations that fit "
+    "much worse than the best or merely continue a neighbouring patch are excluded; without data, "
+    "two locations are drawn and the better one is used.",
     "repair_seams": "Change single cells and re-simulate windows if patches are joined in ways "
     "absent from the training image, such as steps in a boundary or dead ends of channels. Switch "
     "seam repair off for the published method. If hard data are not honoured exactly, nothing is "
     "repaired.",
     "location_weight": "Strength of the preference for patches from the corresponding location in "
     "the training image, for images that change from one end to the other. At 1, a patch from the "
-    "other end is used only if it fits better by as many cells as the overlap has; at 0, patches "
-    "may come from anywhere. In a volume, (0.5, 0, 0) along z, y, x keeps only a vertical trend.",
+    "other end costs as much as an overlap of wrong cells only; at 0, patches may come from "
+    "anywhere. In a volume, (0.5, 0, 0) along z, y, x keeps only a vertical trend.",
     "refine": "Shift each drawn patch by up to 2^level − 1 cells to the location that fits best at "
     "full resolution. The shift closes breaks caused by a coarse level.",
     "exact_data": "Honour every datum at full resolution. Off, as in the published CCWSIM code: "
@@ -132,12 +132,12 @@ class Parameters:
 
     @property
     def scale(self) -> int:
-        """Number of times that images are coarsened: the largest level for "ms-ccsim", or 0."""
+        """Number of times that "ms-ccsim" coarsens images (largest level); 0 for other methods."""
         return max(_triple(self.level)) if self.method == "ms-ccsim" else 0
 
     @property
     def draws_as_published(self) -> bool:
-        """Whether patches are chosen as published: on request, or with a weight along y or x.
+        """Whether `published_draw` applies: if it is set, or with a location weight along y or x.
 
         A location weight along y or x keeps patches near their location in the image. Few other
         patches can then be chosen, and the first patch must begin at the corner of the grid. With a

@@ -192,7 +192,7 @@ def _draw_part(state: State, kind: Kind) -> None:
 
 
 def _draw_grids(state: State) -> None:
-    """Draw times by size of the grid; draw outlines before the first run."""
+    """Draw times against grid size, or outlines before the first run."""
     run = state.page(Benchmark).grids
     timings = list(run.timings) if run else []
     ticks = ticks_of(timings, layers_of(state) is not None)

@@ -98,7 +98,7 @@ class PatchView:
 
 
 def location_of(place: PlaceFate, n: int) -> tuple[int, ...]:
-    """Return the `n` coordinates (layer,) row and column of a location, in blocks."""
+    """Return the `n` = 2 or 3 coordinates of a location in blocks: (layer,) row and column."""
     return (place.layer, place.row, place.column)[-n:]
 
 
