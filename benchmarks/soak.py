@@ -110,8 +110,8 @@ class Watcher:
 class Pulse(Watcher):
     """Measures the response times of a server's health check."""
 
-    def __init__(self, address: str) -> None:
-        super().__init__(PULSE)
+    def __init__(self, address: str, every: float = PULSE) -> None:
+        super().__init__(every)
         self._url = f"{address}/_stcore/health"
         self.seconds: list[float] = []
 

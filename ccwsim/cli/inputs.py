@@ -330,7 +330,7 @@ def hard_data_of(
     if collars is None:
         report = import_hard_data(name, grid, image, **reading)
     elif "coordinates" in reading:
-        raise CCWSIMError("--hard-coordinates cannot be used with --collars; leave it out")
+        raise CCWSIMError("leave out --hard-coordinates, which cannot be used with --collars")
     else:
         report = import_wells(collars, name, grid, image, surveys=surveys, **reading)
     return report.hard_data, report.notes

@@ -18,6 +18,9 @@ COMMANDS = ("simulate", "dashboard", "datasets", "paper", "warm-up")
 OK, BAD_INPUT, STOPPED = 0, 2, 130
 """Exit codes, as in click (2 for bad input) and in shells (130 for Ctrl-C)."""
 
+PROGRAM = "program"
+"""Context of a command that runs as a program: the process ends after the command."""
+
 EPILOG = (
     "'ccwsim COMMAND --help' explains a command. Exit codes: 0 success, 2 invalid input, 130 "
     "stopped by Ctrl-C, 143 by SIGTERM, 129 by closing the terminal. A stopped run writes its "
@@ -57,7 +60,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             stream.reconfigure(errors="replace")  # some code pages lack characters
     given = None if arguments is None else list(arguments)
     try:
-        return program.main(given, "ccwsim", standalone_mode=False) or OK
+        about = PROGRAM if arguments is None else None
+        return program.main(given, "ccwsim", standalone_mode=False, obj=about) or OK
     except click.ClickException as error:
         error.show()
     except CCWSIMError as error:

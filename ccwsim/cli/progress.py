@@ -11,7 +11,10 @@ from contextlib import contextmanager, suppress
 from shutil import get_terminal_size
 from typing import TextIO
 
+import click
 from tqdm import tqdm
+
+from ccwsim.cli.program import PROGRAM
 
 SECONDS_A_LINE = 5.0
 """Seconds between progress lines if there is no terminal, as in the log of a batch system."""
@@ -147,7 +150,8 @@ def stop_on_signals() -> Iterator[Stop]:
     """Yield a flag that the first signal sets; a second signal of this kind ends the program.
 
     A stopped run can therefore write its finished realizations. Outside the main thread, the flag
-    is never set, because signals cannot be caught.
+    is never set, because signals cannot be caught. If the program ends after the command, its
+    output is complete at the end of the block, and later signals are ignored.
     """
     stop = Stop()
     before = {}
@@ -160,5 +164,7 @@ def stop_on_signals() -> Iterator[Stop]:
     try:
         yield stop
     finally:
+        context = click.get_current_context(silent=True)
+        ends = context is not None and context.obj == PROGRAM
         for number, handler in before.items():
-            signal.signal(number, handler)
+            signal.signal(number, signal.SIG_IGN if ends else handler)

@@ -68,7 +68,7 @@ WELLS = {f"{name}_10_wells": Survey(name, WELLS_SHAPE, "10 vertical wells") for 
 """Descriptions of the bundled wells, by name of the hard data."""
 
 FIELD_SIDES = {"channels": (256, 512), "stone_wall": (512,), "barchans": (512, 1000)}
-"""Sides in cells of each image's square reference fields, made with a seed of their own."""
+"""Sides in cells of each image's square reference fields, generated with another seed."""
 
 
 def names() -> tuple[str, ...]:

@@ -268,9 +268,11 @@ def compilation() -> CompilationProgress | None:
 
 
 def must_compile() -> bool:
-    """Return whether any kernel that every study needs is missing on disk."""
+    """Return whether any kernel that every study needs is missing or damaged on disk."""
     files = Path(FOLDER).rglob("*.nbc") if FOLDER else ()
-    return not {file.name.split(".")[1].rsplit("-", 1)[0] for file in files} >= ENTRY_KERNELS
+    names = ((file, file.name.split(".")[1].rsplit("-", 1)[0]) for file in files)
+    entries = ((file, name) for file, name in names if name in ENTRY_KERNELS)
+    return not {name for file, name in entries if numba_hooks.is_whole(file)} >= ENTRY_KERNELS
 
 
 def _start_process() -> ChildProcess:
@@ -291,7 +293,7 @@ def _let_compile(process: ChildProcess, request: CompileRequest) -> None:
 
 
 def serve() -> None:
-    """Compile kernels that another process requests, until it closes standard input or ends."""
+    """Compile kernels requested by another process, until that process ends or closes the input."""
     if os.path.basename(FOLDER) != NAME:
         return  # the source has changed since the other process was started
     requests, answers = connect_to_parent()

@@ -17,6 +17,8 @@ import numba
 from numba import types
 from numba.core import caching, codegen, compiler
 
+DIGEST_SIZE = 16
+"""Number of bytes of the digest at the end of a file of compiled code."""
 TESTED = "0.68"
 """Minor version of Numba with which the hooks were tested."""
 
@@ -91,6 +93,37 @@ class _Locator(caching._CacheLocator):
         return str(self._line)
 
 
+class _Pair(caching.IndexDataCacheFile):
+    """The two files of one signature: an index, and the code, which ends with its digest."""
+
+    def _save_data(self, name: str, data: Any) -> None:
+        content = self._dump(data)
+        with self._open_for_write(self._data_path(name)) as file:
+            file.write(content + _digest(content))
+
+    def _load_data(self, name: str) -> Any:
+        path = Path(self._data_path(name))
+        if path.exists() and not is_whole(path):
+            raise ValueError(f"{path.name} is incomplete")
+        return super()._load_data(name)
+
+
+def is_whole(path: Path) -> bool:
+    """Return whether a file of compiled code is complete and unchanged.
+
+    With versions of Numba that were not tested this is unknown, and the file counts as complete.
+    """
+    try:
+        content = path.read_bytes()
+    except OSError:
+        return False
+    return not are_known() or content[-DIGEST_SIZE:] == _digest(content[:-DIGEST_SIZE])
+
+
+def _digest(content: bytes) -> bytes:
+    return blake2b(content, digest_size=DIGEST_SIZE).digest()
+
+
 class _Files:
     """The cache files of one function: two files for each signature.
 
@@ -101,9 +134,9 @@ class _Files:
     def __init__(self, path: str, base: str, stamp: str) -> None:
         self._path, self._base, self._stamp = path, base, stamp
 
-    def _pair(self, key: Any) -> caching.IndexDataCacheFile:
+    def _pair(self, key: Any) -> _Pair:
         name = blake2b(repr(key).encode(), digest_size=6).hexdigest()
-        return caching.IndexDataCacheFile(self._path, f"{self._base}.{name}", self._stamp)
+        return _Pair(self._path, f"{self._base}.{name}", self._stamp)
 
     def save(self, key: Any, data: Any) -> None:
         self._pair(key).save(key, data)
@@ -112,13 +145,13 @@ class _Files:
         return self._pair(key).load(key)
 
     def has(self, key: Any) -> bool:
-        """Return whether code for a key is on disk; the code may be damaged."""
+        """Return whether the disk has the complete code for a key."""
         pair = self._pair(key)
         try:
             name = pair._load_index().get(key)
         except Exception:  # damaged pickles raise all kinds of errors
             return False
-        return name is not None and os.path.exists(pair._data_path(name))
+        return name is not None and is_whole(Path(pair._data_path(name)))
 
     def flush(self) -> None:
         """Delete the index files of all signatures."""

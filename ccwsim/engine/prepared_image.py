@@ -51,16 +51,15 @@ class OrientedImage(NamedTuple):
 def orient_image(
     study: Study, image: NDArray[np.uint8], lengths: ScaledLengths, may_split: bool
 ) -> OrientedImage:
-    """Return the prepared `image`, which is in path coordinates at the searched scale.
+    """Return the prepared `image`, which is in path coordinates at the coarsest scale.
 
     `lengths` are along the axes of the path; `may_split` tells whether tiles may be split.
     """
-    p, n_facies = study.parameters, study.training_image.n_facies
+    p = study.parameters
     template, overlap, level = lengths.template, lengths.overlap, lengths.level
     correlation = p.similarity == "correlation"
-    one_plane = not correlation and n_facies <= 2
     check_stop()  # each of the following steps takes a second for an image of many million cells
-    pyramid = build_pyramid(image, level, 1 if one_plane else n_facies)
+    pyramid = build_pyramid(image, level, n_planes(study))
     if max(level) and not p.exact_data:
         blocks = np.broadcast_to(upgrid(pyramid.image, lengths.block), pyramid.phases.shape)
         pyramid = pyramid._replace(phases=np.ascontiguousarray(blocks))
@@ -74,11 +73,17 @@ def orient_image(
     size = tuple(t >> n for t, n in zip(template, level, strict=True))
     places = tuple(n - t + 1 for n, t in zip(pyramid.sums.shape[1:], size, strict=True))
     proportions = np.array(study.training_image.proportions)  # kernels need a writable array
-    margin = np.zeros(n_facies)
+    margin = np.zeros(len(proportions))
     if steers(study):
         margin = margin_weights(pyramid.sums, size, prod(template), proportions)  # type: ignore[arg-type]
     sums = squares, running, places
     return OrientedImage(pyramid, np.array(splits), *sums, proportions, margin)  # type: ignore[arg-type]
+
+
+def n_planes(study: Study) -> int:
+    """Return the number of planes of block sums: one per facies, or one for two facies."""
+    n_facies = study.training_image.n_facies
+    return 1 if study.parameters.similarity == "ssd" and n_facies <= 2 else n_facies
 
 
 def steers(study: Study) -> bool:
@@ -105,7 +110,7 @@ class PreparedImage:
         self._parts: LruCache[Any] = LruCache(max_bytes=KEPT_BYTES)
 
     def oriented(self, orientation: int, template: Triple) -> OrientedImage:
-        """Return the image in one orientation, at the searched scale.
+        """Return the prepared image in one orientation, at the coarsest scale.
 
         `template` has the lengths along the axes of the grid.
         """

@@ -1,4 +1,4 @@
-"""The raster pass of a realization: draw the plan, then simulate the searched scale.
+"""The raster pass of a realization: choose a random plan, then simulate the coarsest scale.
 
 This file implements section 4.1 and Algorithm 1, lines 3 and 4; `tiles` implements lines 5 to 14.
 Only "ms-ccsim" searches a scale that is coarser than the grid (see `multiscale`).
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ccwsim.engine.corrections.proportions import GAIN, Steering, draw_between, draw_target
 from ccwsim.engine.lengths import ScaledLengths, lengths_of, templates
-from ccwsim.engine.prepared_image import OrientedImage, PreparedImage, steers
+from ccwsim.engine.prepared_image import OrientedImage, PreparedImage, n_planes, steers
 from ccwsim.engine.stages.conditioning import (
     DENSE,
     SPARSE,
@@ -59,28 +59,28 @@ TERMS_PER_CALL = 500_000_000
 """Number of terms of scores computed between two reports of progress."""
 MAX_PATCHES_PER_CALL = 512
 SLACK = 8
-"""A candidate may have at most this number of wrong cells more than the best location, for an
-overlap of 448 cells without data. The limit is proportional to the overlap."""
+"""Maximum number of wrong cells by which a candidate may exceed the best location, for an overlap
+of 448 cells without data. The limit is proportional to the overlap."""
 N_DRAWN = 2
 """Number of random locations per patch without data; the best after refinement is used."""
 REACH = 4
-"""Locations are excluded up to this distance, in cells (but at least one block), from the verbatim
-continuation of a patch."""
+"""Maximum distance, in cells, of excluded locations from the verbatim continuation of a patch; the
+distance is at least one block."""
 FEW_LOCATIONS = 100
 """If there are fewer locations than this number plus 4 K, continuations are not excluded."""
 TARGET_SPREAD = 0.7
 """Spread of the target proportions of maps, divided by the spread between pieces of the image. The
 ratio is below 1 because proportions of maps also vary around the target."""
 WEIGHT_OF_MORE_FACIES = 2
-"""Factor of the weights of data for over two facies, because fewer locations then honour data."""
+"""Factor of the weights of data if there are over two facies; fewer locations then honour data."""
 DATUM_FACTOR = 25
 """Factor of the weights of data if data are not honoured exactly, as in the authors' code."""
 MAX_KEPT = 2**20
 """Maximum number of cells of an empty data array that is stored for use in other realizations.
 Larger arrays would use too much memory."""
 RASTER_SHARE, REPAIR_SHARE = 0.7, 0.85
-"""Progress at which local re-simulation begins (if there are data) and at which seam repair begins,
-as assumed shares of the time of a realization."""
+"""Assumed finished shares of the time of a realization when local re-simulation begins (if there
+are data), and when seam repair begins."""
 
 
 class Plan(NamedTuple):
@@ -111,7 +111,7 @@ def make_plan(
     sizes = lengths[0].template, lengths[0].overlap
     path = make_path(in_layers(study.grid.shape), orientation, *sizes, order, offset)
     data = tuple(_data_at(study, image, path, lengths, k) for k in range(p.scale + 1))
-    search = _search(image, lengths, oriented, orientation)
+    search = _search(image, lengths, oriented.n_places, orientation)
     patches, before = _patches(image, path, lengths, oriented, data[0])
     steering = _steering(study, image, oriented, rng)
     totals = image.part(("totals",), lambda: totals_of(image))
@@ -197,7 +197,7 @@ def _patches(
 
 
 def _offset(p: Parameters, lengths: tuple[ScaledLengths, ...], rng: np.random.Generator) -> Triple:
-    """Return the random distance from the first tile to the grid, a multiple of a coarse cell.
+    """Return the random distance from the first tile to the grid, in whole coarse cells.
 
     The distance along z is 0 if patches must stay near their relative height in the image.
     """
@@ -230,8 +230,7 @@ def _steering(
 def totals_of(image: PreparedImage) -> type[np.signedinteger]:
     """Return the integer type for scores plus the costs of data and location."""
     study, p = image.study, image.study.parameters
-    oriented = image.oriented(0, image.lengths[0].template)
-    search = _search(image, image.lengths, oriented, 0)
+    search = _search(image, image.lengths, 1, 0)
     cells = prod(t * search.co_template for t in search.template)
     missed = min(study.hard_data.n, cells) * max(SPARSE.missed, DENSE.missed)
     overlap = prod(search.template) * prod(search.block)
@@ -248,7 +247,7 @@ def _data_at(
 ) -> PlacedData:
     """Return the data of a scale in path coordinates; empty if the scale does not use data.
 
-    If `exact_data` is off, only the searched scale uses data, and each datum is placed in the first
+    If `exact_data` is off, only the coarsest scale uses data, and each datum is placed in the first
     cell of its block.
     """
     p, shape = study.parameters, _scaled(path.full, lengths[scale])
@@ -284,14 +283,11 @@ def to_grid(
 
 
 def _search(
-    image: PreparedImage,
-    lengths: tuple[ScaledLengths, ...],
-    oriented: OrientedImage,
-    orientation: int,
+    image: PreparedImage, lengths: tuple[ScaledLengths, ...], n_places: int, orientation: int
 ) -> Search:
-    """Return the parameters of the search, in cells of the searched (coarsest) grid."""
+    """Return the parameters of the search, with lengths in cells of the coarsest grid."""
     p, coarse = image.study.parameters, lengths[-1]
-    planes = 1 if len(oriented.pyramid.sums) == 1 else 2  # number of planes a wrong cell changes
+    planes = min(n_planes(image.study), 2)  # number of planes a wrong cell changes
     # A coarse cell represents 4^scale cells, of which 2^scale cells are along a boundary. With the
     # cost of 1 cell, shapes would break. With the cost of 4^scale cells, most data would need local
     # re-simulation.
@@ -310,7 +306,7 @@ def _search(
         template=coarse.template,
         overlap=coarse.overlap,
         block=coarse.block,
-        n_candidates=min(p.n_candidates, oriented.n_places),
+        n_candidates=min(p.n_candidates, n_places),
         co_template=p.co_template,
         share=p.search_fraction,
         refine=p.refine,

@@ -27,6 +27,7 @@ from ccwsim.engine.raster import (
 )
 from ccwsim.engine.stages.conditioning import data_grid
 from ccwsim.engine.stages.path import Triple, in_layers, in_three
+from ccwsim.engine.stages.similarity import score_type
 from ccwsim.jobs.workers import Watch
 from ccwsim.model.ensemble import FORCED, WRONG
 from ccwsim.model.grid import Grid
@@ -34,6 +35,11 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
 
+TRIALS_A_CELL = 40
+"""Maximum number of single-cell changes that are tried per cell in a pass of seam repair. Seams
+need fewer. Images without structure would need hundreds, so some unseen patterns remain there."""
+WINDOWS_A_CELL = 0.02
+"""Maximum number of repaired windows of a volume per cell, for the same reason."""
 Report = Callable[[float], None]
 """Function called with the finished share of the work, 0 … 1; it may raise an error to stop."""
 
@@ -124,17 +130,17 @@ def repair(
     data_status: NDArray[np.int16],
     report: Report = lambda share: None,
 ) -> None:
-    """Repair the seams of a realization in place if `repairs(study)`; data must be honoured before.
+    """If `repairs(study)`, repair the seams of a realization whose data are honoured, in place.
 
     First, windows are re-simulated. Second, tabu searches change single cells. Volumes and studies
-    with data have many unseen patterns. Their single cells also change before the first step, so
-    that fewer windows are re-simulated.
+    with data have many unseen patterns; in these studies, single cells are also changed before the
+    first step, so that fewer windows are re-simulated.
     """
     if not repairs(study):
         return
     target = target_of(study, image, indices, sources)
     shape, n_data = target.grid.shape, study.hard_data.n
-    volume, most = shape[0] > 1, target.grid.size
+    volume, most = shape[0] > 1, max(round(WINDOWS_A_CELL * target.grid.size), 1)
     if not volume:
         _, overlap, _ = study.parameters.along(study.grid.shape)
         steps = [t - o for t, o in zip(template, overlap, strict=True)]
@@ -148,10 +154,11 @@ def repair(
         low = REPAIR_SHARE + (1 - REPAIR_SHARE) * first
         return lambda share: report(low + (1 - REPAIR_SHARE) * (last - first) * share)
 
+    cells = target, inputs.side_by_side, rng
     if volume or n_data:
-        repair_cells(target, inputs.side_by_side, rng, False, part(0.0, 0.1))
+        repair_cells(*cells, False, part(0.0, 0.1), TRIALS_A_CELL)
     repair_seams(target, inputs, n_facies, most, forced, rng, part(0.1, 0.9))
-    repair_cells(target, inputs.side_by_side, rng, True, part(0.9, 1.0))
+    repair_cells(*cells, True, part(0.9, 1.0), TRIALS_A_CELL)
 
 
 def target_of(
@@ -214,9 +221,9 @@ def _tiny(study: Study) -> Study:
 
 def _specialization(study: Study, image: PreparedImage) -> tuple[object, ...]:
     """Return the properties of a study that determine which kernels are run with which types."""
-    p = study.parameters
-    template = p.along(study.grid.shape).template
-    oriented = image.oriented(0, template)
-    types = oriented.pyramid.sums.dtype, oriented.squares.dtype, totals_of(image)
+    p, coarse = study.parameters, image.lengths[-1]
+    sizes = coarse.level, coarse.template, coarse.overlap
+    scores = score_type(*sizes, p.similarity == "correlation")
+    types = np.min_scalar_type(prod(coarse.block)), scores, totals_of(image)
     kinds = study.hard_data.n > 0, p.exact_data, p.scale > 0, repairs(study)
     return *types, len(study.grid.shape), *kinds

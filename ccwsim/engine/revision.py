@@ -70,7 +70,6 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
     data_status = _status_before(ensemble, hard_data)
     seconds = np.zeros(ensemble.n)
     image = PreparedImage(study)
-    thresholds = image.isolated_datum_thresholds
     template = p.along(study.grid.shape).template
     cells, places = in_three(hard_data.cells), tuple(hard_data.cells.T)
 
@@ -88,6 +87,7 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
             origin = np.zeros(study.grid.shape, np.int32)
             origin[tuple(hard_data.cells[forced].T)] = -1
         target = target_of(study, image, indices[number], origin)
+        thresholds = image.isolated_datum_thresholds
         status = resimulate(target, cells[wrong], template, rng, thresholds, watch.report)
         data_status[number, wrong] = status
         if forced.any():

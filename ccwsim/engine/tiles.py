@@ -49,7 +49,7 @@ from ccwsim.engine.stages.similarity import (
 
 
 class Search(NamedTuple):
-    """The parameters of the simulation loop, with lengths in cells of the searched grid."""
+    """The parameters of the simulation loop, with lengths in cells of the coarsest grid."""
 
     template: Triple  # T
     overlap: Triple  # OR

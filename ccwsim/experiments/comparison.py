@@ -83,7 +83,7 @@ class PairRatio:
 
     @property
     def grades(self) -> tuple[int, int, int]:
-        """For `between`, `within` and `ratio`, return −1 if below 1, 1 if above 1, 0 if close to 1.
+        """Whether `between`, `within` and `ratio` are below 1 (−1), above 1 (1) or close to 1 (0).
 
         A ratio is close to 1 if its logarithm is within two standard errors of 0.
         """
@@ -174,7 +174,7 @@ def compare(
 
     Realization r has the same random numbers in all settings. Bands of variograms and connectivity
     functions are compared with the training image's curve, and pattern histograms by ANODI (Tan et
-    al. 2014). If images are too small for patterns, `problem` says so.
+    al. 2014). If images are too small for patterns, `problem` gives the reason.
 
     Parameters
     ----------

@@ -19,6 +19,7 @@ N_MISSED = 4  # maximum number of re-simulated data in a tile; tiles with more d
 PER_CELL_OF_VOLUME = 2e-7  # seconds to cut, paste and repair a cell of a volume
 PER_LOCATION_OF_VOLUME = 1e-8  # seconds to compare an overlap with a location, by block sums
 PER_DATUM_OF_VOLUME = 3e-4  # seconds to honour a datum of a volume
+PER_DISORDERED_CELL = 1.2e-5  # seconds to repair a cell of an image without structure, at most
 PER_JUDGED_CELL = 1e-7  # seconds to judge a cell of a realization, including copied pieces
 
 
@@ -29,15 +30,18 @@ def typical_seconds(
     n_facies: int = 2,
     n_data: int = 0,
     judged: bool = False,
+    disorder: float = 0.0,
 ) -> float:
     """Return the CPU seconds to simulate (and judge) a realization on a typical core.
 
     The estimate may be wrong by a factor of about three, because the time of local re-simulation
-    depends on how well image and data agree. Use it only to compare settings.
+    depends on how well image and data agree. Use it only to compare settings. `disorder` is
+    `TrainingImage.disorder`, on which the time of seam repair depends.
     """
-    if len(grid_shape) == 3:
-        return _seconds_of_volume(parameters, image_shape, grid_shape, n_data, judged)
     p, block_size = parameters, 2**parameters.level
+    repair = prod(grid_shape) * PER_DISORDERED_CELL * disorder if p.repair_seams else 0.0
+    if len(grid_shape) == 3:
+        return repair + _seconds_of_volume(p, image_shape, grid_shape, n_data, judged)
     size, overlap, step = p.template_size, p.overlap_size, p.step
     cells, locations = grid_shape[0] * grid_shape[1], 1.0
     for side in image_shape:
@@ -49,7 +53,8 @@ def typical_seconds(
     products = planes * (2 * size - overlap) * overlap / block_size**2
     seen = n_data * (p.co_template * size / step) ** 2 * tiles / patches
     return (
-        cells * (PER_CELL + (PER_JUDGED_CELL if judged else 0.0))
+        repair
+        + cells * (PER_CELL + (PER_JUDGED_CELL if judged else 0.0))
         + patches * locations * (PER_LOCATION + products * PER_PRODUCT)
         + image_shape[0] * image_shape[1] * PER_IMAGE_CELL
         + seen * locations * PER_DATUM_SEEN
@@ -60,7 +65,7 @@ def typical_seconds(
 def _seconds_of_volume(
     parameters: Parameters, image_shape: Shape, grid_shape: Shape, n_data: int, judged: bool
 ) -> float:
-    """Return the CPU seconds of a volume, mainly for the search at level 0 and for cells above."""
+    """Return the CPU seconds of a volume; at level 0, the search takes most of the time."""
     lengths, cells = parameters.along(grid_shape), prod(grid_shape)
     sides = zip(image_shape, lengths.template, lengths.level, strict=True)
     locations = prod(max(side - size, 0) // 2**level + 1 for side, size, level in sides)

@@ -316,7 +316,7 @@ def _without_copies(sweep: Sweep, among: NDArray[np.int64]) -> Narrowed:
 
 
 def _left_behind(sweep: Sweep, kind: str, good: NDArray[np.int64], out: NDArray[np.int64]) -> str:
-    """Return a sentence that compares one error of the excluded settings with the best setting."""
+    """Return a sentence that compares the excluded settings with the best setting by one error."""
     errors = sweep.errors(kind)
     best, other = np.nanmin(errors[good]), errors[out]
     known = other[~np.isnan(other)]
@@ -327,7 +327,7 @@ def _left_behind(sweep: Sweep, kind: str, good: NDArray[np.int64], out: NDArray[
     return {
         "proportions": f"{n} worse in proportions: a facies is off by {100 * least:.2g} % or more, "
         f"but by only {100 * best:.2g} % with the best setting.",
-        "patterns": f"{n} worse in patterns: {least:.3g} bits or more; the best has {best:.3g}.",
+        "patterns": f"{n} worse in patterns: {least:.3g} bits or more (best setting: {best:.3g}).",
         "connection": f"{n} worse in connectivity: the error of τ(h) is {least:.2g} or more, "
         f"but {best:.2g} with the best setting.",
     }[kind]

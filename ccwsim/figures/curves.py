@@ -20,6 +20,7 @@ from ccwsim.figures.style import (
     dots,
     line,
     setting_colours,
+    written,
 )
 
 Floats = NDArray[np.float64]
@@ -145,7 +146,7 @@ def lines_chart(
             1.8,
             mode="markers" if alone else "lines+markers" if one.points else "lines",
             dash="solid" if alone else one.dash,
-            hovertemplate=f"{one.name}: %{{y:.3g}}<extra></extra>",
+            hovertemplate=f"{written(one.name)}: %{{y:.3g}}<extra></extra>",
         )
         symbol = "diamond" if alone else "circle"
         drawn.update(marker={"color": one.colour, "size": 8, "symbol": symbol})
@@ -241,7 +242,7 @@ def vertical_proportions_chart(
         reference=100 * bundle.reference,
         **{name: 100 * getattr(bundle, name) for name in ("each", "low", "median", "high")},
     )
-    said = f"{y_title} %{{y:.4g}}: %{{x:.1f}} %"
+    said = f"{written(y_title)} %{{y:.4g}}: %{{x:.1f}} %"
     median = _median(own, "median", theme.ink, 1.5)
     traces = [_band(own, "5–95 %", theme.band), _threads(own, theme), median]
     for trace in traces:
@@ -316,7 +317,7 @@ def repetition_chart(
         )
     chart.add_hline(y=0, line={"color": theme.hairline, "width": 1})
     for name, length in marks.items():
-        label = {"text": name, "font": {"size": 12, "color": theme.ink}}
+        label = {"text": written(name), "font": {"size": 12, "color": theme.ink}}
         style = {"color": theme.ink, "width": 1, "dash": "dot"}
         chart.add_vline(x=length, line=style, annotation=label)
     low = min(float(np.min(east_west)), float(np.min(north_south)), 0.0)

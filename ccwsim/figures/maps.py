@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
 from ccwsim.figures.palette import CIVIDIS, bytes_of, ramp
-from ccwsim.model.arrays import check_int
+from ccwsim.model.arrays import as_integers, check_int
 
 MAX_SHEET_SIDE = 8192
 QUICK = 2
@@ -47,6 +47,7 @@ def index_png(indices: NDArray[np.uint8]) -> bytes:
     >>> np.asarray(picture).tolist()
     [[2, 3], [0, 1]]
     """
+    indices = _as_bytes(indices, 256)
     occurs = np.zeros(256, bool)
     occurs[indices] = True
     values = np.flatnonzero(occurs)
@@ -119,6 +120,8 @@ def data_png(
     width, height = tile_size(shape, longest)
     picture = Image.new("RGBA", (width, height))
     pen = ImageDraw.Draw(picture)
+    cells = as_integers(cells, "cells")
+    indices = as_integers(indices, "indices", 0, len(colours) - 1)
     radius = max(1.0, min(0.02 * longest, 0.2 * (width * height / max(len(cells), 1)) ** 0.5))
     for (row, column), index in zip(cells.tolist(), indices.tolist(), strict=True):
         x = (column + 0.5) / shape[1] * width
@@ -141,7 +144,7 @@ def placement_svg(
     (2, 1)
     """
     ny, nx = shape
-    places = np.asarray(cells, float).reshape(-1, 2) + 0.5
+    places = as_integers(cells, "cells").reshape(-1, 2) + 0.5
     low = np.minimum(places.min(axis=0, initial=0), 0)
     high = np.maximum(places.max(axis=0, initial=1), shape)
     scale = _SVG_SIDE / float((high - low).max())
@@ -237,9 +240,17 @@ def _ring(pen: ImageDraw.ImageDraw, x: float, y: float, radius: float, colour: s
 
 
 def _coloured(indices: NDArray[np.uint8], colours: Sequence[str]) -> Image.Image:
+    indices = _as_bytes(indices, len(colours))
     picture = Image.fromarray(np.ascontiguousarray(indices[::-1]), mode="P")
     picture.putpalette([channel for rgb in bytes_of(colours) for channel in rgb])
     return picture
+
+
+def _as_bytes(indices: NDArray[np.integer], n: int) -> NDArray[np.uint8]:
+    """Return indices from 0 to n − 1 as bytes; bytes are returned unchanged."""
+    if np.asarray(indices).dtype == np.uint8:
+        return indices
+    return as_integers(indices, "indices", 0, n - 1).astype(np.uint8)
 
 
 def png_of(picture: Image.Image, **options: Any) -> bytes:

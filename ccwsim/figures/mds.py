@@ -10,7 +10,7 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
-from ccwsim.figures.style import CLEAR, Theme, blank_chart, dots
+from ccwsim.figures.style import CLEAR, Theme, as_written, blank_chart, dots
 
 EDGE = 0.4
 """Maximum |x| of a point whose name is centred; centred names of points farther out do not fit."""
@@ -69,8 +69,8 @@ def mds_chart(
     opacity = 0.62 if len(groups) == 1 else 0.75
     for group in groups:
         trace = _points(group.positions, group.name, group.colour, 9, group.symbol)
-        hover = "%{text}: click to see it" if group.labels else group.name
-        text = list(group.labels) or None
+        hover = "%{text}: click to see it" if group.labels else trace.name
+        text = as_written(group.labels) or None
         trace.update(text=text, hovertemplate=f"{hover}<extra></extra>", opacity=opacity)
         chart.add_trace(trace)
     ringed = [group.positions[group.ringed] for group in groups if group.ringed is not None]

@@ -16,6 +16,7 @@ from plotly.subplots import make_subplots
 
 from ccwsim.figures.maps import contact_sheet, data_png
 from ccwsim.figures.palette import facies_colours
+from ccwsim.figures.style import as_written, written
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.grid import Grid
@@ -88,7 +89,7 @@ def image_chart(image: TrainingImage) -> go.Figure:
     """
     layer, words = _middle(image.shape)
     title = (image.name or "Training image") + words
-    return _maps([image.indices[layer]], [title], image, Grid.of(image.shape[-2:]))
+    return _maps([image.indices[layer]], [written(title)], image, Grid.of(image.shape[-2:]))
 
 
 def ensemble_chart(ensemble: Ensemble, realizations: Sequence[int] | None = None) -> go.Figure:
@@ -145,7 +146,7 @@ def _maps(
     grid: Grid,
     data: HardData | None = None,
 ) -> go.Figure:
-    n, colours = image.n_facies, facies_colours(image)
+    n, colours, names = image.n_facies, facies_colours(image), as_written(image.facies_names)
     chart = make_subplots(1, len(maps), subplot_titles=titles, shared_yaxes=True)
     steps = [(end / n, c) for k, c in enumerate(colours) for end in (k, k + 1)]
     (width, height), (west, south) = grid.cell_size, grid.origin
@@ -159,10 +160,10 @@ def _maps(
             zmin=-0.5,
             zmax=n - 0.5,
             colorscale=steps,
-            colorbar={"tickvals": list(range(n)), "ticktext": list(image.facies_names)},
+            colorbar={"tickvals": list(range(n)), "ticktext": names},
             showscale=column == len(maps),
             hovertemplate="x %{x}, y %{y}: %{customdata}<extra></extra>",
-            customdata=np.array(image.facies_names)[indices],
+            customdata=np.array(names)[indices],
         )
         chart.add_trace(heatmap, 1, column)
         if data is not None and data.n:

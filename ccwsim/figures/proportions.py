@@ -49,18 +49,18 @@ def proportions_chart(
     >>> list(chart.layout.yaxis.ticktext)
     ['mud', 'sand']
     """
-    names, height = as_written(names), proportions_height(len(names))
+    height = proportions_height(len(names))
     chart = blank_chart(theme, height=height, x_title="share of cells (%)", y_title="")
     for k, name in enumerate(names):
         trace = dots(name, 100 * each[:, k], [k] * len(each), colours[k], 11, cliponaxis=False)
         trace.update(marker={"opacity": 0.75, "line": {"width": 0.8, "color": theme.quiet}})
-        chart.add_trace(trace.update(hovertemplate=f"{name}: %{{x:.1f}} %<extra></extra>"))
+        chart.add_trace(trace.update(hovertemplate=f"{trace.name}: %{{x:.1f}} %<extra></extra>"))
     stroke = {"width": 2.5, "color": theme.reference}
     rows = np.arange(len(names))
     image = dots("training image", 100 * reference, rows, None, 20, cliponaxis=False)
     image.update(marker={"symbol": "line-ns", "line": stroke})
     chart.add_trace(image.update(hovertemplate="training image: %{x:.1f} %<extra></extra>"))
-    name_rows(chart, theme, names, (len(names) - 0.4, -0.6))
+    name_rows(chart, theme, as_written(names), (len(names) - 0.4, -0.6))
     largest = 100 * min(1.0, 1.15 * float(max(reference.max(), each.max())))
     chart.update_xaxes(range=[-0.08 * largest, largest])
     return chart.update_layout(hovermode="closest")
@@ -82,7 +82,6 @@ def compared_proportions_chart(
     >>> [round(float(x)) for x in chart.data[0].x]
     [-10, 10]
     """
-    names = as_written(names)
     n, block = len(names), len(settings) + 1
     height = 64 + LINE * n * block
     chart = blank_chart(theme, height=height, x_title="difference (% of cells)", y_title="")
@@ -91,10 +90,14 @@ def compared_proportions_chart(
         x, y = 100 * (shares - reference).ravel(), np.tile(starts + k, len(shares))
         trace = dots(name, x, y, setting_colours(theme)[k], 8, cliponaxis=False)
         trace.update(marker={"opacity": 0.7, "symbol": SYMBOLS[k]}, customdata=100 * shares.ravel())
-        chart.add_trace(trace.update(hovertemplate=f"{name}: %{{customdata:.1f}} %<extra></extra>"))
+        chart.add_trace(
+            trace.update(hovertemplate=f"{trace.name}: %{{customdata:.1f}} %<extra></extra>")
+        )
     ends = [-0.7, n * block - 1.3]
     chart.add_trace(line("training image", [0, 0], ends, theme.reference, 2.5))
-    labels = [f"{f}<br>{100 * share:.1f} %" for f, share in zip(names, reference, strict=True)]
+    labels = [
+        f"{f}<br>{100 * share:.1f} %" for f, share in zip(as_written(names), reference, strict=True)
+    ]
     middle = starts + (len(settings) - 1) / 2
     name_rows(chart, theme, labels, (n * block - 1, -1), middle)
     off = [float(np.abs(shares - reference).max()) for shares in settings.values()]

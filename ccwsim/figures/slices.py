@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from ccwsim.figures.maps import WRONG, Dots, data_map, png_of
+from ccwsim.model.arrays import as_integers
 from ccwsim.model.errors import CCWSIMError
 
 GAP, LABEL, TEXT = 12, 22, 13
@@ -45,7 +46,7 @@ def slices_of(
     shape = indices.shape
     if indices.ndim != len(AXES):
         raise CCWSIMError(f"slices need a volume, shape (nz, ny, nx), not {shape}")
-    cell = [n // 2 for n in shape] if at is None else list(at)
+    cell = [n // 2 for n in shape] if at is None else as_integers(at, "cell").ravel().tolist()
     if len(cell) != len(AXES) or not all(0 <= k < n for k, n in zip(cell, shape, strict=True)):
         raise CCWSIMError(f"cell {tuple(cell)} must lie in a volume of shape {shape}")
     cells, wrong = np.empty((0, len(AXES)), np.int64), np.empty(0, bool)

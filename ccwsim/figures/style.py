@@ -5,7 +5,7 @@ The module also has the colours and symbols of compared settings, and charts as 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from html import escape
@@ -86,19 +86,30 @@ def difference_colours(theme: Theme) -> tuple[str, str, str]:
     return DIFFERENCE_ON_INK if theme == DARK else DIFFERENCE
 
 
-def as_written(names: Sequence[str]) -> list[str]:
-    """Return names for a chart, with HTML tags, HTML entities and %{...} escaped.
+def written(text: str) -> str:
+    """Return a text for a chart, with HTML tags, HTML entities and %{...} escaped.
 
     Examples
     --------
-    >>> as_written(["sand", "<b>mud", "%{x}"])
-    ['sand', '&lt;b&gt;mud', '%&#123;x}']
+    >>> written("sand"), written("<b>mud"), written("%{x}")
+    ('sand', '&lt;b&gt;mud', '%&#123;x}')
     """
-    return [escape(name, quote=False).replace("%{", "%&#123;") for name in names]
+    return escape(text, quote=False).replace("%{", "%&#123;")
+
+
+def as_written(texts: Iterable[str]) -> list[str]:
+    """Return texts for a chart, escaped as by `written`.
+
+    Examples
+    --------
+    >>> as_written(["sand", "<b>mud"])
+    ['sand', '&lt;b&gt;mud']
+    """
+    return [written(text) for text in texts]
 
 
 def blank_chart(theme: Theme, *, height: int, x_title: str, y_title: str) -> go.Figure:
-    """Return an empty chart with titled axes and a transparent background."""
+    """Return an empty chart with a transparent background; titles are shown as written."""
     axis = {
         "showgrid": False,
         "zeroline": False,
@@ -123,26 +134,35 @@ def blank_chart(theme: Theme, *, height: int, x_title: str, y_title: str) -> go.
         "modebar": {"bgcolor": CLEAR, "color": theme.quiet, "activecolor": theme.ink},
         "hovermode": "x unified",
         "hoverlabel": label,
-        "xaxis": {**axis, "title": {**axis["title"], "text": x_title}},
-        "yaxis": {**axis, "nticks": 5, "title": {**axis["title"], "text": y_title}},
+        "xaxis": {**axis, "title": {**axis["title"], "text": written(x_title)}},
+        "yaxis": {**axis, "nticks": 5, "title": {**axis["title"], "text": written(y_title)}},
     }
     # skip plotly's validation, which would take ten times as long as the chart itself
     return go.Figure(layout=layout, _validate=False)
 
 
 def line(name: str, x: ArrayLike, y: ArrayLike, colour: str, width: float, **more: Any) -> Any:
-    """Return a plotly trace of a line without hover text; `more` is passed to plotly."""
+    """Return a plotly trace of a line without hover text; `more` is passed to plotly.
+
+    The name of the trace is escaped.
+    """
     more = {"mode": "lines", "hoverinfo": "skip", **more}
     if "hovertemplate" in more:
         del more["hoverinfo"]
     style = {"color": colour, "width": width, "dash": more.pop("dash", None)}
-    return go.Scatter(name=name, x=x, y=y, line=style, **more)
+    return go.Scatter(name=written(name), x=x, y=y, line=style, **more)
 
 
 def dots(name: str, x: ArrayLike, y: ArrayLike, colour: Any, size: Any, **more: Any) -> Any:
-    """Return a plotly trace of points; `more` is passed to plotly."""
+    """Return a plotly trace of points with an escaped name; `more` is passed to plotly."""
     return go.Scatter(
-        name=name, x=x, y=y, mode="markers", marker_color=colour, marker_size=size, **more
+        name=written(name),
+        x=x,
+        y=y,
+        mode="markers",
+        marker_color=colour,
+        marker_size=size,
+        **more,
     )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.figures.style import CLEAR, Theme, blank_chart, dots, line
+from ccwsim.figures.style import CLEAR, Theme, as_written, blank_chart, dots, line
 
 WIDTH, HEIGHT, GAP = 6.6, 15.0, 9.0
 """Letter width at font size 12, line height, and gap between a point and its label, in pixels."""
@@ -76,7 +76,7 @@ def sweep_chart(
     n = len(labels)
     colours = [theme.ink if k in (*on_front, recommended) else theme.quiet for k in range(n)]
     symbols = ["circle" if k in on_front else "circle-open" for k in range(n)]
-    sizes, hover = [9] * n, list(labels)
+    sizes, hover = [9] * n, as_written(labels)
     if recommended is not None:
         symbols[recommended], sizes[recommended] = "diamond", 13
         hover[recommended] += " · recommended"
@@ -84,7 +84,7 @@ def sweep_chart(
     same = {"marker": {"opacity": 1}}  # do not change the look of selected dots
     settings.update(
         mode="markers+text",
-        text=[label if side else "" for label, side in zip(labels, sides, strict=True)],
+        text=[label if side else "" for label, side in zip(hover, sides, strict=True)],
         textposition=[side or "top center" for side in sides],
         textfont={"size": 12, "color": colours},
         marker={"opacity": 1, "symbol": symbols, "line": {"width": 1.5, "color": colours}},
@@ -139,7 +139,7 @@ def label_sides(
     room: tuple[float, float],
     blocked: Iterable[Box] = (),
 ) -> list[str | None]:
-    """Return for each label the side of its point, or None if there is no room for the label."""
+    """For each label, return a free side of its point, or None if no side is free."""
     centres = np.asarray(points, dtype=float).reshape(-1, 2)
     taken: list[Box] = [(x - 6, y - 6, x + 6, y + 6) for x, y in centres.tolist()]
     taken += blocked

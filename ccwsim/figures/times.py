@@ -11,7 +11,16 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 
 from ccwsim.figures.palette import with_opacity
-from ccwsim.figures.style import Theme, blank_chart, dots, line, name_rows, setting_colours
+from ccwsim.figures.style import (
+    Theme,
+    as_written,
+    blank_chart,
+    dots,
+    line,
+    name_rows,
+    setting_colours,
+    written,
+)
 
 Floats = NDArray[np.float64]
 ROW = 40
@@ -73,13 +82,15 @@ def compared_times_chart(
     chart.add_trace(bars)
     for row, (name, each) in enumerate(settings.items()):
         trace = dots(name, each, [row] * len(each), colours[row], 6, cliponaxis=False)
-        trace.update(marker_opacity=0.7, hovertemplate=f"{name}: %{{x:.3g}} ms<extra></extra>")
+        trace.update(
+            marker_opacity=0.7, hovertemplate=f"{trace.name}: %{{x:.3g}} ms<extra></extra>"
+        )
         chart.add_trace(trace)
     for row, (label, each) in enumerate(zip(labels, settings.values(), strict=True)):
         place = {"x": float(each.max(initial=0)), "y": row, "xanchor": "left", "xshift": 8}
         font = {"size": 13, "color": theme.ink}
-        chart.add_annotation(text=label, showarrow=False, font=font, **place)
-    name_rows(chart, theme, list(settings), (n - 0.4, -0.6))
+        chart.add_annotation(text=written(label), showarrow=False, font=font, **place)
+    name_rows(chart, theme, as_written(settings), (n - 0.4, -0.6))
     largest = max(float(each.max(initial=1e-9)) for each in settings.values())
     chart.update_xaxes(range=[0, 1.45 * largest], nticks=5, exponentformat="none")
     return chart.update_layout(hovermode="closest")
@@ -137,7 +148,7 @@ def timings_chart(
         chart.add_trace(_hovered(trace.update(cliponaxis=False), unit))
     ends = np.log10([min(ticks) * 0.7, max(ticks) * 1.5]).tolist()
     chart.update_xaxes(type="log", range=ends, tickmode="array", tickangle=0)
-    chart.update_xaxes(tickvals=list(ticks), ticktext=list(ticks.values()))
+    chart.update_xaxes(tickvals=list(ticks), ticktext=as_written(ticks.values()))
     values = [v for series in (*measured, *published) for v in series.values]
     low, high = (np.log10(f(values)) for f in (min, max)) if values else (-2.0, 1.0)
     low = min(low, high - EMPTY_DECADES) if not measured else low
@@ -151,7 +162,7 @@ def timings_chart(
 
 
 def _hovered(trace: Any, unit: str) -> Any:
-    hover = f"{trace.name}, %{{x:,.0f}} cells: %{{y:.3g}} {unit}<extra></extra>"
+    hover = f"{trace.name}, %{{x:,.0f}} cells: %{{y:.3g}} {written(unit)}<extra></extra>"
     return trace.update(hoverinfo=None, hovertemplate=hover)
 
 
@@ -181,4 +192,4 @@ def _label_published(chart: go.Figure, published: Sequence[TimeSeries], theme: T
 def _label(chart: go.Figure, series: TimeSeries, text: str, colour: str, **place: object) -> None:
     x, y = float(np.log10(series.cells[-1])), float(np.log10(series.values[-1]))
     font = {"size": 13, "color": colour}
-    chart.add_annotation(x=x, y=y, text=text, showarrow=False, font=font, **place)
+    chart.add_annotation(x=x, y=y, text=written(text), showarrow=False, font=font, **place)

@@ -13,11 +13,13 @@ from ccwsim.figures.palette import CIVIDIS
 from ccwsim.figures.style import (
     CLEAR,
     Theme,
+    as_written,
     blank_chart,
     difference_colours,
     dots,
     line,
     name_rows,
+    written,
 )
 
 Floats = NDArray[np.float64]
@@ -112,9 +114,9 @@ def data_status_chart(
     np.float64(80.0)
     """
     chart = blank_chart(theme, height=height, x_title="share of the data (%)", y_title="")
-    means = 100 * shares.mean(axis=0)
+    rows, means = as_written(names), 100 * shares.mean(axis=0)
     colours = [theme.ink] + [theme.quiet] * (len(names) - 2) + [theme.reference]
-    bars = go.Bar(x=means, y=list(names), orientation="h", name="mean over realizations", width=0.6)
+    bars = go.Bar(x=means, y=rows, orientation="h", name="mean over realizations", width=0.6)
     bars.update(
         marker_color=colours[-len(names) :],
         text=[f"{mean:.3g} %" for mean in means],
@@ -125,7 +127,7 @@ def data_status_chart(
     )
     chart.add_trace(bars)
     chart.update_xaxes(range=[0, 118], tickvals=[0, 25, 50, 75, 100])
-    chart.update_yaxes(autorange="reversed", tickmode="array", tickvals=list(names))
+    chart.update_yaxes(autorange="reversed", tickmode="array", tickvals=rows)
     chart.update_yaxes(showline=False, tickfont={"size": 13, "color": theme.ink})
     chart.update_yaxes(ticks="outside", tickcolor=CLEAR, ticklen=6)  # a gap
     return chart.update_layout(hovermode="closest")
@@ -134,7 +136,7 @@ def data_status_chart(
 def divergence_chart(
     factors: Sequence[int], between: Floats, within: Floats, theme: Theme, *, height: int = 230
 ) -> go.Figure:
-    """Return a chart of the ANODI divergences "between" and "within": two joined dots a resolution.
+    """Return a chart of the ANODI divergences "between" and "within", two dots per resolution.
 
     Resolutions are 1 / factor. Divergences are in bits; undefined divergences are NaN.
 
@@ -191,7 +193,7 @@ def lag_map_chart(
     2.0
     """
     chart = blank_chart(theme, height=height, x_title="lag E (cells)", y_title="lag N (cells)")
-    heat = go.Heatmap(x=lags, y=lags, z=values.astype(np.float32), name=name)
+    heat = go.Heatmap(x=lags, y=lags, z=values.astype(np.float32), name=written(name))
     colours = difference_colours(theme) if difference else CIVIDIS
     heat.update(
         zmin=-largest if difference else 0.0,
@@ -199,7 +201,7 @@ def lag_map_chart(
         colorscale=[[k / (len(colours) - 1), colour] for k, colour in enumerate(colours)],
         colorbar={"thickness": 9, "outlinewidth": 0, "len": 1.0, "nticks": 5, "x": 1.02},
         colorbar_tickfont={"size": 11, "color": theme.quiet},
-        hovertemplate=f"%{{x}} E, %{{y}} N: {name} = %{{z:.3g}}<extra></extra>",
+        hovertemplate=f"%{{x}} E, %{{y}} N: {heat.name} = %{{z:.3g}}<extra></extra>",
     )
     chart.add_trace(heat)
     if azimuth is not None:

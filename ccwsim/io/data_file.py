@@ -80,7 +80,7 @@ class DataFile:
                 said = " × ".join(map(str, values.shape))
                 raise CCWSIMError(
                     f"{self.name} states the shape {said} (slices × rows × columns), not "
-                    f"{tuple(shape)}; leave shape out"
+                    f"{tuple(shape)}; leave out shape="
                 )
             return values
         if shape is None:
@@ -154,12 +154,13 @@ def _full_shape(name: str, shape: tuple[int, ...], n: int) -> tuple[int, int, in
 def broken(message: str, *kinds: type[Exception], remedy: str = "") -> Iterator[None]:
     """Convert errors of a library (by default, any error) on a broken file to `CCWSIMError`.
 
-    With a `remedy`, the message is the library's reason followed by the remedy.
+    With a `remedy`, the message is the library's reason followed by the remedy. A `MemoryError`
+    passes, because it does not mean that the file is broken.
     """
     kinds = kinds or (Exception,)
     try:
         yield
-    except CCWSIMError:
+    except (CCWSIMError, MemoryError):
         raise
     except kinds as error:
         reason = printable(" ".join(str(error).split()), 100)

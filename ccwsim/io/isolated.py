@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import pickle
+import signal
 import threading
 import time
 import traceback
@@ -23,6 +24,7 @@ from typing import Any, NamedTuple, TypeVar
 from ccwsim.io.data_file import printable
 from ccwsim.io.limits import MIB, FileLimits, limited
 from ccwsim.jobs.child import ChildProcess, can_start, connect_to_parent
+from ccwsim.jobs.turns import PAGE_TURNS
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.system.lru_cache import LruCache
 from ccwsim.system.memory import address_space, free_memory, give_back_memory
@@ -36,7 +38,7 @@ N_WARM = 2
 WALL_FACTOR = 6
 """Wall time limit / processor time limit; above 1 because a process may wait for a core."""
 KEPT_RESULTS, KEPT_BYTES = 256, 256 * MIB
-"""Maximum number and total size of kept results."""
+"""Maximum number of cached results, and maximum total size of these results in bytes."""
 
 
 class IsolatedFile:
@@ -101,9 +103,11 @@ class _Answers:
             if pending is None:
                 mine = self._pending[key] = Future[Any]()
         if pending is not None:
-            return pending.result()
+            with PAGE_TURNS.paused():
+                return pending.result()
         try:
-            mine.set_result(_read_apart(request))
+            with PAGE_TURNS.paused():
+                mine.set_result(_read_apart(request))
             self._kept.put(key, (mine.result(),))
         except BaseException as error:
             mine.set_exception(error)
@@ -129,6 +133,19 @@ _warm: list[ChildProcess] = []
 """Processes that wait for a request."""
 
 
+def _forget_processes() -> None:
+    """In a fork of this process, forget its child processes, results and locks."""
+    for process in _warm:
+        process.forget()
+    _warm.clear()
+    _answers.cache_clear()
+    _places.cache_clear()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forget_processes)
+
+
 def _read_apart(request: _Request) -> Any:
     """Return the result of a request, or an exception, from a child process."""
     if not can_start():
@@ -136,17 +153,23 @@ def _read_apart(request: _Request) -> Any:
     limits = request.limits
     with _places(limits.memory):
         process = _take_process()
-        alarm = threading.Timer(WALL_FACTOR * limits.seconds, process.kill)
+        wall_seconds = WALL_FACTOR * limits.seconds
+        alarm = threading.Timer(wall_seconds, process.kill)
         alarm.daemon = True
-        alarm.start()
         start = time.monotonic()
+        alarm.start()
         try:
             process.send(request)
             answer = pickle.load(process.answers)
         except (OSError, EOFError, pickle.UnpicklingError):
             process.kill()
-            process.end()
-            return _refusal(request, time.monotonic() - start)
+            code = process.end()
+            if time.monotonic() - start >= wall_seconds:  # not kept: the file may be innocent
+                raise CCWSIMError(
+                    f"{printable(request.name)} takes longer than {wall_seconds:g} s to read on "
+                    "this busy server; try again later, or cut a smaller piece"
+                ) from None
+            return _refusal(request, code)
         finally:
             alarm.cancel()
     _keep_process(process)
@@ -155,7 +178,9 @@ def _read_apart(request: _Request) -> Any:
 
 def _take_process() -> ChildProcess:
     with suppress(IndexError):
-        return _warm.pop()
+        while not (process := _warm.pop()).runs():  # the system may have ended it for its memory
+            process.end()
+        return process
     return ChildProcess(serve, {"OPENBLAS_NUM_THREADS": "1"})
 
 
@@ -166,10 +191,10 @@ def _keep_process(process: ChildProcess) -> None:
         process.end()
 
 
-def _refusal(request: _Request, seconds: float) -> CCWSIMError:
-    """Return the error for a request during which the process ended."""
+def _refusal(request: _Request, code: int = 0) -> CCWSIMError:
+    """Return the error for a request during which the process ended with an exit code."""
     name, limits = printable(request.name), request.limits
-    if seconds >= limits.seconds:
+    if -code == getattr(signal, "SIGXCPU", None):
         problem = f"takes longer than {limits.seconds:g} s to read"
     else:
         problem = f"ends the process that reads it, or needs more than {limits.memory // MIB} MB"
@@ -200,7 +225,7 @@ def _answer(request: _Request) -> Any:
     except CCWSIMError as error:
         return error
     except MemoryError:
-        return _refusal(request, 0.0)
+        return _refusal(request)
     except Exception:
         return RuntimeError(traceback.format_exc())
 

@@ -90,7 +90,7 @@ def limited(to: FileLimits) -> Iterator[None]:
 def check_cells(name: str, shape: tuple[int, ...], *, whole: bool = False) -> int:
     """Return the number of values of a shape; raise an error for 0 or too many values.
 
-    With `whole`, the limit is higher, because only a part of the file is read.
+    `whole` means that only a part of an array of this shape is read; the limit is then higher.
     """
     said = " × ".join(map(shown, shape[:6])) + (" × …" if len(shape) > 6 else "")
     if min(shape, default=0) < 1:

@@ -48,8 +48,8 @@ def write_maps(
     format : str, optional
         One of `MAP_FORMATS`; by default, the ending of the path. `npz` has one array per map and
         arrays `cell_size` and `origin`. `gslib`, `sgems` and `dat` have one column per map, with 6
-        decimals. `vti` has cell data of a VTK grid. `tif` has bands of a GeoTIFF, north up (needs
-        rasterio). `nc` has variables of a NetCDF file (needs xarray).
+        decimals. `vti` has one array of cell data per map, `tif` one band per map, north up (needs
+        rasterio), and `nc` one variable per map (needs xarray).
 
     Examples
     --------

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from stat import S_ISREG
 from typing import Any, BinaryIO, Protocol
@@ -120,8 +122,20 @@ def _of_object(file: Any) -> tuple[bytes, str]:
     return bytes(content), name
 
 
-_READERS = {"npz": read_npz, "matlab": read_matlab, "vti": read_vti}
-_TEXT_READERS = ((is_esri, read_esri), (is_gslib, read_gslib), (is_geojson, read_geojson))
+READERS: dict[str, Callable[..., DataFile | PictureFile]] = {
+    "picture": read_picture,
+    "npy": read_npy,
+    "npz": read_npz,
+    "matlab": read_matlab,
+    "vti": read_vti,
+    **{kind: partial(read_gis, kind=kind) for kind in GIS_FILES},
+    "esri": read_esri,
+    "gslib": read_gslib,
+    "geojson": read_geojson,
+    "table": read_delimited,
+}
+"""For each kind of file, the function that reads its content; the last four kinds are texts."""
+_TEXTS = {"esri": is_esri, "gslib": is_gslib, "geojson": is_geojson}
 
 
 def open_file(
@@ -147,25 +161,25 @@ def open_content(
     content: bytes, name: str, part: FilePart | None = None, *, up: bool | None = None
 ) -> DataFile | PictureFile:
     """Return the variables or the colours in the content of a file."""
-    kind = kind_of(content)
-    if kind == "picture":
-        return read_picture(content, name, part, up=up)
-    if kind == "npy":
-        return read_npy(content, name, whole=part is not None)
-    if kind in _READERS:
-        return _READERS[kind](content, name)
-    if kind in GIS_FILES:
-        return read_gis(content, name, kind)
+    kind, content = _recognized(content, name)
+    if kind in READERS:
+        options = {"picture": {"part": part, "up": up}, "npy": {"whole": part is not None}}
+        return READERS[kind](content, name, **options.get(kind, {}))
     if kind == "matlab 7.3":
         raise CCWSIMError(f"{name}: MATLAB 7.3 (HDF5) is not supported; save the file with -v7")
-    if kind == "unknown":
-        raise CCWSIMError(
-            f"{name} has an unknown format; use a picture, an SGeMS or GSLIB file, a CSV table, "
-            "GeoJSON points, or a NumPy, MATLAB or VTK file"
-        )
+    raise CCWSIMError(
+        f"{name} has an unknown format; use a picture, an SGeMS or GSLIB file, a CSV table, "
+        "GeoJSON points, or a NumPy, MATLAB or VTK file"
+    )
+
+
+def _recognized(content: bytes, name: str) -> tuple[str, bytes]:
+    """Return the kind of a file, a key of `READERS` if it can be read, and texts in UTF-8."""
+    kind = kind_of(content)
+    if kind != "text":
+        return kind, content
     text = _plain_text(content, name)
-    read = next((read for fits, read in _TEXT_READERS if fits(text)), read_delimited)
-    return read(text, name)
+    return next((kind for kind, fits in _TEXTS.items() if fits(text)), "table"), text
 
 
 def whole_shape(path_or_file: PathOrFile) -> tuple[int, int] | None:
@@ -232,8 +246,8 @@ class FileSummary:
     """Name of the format."""
     name: str
     variables: tuple[VariableSummary, ...]
-    """Summaries of all variables. A picture has only "grey", which is `continuous` if the picture
-    has too many colours."""
+    """Summaries of all variables. The only variable of a picture is "grey"; it is `continuous` if
+    the picture has too many colours."""
     is_table: bool
     """Whether the file is a table: points, or a grid that needs `shape`."""
     is_picture: bool

@@ -42,14 +42,14 @@ class FilePart:
         return None if crop is None and every == 1 else cls(crop, every)
 
     def box(self, name: str, shape: tuple[int, int]) -> tuple[int, int, int, int]:
-        """Return first row and column, and the sides (rows, columns) as multiples of `every`."""
+        """Return first row and column, and numbers of rows and columns (multiples of `every`)."""
         row, column, ny, nx = self.crop or (0, 0, *shape)
         outside = row < 0 or column < 0 or row + ny > shape[0] or column + nx > shape[1]
         if outside or min(ny, nx) < self.every:
             said = f"crop = {shown(self.crop)}, every = {self.every}"
             raise CCWSIMError(
-                f"{name}: {said} selects no cells of the {shape[0]} rows and {shape[1]} columns, "
-                "or exceeds these; give a smaller piece"
+                f"{name}: {said} selects no cell, or exceeds the {shape[0]} rows and {shape[1]} "
+                "columns of the grid; correct crop or every"
             )
         return row, column, ny - ny % self.every, nx - nx % self.every
 
@@ -61,7 +61,7 @@ class FilePart:
 
 
 def thinning(shape: tuple[int, int]) -> int:
-    """Return the smallest `every` that keeps a grid of this shape within the limit of cells.
+    """Return the smallest `every` with which a grid of this shape is within the limit of cells.
 
     Examples
     --------
@@ -73,10 +73,10 @@ def thinning(shape: tuple[int, int]) -> int:
 
 
 def largest_without_gaps(known: NDArray[np.bool_]) -> tuple[int, int, int, int]:
-    """Return the largest rectangle without unknown cells: first row and column, rows, columns.
+    """Return first row and column, and numbers of rows and columns, of the largest known rectangle.
 
-    All four numbers are 0 if no cell has a value. For each row, the largest rectangle under the
-    histogram of heights of known cells is computed in linear time.
+    All four numbers are 0 if no cell is known. For each row, the numbers of consecutive known cells
+    up to this row form a histogram by column; its largest rectangle is computed in linear time.
     """
     ny, nx = known.shape
     heights = np.zeros(nx + 1, np.int64)  # the extra column of height 0 ends the last rectangle

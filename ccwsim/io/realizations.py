@@ -81,12 +81,12 @@ def realizations_as_bytes(
     that `read_realizations` needs to restore the ensemble: `training_image`, `image_name`,
     `codes`, `facies_names`, `parameters` (JSON), `seed`, `hard_cells`, `hard_facies`, `met_by`,
     `numbers`, `revised`, `cpu_seconds`, `wall_seconds`, `cell_size`, `origin`.
-    `gslib`, `sgems` and `dat` have one column per realization, which starts in the south-west (x
-    fastest); line 1 has cell size and origin. `vti` has cell data of a VTK grid. `tif` has bands of
-    a GeoTIFF, north up (needs rasterio). `nc` has the array of `Ensemble.to_xarray` (needs xarray).
+    `gslib`, `sgems` and `dat` have one column per realization, with cells from the south-west (x
+    fastest); line 1 has cell size and origin. `vti` has an array per realization, `tif` a band per
+    realization, north up (needs rasterio). `nc` is `Ensemble.to_xarray` as a file (needs xarray).
     `png` is one map or a contact sheet, north up. `tif` and `png` cannot contain volumes.
 
-    Raises `CCWSIMError` for an unknown format, no realizations, or too many for a PNG.
+    Raises `CCWSIMError` for an unknown format, no realizations, or too many realizations for a PNG.
 
     Examples
     --------
@@ -143,8 +143,8 @@ def read_realizations(
     Returns
     -------
     Ensemble
-        Unknown times are NaN. Ensembles from grids and npy have no hard data, default parameters,
-        the seed 0, and `revised` true, because the seed cannot reproduce the realizations.
+        Unknown times are NaN. Ensembles from grids and npy have default parameters, the seed 0 and
+        no hard data; `revised` is true, because the seed cannot reproduce the realizations.
 
     Examples
     --------
@@ -265,8 +265,10 @@ def _of_shape(members: Mapping[str, NDArray], key: str, default: NDArray) -> NDA
     values = members.get(key, default)
     if values.shape != default.shape:
         raise CCWSIMError(f"{key} has shape {values.shape}, not {default.shape}; save it again")
-    if key == "numbers" and values.min() < 0:
-        raise CCWSIMError(f"numbers: {values.min()} must not be negative; save it again")
+    if default.dtype.kind == "i":
+        bounds = np.iinfo(default.dtype)
+        low = 0 if key == "numbers" else int(bounds.min)
+        values = as_integers(values, key, low, int(bounds.max) - 1)
     return readonly(values.astype(default.dtype))
 
 

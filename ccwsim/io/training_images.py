@@ -34,7 +34,7 @@ FORMATS = ("npy", "sgems", "gslib", "dat", "png")
 """Formats of training images, named by file ending."""
 
 PREFERRED = ("ti", "training_image")
-"""Names of the variable that is read by default if a file has several variables."""
+"""Names of variables that are preferred if a file has several variables."""
 
 
 def read_training_image(
@@ -107,7 +107,7 @@ def read_training_image(
     file = open_file(path_or_file, part, up=up)
     if isinstance(file, PictureFile):
         if volume:
-            raise CCWSIMError(f"{file.name} is a picture with one layer; leave volume out")
+            raise CCWSIMError(f"{file.name} is a picture with one layer; leave out volume=")
         codes = picture_facies(file, threshold=threshold, classes=classes)
         codes = codes if up else codes[::-1]
     else:

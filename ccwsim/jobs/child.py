@@ -59,9 +59,20 @@ class ChildProcess:
         pickle.dump(request, self._requests, protocol=5)
         self._requests.flush()
 
+    def runs(self) -> bool:
+        """Return whether the process has not ended."""
+        return self._process.poll() is None
+
     def kill(self) -> None:
         """End the process at once; reading its answers then raises `EOFError`."""
         self._process.kill()
+
+    def forget(self) -> None:
+        """In a fork of the parent process, close the pipes, so that only the parent holds them."""
+        self._process.returncode = 0  # only the parent can wait for the process
+        for stream in (self._requests, self.answers):
+            with suppress(OSError):
+                stream.close()
 
     def end(self) -> int:
         """Close the input of the process, wait until it ends, and return its exit code."""
@@ -73,7 +84,7 @@ class ChildProcess:
 def connect_to_parent() -> tuple[SimpleQueue[Any], BinaryIO]:
     """Return, in a child process, the queue of requests and the stream for answers.
 
-    A separate thread reads the requests, so that the process can end while it works.
+    A separate thread reads the requests, so that the child can end in the middle of a computation.
     """
     if hasattr(os, "nice"):
         os.nice(5)  # the dashboard and its browser have priority

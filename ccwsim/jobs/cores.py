@@ -1,8 +1,8 @@
 """Time slices, with which the runs of a process share the cores fairly.
 
 Without slices, a quick run waits for realizations of other runs, which may take minutes. Twelve
-realizations of 512 × 512 with 400 hard data take 0.46 s on two idle cores. If six runs of 3000 ×
-3000 compute too, the twelve take 0.57 to 0.81 s with slices, but 2.8 to 3.8 s with plain threads.
+realizations of 512 × 512 with 400 hard data take 0.46 s on two idle cores. While six
+runs of 3000 × 3000 compute, the twelve take 0.57 to 0.81 s with slices, but 2.8 to 3.8 s without.
 """
 
 from __future__ import annotations

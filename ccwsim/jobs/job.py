@@ -11,6 +11,7 @@ from threading import Event, Lock, Thread, Timer
 from typing import Any, Generic, TypeVar
 
 from ccwsim.jobs.limits import Demand, admit, limits_of_environment
+from ccwsim.jobs.turns import PAGE_TURNS
 from ccwsim.jobs.workers import share_cores, stoppable
 from ccwsim.model.errors import Cancelled
 
@@ -155,11 +156,11 @@ class Job(Generic[Result]):
 
     def wait(self, seconds: float) -> bool:
         """Wait at most `seconds` and return whether the job has finished."""
-        return self._finished.wait(seconds)
+        return PAGE_TURNS.wait(self._finished, seconds)
 
     def wait_first(self, seconds: float) -> bool:
         """Return whether a partial or final result arrives within `seconds`."""
-        return self._first.wait(seconds)
+        return PAGE_TURNS.wait(self._first, seconds)
 
     @property
     def seconds(self) -> float:
@@ -168,7 +169,7 @@ class Job(Generic[Result]):
 
     @property
     def seconds_left(self) -> float | None:
-        """Estimated seconds left, without compilation; None if too little of the work is done."""
+        """Estimated seconds left, excluding compilation; None if too little of the work is done."""
         start, share = self._first_report or (0.0, 1.0)
         if self.fraction - share < LEAST_SHARE:
             return None
@@ -261,6 +262,13 @@ class Queue:
     def n_waiting(self) -> int:
         """Number of waiting jobs."""
         return len(self._waiting)
+
+    @property
+    def n_of_others(self) -> int:
+        """Number of active and waiting jobs of sessions other than that of this thread."""
+        session = self.current_session()
+        with self._lock:
+            return sum(job.session != session for job in (*self._active, *self._waiting))
 
     @property
     def still_to_take(self) -> float:

@@ -22,6 +22,12 @@ DEFAULT_UPLOADS = 1024
 RESERVE = 128 * 10**6
 """Bytes of memory reserved for the pages."""
 
+UNASKED_SECONDS, UNASKED_CELLS, UNASKED_BYTES = 120.0, 500_000_000, 10**9
+"""A study from a link or a project needs confirmation if its run takes more seconds, simulates more
+cells, or takes more bytes of memory than this."""
+UNASKED_SHARE = 0.5
+"""It also needs confirmation if it takes more than this share of the memory that is free now."""
+
 
 @dataclass(frozen=True)
 class Demand:
@@ -120,6 +126,22 @@ def admit(demand: Demand, promised: float = 0.0) -> None:
         "realizations or a smaller grid, or use the command line with --output FILE.npy, which "
         "writes realizations to disk"
     )
+
+
+def needs_consent(demand: Demand, seconds: float, promised: float = 0.0) -> bool:
+    """Return whether a run is too large to start without a question, with `promised` as in `admit`.
+
+    Examples
+    --------
+    >>> needs_consent(Demand(65_536), 0.1), needs_consent(Demand(2_000_000_000), 25.0)
+    (False, True)
+    """
+    free = free_bytes(limits_of_environment())
+    n_bytes = UNASKED_BYTES
+    if free is not None:
+        n_bytes = min(n_bytes, UNASKED_SHARE * (free - promised))
+    large = demand.n_cells > UNASKED_CELLS or demand.n_bytes > n_bytes
+    return large or seconds > UNASKED_SECONDS
 
 
 def free_bytes(limits: ServerLimits) -> int | None:

@@ -9,6 +9,7 @@ from threading import Condition
 from typing import Any, Generic, TypeVar
 
 from ccwsim.jobs.job import Job
+from ccwsim.jobs.turns import PAGE_TURNS
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.system.log import reason
 from ccwsim.system.lru_cache import LruCache
@@ -75,8 +76,9 @@ class StatisticsWorker:
 
     def wait_for(self, task: Task[Value], seconds: float) -> Value | Failure | None:
         """Return the value of a task, or None if it is not known within `seconds`."""
-        with self._changed:
-            self._changed.wait_for(lambda: self.cache.get(task.key) is not None, seconds)
+        if self.cache.get(task.key) is None:
+            with PAGE_TURNS.paused(), self._changed:
+                self._changed.wait_for(lambda: self.cache.get(task.key) is not None, seconds)
         return self.cache.get(task.key)
 
     def share_of(self, task: Task) -> float | None:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.engine.kernels import allocating_kernel, kernel
 from ccwsim.metrics.stack import N_AXES, as_volume
-from ccwsim.model.arrays import as_array
+from ccwsim.model.arrays import as_array, as_integers
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 
@@ -77,12 +77,9 @@ def copying(positions: ArrayLike, ti_shape: tuple[int, ...]) -> Copying:
             f"type {source.dtype}"
         )
     n_cells = prod(ti_shape)
-    if source.max() >= n_cells:
-        raise CCWSIMError(
-            f"position {source.max()} lies outside a training image of "
-            f"{' × '.join(map(str, ti_shape))} cells; the largest position is {n_cells - 1}"
-        )
-    shift = _shifts(as_volume(source.astype(np.int64, copy=False)), *ti_shape[-2:])
+    image = f"a training image of {' × '.join(map(str, ti_shape))} cells"
+    source = as_integers(source, f"positions in {image}", high=n_cells - 1)
+    shift = _shifts(as_volume(source), *ti_shape[-2:])
     sides = np.zeros(shift.shape, np.uint8)
     n_copied = int(_mark_seams(shift, sides))
     n_pairs = sum(shift.size // n * (n - 1) for n in shift.shape)

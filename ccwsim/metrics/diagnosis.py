@@ -167,8 +167,9 @@ def warn_of_level(parameters: Parameters, grid_shape: tuple[int, ...], n_data: i
     >>> warn_of_level(Parameters(32, 8, 3), (512, 512), 4000)[:44]
     'A template has 16 data on average: at level '
     """
-    lengths = parameters.along(grid_shape)
-    level, a_template = max(lengths.level), n_data * prod(lengths.template) / prod(grid_shape)
+    grid = Grid.of(grid_shape)
+    lengths = parameters.along(grid.shape)
+    level, a_template = max(lengths.level), n_data * prod(lengths.template) / grid.n_cells
     if level < COARSE_LEVEL or a_template <= MAX_DATA:
         return ""
     return (

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ccwsim.engine.kernels import kernel
 from ccwsim.jobs.workers import check_stop
 from ccwsim.metrics.stack import N_AXES, Codes, Images, as_stack, codes_or_places
-from ccwsim.model.arrays import as_array, as_floats
+from ccwsim.model.arrays import MAX_INT, as_array, as_floats, as_integers
 from ccwsim.model.errors import CCWSIMError
 
 CELLS_OF_ENTROPY = 1_000_000
@@ -170,6 +170,7 @@ def etype_of_counts(counts: NDArray[np.integer], codes: Codes | None = None) -> 
             "counts of shape (n_facies, ny, nx) or (n_facies, nz, ny, nx) are needed, not "
             f"{counts.shape}"
         )
+    counts = as_integers(counts, "counts", 0, MAX_INT // counts.size)
     n = int(counts.reshape(len(counts), -1)[:, 0].sum())
     if not n:
         raise CCWSIMError("no realization was counted yet; an E-type needs at least one")

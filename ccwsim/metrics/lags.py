@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from ccwsim.metrics.stack import N_AXES
-from ccwsim.model.arrays import as_array, check_int
+from ccwsim.model.arrays import as_array, as_integers, check_int
 from ccwsim.model.bounds import MAX_LAG
 from ccwsim.model.errors import CCWSIMError, shown
 
@@ -76,9 +76,7 @@ def _offsets(direction: Direction, lags: NDArray[np.integer], n_axes: int) -> ND
         if n_axes == N_AXES:
             several = "(rows, columns) or (layers, rows, columns), whole numbers, not all 0"
         raise CCWSIMError(f"direction {shown(direction)} must be {several}")
-    if max(abs(n) for n in step.tolist()) > MAX_STEPS:
-        raise CCWSIMError(f"direction {shown(direction)} must have numbers of at most {MAX_STEPS}")
-    return np.outer(lags, step.astype(np.int64))
+    return np.outer(lags, as_integers(step, "direction", -MAX_STEPS, MAX_STEPS))
 
 
 def max_lag(direction: Direction, *shapes: tuple[int, ...]) -> int:
@@ -103,11 +101,10 @@ def as_lags(lags: Lags) -> NDArray[np.int64]:
     (array([0, 1, 2, 3]), array([1, 5]))
     """
     array = as_array(lags, "lags")
-    if array.dtype.kind not in "ui" or array.ndim > 1 or array.size == 0 or array.min() < 0:
+    if array.dtype.kind not in "ui" or array.ndim > 1 or array.size == 0:
         raise CCWSIMError(f"lags = {shown(lags)} must be whole numbers of steps, at least 0")
-    if array.max() > MAX_STEPS:
-        raise CCWSIMError(f"lags = {shown(lags)} must be at most {MAX_STEPS} steps")
-    return np.arange(int(array) + 1) if array.ndim == 0 else array.astype(np.int64)
+    steps = as_integers(array, "lags", 0, MAX_STEPS)
+    return np.arange(int(steps) + 1) if array.ndim == 0 else steps
 
 
 def distinct_lags(

@@ -31,6 +31,7 @@ from ccwsim.metrics.stack import N_AXES, Stack
 from ccwsim.model.arrays import as_floats, check_int, ratio
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.grid import Grid
 from ccwsim.model.training_image import TrainingImage
 
 MIN_SIDE, MAX_SIDE = 8, 512
@@ -164,6 +165,7 @@ def crop_shape(image_shape: Shape, grid_shape: Shape) -> Shape | None:
     >>> crop_shape((50, 300, 300), (20, 100, 200))
     (20, 100, 150)
     """
+    image_shape, grid_shape = Grid.of(image_shape).shape, Grid.of(grid_shape).shape
     *layers, ny, nx = largest_crop(image_shape, grid_shape)
     rows, columns = (
         min(n, image // 2) for n, image in zip((ny, nx), image_shape[-2:], strict=True)

@@ -133,6 +133,8 @@ def as_values(images: Images, n_axes: int = 2) -> NDArray[np.integer]:
         )
     if array.dtype.kind == "b":
         array = array.view(np.uint8)
+    elif array.dtype == np.uint64:
+        array = as_integers(array, "images")
     is_one = array.ndim == 2 or array.ndim == n_axes == N_AXES
     return array[None] if is_one else array
 

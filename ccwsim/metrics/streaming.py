@@ -14,8 +14,9 @@ from ccwsim.metrics.etype import EType, add_counts, etype_of_counts, proportions
 from ccwsim.metrics.lags import axes_of, lags_that_fit
 from ccwsim.metrics.stack import Codes, Images, as_image, checked_codes, index_of
 from ccwsim.metrics.variograms import variogram
-from ccwsim.model.arrays import as_integers
+from ccwsim.model.arrays import as_integers, check_int
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.grid import Grid
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,12 +78,13 @@ class RunningStatistics:
         followed = as_integers(usual if facies is None else facies, "facies").tolist()
         for code in followed:
             index_of(self.codes, code)
-        self.shape, self.n = tuple(shape), 0
+        self.shape, self.n = Grid.of(shape).shape, 0
+        max_lag = check_int("max_lag", max_lag, 0)
         self._neighbours = neighbours
-        self._lags = np.arange(min(max_lag, min(shape[-2:]) - 1) + 1)
+        self._lags = np.arange(min(max_lag, min(self.shape[-2:]) - 1) + 1)
         if directions is None:
             directions = axes_of(self.shape)
-        self._counts = np.zeros((n_facies, *shape), np.int32)
+        self._counts = np.zeros((n_facies, *self.shape), np.int32)
         self._shares = RunningCurves(n_facies, 0.0, 1.0)
         self._fitting = {way: lags_that_fit(self.shape, way, self._lags) for way in directions}
         n_lags = {

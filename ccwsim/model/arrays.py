@@ -14,8 +14,8 @@ from ccwsim.model.lazy_stack import LazyStack
 
 Shape: TypeAlias = Any
 """Shape of a map or a volume; typed `Any` because some functions accept only maps."""
-MAX_INT = 2**63 - 1
-"""Largest 64-bit integer."""
+MIN_INT, MAX_INT = -(2**63), 2**63 - 1
+"""Smallest and largest 64-bit integer."""
 AXES = "x", "y", "z"
 """Axes of world coordinates; the axes of arrays are in reverse order, and maps have no z."""
 
@@ -96,31 +96,43 @@ def check_callable(name: str, value: object) -> None:
         raise CCWSIMError(f"{name} = {shown(value)} must be a function, or None")
 
 
-def as_integers(values: ArrayLike, what: str) -> NDArray[np.int64]:
-    """Return `values` as int64, or raise `CCWSIMError` for a value that is not an integer.
+def as_integers(
+    values: ArrayLike, what: str, low: int = MIN_INT, high: int = MAX_INT
+) -> NDArray[np.int64]:
+    """Return `values` as int64; raise `CCWSIMError` for no integer, or one outside low … high.
 
-    Values within 1e-3 of an integer are rounded because MATLAB files have codes such as 0.9999.
+    All arrays of integers from outside are converted here, because a cast would turn an unsigned
+    or floating-point value that int64 cannot hold into another value. Values within 1e-3 of an
+    integer are rounded because MATLAB files have codes such as 0.9999.
+
+    Examples
+    --------
+    >>> as_integers([0.9999, 3], "codes"), as_integers(np.array([7], np.uint64), "numbers", 0)
+    (array([1, 3]), array([7]))
     """
     array = as_array(values, what)
-    if array.dtype.kind in "bui":
-        if array.dtype == np.uint64 and array.size and array.max() > np.iinfo(np.int64).max:
-            raise CCWSIMError(f"{what}: {array.max()} is too large for a code; renumber the codes")
-        return array.astype(np.int64)
-    if array.dtype.kind != "f":
+    if array.dtype.kind not in "buif":
         raise CCWSIMError(f"{what}: whole numbers are needed, not values of type {array.dtype}")
-    if not np.isfinite(array).all():
-        bad = array[~np.isfinite(array)].flat[0]
-        raise CCWSIMError(f"{what}: {bad} is not a number; no value may be missing")
-    rounded = np.rint(array)
-    far = np.abs(array - rounded) > 1e-3
-    if far.any():
-        raise CCWSIMError(
-            f"{what}: {array[far].flat[0]:g} is not a whole number; "
-            "for continuous values give classes or a threshold"
-        )
-    if array.size and np.abs(rounded).max() >= 2.0**62:
-        raise CCWSIMError(f"{what}: {rounded.flat[np.abs(rounded).argmax()]:g} is too large")
-    return rounded.astype(np.int64)
+    if array.dtype.kind == "f":
+        if not np.isfinite(array).all():
+            bad = array[~np.isfinite(array)].flat[0]
+            raise CCWSIMError(f"{what}: {bad} is not a number; no value may be missing")
+        rounded = np.rint(array)
+        far = np.abs(array - rounded) > 1e-3
+        if far.any():
+            raise CCWSIMError(
+                f"{what}: {array[far].flat[0]:g} is not a whole number; "
+                "for continuous values give classes or a threshold"
+            )
+        array = rounded
+    if array.size:
+        ends = int(array.min()), int(array.max())  # Python compares them exactly
+        wrong = next((end for end in ends if not low <= end <= high), None)
+        if wrong is not None:
+            size = "small" if wrong < low else "large"
+            limit = f"at least {low}" if wrong < low else f"at most {high}"
+            raise CCWSIMError(f"{what}: {shown(wrong)} is too {size}; give {limit}")
+    return array.astype(np.int64)
 
 
 def codes_of(integers: NDArray[np.int64]) -> NDArray[np.int64]:

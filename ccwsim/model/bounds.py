@@ -71,6 +71,10 @@ MAX_SAMPLING_STEP = 10_000
 """Maximum distance in cells between sampled data: the largest side of a grid on a page."""
 MAX_LINK_DATA = 200
 """Maximum number of hand-placed data in a link, because mail programs cut longer addresses."""
+MAX_LINK_VALUES = 200
+"""Maximum number of values that are read of a link; a study has one for most of its settings."""
+MAX_LINK_LETTERS = 20_000
+"""Maximum number of letters that are read of a link; packed hard data take up to 8000."""
 MAX_WRITTEN_DATA = 40
 """Maximum number of data listed in a script; a script with more reads the project file."""
 

@@ -204,7 +204,8 @@ def joined(parts: Sequence[Ensemble]) -> Ensemble:
             "image, grid, parameters, hard data and seed"
         )
     numbers = np.concatenate([part.numbers for part in parts])
-    twice = np.flatnonzero(np.bincount(numbers) > 1)
+    different, counts = np.unique(numbers, return_counts=True)
+    twice = different[counts > 1]
     if len(twice):
         raise CCWSIMError(
             f"realization {twice[0]} is in two ensembles; remove it from one ensemble"

@@ -13,6 +13,7 @@ from ccwsim.model.arrays import (
     Shape,
     as_array,
     as_floats,
+    as_integers,
     check_int,
     describe_shape,
     listing,
@@ -214,9 +215,9 @@ class Grid:
         sides = zip(places.T, self.shape, strict=True)
         return np.logical_and.reduce([(place >= 0) & (place < n) for place, n in sides])
 
-    def _checked(self, cells: NDArray[np.integer]) -> NDArray[np.integer]:
+    def _checked(self, cells: NDArray[np.integer]) -> NDArray[np.int64]:
         """Return cells as an array, or raise `CCWSIMError` for a wrong number of dimensions."""
-        places = np.asarray(cells)
+        places = as_integers(cells, "cells")
         if places.ndim == 2 and places.shape[1] == self.n_dimensions:
             return places
         raise CCWSIMError(

@@ -125,6 +125,21 @@ class TrainingImage:
         return np.bincount(self.indices.ravel(), minlength=self.n_facies) / self.indices.size
 
     @cached_property
+    def disorder(self) -> float:
+        """Randomness of the image, 0 … 1; 0 if at most half as many neighbours differ as by chance.
+
+        Examples
+        --------
+        >>> TrainingImage(np.tile([[0], [1]], (4, 8))).disorder
+        0.0
+        """
+        by_chance = 1 - float(np.square(self.proportions).sum())
+        if by_chance == 0 or self.shape[-1] == 1:
+            return 0.0
+        differ = float(np.mean(self.indices[..., 1:] != self.indices[..., :-1]))
+        return min(max(2 * differ / by_chance - 1, 0.0), 1.0)
+
+    @cached_property
     def digest(self) -> str:
         """Hash of the content, equal for equal images."""
         return digest(self.array.shape, self.codes.tolist(), self.indices)

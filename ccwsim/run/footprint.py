@@ -8,8 +8,8 @@ import numpy as np
 
 from ccwsim.engine.corrections.unseen_patterns import NUMBER_BITS, NUMBER_BITS_VOLUME
 from ccwsim.engine.lengths import ScaledLengths, lengths_of, templates
-from ccwsim.engine.prepared_image import KEPT_BYTES
-from ccwsim.engine.realization import repairs
+from ccwsim.engine.prepared_image import KEPT_BYTES, PreparedImage, n_planes
+from ccwsim.engine.realization import is_compiled, repairs
 from ccwsim.engine.stages.path import N_ORIENTATIONS
 from ccwsim.engine.stages.similarity import score_type, sum_type
 from ccwsim.jobs.limits import Demand
@@ -27,6 +27,8 @@ LOOKING_AROUND = 6
 """Bytes per image cell while thresholds for isolated data are computed."""
 TOTALS_AND_PLACES = 24
 """Bytes per location for total scores and for the indices of good locations."""
+KERNELS = 60_000_000
+"""Bytes of compiled code, which a process loads when it runs a kind of study for the first time."""
 MARGIN = 1.25
 MAPS_BYTES = 16
 """Bytes per grid cell for the maps of a page; `FACIES_BYTES` are added for each facies."""
@@ -41,7 +43,8 @@ def footprint(
     bytes_a_cell = 5 if keep_sources else 1
     grids = GRIDS_AT_WORK * bytes_a_cell + (GRIDS_OF_DATA if study.hard_data.n else 0)
     per_datum = BYTES_A_DATUM + 2 * n
-    return int(
+    kernels = 0 if is_compiled(study, PreparedImage(study)) else KERNELS
+    return kernels + int(
         MARGIN
         * (
             _of_image(study, n, threads)
@@ -94,14 +97,13 @@ def _of_repair(study: Study) -> int:
 
 
 def _of_oriented(study: Study, lengths: ScaledLengths) -> int:
-    p, image = study.parameters, study.training_image
+    image = study.training_image
     cells, blocks = image.indices.size / prod(lengths.cell_size), _n_blocks(study, lengths)
-    n_planes = 1 if p.similarity == "ssd" and image.n_facies <= 2 else image.n_facies
     bits = cells * max(image.n_facies - 1, 1).bit_length() / 8
     squares = blocks * _score_bytes(study, lengths)
     of_sums = np.dtype(np.min_scalar_type(prod(lengths.block))).itemsize
     of_running = 3 * np.dtype(sum_type(lengths.level, lengths.template)).itemsize
-    sums = n_planes * blocks * (of_sums + of_running)
+    sums = n_planes(study) * blocks * (of_sums + of_running)
     return int(3 * cells + bits + squares + sums)
 
 

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ccwsim.engine.realization import Realization
 from ccwsim.jobs.workers import Cancel, Progress
-from ccwsim.model.arrays import check_callable, check_int, readonly
+from ccwsim.model.arrays import MAX_INT, check_callable, check_int, readonly
 from ccwsim.model.bounds import MAX_SEED
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import Cancelled, CCWSIMError
@@ -73,7 +73,8 @@ def simulate(
     executor : concurrent.futures.Executor or distributed.Client, optional
         Simulate on the threads or processes of this executor, or on the workers of a Dask cluster,
         which need ccwsim. The executor stays open. `n_workers` applies only if the executor does
-        not report its number of workers.
+        not report its number of workers. A call on a thread of this executor simulates on other
+        threads, because the thread would wait for itself.
     out : path, optional
         An npy file. Realizations are written to the file as facies codes, and the ensemble reads
         from the file. An existing file is replaced at the end.
@@ -106,7 +107,7 @@ def simulate(
         randbelow(MAX_SEED + 1) if seed is None else seed,
     )
     n = check_int("n_realizations", n_realizations, 1)
-    first = check_int("first_realization", first_realization, 0)
+    first = check_int("first_realization", first_realization, 0, MAX_INT - n)
     check_callable("progress", progress)
     check_callable("cancel", cancel)
     runner = runner_of(Work(study, first, n, keep_sources), executor, n_workers)

@@ -9,9 +9,10 @@ from __future__ import annotations
 import binascii
 import re
 from base64 import urlsafe_b64decode, urlsafe_b64encode
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from difflib import get_close_matches
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,7 @@ import numpy as np
 from ccwsim import datasets
 from ccwsim.io.data_file import printable
 from ccwsim.model.arrays import digest
-from ccwsim.model.bounds import MAX_LINK_DATA
+from ccwsim.model.bounds import MAX_LINK_DATA, MAX_LINK_LETTERS, MAX_LINK_VALUES
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
@@ -42,6 +43,10 @@ KEYS = (*OF_IMAGE, *OF_DATA, *(row.key for row in FIELDS if row.part != "data"))
 """Names of all values that an address may contain."""
 TOGETHER = ("method", "wavelet_level", "template_size", "overlap_size")
 """Parameters whose values must be consistent with each other."""
+LIKENESS = 0.75
+"""Minimum similarity of an unknown name to a known one that may be meant, from 0 to 1."""
+MAX_NAME = round(max(map(len, KEYS)) * (2 / LIKENESS - 1))
+"""Maximum length of such a name; a longer one has too few letters in common with any."""
 
 
 def link_of(choices: Choices, shown: Shown | None = None) -> dict[str, list[str]]:
@@ -106,9 +111,11 @@ def read_link(
     """Return the study in an address, and a sentence for each part that cannot be read.
 
     Unknown names are ignored; if one resembles a known name, a sentence suggests the known name.
+    The part of a long address that `first_values` leaves out is ignored too.
     `own` contains the user's available images and data, by the names that `own_choices` returns.
     """
-    reader, usual, shown = _Reader(query, own or {}), Choices(), Shown()
+    first = first_values(query.items())
+    reader, usual, shown = _Reader(first, own or {}), Choices(), Shown()
     parts = parts_of(usual, shown)
     image = reader.image(usual.image)
     parameters = reader.parameters()
@@ -117,17 +124,50 @@ def read_link(
     numbers = reader.fields("study", parts)
     choices = Choices(image, data, grid, parameters, **numbers)
     shown = replace(shown, **reader.fields("shown", parts))
-    for name in query:
+    for name in first:
         if name not in KEYS and meant(name):
             reader.notes.append(
                 f"There is no setting {printable(name, 40)}. Did you mean {meant(name)}?"
             )
+    left = next((name for name in query if name not in first), None)
+    if left is not None:
+        reader.notes.append(
+            f"The address is too long: {printable(left, 40)} and all after it is ignored."
+        )
     return choices, shown, tuple(reader.notes)
+
+
+def first_values(pairs: Iterable[tuple[str, Sequence[str]]]) -> dict[str, list[str]]:
+    """Return the names and values of an address up to the limits of its number and letters.
+
+    At most `MAX_LINK_VALUES` values and `MAX_LINK_LETTERS` letters of names and values are taken.
+    The pairs after the first one that exceeds a limit are not looked at.
+
+    Examples
+    --------
+    >>> first_values({"seed": ["7"], "name": ["sand"] * 1000, "grid": ["80x60"]}.items())
+    {'seed': ['7']}
+    """
+    first: dict[str, list[str]] = {}
+    n_left, letters_left = MAX_LINK_VALUES, MAX_LINK_LETTERS
+    for name, values in pairs:
+        n_left -= max(len(values), 1)
+        if n_left >= 0:
+            letters_left -= len(name) + sum(map(len, values))
+        if min(n_left, letters_left) < 0:
+            break
+        first[name] = list(values)
+    return first
 
 
 def meant(name: str) -> str:
     """Return the valid name that equals or resembles a name, or an empty text."""
-    close = get_close_matches(name, KEYS, n=1, cutoff=0.75)
+    return _closest(name) if len(name) <= MAX_NAME else ""
+
+
+@lru_cache(maxsize=10 * MAX_LINK_VALUES)
+def _closest(name: str) -> str:
+    close = get_close_matches(name, KEYS, n=1, cutoff=LIKENESS)
     return close[0] if close else ""
 
 

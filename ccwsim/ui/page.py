@@ -8,6 +8,7 @@ from pathlib import Path
 import streamlit as st
 from streamlit.errors import StreamlitAPIException
 
+from ccwsim.jobs.turns import PAGE_TURNS
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.session.address import take_address
 from ccwsim.ui.session.fragments import error_boundary
@@ -46,6 +47,12 @@ OFF_MENU = (("Import", IMPORT_PAGE),)
 
 
 def show_page(title: str, body: Callable[[State], None]) -> None:
+    """Draw a page as soon as it is its turn; `body` is called with the state of the session."""
+    with PAGE_TURNS.turn():
+        _draw_page(title, body)
+
+
+def _draw_page(title: str, body: Callable[[State], None]) -> None:
     """Configure the page, draw the menu, and call `body` with the state of the session."""
     st.set_page_config(
         page_title=f"{title} · CCWSIM",

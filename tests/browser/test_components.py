@@ -4,7 +4,9 @@ one last, and then ends it at once."""
 
 from __future__ import annotations
 
+import csv
 from dataclasses import replace
+from io import StringIO
 from itertools import permutations
 
 import numpy as np
@@ -368,3 +370,32 @@ def test_a_part_of_a_page_keeps_its_height_until_the_page_rests(tab, put_up):
         "() => { document.querySelector('.stApp').dataset.testScriptState = 'notRunning'; }"
     )
     tab.wait_for_function(f"() => ({high})() === 0", timeout=SOON)
+
+
+def test_the_csv_of_a_chart_has_no_formulas(tab):
+    begin(tab, "chart_menu", {"title": "CPU time", "chart": "times", "name": "times"})
+    names = ["=1+1", "+1+1", "-1+1", "@SUM(1)", "\t=1", "sand, =1", "-3.5"]
+    tab.evaluate(
+        """(names) => {
+          document.body.insertAdjacentHTML('beforeend',
+            "<div class='st-key-times'><div class='js-plotly-plot'></div></div>");
+          Object.assign(document.querySelector('.js-plotly-plot'), {
+            _fullLayout: { xaxis: { title: { text: '=x' } }, yaxis: {} },
+            _fullData: names.map((name) => ({ name, x: [name, 1e-7], y: [-3.5, NaN] })),
+          });
+          URL.createObjectURL = (blob) => {
+            blob.text().then((text) => { window.saved = text; });
+            return '#';
+          };
+        }""",
+        names,
+    )
+    tab.evaluate("() => call()")
+    tab.locator(".open").click()
+    tab.locator(".choices [data-kind=csv]").click()
+    text = tab.wait_for_function("() => window.saved", timeout=SOON).json_value()
+    head, *lines = csv.reader(StringIO(text))
+    assert head == ["series", "curve", "'=x", "y"]
+    shown = [name if name in ("-3.5", "sand, =1") else f"'{name}" for name in names]
+    assert lines[::2] == [[name, "1", name, "-3.5"] for name in shown]
+    assert lines[1::2] == [[name, "1", "1e-7", ""] for name in shown]

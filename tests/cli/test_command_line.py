@@ -405,6 +405,32 @@ def test_a_signal_that_is_ignored_stays_so():
         signal.signal(signal.SIGHUP, before)
 
 
+AT_THE_END = """
+import atexit, sys
+def wait():
+    print("waiting", file=sys.stderr, flush=True)
+    sys.stdin.read()
+atexit.register(wait)
+from ccwsim.cli.program import main
+sys.exit(main())
+"""
+
+
+@pytest.mark.parametrize("name", SIGNALS)
+def test_a_signal_after_the_output_is_written_does_not_fail_the_program(name, tmp_path):
+    line = [sys.executable, "-c", AT_THE_END, "simulate", "channels", "--grid", "64x64"]
+    line += ["--output", str(tmp_path / "out.npy")]
+    pipes = {"stdin": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen(line, cwd=ROOT, **pipes) as process:
+        lines = iter(process.stderr.readline, b"waiting\n")  # type: ignore[union-attr]
+        assert any(b"Written" in line for line in lines)
+        while process.stderr.readline() not in (b"waiting\n", b""):  # type: ignore[union-attr]
+            pass
+        process.send_signal(getattr(signal, name))
+        process.stdin.close()  # type: ignore[union-attr]
+        assert process.wait(120) == 0
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
 def test_a_batch_system_or_a_closed_terminal_keeps_what_is_finished(name, tmp_path):

@@ -56,6 +56,22 @@ def test_a_damaged_file_is_compiled_anew(function, tmp_path, ending, content, ca
     assert sum(again.stats.cache_hits.values()) == 1  # the cache was mended, not only left alone
 
 
+def test_a_truncated_file_is_left_to_the_process_that_compiles(function, tmp_path):
+    """Code that was cut anywhere counts as missing, so that no server compiles it."""
+    folder, signature = tmp_path / "kernels-1", (numba.int64,)
+    assert compiled(function, folder)(3) == 6
+    (file,) = folder.rglob("*.nbc")
+    whole = file.read_bytes()
+    assert numba_hooks.is_on_disk(compiled(function, folder), signature)
+    for n in (0, len(whole) // 2, len(whole) - numba_hooks.DIGEST_SIZE, len(whole) - 1):
+        file.write_bytes(whole[:n])
+        asked = []
+        again = compiled(function, folder)
+        numba_hooks.ask_first(again, asked.append)
+        assert (again(4), asked) == (8, [signature])
+        assert numba_hooks.is_whole(file)
+
+
 def test_a_moved_copied_or_touched_file_finds_what_is_compiled(function, tmp_path):
     folder = tmp_path / "kernels-1"
     assert compiled(function, folder)(3) == 6

@@ -18,6 +18,7 @@ from ccwsim import (
     TrainingImage,
     simulate,
 )
+from ccwsim.engine.prepared_image import PreparedImage
 from tests.small_images import blobs, noise, places_of
 
 SMALL = Parameters(template_size=16, overlap_size=4, wavelet_level=1, n_candidates=5)
@@ -283,3 +284,19 @@ class TestCancel:
     def test_it_changes_nothing_where_it_is_never_true(self):
         one = simulate(TWO_FACIES, (50, 50), SMALL, n_realizations=3)
         assert same(one, simulate(TWO_FACIES, (50, 50), SMALL, None, 3, cancel=lambda: False))
+
+
+def test_a_realization_counts_the_preparation_of_the_image(monkeypatch):
+    """The CPU time is that of the simulating thread, so no other thread may prepare anything."""
+    simulate(TWO_FACIES, (50, 50), SMALL)  # compiled
+    threads, own = [], PreparedImage.part
+
+    def part(image, key, make):
+        threads.append(threading.current_thread())
+        return own(image, key, make)
+
+    monkeypatch.setattr(PreparedImage, "part", part)
+    simulate(TWO_FACIES, (50, 50), SMALL, n_realizations=3, n_workers=1)
+    assert threads
+    assert len({*threads}) == 1
+    assert threading.main_thread() not in threads

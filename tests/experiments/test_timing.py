@@ -165,6 +165,7 @@ def test_the_usual_time_grows_with_what_there_is_to_do():
         typical_seconds(P, TI.shape, (200, 200), n_data=50),
         typical_seconds(P, TI.shape, (200, 200), n_facies=4),
         typical_seconds(P, (500, 500), (200, 200)),
+        typical_seconds(P, TI.shape, (200, 200), disorder=0.5),
     ):
         assert harder > base
 

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import base64
 import io
 import os
+import sqlite3
 import struct
 import zipfile
 import zlib
+from collections.abc import Iterable
+from contextlib import closing
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 from PIL import Image
@@ -17,6 +23,12 @@ from tests.io import sample_files as sample
 MIB = 2**20
 SPRUNG = "sprung"
 """The folder that a file makes where it is run."""
+LAUGHS = (
+    b"<!DOCTYPE a [<!ENTITY l0 'ha'>"
+    + b"".join(b'<!ENTITY l%d "%s">' % (k, b"&l%d;" % (k - 1) * 10) for k in range(1, 12))
+    + b"]>"
+)
+"""A document type whose entity l11 expands to 200 GB."""
 
 
 def npy_header(shape: str, descr: str = "'<f8'", version: int = 1) -> bytes:
@@ -212,3 +224,117 @@ def locked_zip() -> bytes:
     own[6] |= 1
     own[own.index(b"PK\x01\x02") + 8] |= 1
     return bytes(own)
+
+
+def vti(elements: bytes, doctype: bytes = b"") -> bytes:
+    """Return VTK XML with elements of one's own in place of the piece."""
+    head = b'<VTKFile type="ImageData"><ImageData WholeExtent="0 2 0 2 0 0">'
+    return doctype + head + elements + b"</ImageData></VTKFile>"
+
+
+def vti_of(arrays: bytes) -> bytes:
+    """Return VTK XML whose piece of 2 × 2 cells has arrays of one's own."""
+    return vti(b'<Piece Extent="0 2 0 2 0 0"><CellData>' + arrays + b"</CellData></Piece>")
+
+
+def utf16_entities() -> bytes:
+    """Return VTK XML in UTF-16 with entities that grow, which shows `<VTKFile` as plain bytes."""
+    text = '<?xml version="1.0" encoding="utf-16"?>' + vti(b"&l11;", LAUGHS).decode()
+    return (
+        text.replace("?>", "?><!--", 1)
+        .encode("utf-16-le")
+        .replace(
+            "<!--".encode("utf-16-le"),
+            "<!--".encode("utf-16-le") + b"<VTKFile" + "-->".encode("utf-16-le"),
+            1,
+        )
+    )
+
+
+def packed_vti() -> bytes:
+    """Return VTK XML of 2000 × 2000 cells whose packed array unpacks to 30 times as many bytes."""
+    blocks = [zlib.compress(bytes(4 * MIB))] * 30
+    sizes = np.array([len(blocks), 4 * MIB, 0, *map(len, blocks)], "<u4")
+    text = base64.b64encode(sizes.tobytes()) + base64.b64encode(b"".join(blocks))
+    array = b'<DataArray type="Int8" Name="a" format="binary">' + text + b"</DataArray>"
+    own = vti_of(array).replace(b"0 2 0 2 0 0", b"0 2000 0 2000 0 0")
+    return own.replace(b"<VTKFile ", b'<VTKFile compressor="vtkZLibDataCompressor" ')
+
+
+def geojson_of(features: Iterable[bytes]) -> bytes:
+    return b'{"features": [' + b",".join(features) + b"]}"
+
+
+def _geopackage(*statements: str) -> bytes:
+    """Return the points of `tests.io.sample_files` after these statements of SQL."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "wells.gpkg"
+        path.write_bytes(sample.gis("gpkg"))
+        with closing(sqlite3.connect(path)) as database:
+            for statement in statements:
+                database.execute(statement)
+            database.commit()
+        return path.read_bytes()
+
+
+_WITHOUT_TRIGGERS = (
+    "DROP TRIGGER IF EXISTS trigger_insert_feature_count_wells",
+    "DROP TRIGGER IF EXISTS trigger_delete_feature_count_wells",
+    "DELETE FROM gpkg_extensions",
+    "DELETE FROM gpkg_ogr_contents",
+)
+
+
+def endless_geopackage() -> bytes:
+    """Return a GeoPackage whose table of points is a query without end."""
+    return _geopackage(
+        *_WITHOUT_TRIGGERS,
+        "ALTER TABLE wells RENAME TO points",
+        "CREATE VIEW wells AS WITH RECURSIVE c(k) AS (SELECT 1 UNION ALL SELECT k + 1 FROM c) "
+        "SELECT k AS fid, geom, well, facies FROM c, points",
+    )
+
+
+def geopackage_of_blobs() -> bytes:
+    """Return a GeoPackage whose table of points is a query for words of 100 MB."""
+    return _geopackage(
+        *_WITHOUT_TRIGGERS,
+        "ALTER TABLE wells RENAME TO points",
+        "CREATE VIEW wells AS WITH RECURSIVE c(k) AS (SELECT 1 UNION ALL SELECT k + 1 FROM c LIMIT "
+        "99) SELECT k AS fid, geom, hex(zeroblob(50000000)) AS well, facies FROM c, points",
+    )
+
+
+def _shapefile(n: int, size: int, dbf: bytes) -> bytes:
+    """Return a zipped Shapefile of n points whose records state a size in bytes."""
+    records = b"".join(
+        struct.pack(">2i", k + 1, size // 2) + struct.pack("<idd", 1, k, 0) for k in range(n)
+    )
+    index = b"".join(struct.pack(">2i", 50 + 14 * k, size // 2) for k in range(n))
+
+    def file(content: bytes, length: int) -> bytes:
+        words = [9994, *[0] * 5, min(length // 2, 2**31 - 1)]
+        return struct.pack(">7i", *words) + struct.pack("<2i8d", 1000, 1, *[0] * 8) + content
+
+    shp = file(records, 100 + (8 + size) * n)
+    return zipped([("a.shp", shp), ("a.shx", file(index, 100 + 8 * n)), ("a.dbf", dbf)])
+
+
+def promising_shapefile() -> bytes:
+    """Return a Shapefile whose records state sizes of 2 GB."""
+    return _shapefile(50_000, 2**31 - 2, _dbf(2**31 - 1, 1))
+
+
+def wide_shapefile() -> bytes:
+    """Return a Shapefile of 2000 points with a table of 250 columns of 254 letters."""
+    return _shapefile(2000, 20, _dbf(2000, 250))
+
+
+def _dbf(n_rows: int, n_columns: int) -> bytes:
+    """Return a table of columns of 254 letters; only its first 10,000 rows follow."""
+    start, width = 33 + 32 * n_columns, 1 + 254 * n_columns
+    head = struct.pack("<4BIHH20x", 3, 126, 1, 1, n_rows, start, width)
+    columns = b"".join(
+        struct.pack("<11sc4xBB14x", b"C%d" % k, b"C", 254, 0) for k in range(n_columns)
+    )
+    return head + columns + b"\r" + (b" " + b"sand".ljust(width - 1)) * min(n_rows, 10_000)

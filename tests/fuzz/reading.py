@@ -1,4 +1,4 @@
-"""A file read in every way that a page or a script has."""
+"""A file read in every way that a script has, and as the dashboard reads uploads."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ import numpy as np
 import ccwsim.io as cio
 from ccwsim import Grid, TrainingImage
 from ccwsim.io.limits import limited, upload_limits
+from ccwsim.sharing.choices import Upload
 from ccwsim.sharing.project import read_project
+from ccwsim.ui.session.resolve import opened
 
 NAMES = (
     "ti.dat", "../../../etc/passwd", "C:\\x\\y.png", "a\x00b", "**x**", "<script>alert(1)</script>",
@@ -58,8 +60,27 @@ WAYS: dict[str, Callable] = {
 }  # fmt: skip
 
 
+UPLOADED = {
+    **{word: WAYS[word] for word in ("inspect", "image", "points", "preview", "surveys")},
+    "project": lambda file: file.read_with(read_project),
+}
+"""Ways in which the dashboard reads an upload; between them they reach all readers."""
+
+
+def uploads(content: bytes, name: str) -> Iterator[tuple[str, Callable[[], object]]]:
+    """Yield what the dashboard does with an upload: a word for it, and the act."""
+    upload = Upload(name, content)
+    for word, way in UPLOADED.items():
+
+        def act(way: Callable = way) -> object:
+            with opened(upload) as file:
+                return way(file)
+
+        yield word, act
+
+
 def readings(content: bytes, name: str) -> Iterator[tuple[str, Callable[[], object]]]:
-    """Yield what can be done with an upload: a word for it, and the act."""
+    """Yield what a script can do with a file: a word for it, and the act."""
     for word, way in WAYS.items():
 
         def act(way: Callable = way) -> object:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import io
+import multiprocessing
 import os
+import signal
 import threading
 import time
 from dataclasses import replace
@@ -13,6 +15,7 @@ import pytest
 
 from ccwsim import CCWSIMError
 from ccwsim.io import inspect, isolated, read_training_image
+from ccwsim.io.data_file import broken as broken_file
 from ccwsim.io.isolated import IsolatedFile
 from ccwsim.io.limits import MIB, UPLOAD_LIMITS
 from ccwsim.io.opening import open_file, whole_shape
@@ -73,15 +76,24 @@ def test_an_error_of_a_reader_is_the_same_error():
 @pytest.mark.parametrize(
     ("reader", "said"),
     [
-        (endless, "takes longer than 3 s to read"),
+        (endless, "takes longer than .* s to read"),
         (large, "needs more than 200 MB"),
         (falls, "ends the process that reads it"),
     ],
 )
 def test_a_file_that_its_reader_does_not_survive_is_refused(reader, said):
-    with pytest.raises(CCWSIMError, match=f"^a.csv .*{said}.*; cut"):
+    with pytest.raises(CCWSIMError, match=f"^a.csv .*{said}.* cut"):
         isolated_file().read_with(reader)
     assert inspect(isolated_file()).is_table  # the next file meets a new process
+
+
+def test_a_file_that_a_busy_server_could_not_read_is_not_refused_for_ever(tmp_path, monkeypatch):
+    file = isolated_file(str(tmp_path / "log").encode())
+    with monkeypatch.context() as busy:
+        busy.setattr(isolated, "WALL_FACTOR", 0)
+        with pytest.raises(CCWSIMError, match=r"longer than 0 s to read on this busy server"):
+            file.read_with(n_calls)
+    assert file.read_with(n_calls) == "read"
 
 
 def test_a_fault_of_the_program_is_told_as_one():
@@ -131,6 +143,40 @@ def test_processes_are_kept_warm_and_used_again():
 
 def os_pid(file):
     return os.getpid()
+
+
+def test_a_process_that_ended_while_it_waited_is_replaced():
+    pid = isolated_file().read_with(os_pid)
+    os.kill(pid, signal.SIGKILL)
+    os.waitid(os.P_PID, pid, os.WEXITED | os.WNOWAIT)
+    assert inspect(isolated_file()).is_table
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="the system has no fork")
+@pytest.mark.filterwarnings("ignore:.*multi-threaded.*:DeprecationWarning")
+def test_a_fork_reads_with_processes_of_its_own():
+    kept = isolated_file()
+    first = kept.read_with(os_pid)
+    isolated._answers()._lock.acquire()  # as if another thread held it
+    try:
+        forked = multiprocessing.get_context("fork").Pool(1)
+        with forked:
+            theirs = forked.apply_async(kept.read_with, (os_pid,)).get(60)
+            again = forked.apply_async(isolated_file().read_with, (os_pid,)).get(60)
+    finally:
+        isolated._answers()._lock.release()
+    assert theirs == again != first
+    assert isolated_file().read_with(os_pid) == first
+
+
+def test_a_lack_of_memory_is_told_as_one():
+    def lacks(file):
+        with broken_file("the file is broken"):
+            raise MemoryError
+
+    file = isolated_file()
+    request = isolated._Request(lacks, (), file.content, file.name, file.limits)
+    assert "needs more than 200 MB" in str(isolated._answer(request))
 
 
 def test_without_another_process_files_are_read_here(monkeypatch):

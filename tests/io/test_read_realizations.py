@@ -85,7 +85,7 @@ def test_rows_of_a_grid_from_the_north_are_turned():
         (npz_of(realizations=np.zeros((2, 3, 4))), "are not expected"),
         (npz_of(cpu_seconds=np.zeros(3)), r"cpu_seconds has shape \(3,\), not \(2,\)"),
         (npz_of(met_by=np.zeros((2, 1), np.int16)), "met_by has shape"),
-        (npz_of(numbers=np.array([-1, 0])), "-1 must not be negative"),
+        (npz_of(numbers=np.array([-1, 0])), "numbers: -1 is too small"),
         (npz_of(seed=np.array([1, 2])), "seed must be one value"),
         (npz_of(seed=np.array(-4)), "seed = -4"),
         (npz_of(cell_size=np.array([0.0, 1.0])), "must be positive"),

@@ -162,7 +162,7 @@ def test_classic_gslib_asks_for_the_shape(content):
 
 
 def test_shape_against_a_header_says_so():
-    with pytest.raises(CCWSIMError, match="leave shape out"):
+    with pytest.raises(CCWSIMError, match="leave out shape="):
         read(SAMPLES["sgems"], shape=(4, 3))
     assert read(SAMPLES["sgems"], shape=(3, 4)).tolist() == FACIES.tolist()
 

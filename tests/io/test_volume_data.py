@@ -122,7 +122,7 @@ class TestWells:
     def test_what_is_too_thin_for_a_cell_is_said(self):
         rows = "A,350005,4505010,0,0,0.1,0\nA,350005,4505010,0,0.1,2,1"
         report = cio.import_hard_data(BytesIO(well(rows).encode()), GRID, IMAGE)
-        assert "Depth intervals without a cell centre, left out: 1." in report.notes
+        assert "Depth intervals left out because they contain no cell centre: 1." in report.notes
         assert report.hard_data.facies.tolist() == [1] * 4
 
     def test_wells_that_leave_the_grid_are_named(self):
@@ -139,7 +139,7 @@ class TestWells:
             (well("A,1,1,0,1", "well,x,y,porosity,facies"), "no column of heights"),
             (well("A,1,1,0,1,1", "well,x,y,z,from,facies"), "add a column 'to'"),
             (well("A,1,1,0,1,1", "well,x,y,z,to,facies"), "add a column 'from'"),
-            (well("A,1,1,0,3,2,1"), "line 2: the depth from 3 is below the depth to 2"),
+            (well("A,1,1,0,3,2,1"), "line 2: the upper depth 3 is below the lower depth 2"),
             (well("A,1,1,0,,2,1\nA,1,1,0,2,3,1"), "line 2: a coordinate is missing"),
             (well("A,1,1,0,0,1e300,1"), "too far"),
             (well("3,4,1", "row,col,facies"), "no column of layers"),

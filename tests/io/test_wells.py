@@ -209,7 +209,7 @@ def test_data_of_deviated_wells_are_honoured(seed):
             "at one end of intervals; add a column 'to'",
         ),
         ({"intervals": b"well,facies\nB,1\n"}, "no column of depths; it has well, facies"),
-        ({"intervals": b"well,from,to,facies\nB,5,2,1\n"}, "from 5 is below the depth to 2"),
+        ({"intervals": b"well,from,to,facies\nB,5,2,1\n"}, "depth 5 is below the lower depth 2"),
         ({"intervals": b"well,from,to,facies\nB,-1,2,1\n"}, "the depth -1 is above the collar"),
         (
             {"intervals": b"well,from,to,facies\nB,1,31,1\n"},

@@ -9,13 +9,14 @@ from threading import Event
 import numpy as np
 import pytest
 
-from ccwsim import CCWSIMError, Grid, HardData, Parameters, TrainingImage
+from ccwsim import CCWSIMError, Grid, HardData, Parameters, TrainingImage, simulate
+from ccwsim.engine import realization
 from ccwsim.jobs import job as jobs
 from ccwsim.jobs import limits
 from ccwsim.jobs.job import Job, Queue
 from ccwsim.jobs.limits import RESERVE, Demand, admit, limits_of_environment
 from ccwsim.model.study import Study
-from ccwsim.run.footprint import demand_of, footprint
+from ccwsim.run.footprint import KERNELS, demand_of, footprint
 from ccwsim.system.memory import free_memory
 
 STRIPES = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
@@ -118,6 +119,14 @@ def test_a_larger_run_needs_more():
     assert all(n_bytes > footprint(STUDY, 10, n_workers=2) for n_bytes in more)
     assert demand_of(STUDY, 10, n_kept=2).n_bytes < demand_of(STUDY, 10).n_bytes
     assert demand_of(STUDY, 10, n_kept=2).n_cells == 10_000_000
+
+
+def test_kernels_count_until_the_process_has_run_them(monkeypatch):
+    p = STUDY.parameters
+    simulate(STRIPES, (50, 50), p)
+    compiled = footprint(STUDY, 10)
+    monkeypatch.setattr(realization, "_compiled", set())
+    assert footprint(STUDY, 10) == compiled + KERNELS
 
 
 def written(root: Path, files: dict[str, str]) -> Path:

@@ -85,7 +85,7 @@ def test_a_volume_of_one_layer_is_copied_as_its_map():
     np.testing.assert_array_equal(one.seams[0], other.seams)
     with pytest.raises(CCWSIMError, match=r"shape \(nz, ny, nx\)"):
         copying(positions, (1, 9, 11))
-    with pytest.raises(CCWSIMError, match="1 × 2 × 3 cells; the largest position is 5"):
+    with pytest.raises(CCWSIMError, match="1 × 2 × 3 cells: 94 is too large; give at most 5"):
         copying(positions[None], (1, 2, 3))
 
 

@@ -59,6 +59,16 @@ def test_the_cluster_gives_the_same(client):
 
 
 @pytest.mark.slow
+def test_a_task_on_the_only_thread_of_a_cluster_may_use_this_cluster():
+    def task() -> Ensemble:
+        return study(3, executor=distributed.get_client())
+
+    one = {"n_workers": 1, "threads_per_worker": 1, "processes": False, "dashboard_address": None}
+    with distributed.Client(**one, set_as_default=False) as client:
+        assert same(client.submit(task).result(120), study(3))
+
+
+@pytest.mark.slow
 def test_the_cluster_gives_the_same_volumes(client):
     image = TrainingImage(blobs((9, 45, 61), 3))
     wells = [(z, y, x) for z in range(7) for y, x in ((3, 4), (20, 30), (39, 49))]

@@ -52,6 +52,17 @@ class InLine(Executor):
         return future
 
 
+class Wrapped(Executor):
+    """Threads behind another executor."""
+
+    def __init__(self, n: int) -> None:
+        self._pool = ThreadPoolExecutor(n)
+        self._threads = self._pool._threads
+
+    def submit(self, fn, /, *args, **kwargs):
+        return self._pool.submit(fn, *args, **kwargs)
+
+
 @pytest.fixture(scope="module")
 def processes():
     with ProcessPoolExecutor(2) as pool:
@@ -62,6 +73,13 @@ def test_threads_of_the_caller_give_the_same_and_stay_open():
     with ThreadPoolExecutor(3) as pool:
         assert same(study(executor=pool), study())
         assert pool.submit(int, 5).result() == 5
+
+
+@pytest.mark.parametrize("kind", [ThreadPoolExecutor, Wrapped])
+def test_a_thread_of_a_pool_may_give_its_own_pool(kind):
+    """The only thread of the pool would wait for itself; the realizations get other threads."""
+    with kind(1) as pool:
+        assert same(pool.submit(study, executor=pool).result(120), study())
 
 
 @pytest.mark.parametrize("first", [0, 5])

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from dataclasses import fields
+from dataclasses import fields, replace
+from difflib import get_close_matches
 from urllib.parse import parse_qs, urlencode
 
 import numpy as np
@@ -12,8 +13,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ccwsim import CCWSIMError, Grid, HardData, Parameters, datasets
-from ccwsim.model.bounds import MAX_LINK_DATA
+from ccwsim.model.bounds import MAX_LINK_DATA, MAX_LINK_VALUES
 from ccwsim.model.parameters import METHODS, SIMILARITIES, legal_sizes
+from ccwsim.sharing import link
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Shown, Upload
 from ccwsim.sharing.link import KEYS, left_out, link_of, packed, read_link, unpacked
 
@@ -196,6 +198,40 @@ def test_a_bad_value_is_said_and_the_rest_is_taken(query, said):
 
 def test_names_of_others_are_passed_over():
     assert read_link({"utm_source": ["mail"], "embed": ["true"]})[2] == ()
+
+
+@pytest.mark.parametrize(
+    ("query", "left"),
+    [
+        ({"seed": ["7"], **{f"templte{k}": ["1"] for k in range(9999)}}, "templte199"),
+        ({"seed": ["7"], "colour": ["red"] * 9999, "levl": ["1"]}, "colour"),
+        ({"seed": ["7"], "x" * 99_999: ["1"], "levl": ["1"]}, "x" * 40),
+        ({"seed": ["7"], "ti": ["x" * 99_999], "levl": ["1"]}, "ti"),
+    ],
+    ids=["names", "values", "letters of a name", "letters of a value"],
+)
+def test_of_a_long_address_the_first_values_are_read(query, left, monkeypatch):
+    compared: list[str] = []
+
+    def closest(name, *_, **__):
+        compared.append(name)
+        return []
+
+    monkeypatch.setattr(link, "get_close_matches", closest)
+    link._closest.cache_clear()
+    for _ in range(3):
+        choices, _, notes = read_link(query)
+        assert choices == replace(Choices(), seed=7)
+        assert notes == (f"The address is too long: {left} and all after it is ignored.",)
+    assert len(compared) == len(set(compared)) < MAX_LINK_VALUES
+    link._closest.cache_clear()
+
+
+@pytest.mark.parametrize("known", KEYS)
+def test_every_name_that_resembles_a_known_one_is_short_enough_to_be_compared(known):
+    for n in range(1, 60):
+        for name in (known + "-" * n, known * n):
+            assert bool(link.meant(name)) == bool(get_close_matches(name, KEYS, 1, link.LIKENESS))
 
 
 def test_what_a_link_cannot_carry_is_named():

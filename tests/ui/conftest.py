@@ -7,6 +7,8 @@ from functools import cache
 import pytest
 from streamlit.components.v2 import manifest_scanner
 
+from ccwsim.ui.study.run import shared_runs
+
 
 @pytest.fixture(scope="session", autouse=True)
 def _components_are_looked_for_once():
@@ -15,3 +17,8 @@ def _components_are_looked_for_once():
         looked_for = cache(manifest_scanner.scan_component_manifests)
         patch.setattr(manifest_scanner, "scan_component_manifests", looked_for)
         yield
+
+
+@pytest.fixture(autouse=True)
+def _no_study_has_been_simulated():
+    shared_runs.clear()

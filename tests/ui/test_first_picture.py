@@ -7,7 +7,7 @@ from threading import Event
 import pytest
 from streamlit.testing.v1 import AppTest
 
-from ccwsim.engine import compilation
+from ccwsim.engine import compilation, numba_hooks
 from ccwsim.ui.session import progress
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study import run
@@ -82,5 +82,8 @@ def test_kernels_must_compile_unless_they_are_on_disk(monkeypatch, tmp_path):
     monkeypatch.setattr(compilation, "FOLDER", str(tmp_path))
     for name in sorted(compilation.ENTRY_KERNELS):
         assert compilation.must_compile()
-        (tmp_path / f"module.{name}-12.py311.1.nbc").touch()
+        file = tmp_path / f"module.{name}-12.py311.1.nbc"
+        file.write_bytes(b"code" + numba_hooks._digest(b"code"))
     assert not compilation.must_compile()
+    file.write_bytes(file.read_bytes()[:-1])
+    assert compilation.must_compile()

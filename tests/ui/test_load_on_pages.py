@@ -175,6 +175,7 @@ def test_a_run_that_does_not_fit_into_memory_is_refused_with_a_reason(monkeypatc
     app = launched(path="pages/simulate.py")
     monkeypatch.setattr(limits, "free_memory", lambda: RESERVE + 1000)
     before = app.session_state[KEY].ensemble
+    named(app.number_input, "seed").set_value(9).run()
     app.button(key="run").click().run()
     assert not app.exception
     assert "of memory" in texts(app)
@@ -208,6 +209,13 @@ def test_data_are_not_sampled_from_a_grid_beyond_the_limit(monkeypatch):
     monkeypatch.setattr(limits, "free_memory", lambda: RESERVE)
     choices = replace(SMALL, data=DataChoice("sampled", seed_sampled=987))
     with pytest.raises(CCWSIMError, match="memory"):
+        data_of(choices)
+
+
+def test_a_link_cannot_make_a_page_sample_data_for_minutes(monkeypatch):
+    monkeypatch.setattr("ccwsim.ui.session.resolve.UNASKED_SECONDS", 1e-9)
+    choices = replace(SMALL, data=DataChoice("sampled", seed_sampled=986))
+    with pytest.raises(CCWSIMError, match=r"takes about .* choose a smaller grid"):
         data_of(choices)
 
 

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from threading import Event
 
+import numpy as np
 import pytest
 
-from ccwsim import Grid, Parameters, simulate
+from ccwsim import Grid, Parameters, TrainingImage, simulate
+from ccwsim.jobs import limits
+from ccwsim.jobs.job import Job, server_queue
 from ccwsim.sharing.choices import Choices, DataChoice, Shown, Upload
 from ccwsim.sharing.link import link_of
 from ccwsim.sharing.project import Project, project_as_bytes
@@ -15,7 +19,7 @@ from ccwsim.ui.session.resolve import image_of, study_of
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.share.menu import open_project
 from ccwsim.ui.study import run
-from ccwsim.ui.study.run import estimated_seconds, question_of
+from ccwsim.ui.study.run import demand_of_run, estimated_seconds, question_of
 from tests.ui.test_pages import SMALL, html, settled
 from tests.ui.widgets import opened
 
@@ -43,7 +47,7 @@ def project_of(choices: Choices) -> Upload:
 @pytest.fixture
 def short_patience(monkeypatch):
     """Studies are asked about that take longer than nothing, so that tests can run them."""
-    monkeypatch.setattr(run, "UNASKED_SECONDS", 0.0)
+    monkeypatch.setattr(limits, "UNASKED_SECONDS", 0.0)
 
 
 @pytest.mark.parametrize("page", PAGES)
@@ -84,7 +88,7 @@ def test_a_change_is_no_yes(short_patience):
 
 def test_a_change_that_makes_it_short_starts_it(monkeypatch):
     many = replace(SMALL, n_realizations=8)
-    monkeypatch.setattr(run, "UNASKED_SECONDS", estimated_seconds(many) / 2)
+    monkeypatch.setattr(limits, "UNASKED_SECONDS", estimated_seconds(many) / 2)
     app = by_link("simulate", many)
     assert asked(app)
     app = settled(app.number_input(key="n_realizations").set_value(2).run())
@@ -126,6 +130,47 @@ def test_more_realizations_take_longer_and_are_said_so(times):
     assert f"takes about {said} on this machine" in question_of(
         State(choices=more, needs_confirmation=True)
     )
+
+
+@pytest.mark.parametrize(("side", "n", "asks"), [(10_000, 20, True), (1000, 20, False)])
+def test_a_link_to_many_cells_asks_even_if_they_take_little_time(side, n, asks, monkeypatch):
+    monkeypatch.setattr(limits, "UNASKED_SECONDS", 10.0**9)
+    monkeypatch.setattr(limits, "free_memory", lambda: 64 * 10**9)
+    choices = replace(SMALL, grid=Grid(side, side), n_realizations=n)
+    assert bool(question_of(State(choices=choices, needs_confirmation=True))) == asks
+
+
+def test_a_link_asks_if_its_run_takes_most_of_the_memory_that_is_free_now(monkeypatch):
+    state = State(choices=SMALL, needs_confirmation=True)
+    need = demand_of_run(state).n_bytes + limits.RESERVE
+    for free, asks in ((need, True), (4 * need, False)):
+        monkeypatch.setattr(limits, "free_memory", lambda free=free: free)
+        assert bool(question_of(state)) == asks
+
+
+def test_runs_of_others_lengthen_the_estimate_and_own_runs_do_not(monkeypatch):
+    idle, release, queue = estimated_seconds(LONG), Event(), server_queue()
+    jobs = []
+    try:
+        for session in ("other", "own"):
+            monkeypatch.setattr(queue, "current_session", lambda session=session: session)
+            jobs.append(Job(lambda job: release.wait(60)))
+        assert estimated_seconds(LONG) == pytest.approx(2 * idle)
+    finally:
+        release.set()
+    assert all(job.wait(60) for job in jobs)
+    assert estimated_seconds(LONG) == pytest.approx(idle)
+
+
+def test_an_image_without_structure_lengthens_the_estimate(monkeypatch):
+    noise = TrainingImage(np.random.default_rng(0).integers(0, 3, (200, 200)))
+    blocks = TrainingImage(np.kron(noise.array[:20, :20], np.ones((10, 10), int)))
+    assert (noise.disorder > 0.9, blocks.disorder) == (True, 0.0)
+    seconds = []
+    for image in (noise, blocks):
+        monkeypatch.setattr(run, "image_of", lambda _, image=image: image)
+        seconds.append(estimated_seconds(LONG))
+    assert seconds[0] > 2 * seconds[1]
 
 
 def test_what_cannot_run_is_said_instead():

@@ -93,14 +93,38 @@ def test_what_is_kept_is_bounded_in_number_time_and_size():
     for k in range(12):
         some.keep("ann", image(k))
     assert len(some.of("ann")) == kept.MAX_OF_BROWSER
-    some.keep("bob", image(1, 990))
-    assert some.of("ann") == {} or sum(map(size_of, some.of("ann").values())) <= 10
-    assert some.of("bob") == image(1, 990)
+    some.keep("bob", image(1, 700))
+    assert some.of("bob") == image(1, 700)
     now[0] = 59.0
-    some.keep("bob", image(1, 990))
+    some.keep("bob", image(1, 700))
     now[0] = 100.0
     assert some.of("bob")
+    assert some.of("ann") == {}
     now[0] = 120.0
     assert some.of("bob") == {}
     some.keep("bob", image(2, 2000))  # larger than all that may be kept
     assert some.of("bob") == {}
+
+
+def test_the_browser_with_the_most_bytes_loses_its_oldest_first():
+    some = KeptChoices(450, 60)
+    own = {
+        who: own_choices(Choices(image=ImageChoice(upload=Upload(f"{who}.dat", bytes(size)))))
+        for who, size in {"ann": 60, "bob": 40, "cy": 50}.items()
+    }
+    for who in own:
+        some.keep(who, own[who])
+    images = [ImageChoice(upload=Upload(f"{k}", bytes(70))) for k in range(5)]
+    many = [own_choices(Choices(image=image)) for image in images]
+    for each in many:
+        some.keep("eve", each)
+    assert {who: some.of(who) for who in own} == own
+    assert some.of("eve") == many[-2] | many[-1]
+    for k in range(20):  # as many browsers as anybody likes, each with one large file
+        some.keep(f"eve {k}", many[0])
+    assert {who: some.of(who) for who in own} == own
+
+
+def test_data_placed_by_hand_count_too():
+    (data,) = own_choices(Choices(data=DataChoice("placed", placed=PLACED))).values()
+    assert size_of(data) == PLACED.n * 3 * 8

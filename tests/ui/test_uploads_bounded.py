@@ -52,16 +52,37 @@ def test_a_session_that_sends_on_and_on_holds_its_latest_files(manager):
     assert sum(len(file.data) for file in files) == 6 * MB
 
 
-def test_all_sessions_together_hold_what_the_server_allows(manager):
-    for k in range(5):
-        sent(manager, f"reader {k}", "a", "b")
-    held = [manager.get_files(f"reader {k}", ["a", "b"]) for k in range(5)]
-    full = [file.type == "text/plain" for files in held for file in files]
-    assert full == [True] * 6 + [False] * 4
-    assert all(not file.data for files in held[3:] for file in files)
+def test_a_session_takes_no_more_room_than_it_leaves(manager):
+    sizes = [
+        sum(len(file.data) for file in sent(manager, f"reader {k}", *"abcdefgh", size=MB))
+        for k in range(5)
+    ]
+    assert sizes == [8 * MB, 6 * MB, 3 * MB, MB, MB]  # of 20 MB; a session has at most 8
     manager.remove_session_files("reader 0")
-    (again,) = sent(manager, "reader 4", "c")
+    (again,) = sent(manager, "reader 4", "i", size=3 * MB)
     assert len(again.data) == 3 * MB
+
+
+def test_all_sessions_together_hold_what_the_server_allows(manager):
+    for k in range(50):
+        sent(manager, f"reader {k}", "a", "b", size=500_000)
+    files = [f for k in range(50) for f in manager.get_files(f"reader {k}", ["a", "b"])]
+    taken = [file for file in files if file.type == "text/plain"]
+    assert files[:36] == taken[:36]
+    assert BoundedUploads(manager).held() == len(taken) * 500_000 <= 20 * MB
+    assert not any(file.data for file in files if file.type == NO_ROOM)
+
+
+def test_files_in_the_study_of_a_session_are_its_own(manager, monkeypatch):
+    bounded = BoundedUploads(manager)
+    (file,) = sent(manager, "ann", "image", size=5 * MB)
+    monkeypatch.setattr(uploads, "current_session", lambda: "ann")
+    study = upload_of(UploadedFile(file, FileURLs()))
+    manager.remove_session_files("ann")
+    assert bounded.held("ann") == len(study.content) == 5 * MB
+    (more,) = sent(manager, "ann", "more", size=6 * MB)
+    assert more.type == NO_ROOM
+    assert len(sent(manager, "bob", "image", size=6 * MB)[0].data) == 6 * MB
 
 
 def test_files_of_studies_count_until_nothing_has_them(manager):

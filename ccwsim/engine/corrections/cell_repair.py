@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import product
+from math import prod
 from typing import NamedTuple
 
 import numpy as np
@@ -27,7 +28,7 @@ PART, PART_VOLUME = (1, 64, 512), (16, 32, 128)
 """Layers, rows and columns of a part of a grid. A part fits into the processor's cache."""
 PARTS_PER_CALL = 64
 FURTHER, FURTHER_VOLUME = 3, 14
-"""A tabu search ends at this number of unseen patterns above the best state."""
+"""Number of unseen patterns, in excess of the best state, at which a tabu search ends."""
 PATIENCE, PATIENCE_VOLUME = 20, 40
 """Number of changes without a new best state after which a tabu search ends."""
 FURTHER_DATA, PATIENCE_DATA, SHARE_OF_DATA = 200, 2000, 0.001
@@ -63,6 +64,7 @@ class RepairedPart(NamedTuple):
     near: NDArray[np.uint64]  # shape (LONGEST,): patterns among which a tabu search chooses
     changed: NDArray[np.uint64]  # shape (LONGEST,): cells that a tabu search changed, in order
     before: NDArray[np.uint8]  # shape (LONGEST,): facies of these cells before the change
+    trials: NDArray[np.int64]  # shape (1,): number of changes that may still be tried
     aside: NDArray[np.uint64]  # shape (n_neighbours,): index steps to neighbours, modulo 2⁶⁴
     steps: NDArray[np.uint64]  # shape (n,): index steps from the first to each cell of a pattern
     weights: NDArray[np.uint32]  # shape (n,): factors of these cells in a pattern's number
@@ -74,6 +76,7 @@ def repair_cells(
     rng: np.random.Generator,
     walks: bool,
     report: Callable[[float], None] = lambda share: None,
+    trials_a_cell: int = 1 << 20,
 ) -> int:
     """Change single cells of a realization, in place; return the number of changes.
 
@@ -81,7 +84,8 @@ def repair_cells(
     only tabu searches use `rng`. `patterns` must be patterns of adjacent cells. The source of a
     changed cell continues the source of a neighbour if the training image has the new facies at
     that location; otherwise the source is −1. `report` is called with the finished share of the
-    work and may raise an error to stop.
+    work and may raise an error to stop. About `trials_a_cell` changes per cell are tried in each
+    part of the grid; the rest of a part stays as it is.
     """
     shape = target.grid.shape
     if any(r >= n for r, n in zip(patterns.reach, shape, strict=True)):
@@ -96,7 +100,7 @@ def repair_cells(
     for k in range(0, len(firsts), PARTS_PER_CALL):
         report(k / len(firsts))
         some = np.array(firsts[k : k + PARTS_PER_CALL])
-        limits = walks, ends, ends_at_data
+        limits = walks, ends, ends_at_data, trials_a_cell * prod(lengths)
         n_changed += change_cells(target, patterns, some, lengths, part, rng, *limits)
     return n_changed
 
@@ -122,13 +126,14 @@ def make_part(patterns: Patterns, lengths: Triple) -> RepairedPart:
     is_free, was_tried = np.zeros(n, np.bool_), np.zeros(n, np.bool_)
     near, changed = np.zeros(LONGEST, np.uint64), np.zeros(LONGEST, np.uint64)
     walked = np.zeros(n, np.uint16), near, changed, np.zeros(LONGEST, np.uint8)
+    trials = np.zeros(1, np.int64)
     counted = rows, line, numbers, is_unseen, unseen, n_unseen, was_tried
     steps = [(z * ny + y) * nx + x for z, y, x in np.ndindex(patterns.cells)]
     of_cells = np.array(steps, np.uint64), cell_weights(patterns)
     ways = [n for n, r in zip((1, nx, ny * nx), patterns.reach[::-1], strict=True) if r > 0]
     aside = np.array([step for n in ways for step in (-n, n)], np.int64).astype(np.uint64)
     return RepairedPart(
-        (nz, ny, nx), facies, is_free, is_inside, *counted, *walked, aside, *of_cells
+        (nz, ny, nx), facies, is_free, is_inside, *counted, *walked, trials, aside, *of_cells
     )
 
 
@@ -141,22 +146,24 @@ def cell_weights(patterns: Patterns) -> NDArray[np.uint32]:
 
 
 @kernel
-def change_cells(target, patterns, firsts, lengths, part, rng, walks, ends, ends_at_data):
+def change_cells(target, patterns, firsts, lengths, part, rng, walks, ends, ends_at_data, n_trials):
     """Change cells in parts of the grid; return the number of changes.
 
     `firsts`, shape (n, 3), are the first cells of the parts. `lengths` are the lengths of a part;
     parts at the end of the grid may be shorter. `ends_at_data` are the limits of tabu searches that
-    start at data, `ends` the limits of other tabu searches.
+    start at data, `ends` the limits of other tabu searches. About `n_trials` changes are tried in
+    each part.
     """
     n_changed = 0
     for i in range(len(firsts)):
         reach = patterns.reach
         origin = firsts[i, 0] - reach[0], firsts[i, 1] - reach[1], firsts[i, 2] - reach[2]
         copy_part(target.grid, target.data, origin, lengths, patterns, part)
+        part.trials[0] = n_trials
         n_found = find_unseen_patterns(patterns, part)
         for k in range(n_found):
             first = np.uint64(part.unseen[k])
-            while part.is_unseen[first]:
+            while part.is_unseen[first] and part.trials[0] > 0:
                 cell, facies = best_change(first, patterns, part)
                 if facies == UNKNOWN:
                     break
@@ -166,7 +173,7 @@ def change_cells(target, patterns, firsts, lengths, part, rng, walks, ends, ends
                 n_changed += write_back(1, target, origin, part)
         for k in range(n_found if walks else 0):
             first = np.uint64(part.unseen[k])
-            if part.is_unseen[first]:
+            if part.is_unseen[first] and part.trials[0] > 0:
                 with_datum = has_data(target.data, box_of(first, origin, patterns, part))
                 limits = ends_at_data if with_datum else ends
                 n = walk(first, limits, patterns, part, rng)
@@ -287,6 +294,7 @@ def best_change(first, patterns, part):
             is_new = facies != own and facies != latest
             if is_new and facies != UNKNOWN:
                 latest = facies
+                part.trials[0] -= 1
                 left = n_unseen_after(cell, facies, n - gain, patterns, part)
                 if n - left > gain:
                     gain, best, best_facies = n - left, cell, facies
@@ -305,7 +313,7 @@ def walk(first, ends, patterns, part, rng):
     near, changed, before = part.near, part.changed, part.before
     near[0], n_near = first, np.int64(1)
     more = least = n_changed = n_kept = np.int64(0)
-    while n_near > 0 and n_changed < min(n_kept + patience, LONGEST):
+    while n_near > 0 and n_changed < min(n_kept + patience, LONGEST) and part.trials[0] > 0:
         k = draw_index(rng, n_near)
         if not part.is_unseen[near[k]]:
             n_near -= 1
@@ -333,8 +341,8 @@ def next_change(first, n_changed, better, patterns, part, rng):
     """Return a cell to change, its new facies, and the number of added unseen patterns.
 
     The change is chosen at random among the changes that add the fewest unseen patterns; this
-    number may be negative. A recently changed cell changes only if this adds fewer than `better`
-    unseen patterns; `better` is at most 0. The facies is UNKNOWN if no cell can change.
+    number may be negative. A recently changed cell changes only if the change adds fewer than
+    `better` unseen patterns; `better` is at most 0. The facies is UNKNOWN if no cell can change.
     """
     cells, aside = part.facies, part.aside
     n_aside, n_equal = np.uint64(len(aside)), 0
@@ -353,6 +361,7 @@ def next_change(first, n_changed, better, patterns, part, rng):
                 continue
             latest = facies
             most = min(n + least + 1, limit)
+            part.trials[0] -= 1
             left = n_unseen_after(cell, facies, most, patterns, part)
             if left >= most:
                 continue

@@ -33,7 +33,7 @@ from ccwsim.engine.stages.path import (
 
 SAME, DIFFERS, ALL_NEW, ALL_OLD, NOTHING = 0, 1, 2, 3, 4
 """States of cells. SAME and DIFFERS are cells in the overlap whose old and new facies are equal or
-different. ALL_NEW, ALL_OLD and NOTHING are beyond the overlap: new, old or missing cells."""
+different. ALL_NEW, ALL_OLD and NOTHING are new, old and missing cells beyond the overlap."""
 BROKEN_CELL = 1 << 20
 """Cost of a datum that the cut does not honour; it exceeds the cost of all seams of a patch."""
 FREE, OF_OLD, OF_NEW, INACTIVE = 0, 1, 2, 3

@@ -38,6 +38,12 @@ CONTRADICTED = 4
 which data contradict the image."""
 MAX_LOCATIONS = 50_000
 """Approximate maximum number of locations from which margin weights are estimated."""
+MAX_SHARES = 1_000_000
+"""Maximum number of proportions, one for each location and facies, from which these weights are
+estimated; with more than 20 facies it limits the number of locations."""
+MAX_PRODUCTS = 1_000_000_000
+"""Approximate maximum number of products in all steps of Newton's method; with more than 20 facies
+it limits the number of steps."""
 MAX_STEPS = 50
 """Maximum number of steps of Newton's method; a few suffice."""
 ACCURATE = 1e-7
@@ -64,7 +70,7 @@ def margin_weights(
     shares = _shares(sums, size) / cells
     target = proportions[-shares.shape[1] :]
     weights = np.zeros(len(target))
-    for _ in range(MAX_STEPS):
+    for _ in range(min(MAX_STEPS, MAX_PRODUCTS // (shares.size * len(target)))):
         exponents = -shares @ weights
         chance = np.exp(exponents - exponents.max())
         chance /= chance.sum()
@@ -80,10 +86,10 @@ def margin_weights(
 
 def _shares(sums: NDArray[np.integer[Any]], size: Triple) -> NDArray[np.float64]:
     """Return the proportions in all patches of `size` blocks, shape (n_locations, n_planes)."""
-    planes = []
+    planes, most = [], min(MAX_LOCATIONS, MAX_SHARES // len(sums))
     for plane in sums:
         counts = box_sums(summed_up(plane.astype(np.int64)), size, (0, 0, 0), size).ravel()
-        planes.append(counts[:: -(-len(counts) // MAX_LOCATIONS)])
+        planes.append(counts[:: -(-len(counts) // most)])
     return np.stack(planes, axis=1)
 
 

@@ -67,7 +67,7 @@ THIN = 2
 N_BEST = 4
 """Number of best locations from which the patch is chosen at random."""
 DENSE = 0.75
-"""If a larger share of cells has data, no search starts around data that form an unseen pattern."""
+"""Maximum share of cells with data for a search around data that form an unseen pattern."""
 LOCATIONS_PER_CALL = 10_000_000
 """Number of locations compared between two checks for a stop, some hundredths of a second apart."""
 NO_PATTERNS = Patterns(

@@ -76,7 +76,7 @@ CHANGE = 0.1
 """Cost, in unseen patterns, of each cell that changes from one facies to another."""
 WINDOWS_A_TILE, WINDOWS_A_TILE_DATA = 0.125, 1.0
 """Maximum number of repaired windows per tile of a map, without and with data. Windows with the
-most unseen patterns are repaired first. In volumes, all windows are repaired."""
+most unseen patterns are repaired first. In volumes, all windows of ordinary images are repaired."""
 WINDOWS_PER_CALL = 256
 
 

@@ -1,7 +1,7 @@
 """Find patterns of a realization that are absent from the training image (not in the paper).
 
-Each pattern has a number, and a table of bits marks the numbers of the image's patterns. A
-realization is therefore searched in one pass, and a window in a microsecond.
+Each pattern has a number, and a table of bits marks the numbers of the image's patterns. The
+search of a realization is therefore a single pass, and the search of a window takes a microsecond.
 """
 
 from __future__ import annotations

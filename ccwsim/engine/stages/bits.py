@@ -143,8 +143,8 @@ def n_bits(word):
 def nth_bit(word, n):
     """Return the position of the n-th set bit of a word, with n = 0 for the lowest set bit.
 
-    Running sums of the numbers of set bits per byte give the byte; running sums within the byte
-    give the bit. The code has no branches, because the processor could not predict branches.
+    Running sums of the numbers of set bits per byte determine the byte of this bit; running sums in
+    the byte determine the bit. The code has no branches, which a processor could not predict.
     """
     ones, high = np.uint64(FIRST_ROW), np.uint64(0x8080808080808080)
     before, one = np.uint64(n), np.uint64(1)

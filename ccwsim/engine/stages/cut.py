@@ -20,7 +20,7 @@ from ccwsim.engine.stages.path import BOTTOM, LEFT, RIGHT, TOP, UNKNOWN, Triple
 BROKEN = 1 << 16
 """Cost of a datum that the cut does not honour; it exceeds any cost without data."""
 MAX_BIT_COST = 32
-"""Below this cost, the search for a boundary uses bits, to process a line's boundaries at once."""
+"""Below this cost, bits are used to search for a boundary, all boundaries of a line at once."""
 
 
 class CutWorkspace(NamedTuple):

@@ -78,7 +78,7 @@ def in_three(cells: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def overlap_cells(template: Triple, overlap: Triple) -> int:
-    """Return the number of cells in the overlap of a patch that overlaps along each axis."""
+    """Return the number of overlap cells of a patch with earlier neighbours along each axis."""
     inside = prod(t - o for t, o in zip(template, overlap, strict=True))
     return prod(template) - inside
 
@@ -122,7 +122,7 @@ def cells_to_path(
 def cells_from_path(
     cells: NDArray[np.int64], shape: tuple[int, ...], orientation: int
 ) -> NDArray[np.int64]:
-    """Return the grid coordinates of cells, shape (n, 3), of a path of `shape`."""
+    """Convert cells, shape (n, 3), from path to grid coordinates; `shape` is the path's shape."""
     layers, rows, columns = cells.T
     layers = shape[0] - 1 - layers if orientation & FROM_ABOVE else layers
     columns = shape[2] - 1 - columns if orientation & 2 else columns
@@ -215,9 +215,9 @@ def clip_patches(
 ) -> NDArray[np.int64]:
     """Return the patches of a path, restricted to whole blocks that contain cells of the grid.
 
-    In a volume of few tiles, at least a third of all cells of patches are outside the grid. A patch
-    that later patches would replace completely is omitted. `cell_size` is the number of grid cells,
-    along each axis, in a cell of the searched scale.
+    In a volume of few tiles, at least a third of the cells of unrestricted patches are outside the
+    grid. A patch that later patches would replace completely is omitted. `cell_size` is the number
+    of grid cells, along each axis, in a cell of the coarsest scale.
     """
     size = np.multiply(block, cell_size)
     low = np.array(path.offset) // size * block

@@ -139,7 +139,7 @@ def upgrid(image, block_size):
 def upgrid_data(
     cells: NDArray[np.int64], facies: NDArray[np.uint8], block_size: Triple
 ) -> tuple[NDArray[np.int64], NDArray[np.uint8]]:
-    """Return the blocks of `block_size` cells that contain data, and the majority facies of data.
+    """Return the blocks of `block_size` cells with data, and the majority facies of their data.
 
     In a tie, the result is the tied facies whose first datum is first by layer, row and column.
     """

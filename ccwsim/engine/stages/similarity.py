@@ -27,7 +27,7 @@ from ccwsim.engine.kernels import part_of_kernel
 from ccwsim.engine.stages.path import Triple, inside_overlap, overlap_cells
 
 ROWS_AT_ONCE = 16
-"""Number of rows of locations scored in one loop, whose data fit into the processor's cache."""
+"""Number of rows of locations scored in one loop; their data fit into the processor's cache."""
 AT_ONCE = 4
 """Number of terms that are added in one loop over locations."""
 SCORE_TYPES = np.int16, np.int32, np.int64
@@ -76,7 +76,7 @@ def running_sums(
 def running_squares(
     sums: NDArray[np.number[Any]], kind: type[np.number[Any]]
 ) -> NDArray[np.number[Any]]:
-    """Return the running sums of A² along three axes, in the type of the scores, by `summed_up`.
+    """Return the running sums of A² along three axes (see `summed_up`), in the type of the scores.
 
     Running sums may overflow, but sums over boxes of blocks are exact if they fit the type.
     """

@@ -51,7 +51,7 @@ class Frame(NamedTuple):
         return np.array(self.offset or (0,) * len(self.shape))
 
     def to_grid(self, array: NDArray) -> NDArray:
-        """Return a copy, in grid coordinates, of an array of whole tiles in path coordinates.
+        """Return the grid in grid coordinates, from an array of all tiles in path coordinates.
 
         Examples
         --------

@@ -348,7 +348,7 @@ class Trace:
     ) -> tuple[NDArray[np.number[Any]], NDArray[np.bool_]]:
         """Return the scores of all locations, and a mask of locations excluded as continuations.
 
-        In the workspace, excluded locations have the worst score; the real scores are returned.
+        Excluded locations have the worst score in the workspace, but the real score in the result.
         """
         scores = self._stepper.work.scores.copy()
         copies = np.zeros(scores.shape, bool)

@@ -97,7 +97,7 @@ def _tiff_type(maps: Mapping[str, NDArray]) -> str:
         return "float32" if kind.itemsize < 8 or _fit(maps, 2**24) else "float64"
     if kind.itemsize == 8:
         if not _fit(maps, 2**31):
-            raise CCWSIMError("facies codes of a GeoTIFF must be below 2³¹; renumber them")
+            raise CCWSIMError("facies codes in a GeoTIFF must be below 2³¹; renumber them")
         return "int32"
     return kind.name
 
@@ -142,7 +142,7 @@ def netcdf_integers(values: NDArray) -> NDArray:
     for kind in (np.int8, np.int16, np.int32):
         if np.iinfo(kind).min <= low and high <= np.iinfo(kind).max:
             return values.astype(kind)
-    raise CCWSIMError("facies codes of NetCDF must be below 2³¹; renumber them")
+    raise CCWSIMError("facies codes in NetCDF must be below 2³¹; renumber them")
 
 
 def _package(kind: str) -> Any:

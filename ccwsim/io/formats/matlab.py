@@ -40,7 +40,7 @@ _MATRIX, _COMPRESSED = 14, 15
 _NUMERIC_CLASSES = range(6, 16)
 _COMPLEX = 0x08
 _START, _BLOCK = 2000, 4 * 2**20
-"""Bytes to unpack for the header of a packed variable, and bytes to unpack in each step."""
+"""Number of bytes to unpack for the header of a packed variable, and number in each later step."""
 
 
 def read_matlab(content: bytes, name: str) -> DataFile:

@@ -53,7 +53,7 @@ def npy_shape(content: bytes, name: str) -> tuple[int, int] | None:
 
 
 def read_npz(content: bytes, name: str) -> DataFile:
-    """Return the arrays of an `.npz` file that can be grids, or a table of `cells` and `facies`.
+    """Return the grids in an `.npz` file, or its arrays `cells` and `facies` as a table.
 
     Examples
     --------
@@ -187,7 +187,7 @@ class _Array(NamedTuple):
 
     @classmethod
     def of_numbers(cls, content: bytes, name: str, whole: bool = False) -> _Array:
-        """Read the header; raise an error if values are too many or have a non-numeric type."""
+        """Read the header; raise an error for too many values or a non-numeric type."""
         array = cls.opened(content, name)
         if array.dtype.kind not in "buif" or array.dtype.itemsize > 16:
             raise CCWSIMError(

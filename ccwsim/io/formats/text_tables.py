@@ -43,7 +43,7 @@ def is_number(word: str) -> bool:
 def numbers_in(
     content: bytes, name: str, *, start: int = 0, first_line: int = 1
 ) -> NDArray[np.float64]:
-    """Return all numbers in a text from byte `start` on, which is in line `first_line`.
+    """Return all numbers in a text from byte `start` on; this byte is in line `first_line`.
 
     Examples
     --------
@@ -346,7 +346,7 @@ def _by_field(
             raise CCWSIMError(f"{name}, line {number}: {len(fields)} fields, but {n} are needed")
         table.append(fields)
         if len(table) * n > limits().fields:
-            raise CCWSIMError(f"{name}: the table is too large for words or empty fields; clean it")
+            raise CCWSIMError(f"{name} is too large for words or empty fields; remove these")
     columns, words = [], {}
     for k, fields in enumerate(zip(*table, strict=True)):
         values = [field_number(field, marks.decimal) for field in fields]

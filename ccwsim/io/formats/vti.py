@@ -122,7 +122,7 @@ class _Builder(ElementTree.TreeBuilder):
         self._name = name
 
     def doctype(self, *_: object) -> None:
-        raise CCWSIMError(f"{self._name}: XML declarations are not allowed; save it again as VTI")
+        raise CCWSIMError(f"{self._name}: a DOCTYPE is not allowed; save the file again as VTI")
 
 
 def _numbers(
@@ -178,7 +178,7 @@ class _Values:
             return np.array(words, "S40").astype(np.float64)
 
     def _plain(self, text: memoryview | bytes, raw: bool, n: int) -> bytes:
-        """Return uncompressed bytes; their count precedes them, possibly encoded separately."""
+        """Return uncompressed bytes, which follow their (possibly separately encoded) count."""
         size = self._header.itemsize
         promised = int(self._words(text, raw, 1)[0])
         if raw:

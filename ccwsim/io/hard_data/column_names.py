@@ -57,7 +57,7 @@ SURVEYS = {
 WELL_TABLES = {"collars": COLLARS, "intervals": INTERVALS, "surveys": SURVEYS}
 """The roles of columns in each table of wells."""
 ALTERNATIVE_ROLES = {"depth": ("depth_from", "depth_to"), "survey_dip": ("survey_inclination",)}
-"""Alternatives to a role; if a table has columns of both, the alternatives are the default."""
+"""By role, the roles that are preferred by default if a table also has columns of these roles."""
 
 
 def is_points(names: list[str]) -> bool:
@@ -129,8 +129,8 @@ def columns_of(
 ) -> dict[str, str]:
     """Return the column of each role in a table, as given by the user or guessed by name.
 
-    If a table has a column of depths and also columns from and to, the user's choice is returned
-    (default: from and to). If it has inclination and dip, the default is inclination.
+    If a table has a column "depth" and also columns "from" and "to", the columns that the user
+    names are returned (default: "from" and "to"). Inclinations are preferred to dips by default.
 
     Examples
     --------

@@ -33,13 +33,13 @@ class PointColumns:
     well: str | None = None
     """Name of the column of well names, only for a volume; "" for no column."""
     z: str | None = None
-    """Name of the column of elevations, only for a volume. If the table has depths, these are
-    elevations of collars of vertical wells. With `coordinates="cells"`, the column contains
-    layers."""
+    """Name of the column of elevations, only for a volume. If the table has depths, the
+    column contains elevations of collars of vertical wells. With `coordinates="cells"`, the column
+    contains layers."""
     depth_from: str | None = None
     depth_to: str | None = None
     depth: str | None = None
-    """Columns of depths below z, only for a volume: from and to, or one depth; "" for no column."""
+    """Depths below z, only in volumes: columns "from" and "to", or one column; "" for no column."""
     coordinates: str | None = None
     """Whether two columns with unclear names are x and y ("world"), or row and col ("cells")."""
     up: bool | None = None
@@ -77,13 +77,13 @@ class WellColumns:
     depth_to: str | None = None
     depth: str | None = None
     facies: str | None = None
-    """Columns of intervals: names of the wells, from and to (or one depth), and facies."""
+    """Columns of intervals: well names, depths "from" and "to" (or one depth), and facies."""
     survey_well: str | None = None
     survey_depth: str | None = None
     survey_azimuth: str | None = None
     survey_inclination: str | None = None
     survey_dip: str | None = None
-    """Columns of surveys: names and depths along wells, azimuths, and inclinations or dips."""
+    """Columns of surveys: well names, depths along wells, azimuths, and inclinations or dips."""
 
 
 GUESSED_WELLS = WellColumns()

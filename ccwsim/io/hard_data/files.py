@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from ccwsim.io.atomic import format_of, write_bytes
+from ccwsim.io.formats.csv_table import csv_as_bytes
 from ccwsim.io.hard_data.columns import PointColumns
 from ccwsim.io.hard_data.placing import Conversion, HardDataImport, place_points, resolve_points
 from ccwsim.io.hard_data.reading import read_points
@@ -130,9 +131,8 @@ def hard_data_as_bytes(hard_data: HardData, format: str, grid: Grid | None = Non
     places = frame.centers_of(hard_data.cells).tolist()
     rows = zip(places, hard_data.facies.tolist(), strict=True)
     if kind == "csv":
-        head = [",".join([*AXES[: hard_data.n_dimensions], "facies"])]
-        lines = [",".join([*map(repr, place), str(code)]) for place, code in rows]
-    else:
-        head = [f"{hard_data.n} hard data", "4", "x", "y", "z", "facies"]
-        lines = [" ".join([*(*map(repr, place), "0")[:3], str(code)]) for place, code in rows]
+        names = *AXES[: hard_data.n_dimensions], "facies"
+        return csv_as_bytes(names, ((*place, code) for place, code in rows))
+    head = [f"{hard_data.n} hard data", "4", "x", "y", "z", "facies"]
+    lines = [" ".join([*(*map(repr, place), "0")[:3], str(code)]) for place, code in rows]
     return "\n".join([*head, *lines, ""]).encode()

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ccwsim.io.formats.classes import Classes, asks_for_codes, classify
 from ccwsim.io.formats.text_tables import is_number
 from ccwsim.io.hard_data.points import ImportedPoints, along_wells
-from ccwsim.model.arrays import is_whole
+from ccwsim.model.arrays import as_integers, is_whole
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
@@ -194,8 +194,8 @@ def _cells(
     """Return the cell of each point, and its distance from the cell's centre, in cells."""
     if not points.world:
         cells = np.rint(points.places)
-        broken = np.abs(points.places - cells).max(axis=1, initial=0) > 1e-3
-        broken |= np.abs(cells).max(axis=1, initial=0) > _FAR
+        broken = ~(np.abs(points.places - cells).max(axis=1, initial=0) <= 1e-3)  # also NaN
+        broken |= ~(np.abs(cells).max(axis=1, initial=0) <= _FAR)
         if broken.any():
             raise CCWSIMError(
                 f"{points.name}, {points.named(np.flatnonzero(broken))}: rows and columns must be "
@@ -204,7 +204,7 @@ def _cells(
         return cells.astype(np.int64), np.zeros(points.n)
     frame = grid or Grid.of((1,) * points.places.shape[1])
     in_cells = (points.places - frame.origin) / frame.cell_size
-    far = np.abs(in_cells).max(axis=1, initial=0) > _FAR
+    far = ~(np.abs(in_cells).max(axis=1, initial=0) <= _FAR)  # also NaN
     if far.any():
         raise CCWSIMError(
             f"{points.name}, {points.named(np.flatnonzero(far))}: the coordinates are too far "
@@ -270,7 +270,7 @@ def _by_name(
             codes.setdefault(word, int(float(word)))
     known = np.array([word in codes for word in words], bool)
     numbers = np.array([codes.get(word, _NO_CODE) for word in words], np.int64)
-    which = points.values.astype(np.int64)
+    which = as_integers(points.values, points.name, 0, len(words) - 1)
     return numbers[which], known[which]
 
 
@@ -421,7 +421,7 @@ def _report(placed: PlacedPoints, keep: NDArray[np.bool_], ties: int) -> HardDat
         (
             placed.n_off_centre,
             f"{placed.n_off_centre} of {points.n} data were not at the centre of their cell and "
-            "apply to the cell.",
+            "were moved there.",
         ),
     )
     notes = points.notes + tuple(text for count, text in sentences if count)

@@ -49,7 +49,7 @@ class ImportedPoints:
     """Heights z of bottom and top of each interval in a vertical well, shape (n, 2); `places`
     contains the middle of each interval."""
     wells: Mapping[int, str] = field(default_factory=dict)
-    """Well names by line number, if the file has well names (only for a volume)."""
+    """Well names by line number, only for a volume; empty if the file has no well names."""
 
     @property
     def n(self) -> int:
@@ -161,7 +161,7 @@ def heights_below(
     if len(wrong):
         k = wrong[0]
         raise CCWSIMError(
-            f"{name}, line {lines[k]}: the depth from {start[k]:g} is below the depth to "
+            f"{name}, line {lines[k]}: the upper depth {start[k]:g} is below the lower depth "
             f"{end[k]:g}; exchange them"
         )
     return z - (start + end) / 2, np.stack([z - end, z - start], axis=1)
@@ -177,7 +177,7 @@ def along_wells(points: ImportedPoints, grid: Grid | None) -> ImportedPoints:
     if grid is None or grid.nz is None:
         raise CCWSIMError(f"{points.name}: depth intervals need a grid with nz; give such a grid")
     bottom, top = ((points.spans - grid.origin[2]) / grid.cell_size[2] - 0.5).T
-    far = np.flatnonzero(np.maximum(np.abs(bottom), np.abs(top)) > _FAR)
+    far = np.flatnonzero(~(np.maximum(np.abs(bottom), np.abs(top)) <= _FAR))  # also NaN
     if len(far):
         raise CCWSIMError(
             f"{points.name}, {points.named(far)}: the depths are too far from the grid; correct "
@@ -197,5 +197,5 @@ def along_wells(points: ImportedPoints, grid: Grid | None) -> ImportedPoints:
     places[:, 2] = grid.origin[2] + (layers + 0.5) * grid.cell_size[2]
     empty, notes = int(np.count_nonzero(counts == 0)), points.notes
     if empty:
-        notes += (f"Depth intervals without a cell centre, left out: {empty}.",)
+        notes += (f"Depth intervals left out because they contain no cell centre: {empty}.",)
     return replace(points.taken(which), places=places, spans=None, notes=notes)

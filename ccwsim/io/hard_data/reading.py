@@ -25,7 +25,7 @@ from ccwsim.model.arrays import Shape, check_int, describe_shape
 from ccwsim.model.errors import CCWSIMError
 
 PREFERRED = ("hd", "hard_data")
-"""Names of the grid that is read by default if a file has several grids."""
+"""Names of grids that are preferred if a file has several grids."""
 
 
 def read_points(
@@ -272,7 +272,7 @@ def _of_grid(file: DataFile, key: str, cells: NDArray, grid_shape: Shape | None)
             size = "{} rows and {} columns".format(*cells.shape)
             other = "{} and {}".format(*grid_shape)
         raise CCWSIMError(
-            f"{file.name} is a grid of {size}, but the simulation grid has {other}; use one size"
+            f"{file.name} is a grid of {size}, but the simulation grid has {other}; use equal sizes"
         )
     known = file.known(cells) & ~np.isin(cells, MISSING_CODES)
     check_few(file.name, int(np.count_nonzero(known)), "known cells")

@@ -132,7 +132,7 @@ def read_well_points(
     *,
     surveys: PathOrFile | None = None,
 ) -> ImportedPoints:
-    """Read the data of wells as points: one point per depth, or per cell of an interval.
+    """Read the data of wells as points: one per single depth, or one per cell of each interval.
 
     Parameters
     ----------
@@ -304,7 +304,7 @@ def _check_collar(file: DataFile, line: int, name: str, wells: Mapping[str, Well
 def _points(
     file: DataFile, wells: dict[str, Well], grid: Grid, asked: WellColumns
 ) -> ImportedPoints:
-    """Return the points of all wells: one point per depth, or per cell of an interval."""
+    """Return the points of all wells: one per single depth, or one per cell of each interval."""
     assigned = assign_well_columns(file, "intervals", asked).complete()
     depths = assigned.of("depth_from", "depth_to", "depth")
     columns = [_known_numbers(file, name) for name in depths]

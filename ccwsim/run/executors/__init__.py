@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from concurrent.futures import Executor, ThreadPoolExecutor
+from threading import current_thread
 from typing import Any
 
 from ccwsim.model.arrays import check_int
@@ -21,8 +22,8 @@ def runner_of(
 ) -> ThreadRunner | BatchRunner:
     """Return a runner for an executor or a Dask client; for None, a runner on threads."""
     workers = n_cores() if n_workers is None else check_int("n_workers", n_workers, 1)
-    if executor is None:
-        return ThreadRunner(work, workers)
+    if executor is None or current_thread() in getattr(executor, "_threads", ()):
+        return ThreadRunner(work, workers)  # a thread that waits for its own pool may wait forever
     if isinstance(executor, ThreadPoolExecutor):
         return ThreadRunner(work, workers, executor)
     if isinstance(executor, Executor):

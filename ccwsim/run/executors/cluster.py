@@ -109,8 +109,10 @@ class ClusterBackend(BatchBackend):
 
     def open(self, work: Work) -> None:
         """Send the study to every worker."""
-        from distributed import Event
+        from distributed import Event, secede
 
+        with suppress(ValueError, KeyError):  # not called in a task, or already done
+            secede()  # a task that waits for other tasks must not keep its thread from them
         super().open(work)
         self._flag.set()  # the folder of the base class is not needed
         self._flag = ClusterFlag(f"ccwsim-{secrets.token_hex(8)}")

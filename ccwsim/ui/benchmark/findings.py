@@ -11,6 +11,7 @@ import numpy as np
 
 from ccwsim.engine.stages.path import in_layers
 from ccwsim.experiments.timing import Timing, TimingCase, growth, image_of_case, level_of
+from ccwsim.io.formats.csv_table import csv_as_bytes
 from ccwsim.model.arrays import Shape, describe_shape
 from ccwsim.model.errors import Cancelled
 from ccwsim.model.numbers import plural, seconds, three_digits
@@ -18,7 +19,6 @@ from ccwsim.paper import published_times as published
 from ccwsim.paper.published_times import PAPER, published_time
 from ccwsim.ui.benchmark.run import TimingRun
 from ccwsim.ui.results.maps import pretty
-from ccwsim.ui.results.tables import as_csv
 from ccwsim.ui.session.progress import compilation_to_come, format_duration
 from ccwsim.ui.study.run import failed
 from ccwsim.ui.widgets.text import scrolled
@@ -346,4 +346,4 @@ def timings_csv(runs: Sequence[TimingRun], machine: str) -> bytes:
                 [*case, r + 1, f"{cpu:.6g}", int(timing.n_mismatched[r]), machine]
                 for r, cpu in enumerate(timing.cpu_seconds)
             ]
-    return as_csv(TIMINGS_HEAD, lines)
+    return csv_as_bytes(TIMINGS_HEAD, lines)

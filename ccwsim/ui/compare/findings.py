@@ -9,12 +9,13 @@ import numpy as np
 
 from ccwsim.experiments.comparison import Comparison, PairRatio
 from ccwsim.figures import DARK, LIGHT, setting_colours
+from ccwsim.io.formats.csv_table import csv_as_bytes
 from ccwsim.metrics import fit_proportions
 from ccwsim.model.numbers import seconds, three_digits
 from ccwsim.model.parameters import Parameters
 from ccwsim.report.verdicts import describe_proportion
 from ccwsim.ui.compare.settings import LETTERS
-from ccwsim.ui.results.tables import as_csv, numbers_table
+from ccwsim.ui.results.tables import numbers_table
 
 MAX_EQUAL_TIME = 1.05
 """Two settings count as equally fast if the ratio of CPU times is at most this value."""
@@ -142,7 +143,7 @@ def settings_csv(found: Comparison) -> bytes:
         figures = (*times, *means, found.distance[k], found.variety[k], *shares)
         values = [getattr(e.parameters, n) for n in names]
         lines.append([name, *values, *(f"{figure:.6g}" for figure in figures)])
-    return as_csv(head, lines)
+    return csv_as_bytes(head, lines)
 
 
 def realizations_csv(found: Comparison) -> bytes:
@@ -162,7 +163,7 @@ def realizations_csv(found: Comparison) -> bytes:
             data = (int(each[r]) for each in (e.n_mismatched, e.n_resimulated, e.n_forced))
             own = [name, r + 1, f"{e.cpu_seconds[r]:.6g}", *data]
             lines.append([*own, *(f"{number:.6g}" for number in numbers)])
-    return as_csv(head, lines)
+    return csv_as_bytes(head, lines)
 
 
 def ratios_csv(found: Comparison) -> bytes:
@@ -172,4 +173,4 @@ def ratios_csv(found: Comparison) -> bytes:
         [r.name, r.other, *(f"{ratio:.6g}" for ratio in (r.between, r.within, r.ratio))]
         for r in found.ratios
     )
-    return as_csv(head, lines)
+    return csv_as_bytes(head, lines)

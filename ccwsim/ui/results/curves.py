@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from html import escape
+from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -34,13 +35,15 @@ from ccwsim.report.verdicts import (
     describe_layers,
     way_name,
 )
-from ccwsim.ui.results.charts import titled_chart
+from ccwsim.ui.results.charts import draw_chart, titled_chart
 from ccwsim.ui.session.cached import cached
 from ccwsim.ui.widgets.text import panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
 SMALL_SHARES = 4_000_000
 """Maximum number of values (8 bytes each) of an E-type that is cached for all sessions."""
+SYMBOLS = {"variogram": "γ", "connectivity": "τ"}
+"""Symbols of statistics on the axes of charts."""
 _large: WeakKeyDictionary[Ensemble, EType] = WeakKeyDictionary()
 _e_type = cached(max_entries=8)(etype)
 vertical_proportions_bundle = cached(max_entries=64)(layers_bundle)
@@ -124,23 +127,43 @@ def _variograms(ensemble: Ensemble, facies: int) -> list[Callable[[], None]]:
     top = 1.1 * max(float(np.nanmax([b.each.max(), b.reference.max()])) for b in bundles)
     y_range = 0.0, top or 1.0  # there is no variogram along an axis of one cell
 
-    def draw(way: str, bundle: Bundle) -> None:
+    def draw(way: str) -> None:
         note = describe_curve(fit_of(ensemble, "variogram", facies, way), "variogram")
-        chart = curves_chart(bundle, theme, y_title=f"γ of {name}", y_range=y_range)
+        curve = _Curve(ensemble, "variogram", facies, way, name, y_range, theme)
         title = curve_title("variogram", way)
         alt = f"Indicator variogram {way_name(way)} of {name}"
-        titled_chart(title, note, chart, f"variogram_{way[0]}", alt)
+        titled_chart(title, note, curve, f"variogram_{way[0]}", alt, _draw_curve)
 
-    return [partial(draw, way, bundle) for way, bundle in zip(ways, bundles, strict=True)]
+    return [partial(draw, way) for way in ways]
+
+
+class _Curve(NamedTuple):
+    """What decides the chart of a curve."""
+
+    ensemble: Ensemble
+    statistic: Statistic
+    facies: int
+    direction: str
+    name: str  # of the facies
+    y_range: tuple[float, float]
+    theme: Theme
+
+
+@cached(max_entries=192)
+def _draw_curve(curve: _Curve, key: str, alt: str) -> None:
+    """Draw a curve; for an equal one, Streamlit sends the same message again, to all sessions."""
+    bundle = curve_bundle(curve.ensemble, curve.statistic, curve.facies, curve.direction)
+    title = f"{SYMBOLS[curve.statistic]} of {curve.name}"
+    draw_chart(curves_chart(bundle, curve.theme, y_title=title, y_range=curve.y_range), key, alt)
 
 
 def _connectivity(ensemble: Ensemble, facies: int, way: str, note: str = "", key: str = "") -> None:
     name = ensemble.training_image.facies_names[facies]
     note = note or describe_curve(fit_of(ensemble, "connectivity", facies, way), "connectivity")
-    bundle = curve_bundle(ensemble, "connectivity", facies, way)
-    chart = curves_chart(bundle, chart_theme(), y_title=f"τ of {name}", y_range=(0, 1.04))
+    curve = _Curve(ensemble, "connectivity", facies, way, name, (0.0, 1.04), chart_theme())
     alt = f"Connectivity function {way_name(way)} of {name}"
-    titled_chart(curve_title("connectivity", way), note, chart, key or f"connection_{way[0]}", alt)
+    key = key or f"connection_{way[0]}"
+    titled_chart(curve_title("connectivity", way), note, curve, key, alt, _draw_curve)
 
 
 def _connectivity_both_ways(ensemble: Ensemble, facies: int) -> None:
@@ -178,12 +201,24 @@ def draw_layers(
 
 def draw_proportions(ensemble: Ensemble, colours: Sequence[str]) -> None:
     """Draw the facies proportions of the realizations and of the training image."""
-    image = ensemble.training_image
-    chart = proportions_chart(
-        image.facies_names, image.proportions, ensemble.proportions, colours, chart_theme()
-    )
+    of = _Proportions(ensemble, ensemble.training_image.facies_names, tuple(colours), chart_theme())
     alt = "Facies proportions of the realizations and the image"
-    titled_chart("Proportions", "", chart, "proportions", alt)
+    titled_chart("Proportions", "", of, "proportions", alt, _draw_proportions)
+
+
+class _Proportions(NamedTuple):
+    """What decides the chart of the facies proportions."""
+
+    ensemble: Ensemble
+    names: tuple[str, ...]
+    colours: tuple[str, ...]
+    theme: Theme
+
+
+@cached(max_entries=64)
+def _draw_proportions(of: _Proportions, key: str, alt: str) -> None:
+    of_image, of_each = of.ensemble.training_image.proportions, of.ensemble.proportions
+    draw_chart(proportions_chart(of.names, of_image, of_each, of.colours, of.theme), key, alt)
 
 
 def _times(ensemble: Ensemble, theme: Theme) -> None:
@@ -192,8 +227,14 @@ def _times(ensemble: Ensemble, theme: Theme) -> None:
         return
     mean = float(ensemble.cpu_seconds.mean())
     note = f"{seconds(mean)} a realization"
-    chart = times_chart(1000 * ensemble.cpu_seconds, 1000 * mean, theme)
-    titled_chart("CPU time", note, chart, "times", "CPU time of each realization")
+    times = tuple(1000 * ensemble.cpu_seconds), 1000 * mean, theme
+    titled_chart("CPU time", note, times, "times", "CPU time of each realization", _draw_times)
+
+
+@cached(max_entries=64)
+def _draw_times(times: tuple[tuple[float, ...], float, Theme], key: str, alt: str) -> None:
+    milliseconds, mean, theme = times
+    draw_chart(times_chart(np.array(milliseconds), mean, theme), key, alt)
 
 
 def draw_curve_key(lines: Iterable[tuple[str, str]]) -> None:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Callable, Iterable, Sequence
-from io import StringIO
 from typing import Any
 
 from ccwsim.figures import Bundle
+from ccwsim.io.formats.csv_table import csv_as_bytes
 from ccwsim.metrics import VERTICAL, axes_of
 from ccwsim.metrics.bands import Statistic
 from ccwsim.model.ensemble import Ensemble
@@ -39,7 +38,7 @@ def curves_csv(ensemble: Ensemble, facies: int) -> bytes:
     head = ["statistic", "direction", "lag_cells", *(["layer"] if is_volume else [])]
     head += ["training_image", "q05", "median", "q95"]
     n = len(curves[0][2].each)
-    return as_csv([*head, *(f"realization_{r + 1}" for r in range(n))], lines)
+    return csv_as_bytes([*head, *(f"realization_{r + 1}" for r in range(n))], lines)
 
 
 def _lines(
@@ -60,22 +59,7 @@ def realizations_csv(ensemble: Ensemble) -> bytes:
     for r, seconds in enumerate(ensemble.cpu_seconds):
         shares = (f"{share:.6g}" for share in ensemble.proportions[r])
         lines.append([r + 1, f"{seconds:.6g}", int(ensemble.n_mismatched[r]), *shares])
-    return as_csv([*head, *(f"proportion_{code}" for code in codes)], lines)
-
-
-def as_csv(head: Iterable[str], lines: Iterable[Iterable[object]]) -> bytes:
-    """Return a table as CSV.
-
-    Examples
-    --------
-    >>> as_csv(["a", "b"], [[1, 2]])
-    b'a,b\\n1,2\\n'
-    """
-    text = StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(list(head))
-    writer.writerows([list(line) for line in lines])
-    return text.getvalue().encode()
+    return csv_as_bytes([*head, *(f"proportion_{code}" for code in codes)], lines)
 
 
 def csv_button(

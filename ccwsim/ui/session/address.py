@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import replace
+from itertools import islice
 from secrets import randbelow
 from urllib.parse import urlencode
 
@@ -11,11 +12,11 @@ import streamlit as st
 from streamlit.errors import StreamlitAPIException
 
 from ccwsim.model.arrays import describe_shape
-from ccwsim.model.bounds import MAX_SEED
+from ccwsim.model.bounds import MAX_LINK_VALUES, MAX_SEED
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.parameters import Parameters
 from ccwsim.sharing.choices import Choices, DataChoice, Shown
-from ccwsim.sharing.link import link_of, meant, read_link
+from ccwsim.sharing.link import first_values, link_of, meant, read_link
 from ccwsim.ui.session.kept import keep_for_reload, kept_for_reload
 from ccwsim.ui.session.resolve import data_of, fitted_to_image, image_of
 from ccwsim.ui.session.state import State
@@ -81,7 +82,7 @@ def shown_of(state: State) -> Shown:
 def follow_study(state: State) -> None:
     """Write the study into the query of the address, without redrawing the page."""
     keep_for_reload(state.choices)
-    query = _query()
+    query = first_values(_query().items())
     kept = {name: values for name, values in query.items() if not meant(name)}
     wanted = {**kept, **link_of(state.choices, shown_of(state))}
     text = urlencode(wanted, doseq=True)
@@ -99,7 +100,9 @@ def page_link_of(choices: Choices, shown: Shown) -> str:
 
 
 def _query() -> dict[str, list[str]]:
-    return {name: st.query_params.get_all(name) for name in st.query_params}
+    """Return the query of the address, with one name more at most than are read of it."""
+    names = islice(st.query_params, MAX_LINK_VALUES + 1)
+    return {name: st.query_params.get_all(name) for name in names}
 
 
 def page_link(page: str, label: str) -> None:

@@ -10,6 +10,7 @@ import streamlit as st
 
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.grid import Grid
+from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.sharing.choices import DataChoice, ImageChoice, Upload, WellTables
@@ -27,6 +28,7 @@ CONTENT: dict[str | type[Any], Callable[[Any], Any]] = {
     WellTables: vars,
     TrainingImage: lambda image: (image.digest, image.facies_names),
     Grid: repr,
+    HardData: lambda data: data.digest,
     Parameters: lambda parameters: parameters.digest,
     Ensemble: _of_ensemble,
 }

@@ -7,6 +7,7 @@ identifies the browser, and the digests identify images and data of this browser
 from __future__ import annotations
 
 import time
+from collections import Counter
 from collections.abc import Callable, Mapping
 from functools import cache
 from secrets import token_urlsafe
@@ -31,14 +32,16 @@ MAX_OF_BROWSER = 8
 class KeptChoices:
     """Images and data, by browser and name; the least recently used images and data come first.
 
-    The oldest entries are dropped if their number, age or total size is too large.
+    The oldest of a browser are dropped if it has too many, and all that are too old. If the total
+    is too large, the browser with the most bytes loses its oldest, so that no browser can push out
+    what others keep.
     """
 
     def __init__(
         self, max_bytes: int, seconds: float, clock: Callable[[], float] = time.monotonic
     ) -> None:
         self._max_bytes, self._seconds, self._clock = max_bytes, seconds, clock
-        self._kept: dict[tuple[str, str], tuple[float, Own]] = {}
+        self._kept: dict[tuple[str, str], tuple[float, int, Own]] = {}  # time, bytes and content
         self._lock = Lock()
 
     def keep(self, browser: str, own: Mapping[str, Own]) -> None:
@@ -46,9 +49,8 @@ class KeptChoices:
         with self._lock:
             for name, choice in own.items():
                 self._kept.pop((browser, name), None)
-                self._kept[browser, name] = self._clock(), choice
-            mine = [key for key in self._kept if key[0] == browser]
-            for key in mine[:-MAX_OF_BROWSER]:
+                self._kept[browser, name] = self._clock(), size_of(choice), choice
+            for key in self._of(browser)[:-MAX_OF_BROWSER]:
                 del self._kept[key]
             self._forget()
 
@@ -56,21 +58,28 @@ class KeptChoices:
         """Return the stored images and data of a browser, by name."""
         with self._lock:
             self._forget()
-            return {key[1]: kept[1] for key, kept in self._kept.items() if key[0] == browser}
+            return {key[1]: self._kept[key][2] for key in self._of(browser)}
+
+    def _of(self, browser: str) -> list[tuple[str, str]]:
+        return [key for key in self._kept if key[0] == browser]
 
     def _forget(self) -> None:
-        since = self._clock() - self._seconds
-        size = sum(size_of(choice) for _, choice in self._kept.values())
-        for key, (at, choice) in list(self._kept.items()):
-            if at >= since and size <= self._max_bytes:
-                return
-            size -= size_of(choice)
-            del self._kept[key]
+        since, sizes = self._clock() - self._seconds, Counter[str]()
+        for key, (at, size, _) in list(self._kept.items()):
+            if at < since:
+                del self._kept[key]
+            else:
+                sizes[key[0]] += size
+        while sizes.total() > self._max_bytes:
+            largest = max(sizes, key=sizes.__getitem__)  # the least recently used in case of a tie
+            oldest = self._of(largest)[0]
+            sizes[largest] -= self._kept.pop(oldest)[1]
 
 
 def size_of(choice: Own) -> int:
-    """Return the approximate number of bytes of an image or of data."""
-    return n_bytes([choice.files, getattr(choice, "placed", None)])
+    """Return the approximate bytes of an image or of data."""
+    placed = getattr(choice, "placed", None)
+    return n_bytes([choice.files, [] if placed is None else [placed.cells, placed.facies]])
 
 
 @cache

@@ -12,6 +12,7 @@ import numpy as np
 
 from ccwsim import datasets
 from ccwsim.datasets.sampling import sample_random
+from ccwsim.experiments.cost import typical_seconds
 from ccwsim.io import (
     Conversion,
     HardDataImport,
@@ -32,6 +33,7 @@ from ccwsim.io import (
 from ccwsim.io.isolated import IsolatedFile
 from ccwsim.io.limits import limited, upload_limits
 from ccwsim.jobs.job import result_in_turn
+from ccwsim.jobs.limits import UNASKED_SECONDS
 from ccwsim.model.arrays import Shape
 from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED, MAX_LEVEL, MAX_TEMPLATE, MIN_TEMPLATE
 from ccwsim.model.errors import CCWSIMError
@@ -43,6 +45,7 @@ from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.footprint import demand_of
 from ccwsim.run.simulation import simulate
 from ccwsim.sharing.choices import (
+    Answers,
     CellsOfWells,
     Choices,
     DataChoice,
@@ -51,6 +54,7 @@ from ccwsim.sharing.choices import (
     WellTables,
 )
 from ccwsim.ui.session.cached import CONTENT, cached
+from ccwsim.ui.session.progress import format_duration
 
 Made = TypeVar("Made", PointColumns, WellColumns, Conversion)
 Moved = dict[str, tuple[Any, Any]]
@@ -110,7 +114,7 @@ def imported_data(choices: Choices) -> HardDataImport:
     choice, image, grid = choices.data, image_of(choices.image), choices.grid
     if choice.source == "file" and choice.files:
         return _imported(choice, grid, image)
-    return _settled(placed_data(choices), choice)
+    return _imported_cells(_cells_of(choices), choice.answers, grid, image)
 
 
 def placed_data(choices: Choices) -> PlacedPoints:
@@ -118,13 +122,23 @@ def placed_data(choices: Choices) -> PlacedPoints:
     choice, image, grid = choices.data, image_of(choices.image), choices.grid
     if choice.source == "file" and choice.files:
         return _placed(_without(choice, SETTLING), grid, image)
+    return _placed_cells(_cells_of(choices), grid, image)
+
+
+def _cells_of(choices: Choices) -> HardData:
+    """Return the hard data of a study without a file of data, as they are given in cells."""
+    choice = choices.data
     if choice.source == "bundled":
-        data = datasets.load_hard_data(choice.bundled)
-    elif choice.source == "sampled":
+        return datasets.load_hard_data(choice.bundled)
+    if choice.source == "sampled":
         n, seed = choice.n_sampled, choice.seed_sampled
-        data = _sampled(image, grid.shape, choices.parameters, n, seed)
-    else:
-        data = choice.placed if choice.source == "placed" and choice.placed else HardData()
+        image, shape = image_of(choices.image), choices.grid.shape
+        return _sampled(image, shape, choices.parameters, n, seed)
+    return choice.placed if choice.source == "placed" and choice.placed else HardData()
+
+
+@cached(max_entries=32)
+def _placed_cells(data: HardData, grid: Grid, image: TrainingImage) -> PlacedPoints:
     if not data.n:  # without data, the array of cells has the number of axes of the grid
         data = HardData(np.empty((0, grid.n_dimensions)), ())
     cells, values = data.cells.astype(float), data.facies.astype(float)
@@ -132,6 +146,13 @@ def placed_data(choices: Choices) -> PlacedPoints:
     lines = np.arange(1, data.n + 1)
     points = ImportedPoints(places=cells, values=values, lines=lines, world=False, **named)
     return place_points(points, grid, image, Conversion(classes="codes"))
+
+
+@cached(max_entries=32)
+def _imported_cells(
+    data: HardData, answers: Answers, grid: Grid, image: TrainingImage
+) -> HardDataImport:
+    return _settled(_placed_cells(data, grid, image), answers)
 
 
 def wells_of(choices: Choices) -> CellsOfWells:
@@ -210,10 +231,10 @@ def _well_columns(choice: DataChoice) -> WellColumns:
     return _made(WellColumns, choice if has_surveys else _without(choice, OF_SURVEYS))
 
 
-def _settled(placed: PlacedPoints, choice: DataChoice) -> HardDataImport:
+def _settled(placed: PlacedPoints, answers: Answers) -> HardDataImport:
     """Return points placed on the grid; the user's answers resolve conflicts."""
-    answers = {name: answer for name, answer in choice.answers if name in SETTLING}
-    return resolve_points(placed, Conversion(**answers))
+    settling = {name: answer for name, answer in answers if name in SETTLING}
+    return resolve_points(placed, Conversion(**settling))
 
 
 @cached(max_entries=32)
@@ -258,7 +279,7 @@ def _placed(choice: DataChoice, grid: Grid, image: TrainingImage) -> PlacedPoint
 
 @cached(max_entries=32)
 def _imported(choice: DataChoice, grid: Grid, image: TrainingImage) -> HardDataImport:
-    return _settled(_placed(_without(choice, SETTLING), grid, image), choice)
+    return _settled(_placed(_without(choice, SETTLING), grid, image), choice.answers)
 
 
 @cached(max_entries=32, show_spinner="Simulating a reference to sample …", hash_funcs=BUT_NAMES)
@@ -266,6 +287,12 @@ def _sampled(
     image: TrainingImage, shape: Shape, parameters: Parameters, n: int, seed: int
 ) -> HardData:
     """Return data sampled from an unconditional realization, as in section 5.2 of the paper."""
+    seconds = typical_seconds(parameters, image.shape, shape, image.n_facies)
+    if seconds > UNASKED_SECONDS:
+        raise CCWSIMError(
+            "sampling data needs a realization without data, which takes about "
+            f"{format_duration(seconds)}; choose a smaller grid or a higher level, or other data"
+        )
     demand = demand_of(Study(image, Grid.of(shape), parameters), 1)
     reference = result_in_turn(partial(simulate, image, shape, parameters, seed=seed), demand)
     return sample_random(reference.realizations[0], n, seed)
@@ -274,12 +301,13 @@ def _sampled(
 def same_realizations(study: Choices, other: Choices) -> bool:
     """Return whether two studies give the same realizations; names and colours are ignored."""
     try:
-        return study == other or _what_decides(study) == _what_decides(other)
+        return study == other or what_decides(study) == what_decides(other)
     except CCWSIMError:  # one of the studies cannot be simulated
         return False
 
 
-def _what_decides(choices: Choices) -> tuple[object, ...]:
+def what_decides(choices: Choices) -> tuple[object, ...]:
+    """Return what decides the realizations of a study; equal for equal realizations."""
     image, data = image_of(choices.image), data_of(choices)
     settings = choices.grid, choices.parameters, choices.n_realizations, choices.seed
     return image.digest, data.digest, *settings

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import logging
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -11,7 +12,7 @@ from threading import Lock, Thread
 
 import streamlit as st
 from streamlit import config
-from streamlit.runtime import Runtime
+from streamlit.runtime import Runtime, app_session
 from streamlit.runtime.scriptrunner import get_script_run_ctx
 
 from ccwsim.experiments.warm_up import compile_in_background
@@ -64,9 +65,20 @@ def forget(session: str) -> None:
         runtime._get_async_objs().eventloop.call_soon_threadsafe(close)
 
 
+def is_news(record: logging.LogRecord) -> bool:
+    """Return False for Streamlit's line on a late tick of a timer; used as a filter of its log.
+
+    A part of a page that follows a job has a timer in the browser, which ticks until the browser
+    hears that the page is drawn without this part. A tick sent meanwhile, as on a first visit
+    while the browser is still loading, finds no such part. Streamlit ignores it and logs a line.
+    """
+    return not str(record.msg).startswith("The fragment with id %s does not exist anymore")
+
+
 @cache
 def settle_server() -> None:
-    """Prepare a server for sessions: set up queue and memory, and compile kernels."""
+    """Prepare a server for sessions: set up log, queue and memory, and compile kernels."""
+    logging.getLogger(app_session.__name__).addFilter(is_news)
     server_queue().current_session = current_session
     if Runtime.exists():
         settle_memory(max(2, n_cores()))

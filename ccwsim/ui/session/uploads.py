@@ -21,6 +21,7 @@ from ccwsim.jobs.job import server_queue
 from ccwsim.jobs.limits import free_bytes, limits_of_environment
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.sharing.choices import Upload
+from ccwsim.ui.session.server import current_session
 from ccwsim.ui.widgets.errors import catch_callback_errors
 
 MAX_OF_SESSION = 4
@@ -28,8 +29,8 @@ MAX_OF_SESSION = 4
 NO_ROOM = "application/x-no-room"
 """MIME type of a file whose content was dropped because the server had too little memory."""
 
-_taken: WeakValueDictionary[int, Upload] = WeakValueDictionary()
-"""Files in the studies of all sessions, by the `id` of their content."""
+_taken: WeakValueDictionary[tuple[str, int], Upload] = WeakValueDictionary()
+"""Files in the studies of all sessions, by session and `id`."""
 
 
 def file_uploader(
@@ -56,11 +57,11 @@ def upload_of(file: UploadedFile) -> Upload:
     """Return an uploaded file for use in a study; raise `CCWSIMError` if memory is full."""
     if file.type == NO_ROOM:
         raise CCWSIMError(
-            f"{file.name} was not accepted: the server's memory for files is full; use a smaller "
-            "file, or try again later"
+            f"{file.name} was not accepted: the server has no more memory for your files; use a "
+            "smaller file, or try again later"
         )
     upload = Upload(file.name, file.getvalue())
-    _taken[id(upload)] = upload
+    _taken[current_session(), id(upload)] = upload
     return upload
 
 
@@ -80,7 +81,8 @@ class BoundedUploads:
 
     If the total size of a session's files is too large, the oldest files are dropped; the study
     stores the files that it uses. If the server has no memory for a file, the file's content is
-    dropped.
+    dropped. The files of a session may take as much memory as remains free, so that no session can
+    take all of it.
     """
 
     def __init__(self, manager: MemoryUploadedFileManager) -> None:
@@ -98,19 +100,21 @@ class BoundedUploads:
                     break
                 self._manager.remove_file(session_id, name)
                 too_much -= len(old.data)
-            if not self._has_room(n):
+            if not self._has_room(session_id, n):
                 file = file._replace(data=b"", type=NO_ROOM)
             self._add(session_id, file)
 
-    def held(self) -> int:
-        """Return the total bytes of the files of all sessions, including the files in studies."""
-        sessions = list(self._manager.file_storage.values())
+    def held(self, session: str | None = None) -> int:
+        """Return the bytes of all files, or of one session, including the files in studies."""
+        storage = dict(self._manager.file_storage)
+        sessions = storage.values() if session is None else [storage.get(session, {})]
         records = [record.data for files in sessions for record in list(files.values())]
-        return size_of_all([*records, *(upload.content for upload in _taken.values())])
+        taken = [up.content for (of, _), up in list(_taken.items()) if session in (None, of)]
+        return size_of_all([*records, *taken])
 
-    def _has_room(self, n: int) -> bool:
+    def _has_room(self, session: str, n: int) -> bool:
         limits = limits_of_environment()
-        if self.held() + n > limits.uploads:
+        if self.held(session) + n > limits.uploads - self.held() - n:
             return False
         free = free_bytes(limits)  # reading a file needs additional memory of the file's size
         return free is None or n <= free - server_queue().still_to_take

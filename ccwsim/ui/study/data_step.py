@@ -15,9 +15,12 @@ from ccwsim.figures import data_png
 from ccwsim.model.bounds import MAX_SAMPLED
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
+from ccwsim.model.hard_data import HardData
+from ccwsim.model.training_image import TrainingImage
 from ccwsim.sharing.choices import Choices, DataChoice, DataSource, Upload, WellTables
 from ccwsim.ui.results.maps import colours_of, pretty
 from ccwsim.ui.session.address import page_link
+from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.resolve import data_of, image_of, imported_data, wells_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.session.uploads import file_uploader
@@ -95,9 +98,16 @@ def thumbnail(state: State, longest: int) -> bytes:
     """Return the hard data of the study as a small picture."""
     choices = state.choices
     data, image = data_of(choices), image_of(choices.image)
+    return _thumbnail(data, image, choices.grid, tuple(colours_of(state)), longest)
+
+
+@cached(max_entries=64)
+def _thumbnail(
+    data: HardData, image: TrainingImage, grid: Grid, colours: tuple[str, ...], longest: int
+) -> bytes:
     places = np.searchsorted(image.codes, data.facies)
-    shape = choices.grid.shape[-2:]  # the picture shows the data of a volume from above
-    return data_png(data.cells[:, -2:], places, shape, colours_of(state), longest=longest)
+    shape = grid.shape[-2:]  # the picture shows the data of a volume from above
+    return data_png(data.cells[:, -2:], places, shape, colours, longest=longest)
 
 
 def use_data(state: State, choice: DataChoice, grid: Grid | None = None) -> None:

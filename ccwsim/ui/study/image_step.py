@@ -15,6 +15,7 @@ from ccwsim.model.training_image import TrainingImage
 from ccwsim.sharing.choices import DataChoice, ImageChoice, Upload
 from ccwsim.ui.results.maps import colours_of, middle_layer, pretty
 from ccwsim.ui.session.address import go_to, page_link
+from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.resolve import fitted, fitted_grid, image_of, refitted
 from ccwsim.ui.session.state import State
 from ccwsim.ui.session.uploads import file_uploader
@@ -71,6 +72,11 @@ def thumbnail(image: TrainingImage, colours: list[str], pixels: int = 2 * THUMB)
 
     A cell is a whole number of pixels wide: as many as fit into `pixels`, and at least one.
     """
+    return _thumbnail(image, tuple(colours), pixels)
+
+
+@cached(max_entries=64)
+def _thumbnail(image: TrainingImage, colours: tuple[str, ...], pixels: int) -> bytes:
     cells = middle_layer(image.indices)
     return map_png(cells, colours, scale=max(1, pixels // max(cells.shape)))
 

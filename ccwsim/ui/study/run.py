@@ -12,20 +12,29 @@ import streamlit as st
 from ccwsim.datasets.default_study import stored_ensemble
 from ccwsim.engine.realization import is_ready
 from ccwsim.experiments.cost import typical_seconds
-from ccwsim.jobs.job import Job
-from ccwsim.jobs.limits import Demand, limits_of_environment
+from ccwsim.jobs.job import Job, server_queue
+from ccwsim.jobs.limits import Demand, limits_of_environment, needs_consent
 from ccwsim.jobs.workers import Cancel, Progress
 from ccwsim.model.bounds import MAX_REALIZATIONS, MAX_SEED
 from ccwsim.model.ensemble import Ensemble, joined
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.run.executors import executor_of_environment
 from ccwsim.run.footprint import demand_of
+from ccwsim.run.shared import SharedRun, SharedRuns
 from ccwsim.run.simulation import simulate
 from ccwsim.sharing.choices import Choices
 from ccwsim.system.log import reason
 from ccwsim.system.machine import n_cores
+from ccwsim.system.memory import format_bytes
+from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.progress import format_duration
-from ccwsim.ui.session.resolve import data_of, image_of, same_realizations, study_of
+from ccwsim.ui.session.resolve import (
+    data_of,
+    image_of,
+    same_realizations,
+    study_of,
+    what_decides,
+)
 from ccwsim.ui.session.state import PastRun, State
 from ccwsim.ui.widgets.errors import problem_in
 from ccwsim.ui.widgets.fields import bound_to, button, field
@@ -33,8 +42,6 @@ from ccwsim.ui.widgets.text import pair, step_note, step_title
 
 ENOUGH_TO_STOP = 1.0
 """Maximum seconds to wait until a stopped run has freed its memory."""
-UNASKED_SECONDS = 120.0
-"""Maximum seconds of a run that starts without confirmation after a link or project was opened."""
 AT_ONCE = 0.3
 """Maximum duration of the first part of a run in seconds."""
 NEXT_PART = 1.0
@@ -132,21 +139,23 @@ def question_of(state: State) -> str:
     """Return the question asked before a long run if a link or project opened the study."""
     if not state.needs_confirmation or problem_of(state):
         return ""
-    seconds = estimated_seconds(state.choices)
-    if seconds <= UNASKED_SECONDS:
+    seconds, demand = estimated_seconds(state.choices), demand_of_run(state)
+    if not needs_consent(demand, seconds, server_queue().still_to_take):
         return ""
     return (
-        f"A run of this study takes about {format_duration(seconds)} on this machine. Press “Run” "
-        "to start the run, or first choose fewer realizations or a smaller grid."
+        f"A run of this study takes about {format_duration(seconds)} on this machine and "
+        f"{format_bytes(demand.n_bytes)} of memory. Press “Run” to start the run, or first choose "
+        "fewer realizations or a smaller grid."
     )
 
 
 def estimated_seconds(choices: Choices) -> float:
-    """Return the estimated seconds of a run if nothing else uses the machine."""
+    """Return the estimated seconds of a run that shares the cores with the runs of others."""
     image, n_data = image_of(choices.image), data_of(choices).n
     sizes = image.shape, choices.grid.shape, image.n_facies, n_data
-    each = typical_seconds(choices.parameters, *sizes)
-    return choices.n_realizations * each / min(n_cores(), choices.n_realizations)
+    each = typical_seconds(choices.parameters, *sizes, disorder=image.disorder)
+    cores = n_cores() / (1 + server_queue().n_of_others)
+    return choices.n_realizations * each / min(cores, choices.n_realizations)
 
 
 def _is_changed(state: State) -> bool:
@@ -174,13 +183,18 @@ def _begun(state: State, simulate_range: SimulateRange, after: float) -> Job[Ens
     choices, n = state.choices, state.choices.n_realizations
     state.realization_to_restore = state.shown
     waits_for_kernels = state.ensemble is None and not is_ready() and choices == Choices()
+    runs, image = shared_runs(), image_of(choices.image)
+    key = *what_decides(choices), image.name, image.facies_names  # the page shows the names
+
+    if (kept := runs.kept(key)) is not None:
+        return Job(lambda job: kept, choices, n=n)
 
     def begun(n_first: int, copies: int) -> Job[Ensemble]:
         def work(job: Job[Ensemble]) -> Ensemble:
             job.sleep(after)
             if waits_for_kernels:  # stored realizations are shown until the job has computed them
                 job.publish_partial(stored_ensemble())
-            return in_parts(job, simulate_range, n_first)
+            return runs.ensemble_for(job, key, lambda run: in_parts(run, simulate_range, n_first))
 
         return Job(work, choices, demand_of_run(state, copies), n=n)
 
@@ -193,7 +207,15 @@ def _begun(state: State, simulate_range: SimulateRange, after: float) -> Job[Ens
         return begun(n, 1)
 
 
-def in_parts(job: Job[Ensemble], simulate_range: SimulateRange, n_first: int) -> Ensemble:
+@cached()
+def shared_runs() -> SharedRuns:
+    """Return the only store of runs of this server."""
+    return SharedRuns()
+
+
+def in_parts(
+    job: Job[Ensemble] | SharedRun, simulate_range: SimulateRange, n_first: int
+) -> Ensemble:
     """Simulate an ensemble in parts; the first part is small. Parts do not affect the result."""
     size, budget = min(n_first, job.n), NEXT_PART
     start = time.monotonic()
@@ -208,7 +230,10 @@ def in_parts(job: Job[Ensemble], simulate_range: SimulateRange, n_first: int) ->
 
 
 def _with_part(
-    job: Job[Ensemble], simulate_range: SimulateRange, before: Ensemble | None, size: int
+    job: Job[Ensemble] | SharedRun,
+    simulate_range: SimulateRange,
+    before: Ensemble | None,
+    size: int,
 ) -> Ensemble:
     if size == job.n:
         return simulate_range(0, size, job.report, job.is_cancelled)

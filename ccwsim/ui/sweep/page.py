@@ -23,6 +23,7 @@ from ccwsim.experiments.sweep import (
     recommended,
 )
 from ccwsim.figures import contact_sheet, sweep_chart, tile_size
+from ccwsim.io.formats.csv_table import csv_as_bytes
 from ccwsim.metrics import Quality
 from ccwsim.model.bounds import MAX_REALIZATIONS_OF_SWEEP
 from ccwsim.model.errors import CCWSIMError
@@ -35,7 +36,7 @@ from ccwsim.ui.frontend.cells import draw_cells
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.results.charts import chart_menu, draw_clickable_chart
 from ccwsim.ui.results.maps import ghost_panel, middle_layers, step_buttons
-from ccwsim.ui.results.tables import as_csv, csv_button, numbers_table
+from ccwsim.ui.results.tables import csv_button, numbers_table
 from ccwsim.ui.session.address import go_to, page_link
 from ccwsim.ui.session.file_names import grid_part
 from ccwsim.ui.session.fragments import error_boundary
@@ -481,4 +482,4 @@ def sweep_csv(found: Sweep, recommended: int) -> bytes:
         cells = [f"{v:.6g}" if isinstance(v, float) else v for v in values]
         lines.append([*cells, int(k in front), int(k == recommended)])
     head = columns_of(found.rows[0]) if found.rows else ()
-    return as_csv([*head, "on_front", "recommended"], lines)
+    return csv_as_bytes([*head, "on_front", "recommended"], lines)

@@ -26,6 +26,7 @@ from ccwsim.figures import (
     strip_chart,
     transiogram_chart,
 )
+from ccwsim.io.formats.csv_table import csv_as_bytes
 from ccwsim.metrics import Anodi, Copying, Diagnosis, Measured
 from ccwsim.metrics.bands import STATISTICS, Statistic
 from ccwsim.metrics.lags import axes_of
@@ -52,7 +53,7 @@ from ccwsim.ui.frontend.cell_map import CellMap
 from ccwsim.ui.frontend.cells import draw_cells
 from ccwsim.ui.results.charts import draw_chart, titled_chart
 from ccwsim.ui.results.curves import draw_band_key, draw_layers, draw_rows
-from ccwsim.ui.results.tables import as_csv, csv_button, numbers_table
+from ccwsim.ui.results.tables import csv_button, numbers_table
 from ccwsim.ui.session.file_names import study_part
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.diagnosis_panel import draw_diagnosis
@@ -354,7 +355,7 @@ def measures_csv(found: Measured) -> bytes:
         numbers = [found.reference[k], *band, *found.each[:, k]]
         shown = (n if n == "" else f"{measure.factor * n:.6g}" for n in numbers)
         lines.append([measure.title, *shown])
-    return as_csv([*head, *(f"realization_{r + 1}" for r in range(len(found.each)))], lines)
+    return csv_as_bytes([*head, *(f"realization_{r + 1}" for r in range(len(found.each)))], lines)
 
 
 def draw_patterns(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:

@@ -293,6 +293,32 @@ def test_any_grid_and_any_image_will_do(grid_shape, image_shape, n_facies, seed)
     np.testing.assert_array_equal(grid[known], before[known])
 
 
+@pytest.mark.parametrize("walks", [False, True])
+@pytest.mark.parametrize("shape", SHAPES)
+def test_an_image_without_structure_takes_no_more_work_than_its_cells_allow(
+    shape, walks, monkeypatch
+):
+    parts = []
+    made = cell_repair.make_part
+
+    def make_part(*given):
+        parts.append(made(*given))
+        return parts[-1]
+
+    monkeypatch.setattr(cell_repair, "make_part", make_part)
+    image, left = noise((2 * shape[0] - 1, 60, 60), 4), []
+    patterns = known_patterns(image, 1)
+    n_of_a_pattern = 6 * len(cell_weights(patterns))  # changes that are tried at a time
+    for n_trials in (0, 1, 10):
+        target = target_of(image, noise(shape, 4, 1))
+        before, rng = target.grid.copy(), np.random.default_rng(0)
+        n_changed = repair_cells(target, patterns, rng, walks, trials_a_cell=n_trials)
+        assert -n_of_a_pattern < parts[-1].trials[0] <= 0
+        left.append(n_changed)
+        assert n_changed >= (target.grid != before).sum()
+    assert left[0] == 0 < left[1] < left[2]
+
+
 def test_it_can_be_stopped_and_tells_how_far_it_is(monkeypatch):
     image = blobs((1, 60, 60), 2)
     monkeypatch.setattr(cell_repair, "PART", (1, 10, 10))

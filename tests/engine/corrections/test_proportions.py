@@ -5,6 +5,7 @@ import pytest
 from scipy import stats
 
 from ccwsim import HardData, Parameters, TrainingImage, datasets, simulate
+from ccwsim.engine.corrections import proportions as proportions_module
 from ccwsim.engine.corrections.proportions import (
     N_COMPARED,
     PART,
@@ -71,6 +72,19 @@ def test_weighted_patches_have_the_proportions_of_the_image(shape, n_facies):
     plain, own = shares.mean(axis=1), shares @ chance / chance.sum()
     assert abs(plain - proportions).max() > 0.01
     np.testing.assert_allclose(own, proportions, atol=1e-5)
+
+
+@pytest.mark.parametrize("n_facies", [30, 163, 254])
+def test_many_facies_take_a_bounded_number_of_products(n_facies, monkeypatch):
+    image = np.random.default_rng(0).integers(0, n_facies, (1, 300, 300)).astype(np.uint8)
+    proportions = np.bincount(image.ravel(), minlength=n_facies) / image.size
+    sums = build_pyramid(image, (0, 1, 1), n_facies).sums
+    own, steps, shares = np.linalg.lstsq, [], proportions_module._shares(sums, (1, 8, 8))
+    monkeypatch.setattr(np.linalg, "lstsq", lambda *a, **k: (steps.append(1), own(*a, **k))[1])
+    weights = margin_weights(sums, (1, 8, 8), 256, proportions)
+    assert shares.size <= proportions_module.MAX_SHARES
+    assert 1 <= len(steps) <= proportions_module.MAX_PRODUCTS // (shares.size * n_facies)
+    assert np.isfinite(weights).all()
 
 
 @pytest.mark.parametrize("n_facies", [2, 3])

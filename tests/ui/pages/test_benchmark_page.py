@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from streamlit.testing.v1 import AppTest
 
-from ccwsim import Grid, Parameters, datasets
+from ccwsim import Grid, Parameters, TrainingImage, datasets
 from ccwsim.experiments.timing import Timing, TimingCase
 from ccwsim.figures import DARK, LIGHT, TimeSeries, timings_chart
 from ccwsim.jobs.job import Job
@@ -225,6 +225,12 @@ def test_tables_have_measured_and_published_times_side_by_side():
     assert rows[0] == ["cells", "level 1", "level 2"]
     assert rows[1:] == [["256²", "200 ms", "100 ms"], ["paper, 5000²", "56 s", "32 s"]]
     assert "crashes always" in octave_table()
+
+
+def test_the_name_of_an_image_is_no_formula_in_the_csv():
+    image = TrainingImage(datasets.load("channels").array, name="@SUM(A1:A9)")
+    (row,) = csv_rows(timings_csv([TimingRun(image, [], 1, 3, [took(64, 0.25)])], "=1+1"))
+    assert (row["image"], row["machine"]) == ("'@SUM(A1:A9)", "'=1+1")
 
 
 def test_csv_has_a_line_a_realization():

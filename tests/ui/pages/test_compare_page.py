@@ -267,6 +267,13 @@ def test_data_that_a_setting_leaves_wrong_are_counted():
     assert "others" not in sentences(both)[-1]
 
 
+def test_names_of_settings_are_no_formulas_in_the_files(found):
+    hostile = replace(found, names=("=1+1", "-2"))
+    for made in (settings_csv, realizations_csv, ratios_csv):
+        names = {row["setting"] for row in csv_rows(made(hostile))}
+        assert "'=1+1" in names <= {"'=1+1", "-2"}
+
+
 def test_the_files_have_the_figures(found):
     files = settings_csv(found), realizations_csv(found), ratios_csv(found)
     settings, each, ratios = map(csv_rows, files)

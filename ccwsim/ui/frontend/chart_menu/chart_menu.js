@@ -73,10 +73,12 @@ function text(axis) {
   return axis && axis.title ? axis.title.text : '';
 }
 
+// An apostrophe keeps a spreadsheet from taking a name for a formula, as in csv_table.py.
 function cell(value) {
   if (value == null || Number.isNaN(value)) return '';
-  const said = String(value);
-  return /[",\n]/.test(said) ? `"${said.replace(/"/g, '""')}"` : said;
+  const isFormula = /^[=+\-@\t\r\n]/.test(value) && Number.isNaN(Number(value));
+  const said = (isFormula ? "'" : '') + value;
+  return /[",\r\n]/.test(said) ? `"${said.replace(/"/g, '""')}"` : said;
 }
 
 function download(name, content) {

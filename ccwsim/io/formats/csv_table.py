@@ -1,0 +1,34 @@
+"""Write tables as CSV that spreadsheets show as it is."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterable
+from io import StringIO
+
+from ccwsim.io.formats.text_tables import is_number
+
+FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
+"""Beginnings of a text that a spreadsheet takes for a formula."""
+
+
+def csv_as_bytes(head: Iterable[object], lines: Iterable[Iterable[object]]) -> bytes:
+    """Return a table as CSV.
+
+    A spreadsheet would compute a name such as `=1+1` when the file is opened. An apostrophe before
+    such a text makes it a text there; numbers stay numbers.
+
+    Examples
+    --------
+    >>> csv_as_bytes(["name", "value"], [["sand", -3.5], ["=1+1", "-2"]])
+    b"name,value\\nsand,-3.5\\n'=1+1,-2\\n"
+    """
+    text = StringIO()
+    writer = csv.writer(text, lineterminator="\r\n")  # so that it quotes texts with either of them
+    writer.writerows([_cell(value) for value in line] for line in (head, *lines))
+    return text.getvalue().replace("\r\n", "\n").encode()
+
+
+def _cell(value: object) -> object:
+    is_formula = isinstance(value, str) and value.startswith(FORMULA) and not is_number(value)
+    return f"'{value}" if is_formula else value

@@ -1,0 +1,73 @@
+"""Texts in CSV files are texts in a spreadsheet, and every CSV file is written in one place."""
+
+from __future__ import annotations
+
+import ast
+import csv
+import re
+import tomllib
+from io import StringIO
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ccwsim.io.formats.csv_table import csv_as_bytes
+
+PACKAGE = Path(__file__).parents[2] / "ccwsim"
+WRITER = PACKAGE / "io" / "formats" / "csv_table.py"
+IN_BROWSER = PACKAGE / "ui" / "frontend" / "chart_menu" / "chart_menu.js"
+HOSTILE = ("=1+1", "+1+1", "-1+1", "@SUM(1)", "\t=1", "\r=1", "\n=1", '=HYPERLINK("//e.vil", "x")')
+NUMBERS = ("-3.5", "+2", "1e-7", "-inf", "nan", "-0")
+
+
+def rows(content: bytes) -> list[list[str]]:
+    return list(csv.reader(StringIO(content.decode(), newline="")))
+
+
+@pytest.mark.parametrize("text", HOSTILE)
+def test_a_text_is_no_formula(text):
+    assert rows(csv_as_bytes([text], [[text, 1]])) == [[f"'{text}"], [f"'{text}", "1"]]
+
+
+def test_a_number_stays_a_number():
+    values = [*NUMBERS, *map(float, NUMBERS), -3, True, None]
+    assert rows(csv_as_bytes([], [values]))[1] == ["" if v is None else str(v) for v in values]
+
+
+@given(st.lists(st.text(st.characters(codec="utf-8", exclude_characters="\0")), min_size=1))
+def test_any_text_comes_back_with_an_apostrophe_at_most(texts):
+    (line,) = rows(csv_as_bytes(texts, []))
+    for text, read in zip(texts, line, strict=True):
+        assert read.removeprefix("'") == text.replace("\r\n", "\n").removeprefix("'")
+        assert not read.startswith(("=", "@"))
+
+
+WRITERS = re.compile(r"""csv\.(writer|DictWriter)|to_csv|savetxt|['"](,|;|\\t)['"]\.join""")
+
+
+def test_no_other_module_writes_csv():
+    """A table that is joined or written elsewhere would let formulas through."""
+    modules = [path for path in PACKAGE.rglob("*.py") if WRITERS.search(path.read_text("utf-8"))]
+    assert modules == [WRITER]
+    scripts = [path for path in PACKAGE.rglob("*.js") if "csv" in path.read_text("utf-8")]
+    assert scripts == [IN_BROWSER]
+
+
+def test_every_file_for_spreadsheets_comes_from_the_writer():
+    """A function `…_csv` returns what the writer made."""
+    made = []
+    for path in PACKAGE.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            if isinstance(node, ast.FunctionDef) and node.name.endswith("_csv"):
+                last = node.body[-1]
+                assert isinstance(last, ast.Return), node.name
+                assert ast.unparse(last).startswith("return csv_as_bytes("), node.name
+                made.append(node.name)
+    assert len(made) >= 8
+
+
+def test_streamlit_writes_no_table_of_its_own():
+    settings = tomllib.loads((PACKAGE.parent / ".streamlit" / "config.toml").read_text("utf-8"))
+    assert settings["client"]["disableDataExport"] is True
