@@ -30,7 +30,7 @@ MAX_ADVISED_LEVEL = 3
 COARSE_LEVEL = 3
 """Minimum wavelet level at which dense data break shapes (measured in `docs/quality.md`)."""
 MIN_HALVED_LAYERS = 16
-"""Minimum number of layers for templates with half the layers; thinner volumes use all layers."""
+"""Templates have half the layers of a volume with at least this many layers, otherwise all."""
 MIN_LAYERS = 8
 """Minimum height of a template in layers, if the image has enough layers."""
 TREND_WEIGHT = 0.5

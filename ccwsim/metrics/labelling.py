@@ -51,8 +51,8 @@ def euler_number(inside: NDArray[np.bool_], neighbours: int) -> int:
     """Return geobodies − holes in a map, or geobodies − tunnels + cavities in a volume.
 
     With 8 or 26 neighbours, the result is corners − edges + faces − cells of the union of cells.
-    With 4 or 6 neighbours, cell centres are corners, and adjacent cells span edges, faces and
-    cubes. With 18 neighbours, a corner of only two cells counts twice: the cells are not joined.
+    With 4 or 6 neighbours, cells are points, and adjacent points span edges, faces and cubes. With
+    18 neighbours, a corner that only two opposite cells share counts twice.
     """
     cells = np.pad(inside[0] if len(inside) == 1 else inside, 1)
     only_sides = _SHARED_AXES[neighbours] == 1
@@ -65,7 +65,7 @@ def euler_number(inside: NDArray[np.bool_], neighbours: int) -> int:
 
 
 def _alternating_sum(cells: NDArray[np.bool_], combine: np.ufunc, axis: int = 0) -> int:
-    """Return the alternating sum (number of cells) − (number of combined pairs) over all axes."""
+    """Return Σ (−1)ⁿ · (number of cells, combined in pairs along n axes), over all sets of axes."""
     if axis == cells.ndim:
         return int(np.count_nonzero(cells))
     lines = np.moveaxis(cells, axis, 0)

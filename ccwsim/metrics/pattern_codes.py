@@ -13,7 +13,7 @@ from ccwsim.jobs.workers import check_stop
 CELLS_OF_STRIP = 4_000_000
 """Number of cells whose patterns are counted at a time."""
 MAX_TABLE = 2**20
-"""Maximum number of possible patterns for counting in a table; above it, codes are sorted."""
+"""Maximum number of possible patterns that are counted in a table; otherwise codes are sorted."""
 
 
 def count_patterns(

@@ -145,7 +145,7 @@ def _checked(
     if p.shape[1:] != field.shape:
         raise CCWSIMError(
             f"probabilities of shape {p.shape} do not fit a reference field of {field.shape}; "
-            "needed are (n_facies, ny, nx) and (ny, nx), or (n_facies, nz, ny, nx) and (nz, ny, nx)"
+            "give (n_facies, ny, nx) and (ny, nx), or (n_facies, nz, ny, nx) and (nz, ny, nx)"
         )
     true = field.indices[0].astype(np.int64)
     mask = np.ones(true.shape, bool) if scored is None else np.asarray(scored, dtype=bool)

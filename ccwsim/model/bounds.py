@@ -1,6 +1,6 @@
 """Bounds of user input, shared by core, widgets, links, projects and command line.
 
-If a page accepts less than the core, both bounds are listed.
+If a page accepts less than the core, this module lists both bounds.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ MIN_TEMPLATE, MAX_TEMPLATE = 4, 1024
 MAX_OVERLAP = MAX_TEMPLATE // 2
 """Maximum overlap in cells: overlaps on opposite sides of a patch must not intersect."""
 MAX_LEVEL = 6
-"""Maximum wavelet level: one coefficient covers 64 × 64 cells, more than most templates have."""
+"""Maximum wavelet level; then, one coefficient covers 64 × 64 cells, more than most templates."""
 MAX_CANDIDATES = 10**6
 """Maximum number of candidates K, about the number of locations in a TI of 1000 × 1000 cells."""
 MAX_CANDIDATES_OFFERED = 10_000
 """Maximum number of candidates K on a page; with a larger K, the choice is nearly random."""
 MAX_CO_TEMPLATE = 4
-"""Maximum look-ahead for data in template sizes; more distant data hardly influence a patch."""
+"""Maximum look-ahead for data, in template sizes; more distant data hardly influence a patch."""
 MAX_TEMPLATE_VARIATION = 0.5
 """Maximum relative variation of the template size; the overlap must fit the smallest template."""
 MAX_LOCATION_WEIGHT = 10.0
@@ -80,6 +80,6 @@ MAX_WRITTEN_DATA = 40
 
 # Statistics
 MAX_LAG = 100
-"""Maximum lag in cells of variograms and connectivity, unless half of the side is smaller."""
+"""Maximum lag in cells of variograms and connectivity; small images have lags up to half a side."""
 MAX_CURVES = 100
 """Maximum number of realizations plotted as curves; more curves would hide each other."""

@@ -51,7 +51,7 @@ class Ensemble:
     """Flat index of each cell's source in the training image, shape of `indices`; −1 for cells that
     were forced or set by seam repair. None if `simulate` was called without `keep_sources`."""
     revised: bool = False
-    """Whether `revise` adapted the ensemble to edited data, which the seed cannot reproduce."""
+    """Whether `revise` adapted the ensemble to edited data; the seed then cannot reproduce it."""
 
     @property
     def n(self) -> int:

@@ -280,7 +280,7 @@ def _nice(least: float) -> float:
 
 
 def _numbers(name: str, values: object, n: int, along_z: float) -> tuple[float, ...]:
-    """Return two numbers for a map or three for a volume, by default with `along_z` as third."""
+    """Return two numbers for a map, or three for a volume; a missing third number is `along_z`."""
     try:
         numbers = tuple(float(value) for value in values)  # type: ignore[attr-defined]
     except (TypeError, ValueError):

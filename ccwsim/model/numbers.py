@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 THREE_DIGITS = 999.5
-"""Minimum number that is rounded to an integer; the integer has at least four digits."""
+"""Numbers from this number up are rounded to integers of four or more digits."""
 
 
 def plural(n: int, noun: str) -> str:

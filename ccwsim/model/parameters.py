@@ -17,7 +17,7 @@ SIMILARITIES = ("ssd", "correlation")
 CHOICES = {"method": METHODS, "similarity": SIMILARITIES}
 PER_AXIS = ("template_size", "overlap_size", "wavelet_level")
 """Parameters with one integer for all axes or, in a volume, three integers along z, y and x.
-`location_weight` likewise has one or three numbers."""
+`location_weight`, which is not an integer, can also have three numbers."""
 MEANINGS = {
     "template_size": "Side of the square patches in cells. Larger patches preserve long shapes, "
     "but fewer templates fit into the training image, so larger pieces of it are copied.",
@@ -132,12 +132,12 @@ class Parameters:
 
     @property
     def scale(self) -> int:
-        """Number of times that images are coarsened: the largest level for "ms-ccsim", or 0."""
+        """Number of times that "ms-ccsim" coarsens images (largest level); 0 for other methods."""
         return max(_triple(self.level)) if self.method == "ms-ccsim" else 0
 
     @property
     def draws_as_published(self) -> bool:
-        """Whether patches are chosen as published: on request, or with a weight along y or x.
+        """Whether `published_draw` applies: if it is set, or with a location weight along y or x.
 
         A location weight along y or x keeps patches near their location in the image. Few other
         patches can then be chosen, and the first patch must begin at the corner of the grid. With a

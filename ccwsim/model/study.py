@@ -95,7 +95,7 @@ def _check_template(training_image: TrainingImage, p: Parameters) -> None:
 
 
 def _smaller(p: Parameters, lengths: Lengths, shape: tuple[int, ...]) -> str:
-    """Return text with arguments of `Parameters` whose template fits into a volume."""
+    """Return the `Parameters` arguments, as text, that make the template fit into a volume."""
     fitting = []
     for template, overlap, level, n in zip(*lengths, shape, strict=True):
         while template > n and level and n < 2 * 2**level:

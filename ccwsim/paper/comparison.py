@@ -41,9 +41,9 @@ WHOSE = ("ours", "exact", "default")
 class Case(NamedTuple):
     """Realizations of one method at one wavelet level, with their measures.
 
-    `whose` is "ours" (our engine as published), "exact" (our engine, all data honoured), "default"
-    (see `methods.DEFAULT_WORDS`) or "published" (the authors' code). `distances` and `tau` are
-    results of `methods.mean_distances` and `methods.relative_tau`.
+    `whose` is "ours" (our engine with published settings), "exact" (our engine, all data honoured),
+    "default" (see `methods.DEFAULT_WORDS`) or "published" (the authors' code). `distances` and
+    `tau` are results of `methods.mean_distances` and `methods.relative_tau`.
     """
 
     method: str
@@ -107,7 +107,7 @@ class Sampled:
 
 
 def sampled_data(run: ExperimentRun) -> Outcome:
-    """Simulate CCWSIM and MS-CCSIM at levels 1 and 3: as published, with exact data, by default."""
+    """Simulate CCWSIM and MS-CCSIM at levels 1 and 3, with each kind of settings (`Case.whose`)."""
     run.expect(14)
     image, side = run.inputs.image("channel"), run.extent.side(512)
     shape = side, side
@@ -177,8 +177,8 @@ def _methods(study: Sampled) -> list[Judgement]:
         for level, *pair in study.pairs(("ccwsim", whose), ("ms-ccsim", whose)):
             (tau, near), (other_tau, other_near) = (case.score for case in pair)
             found = (
-                f"{who}, level {level}: connectivity {tau:.2f} of the image's for CCWSIM and "
-                f"{other_tau:.2f} for MS-CCSIM, distances {near:.4f} and {other_near:.4f} bits."
+                f"{who}, level {level}: CCWSIM has {tau:.2f} and MS-CCSIM {other_tau:.2f} times "
+                f"the image's connectivity; distances are {near:.4f} and {other_near:.4f} bits."
             )
             word = verdicts.of_both(*pair[0].compare(pair[1]))
             judgements.append(verdicts.judged(claim, found, word))
@@ -206,7 +206,7 @@ def _against_published(study: Sampled) -> list[Judgement]:
 
 
 def _in_search_only(study: Sampled) -> list[Judgement]:
-    """Judge whether our engine, run as published, misses as many data as the authors' codes."""
+    """Judge whether our engine (published settings) misses as many data as the authors' codes."""
     judgements = []
     for method in METHODS:
         for level, *pair in study.pairs((method, "ours"), (method, "published")):
@@ -353,8 +353,8 @@ def _anodi_table(found: Anodi, title: str) -> Table:
     header = ("method", "n", *at, "ratio of CCWSIM to this method", "r")
     caption = (
         f"{title[:1].upper()}{title[1:]}. Mean Jensen–Shannon divergence (bits) between "
-        "realizations and from the training image (within). On the right: between / within of our "
-        "CCWSIM divided by the method's, at each resolution and as weighted sum r."
+        "realizations, and from the training image (within). On the right: between / within of our "
+        "CCWSIM, divided by the method's ratio, at each resolution and as weighted sum r."
     )
     return Table(header, tuple(rows), caption)
 
@@ -418,7 +418,7 @@ def _anodi_judgements(found: Anodi, image: str) -> list[Judgement]:
         a, b = found.names.index(name), found.names.index(other)
         own = f"{image.capitalize()}, {whose}:"
         within = float(np.mean(found.within[a] / found.within[b]))
-        claim = f"Table 1, {image}: within of CCWSIM is {stated:.2f} times that of MS-CCSIM (mean)."
+        claim = f"Table 1, {image}: mean “within” of CCWSIM is {stated:.2f} times that of MS-CCSIM."
         judgements.append(verdicts.of_ratio(claim, f"{own} {within:.2f} times.", within, stated))
         claim = f"Table 1, {image}: r = {paper.ratio:.2f} of CCWSIM relative to MS-CCSIM."
         ratio = paper_ratio(found, name, other)

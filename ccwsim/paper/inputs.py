@@ -39,7 +39,7 @@ DENSE_REFERENCE = "paper/reference_channel_dense_256x256"
 
 @dataclass(frozen=True)
 class PaperInputs:
-    """Training images, hard data and published realizations of a folder."""
+    """Training images, hard data and published realizations in a folder."""
 
     folder: Path | None = None  # folder with `paper` and `reference`; None for bundled images
 

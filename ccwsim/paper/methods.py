@@ -28,7 +28,7 @@ DEFAULT_WORDS = (
     "candidates favours the target proportions, and seams are repaired. Otherwise, both methods "
     "run as published."
 )
-"""Sentence on the features of this program that are off in runs as published."""
+"""Sentence that explains the settings "by default", in contrast to "as published"."""
 COLOURS = {
     "training image": LIGHT.reference,
     "CCWSIM": "#173F6B",
@@ -51,7 +51,7 @@ def paper_parameters(
 ) -> Parameters:
     """Return the settings of the authors' script; if `exact`, every datum is honoured.
 
-    Unless `default` is set, patches are chosen as published, and seams are not repaired.
+    Without `default`, patches are chosen as in the published code, and seams are not repaired.
     """
     own = {"method": method, "exact_data": exact}
     own |= {} if default else {"published_draw": True, "repair_seams": False}
@@ -101,7 +101,7 @@ def format_distances(distances: NDArray[np.float64]) -> str:
 
 
 def relative_tau(images: NDArray, image: TrainingImage) -> dict[int, float]:
-    """Return the mean connectivity E–W divided by the training image's, at the `LAGS` that fit.
+    """Return mean connectivity E–W / the training image's, at those `LAGS` that fit into the image.
 
     Examples
     --------

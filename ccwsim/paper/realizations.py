@@ -259,7 +259,7 @@ def _against_codes(tau: dict[str, dict[int, float]]) -> list[Judgement]:
         if name == "CCWSIM":
             continue
         theirs = found[lag]
-        words = f"Connectivity at {lag} cells / the image's: {ours:.2f}; {name}: {theirs:.2f}."
+        words = f"τ({lag}) divided by the image's τ({lag}): ours {ours:.2f}, {name} {theirs:.2f}."
         order = int(ours - theirs > SLACK) - int(theirs - ours > SLACK)
         claim = f"Connectivity of {name}, same study."
         judgements.append(verdicts.of_order(claim, words, order))
@@ -400,7 +400,7 @@ def _quarter_maps(e: Ensemble, name: str) -> Row:
 def _quarters(
     name: str, image: TrainingImage, own: Stationarity, each: list[Stationarity]
 ) -> tuple[str, ...]:
-    """Return the shares by quarter of the facies that differs most between the quarters."""
+    """Return the share per quarter of the facies whose share differs most between quarters."""
     k = int(np.argmax(own.proportions.std(axis=0)))
     kept = np.mean([one.proportions for one in each], axis=0)
     shown = [", ".join(percent(float(v)) for v in p[:, k]) for p in (own.proportions, kept)]

@@ -67,7 +67,7 @@ def _grid_chart(by_level: dict[int, list[Timing]], sides: tuple[int, ...]) -> Ro
     named = sorted({*sides, PAPER_SIDE})
     ticks = {side**2: f"{side}²" for side in named}
     figure = timings_chart(measured, paper_series(), ticks, LIGHT, y_title="CPU time (s)", unit="s")
-    title = "Fig. 13 · CPU time of a realization against the cells of the grid"
+    title = "Fig. 13 · CPU time of a realization against the number of cells"
     legend = (("measured here", LIGHT.ink), ("the paper, another machine", LIGHT.reference))
     return Row((Chart(figure, title, title, legend),))
 
@@ -134,7 +134,7 @@ def _growth(by_level: dict[int, list[Timing]]) -> Judgement:
 
 
 def times_with_data(run: ExperimentRun) -> Outcome:
-    """Measure CPU times of the three methods on one thread, as published and with exact data."""
+    """Measure CPU times of the three methods, with published settings and with exact data."""
     image, side = run.inputs.image("channel"), run.extent.side(512)
     numbers = [max(round(n * side * side / PAPER_CELLS), k + 1) for k, n in enumerate(TABLE_2_DATA)]
     settings = [
@@ -234,7 +234,7 @@ def _methods(times: Times) -> list[Judgement]:
 
 
 def _ratios(times: Times) -> list[Judgement]:
-    """Judge the cost of twice the data and the gain of level 3, for runs as published."""
+    """Judge the cost of twice the data and the gain of level 3 with the published settings."""
     pairs = [
         (
             f"with twice the data, {TITLES[method]} at level {level} takes {{:.2f}} times as long.",

@@ -127,7 +127,7 @@ Block = Text | Code | Facts | Table | Row | Picture | Chart | Judgements
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """A section of a report, with a note under the title, and a summary for the contents."""
+    """A section of a report: title, note under the title, and summary for the table of contents."""
 
     title: str
     blocks: tuple[Block, ...]
@@ -137,7 +137,7 @@ class Section:
 
 @dataclass(frozen=True, eq=False)
 class Document:
-    """A report; `opening` precedes the contents, and `colophon` has facts for reproduction."""
+    """A report; `opening` precedes the table of contents, `colophon` has facts for reproduction."""
 
     title: str
     sections: tuple[Section, ...]

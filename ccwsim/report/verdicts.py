@@ -102,7 +102,7 @@ def describe_curves(fits: Mapping[str, Fit | None], statistic: Statistic) -> str
 
 
 def _around_worst(fit: Fit) -> tuple[int, int]:
-    """Return the first and last index of values around the worst that are off on the same side."""
+    """Return the first and last index of values around the worst that are outside on its side."""
     above = fit.found > fit.reference
     same = fit.outside & (above == above[fit.worst])
     inside = np.flatnonzero(~same)
@@ -224,7 +224,7 @@ class MeasureRow(NamedTuple):
 
 HOW_MEASURED = (
     "The columns “TI” and “realizations” describe entire images. The last column compares pieces "
-    "of the realizations with crops of the training image of equal size, because windows cut "
+    "of the realizations with crops of the training image of equal size, because crops cut "
     "geobodies. ± is the tolerance, computed from the spread of the crops."
 )
 MEASURES_HEAD = ("measure", "TI", "realizations, 5–95 %", "beside crops of the TI")
@@ -271,7 +271,7 @@ def _spread(values: NDArray[np.float64]) -> tuple[float, float, float]:
 
 
 def describe_variety(differing: float, proportions: Sequence[float]) -> str:
-    """Describe in how many cells two realizations differ, and would differ if independent.
+    """Describe in how many cells two realizations differ, with the share expected by chance.
 
     Examples
     --------

@@ -17,7 +17,7 @@ from ccwsim.model.study import Study
 from ccwsim.system.machine import n_cores
 
 GRIDS_AT_WORK = 2
-"""Grids of a thread with one byte per cell: one in path coordinates, one in grid coordinates."""
+"""Number of 1-byte grids per thread: one in path coordinates and one in grid coordinates."""
 GRIDS_OF_DATA = 2
 """Number of grids with the hard data: one in path coordinates and one in grid coordinates."""
 BYTES_A_DATUM = 200

@@ -22,7 +22,7 @@ from ccwsim.system.memory import format_bytes
 from ccwsim.system.whole_files import WholeFile, unwritable
 
 Stored = tuple[NDArray[np.uint8], NDArray[np.int32] | None]
-"""Finished realizations as facies indices (an array or a `LazyStack`), and their sources."""
+"""Finished realizations as facies indices (array or `LazyStack`), and the source of each cell."""
 
 
 @contextmanager

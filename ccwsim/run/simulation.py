@@ -67,7 +67,7 @@ def simulate(
     cancel : callable, optional
         Called as cancel() about 20 times a second; returns True to stop the run.
     first_realization : int
-        Number of the first realization; 0 … 9 and then 10 … 19 are the same as 0 … 19 in one call.
+        Number of the first realization; two runs of 0 … 9 and 10 … 19 equal one run of 0 … 19.
     keep_sources : bool
         Whether to record the cell of the TI from which each cell was copied (4 bytes per cell).
     executor : concurrent.futures.Executor or distributed.Client, optional

@@ -58,7 +58,7 @@ class ImageChoice:
 
 @dataclass(frozen=True)
 class WellTables:
-    """The other tables for a table of well intervals: collars and deviation surveys."""
+    """The tables that complete a table of well intervals: collars and deviation surveys."""
 
     collars: Upload | None = None
     surveys: Upload | None = None  # deviation surveys; None if all wells are vertical

@@ -62,7 +62,7 @@ class FieldSpec:
         return tuple(value for value in values if value is not None)  # a map has no layers
 
     def as_fields(self, value: Any) -> dict[str, Any]:
-        """Return a value of this field as a dictionary by field name."""
+        """Return a value of this field as a dictionary from field names to values."""
         values = value if len(self.fields) > 1 else (value,)
         return dict(zip_longest(self.fields, values))
 
@@ -171,7 +171,7 @@ def _parameter(row: dict[str, str], default: Any) -> FieldSpec:
     usual = {"True": "yes", "False": "no"}.get(row["default"], row["default"])
     text = f"{row['meaning']} ({allowed}{'; ' if allowed else ''}default: {usual})"
     if name in PER_AXIS:
-        text += "; in a volume also three, along x, y and z, such as 32x32x16"
+        text += "; for a volume, one number or three along x, y and z, such as 32x32x16"
     if name == "location_weight":
         text += "; on the command line 0x0x2"
     low, high = bounds.PARAMETERS.get(name, (0, 0))

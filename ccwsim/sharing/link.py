@@ -31,7 +31,7 @@ from ccwsim.sharing.codec import FIELDS, MAX_LETTERS, FieldSpec, fields_of, part
 MAX_PACKED_LETTERS = 8000
 """Maximum number of characters for hard data in an address."""
 VOLUME = -3
-"""Number with which packed data of a volume begin."""
+"""First number in packed data of a volume."""
 OWN = "own"
 """Prefix of the names that replace the sender's own images and data in a link."""
 Own = ImageChoice | DataChoice
@@ -90,7 +90,7 @@ def left_out(choices: Choices) -> tuple[str, ...]:
 
 
 def own_choices(choices: Choices) -> dict[str, Own]:
-    """Return, by name, the parts of a study whose content an address cannot contain."""
+    """Return the parts of a study, by name, whose content does not fit into an address."""
     image, data, found = choices.image, choices.data, dict[str, Own]()
     if image.upload is not None:
         found[f"{OWN}-{image.digest}"] = image
@@ -367,7 +367,7 @@ def packed(data: HardData) -> str:
 
     The word contains the number of data; then, for each facies, the code, the number of data, and
     the steps from cell to cell along (layers,) rows and columns. Data of a volume begin with -3,
-    which is no possible number of data.
+    which cannot be a number of data.
 
     Raises `CCWSIMError` for more than `MAX_LINK_DATA` data.
 

@@ -36,7 +36,7 @@ MAX_PROJECT_MEMBERS = 16
 MAX_LINK_LETTERS = 10_000
 """Maximum length of a value of a link that a project stores; packed hard data are longest."""
 MADE = (2020, 1, 1, 0, 0, 0)
-"""Date of all members of the zip archive, fixed to write equal files for equal studies."""
+"""Date of all members of the zip archive; a fixed date makes files of equal studies equal."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,7 +20,7 @@ def reason(error: Exception) -> str:
 
 
 def logged(error: BaseException) -> str:
-    """Write an error with its traceback to the log, once, and return its number in the log."""
+    """Log an error with its traceback, at most once, and return the number of its log entry."""
     number = getattr(error, "number_in_log", "")
     if not number:
         number = secrets.token_hex(3)

@@ -11,12 +11,12 @@ ROOT = Path("/")
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD, M_ARENA_MAX = -1, -3, -8
 """Codes of three options of `mallopt`, from <malloc.h> of glibc."""
 OWN_PIECE = 1 << 20
-"""Minimum bytes of an allocation that returns to the system as soon as it is freed."""
+"""Minimum size in bytes of allocations that return to the system as soon as they are freed."""
 UNLIMITED = 1 << 60
-"""Minimum bytes of a memory limit that means "no limit" in control groups of version 1."""
+"""In control groups of version 1, a limit of at least this many bytes means "no limit"."""
 VERSION_1 = "memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"
 VERSION_2 = "memory.max", "memory.current", "inactive_file"
-"""Per version: files with limit and usage of a control group, name of reclaimable memory."""
+"""For each version of control groups: limit file, usage file, name of reclaimable memory."""
 
 
 def free_memory(root: Path = ROOT) -> int | None:
@@ -50,8 +50,8 @@ def give_back_memory() -> None:
 def settle_memory(n_arenas: int) -> None:
     """Configure the C library, if possible, to return memory to the system when threads free it.
 
-    By default, glibc uses eight arenas per core and stores ever larger blocks in them. This
-    function, called before threads start, allows `n_arenas`, for blocks below `OWN_PIECE` bytes.
+    By default, glibc uses eight arenas per core and stores ever larger blocks in them. Called
+    before threads start, this function allows `n_arenas` arenas for blocks below `OWN_PIECE` bytes.
     """
     with suppress(OSError, AttributeError):
         library = ctypes.CDLL(None)
@@ -75,7 +75,7 @@ def _of_groups(root: Path) -> list[int | None]:
 def _along(top: Path, path: str, names: tuple[str, str, str]) -> list[int | None]:
     """Return the bytes available in each group, from the group of the process up to the top group.
 
-    Inside a container, the path may be a path on the host; the top group is then the container.
+    Inside a container, the path may be a path on the host; the top group is then the container's.
     """
     parts = [part for part in path.split("/") if part not in ("", "..")]
     return [_left(top.joinpath(*parts[:n]), *names) for n in range(len(parts), -1, -1)]

@@ -48,7 +48,7 @@ def check_replaceable(path: str | os.PathLike[str]) -> Path:
 class WholeFile:
     """A temporary file that replaces its target when the temporary file is complete.
 
-    The file gets the mode of the target. Temporary files of killed runs for the target are deleted.
+    The file gets the permissions of the target. Temporary files that killed runs left are deleted.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:

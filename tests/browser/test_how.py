@@ -170,11 +170,11 @@ def says_step(page, trace: Trace, number: int, step) -> None:
     if step.patch.shape:
         n = int((step.approximation[0] == step.approximation[0]).sum())
         assert f"{n} coefficients instead of {int(step.in_overlap.sum())} numbers" in said
-        assert f"the best is {step.ccw.min():.4g}" in said
+        assert f"The best value is {step.ccw.min():.4g}" in said
         assert f"differ in {int(step.error.sum())} of {int(step.in_overlap.sum())} cells" in said
-        assert f"before it {int(step.keep_mask.sum())} cell" in said
+        assert f"Before the boundary, {int(step.keep_mask.sum())} cell" in said
     else:
-        assert "nothing to compare" in said
+        assert "no overlap to compare" in said
     rows = page.locator("table.fates tbody tr").all_inner_texts()
     share = trace.study.parameters.search_fraction
     kinds_told = {place.fate for place in told}

@@ -163,4 +163,4 @@ def test_the_editor_says_why_nothing_answers():
     state.ensemble = wrongly_met()
     assert "because “Honour data exactly” is off" in describe_answer(state, state.ensemble)
     local = revise(state.ensemble, scattered(20, seed=2))
-    assert "edits only condition the next search" in describe_answer(state, local)
+    assert "edits condition only the next run's search" in describe_answer(state, local)

@@ -41,7 +41,7 @@ class BatchBackend:
         self._n_workers = getattr(executor, "_max_workers", None) or n_workers
 
     def open(self, work: Work) -> None:
-        """Prepare for batches of the study of `work`."""
+        """Prepare to send batches of the study of `work`."""
         self._content, self._key = serialized(work.study), study_key(work.study)
         self._keep_sources = work.keep_sources
         self._flag: Any = FileFlag()
@@ -59,7 +59,7 @@ class BatchBackend:
         except BrokenExecutor:
             raise
         except RuntimeError as error:
-            raise CCWSIMError(f"the executor takes no work: {error}; give an open one") from error
+            raise CCWSIMError(f"the executor takes no work: {error}; use a new one") from error
 
     def shares(self, numbers: Iterable[int]) -> dict[int, float]:
         """Return which share of each realization is finished, as its worker last reported."""

@@ -39,7 +39,7 @@ class ThreadRunner:
         self._work, self._n_workers, self._pool = work, n_workers, pool
 
     def prepare(self, progress: Progress | None, cancel: Cancel | None) -> bool:
-        """Prepare the image and compile the kernels; return False after a cancel."""
+        """Prepare the image and compile the kernels; return False if the run was cancelled."""
         study = self._work.study
         self._image = image = PreparedImage(study)
         if is_compiled(study, image):
@@ -51,7 +51,7 @@ class ThreadRunner:
         return bool(compiled)
 
     def run(self, take: Take, progress: Progress | None, cancel: Cancel | None) -> list[int]:
-        """Pass each realization to `take`; return the indices k of those that finished."""
+        """Pass each realization to `take`; return the indices k of the finished realizations."""
         study, first, n, keep_sources = self._work
 
         def task(k: int, watch: Watch) -> None:

@@ -31,18 +31,18 @@ TEACHING = (
 WHAT_CAN_BE_COMPARED = (
     "The paper's times were measured with MATLAB on the authors' machine; the times on this page "
     "are those of compiled kernels on this machine. Seconds from different machines cannot be "
-    "compared. Compare ratios from one machine: between levels, methods or numbers of data. The "
-    "growth of time with the number of cells can be compared too."
+    "compared. Compare ratios from one machine: between levels, methods or numbers of data. Also "
+    "compare the growth of time with the number of cells."
 )
 DISTURBED = (
     "Other sessions were computing on this server during the measurement, so CPU times are "
     "longer than usual. Measure again when the server is idle."
 )
 TABLE_2_NOTE = (
-    "wrong: number of data that a realization does not honour here. paper: Table 2, channel "
-    "training image, 512 × 512 cells, MATLAB on another machine; compare the last two columns. "
-    "Here both methods are compiled code of this program, and both re-simulate locally until the "
-    "data are honoured, unless the study turns that off."
+    "wrong: number of data that a realization of this measurement does not honour. paper: Table "
+    "2, channel training image, 512 × 512 cells, MATLAB on another machine; compare the last two "
+    "columns. In this program, both methods are compiled, and both re-simulate locally until all "
+    "data are honoured, unless “Honour data exactly” is off in the study."
 )
 Setting = tuple[str, int, bool]
 """Key of a curve: method, level (for volumes, within layers), and whether volumes are simulated."""
@@ -124,7 +124,7 @@ def describe_volumes(timings: Sequence[Timing]) -> str:
 
 
 def describe_levels(timings: Sequence[Timing]) -> str:
-    """Compare the times at the lowest and highest wavelet level, measured and in the paper."""
+    """Compare the lowest and highest wavelet level by time, as measured here and in the paper."""
     paper = {t.level: t.cpu_seconds or 0.0 for t in published.FIGURE_13}
     maps = [t for t in timings if t.parameters.method == "ccwsim" and len(t.grid_shape) == 2]
     own = {t.parameters.level: t for t in maps}

@@ -192,7 +192,7 @@ def _draw_part(state: State, kind: Kind) -> None:
 
 
 def _draw_grids(state: State) -> None:
-    """Draw times by size of the grid; draw outlines before the first run."""
+    """Draw times against grid size, or outlines before the first run."""
     run = state.page(Benchmark).grids
     timings = list(run.timings) if run else []
     ticks = ticks_of(timings, layers_of(state) is not None)
@@ -225,7 +225,7 @@ def _draw_chart(
 
 
 def has_paper(timings: Sequence[Timing]) -> bool:
-    """Return whether the paper's times can be shown, because the paper has times only for maps."""
+    """Return whether the paper's times can be shown; the paper has times only for maps."""
     return all(len(t.grid_shape) == 2 for t in timings)
 
 
@@ -262,7 +262,7 @@ def _draw_data(state: State) -> None:
 
 
 def chosen_settings(state: State) -> list[findings.Setting]:
-    """Return the cases of the chosen methods and levels; empty if they do not fit the study."""
+    """Return the cases of the chosen methods and levels; an empty list if the study allows none."""
     own = state.page(Benchmark)
     if not own.data_levels or not own.data_methods:
         return []

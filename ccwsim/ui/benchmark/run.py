@@ -35,7 +35,7 @@ SIDES = (256, 512, 1000, 2000, 3000, 5000)
 """Sides of the square grids in Fig. 13, in cells; the last grid has 25 million cells."""
 DATA_SIDES = (256, 512, 1000)
 VOLUME_SIDES = (48, 64, 100, 160, 256)
-"""Sides of the layers of timed volumes; the number of layers is that of the study's grid."""
+"""Sides of the layers of timed volumes, which have as many layers as the study's grid."""
 DATA_SIDES_VOLUME = (64, 100, 160)
 NUMBERS = (0, 100, 400, 1000, 2000, 4000)
 TIMED_METHODS = tuple(method for method in METHODS if method != "ccsim")
@@ -50,8 +50,8 @@ FINEST, COARSEST = 0, 3
 class TimingRun(PageRun[None]):
     """A measurement of several cases, one after another.
 
-    `timings` contains the finished cases in order; `disturbed` is whether other sessions computed
-    on this server at the same time.
+    `timings` contains the finished cases in order; `disturbed` tells whether other sessions
+    computed on this server at the same time.
     """
 
     training_image: TrainingImage
@@ -97,8 +97,8 @@ class Benchmark:
     """The state of the page: the user's choices, the latest runs, and why a run did not start.
 
     `largest` is the side of the largest map, and `side` is the side of the map with data.
-    `largest_volume` and `side_volume` are the same for the layers of volumes. `maps` tells whether
-    maps are timed in addition to volumes. Unknown methods are ignored.
+    `largest_volume` and `side_volume` are the corresponding sides of the layers of volumes. `maps`
+    tells whether maps are timed in addition to volumes. Unknown methods are ignored.
     """
 
     largest: int = 2000

@@ -72,7 +72,7 @@ def _describe_data(found: Comparison) -> list[str]:
     if not broken:
         return [f"All {n} data are honoured by all settings."]
     rest = "" if len(broken) == len(wrong) else "; the other settings honour all data"
-    return [f"Mean number of data not honoured, of {n}: {', '.join(broken)}{rest}."]
+    return [f"Mean number of the {n} data not honoured: {', '.join(broken)}{rest}."]
 
 
 def describe_grades(row: PairRatio) -> str:

@@ -104,7 +104,7 @@ GLYPHS = dict(zip(SYMBOLS, "●■▲✚", strict=True))
 
 
 def draw_page(state: State) -> None:
-    """Draw the settings and the latest comparison; run one if there is none."""
+    """Draw the settings and the latest comparison; run a comparison if there is none."""
     draw_style(STYLE)
     page_state = state.page(ComparePageState)
     problem = problem_of(state)
@@ -414,7 +414,7 @@ def draw_patterns(state: State, found: Comparison) -> None:
         elif state.page(ComparePageState).run is not None:
             st.html('<div class="unseen patterns"></div>')
         else:
-            step_note("Patterns are not compared: the comparison was stopped before.")
+            step_note("Patterns are not compared, because the comparison was stopped early.")
         return
     left, right = st.columns([1.0, 1.15], gap="large")
     with left:
@@ -427,9 +427,9 @@ def draw_patterns(state: State, found: Comparison) -> None:
         size = describe_shape((side,) * image.n_dimensions)
         step_note(
             "Between: how varied the realizations are. Within: how far they are from the "
-            "training image. Each is the first setting's value divided by the second setting's, "
-            f"at full, half and one-third resolution with weights {weights}. Ratio = between / "
-            "within; if the ratio exceeds 1, the first setting is better (Tan et al. 2014, on "
+            "training image. Each number is the first setting's value divided by the second's, as "
+            f"a mean over full, half and third resolution with weights {weights}. Ratio = between "
+            "/ within; if the ratio exceeds 1, the first setting is better (Tan et al. 2014, on "
             f"exact histograms of all {size} patterns). Differences smaller than two standard "
             "errors (jackknife) are ignored."
         )

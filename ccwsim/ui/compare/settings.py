@@ -56,7 +56,7 @@ class ComparisonRequest:
 
 @dataclass
 class ComparisonRun(PageRun[Comparison]):
-    """A run that compares settings, or adds the curves of another `facies` (a code) to `known`."""
+    """A run that compares settings, or adds curves of `facies` (a code) to a known comparison."""
 
     request: ComparisonRequest
     training_image: TrainingImage
@@ -99,10 +99,10 @@ class ComparisonRun(PageRun[Comparison]):
 class ComparePageState:
     """The state of the page.
 
-    `others` are the settings besides the setting of the study; None is a default setting, derived
-    from the study. `n` is the number of realizations per setting, or None until the page is first
-    drawn. `run` is the running comparison, `found` is the latest result, and `request` has the
-    inputs of this result.
+    `others` are the settings besides the setting of the study; an element None stands for a default
+    setting, derived from the study. `n` is the number of realizations per setting, or None until
+    the page is first drawn. `run` is the running comparison, `found` is the latest result, and
+    `request` has the inputs of this result.
     """
 
     others: list[Parameters | None] = field(default_factory=lambda: [None, None])
@@ -115,7 +115,7 @@ class ComparePageState:
 
 
 def settings_of(state: State) -> tuple[Parameters, ...]:
-    """Return all settings, with sizes changed to the nearest that fit the training image."""
+    """Return all settings, with the nearest sizes that fit the training image."""
     shape = image_of(state.choices.image).shape
     own = fitted(state.choices.parameters, shape)
     usual = usual_others(own, shape)
@@ -309,7 +309,7 @@ def follow_comparison(state: State, run: ComparisonRun) -> None:
 
 
 def progress_label(run: ComparisonRun) -> str:
-    """Return the name of the work after the last realization; empty during the simulation."""
+    """Return the name of the step that follows the simulation; empty during the simulation."""
     if run.job is None or run.job.n_done < run.n_pieces:
         return ""
     return "Comparing patterns" if run.partial and run.partial.curves else "Comparing curves"

@@ -115,7 +115,7 @@ def _draw_example(state: State, example: Example, compared: bool) -> None:
             act = compare_example if compared else open_example
             action("Next example", "next_example", act, following, note=following.title)
         if example.others and not compared:
-            act, note = compare_example, "The example's setting is A, beside other settings."
+            act, note = compare_example, "Compares the example's setting (A) with other settings."
             if action("Compare its settings", "compare_opened", act, example, note=note):
                 go_to(COMPARE, TAKEN)
         action("Back to my study", "back_from_example", back_to_own, note=BACK_HELP)

@@ -50,7 +50,7 @@ from ccwsim.ui.widgets.theme import chart_theme, draw_style
 STYLE = Path(__file__).with_name("examples.css")
 VIEWS = {"studies": "Lecture plan", "quiz": "Quiz: which one is the training image?"}
 MAX_PICTURE_SIDE = 300
-"""Maximum cells along a side of a picture; larger studies show only their south-west corner."""
+"""Maximum side of a picture in cells; larger studies show only their south-west corner."""
 MAX_VOLUME_SIDE = 80
 """Maximum number of cells along a horizontal side of a volume in a picture."""
 N_TOGETHER = 20
@@ -85,8 +85,8 @@ def _draw_class_link(choices: Choices) -> None:
     with st.popover("Link for a class", key="class_menu"):
         step_note(
             "Everybody who opens this link gets your present study with a different random seed, "
-            "and sees this seed. Compare the pictures: common features come from the image and "
-            "the data, differences show the uncertainty."
+            "which the page shows. Compare the pictures: common features come from the image and "
+            "the data, and differences show the uncertainty."
         )
         st.code(class_link(choices, st.context.url or ""), language=None, wrap_lines=True)
         missing = left_out(choices)

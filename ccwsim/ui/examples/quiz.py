@@ -117,7 +117,7 @@ def draw_round(image: TrainingImage, parameters: Parameters, seed: int) -> Round
 
 
 def piece_side(shape: tuple[int, int]) -> int:
-    """Return the side of the pieces, at most half the training image, so that pieces differ."""
+    """Return the side of the pieces: at most half of the image's side, so that pieces differ."""
     return max(4, min(MAX_PIECE_SIDE, min(shape) // 2))
 
 
@@ -155,7 +155,7 @@ def new_shapes(
 
 @dataclass
 class RoundRun(PageRun[Round]):
-    """The task, running or finished, that draws a round of the quiz."""
+    """The running or finished task that simulates and cuts the pictures of a round of the quiz."""
 
     training_image: TrainingImage
     parameters: Parameters
@@ -173,7 +173,7 @@ class Quiz:
     `image` is the name of a bundled training image, or empty for the image of the study. `level`,
     `n_candidates` and `refine` are parameters of the realizations. `seed` is random, one per
     session, and `n_rounds` is added to it. `run` computes the round with the settings `asked`.
-    `picked` is the picture that the user took for the training image. `tallies` has the number of
+    `picked` is the picture that the user picked as the training image. `tallies` has the number of
     right picks and the number of picks for each setting.
     """
 
@@ -190,7 +190,7 @@ class Quiz:
 
     @property
     def round(self) -> Round | None:
-        """The present round, or None until its pictures are drawn."""
+        """The current round, or None until its pictures are ready."""
         return self.run.result if self.run is not None else None
 
 
@@ -355,7 +355,7 @@ def describe_verdict(picked: int, shown: Round) -> str:
 
 
 def describe_seams(shown: Round, k: int) -> list[str]:
-    """Describe the seams of picture k and compare their shapes with the other pictures."""
+    """Describe the seams of picture k; compare its share of new shapes with the other pictures."""
     found, own = shown.copying_of(k), shown.shapes_at(k)[1]
     others = [shown.shapes_at(j)[1] for j in range(len(shown.pictures)) if j != shown.answer]
     low, high = (f"{100 * share:.1f}" for share in (min(others), max(others)))
@@ -364,8 +364,8 @@ def describe_seams(shown: Round, k: int) -> list[str]:
         f"{100 * found.seams.mean():.0f} % of its cells are at a seam, and the largest square "
         f"copied in one piece has {found.largest_square} × {found.largest_square} cells.",
         "Most seams cannot be seen. A seam is visible if it makes a shape absent from the "
-        f"training image (red): {100 * own:.1f} % of the windows of {SIDE} × {SIDE} cells here, "
-        f"{low} to {high} % in the realizations of this round. At visible seams, look for steps "
+        f"training image (red): {100 * own:.1f} % of the {SIDE} × {SIDE} windows in this picture, "
+        f"{low} to {high} % in all realizations of this round. At visible seams, look for steps "
         "in the edges of geobodies, and for geobodies that end or change width abruptly.",
         "By definition, the training image has no such windows. A higher level, more candidates, "
         "or no refinement gives more such windows.",

@@ -15,7 +15,7 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 
 N_STEPS = 200
-"""Number of colour steps of a probability map; exact for at most 200 realizations."""
+"""Number of colour steps of a probability map; shares of 200 realizations are not rounded."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def points_of(
 ) -> list[list[int]]:
     """Return hard data as [(layer,) row, column, facies index, wrong].
 
-    A datum is wrong if the `realization`, given in facies codes, has another facies in its cell.
+    A datum is wrong if `realization` (facies codes) has another facies in the cell of the datum.
     """
     if not data.n:
         return []
@@ -80,7 +80,7 @@ def points_of(
 
 
 def shared_content(cell_map: CellMap, grid: Grid | None) -> dict[str, Any]:
-    """Return the part of the content that is equal for the components of maps and of volumes."""
+    """Return the content that the components of maps and of volumes have in common."""
     n_dimensions = cell_map.indices.ndim
     n_wrong = sum(point[n_dimensions + 1] for point in cell_map.points)
     return {

@@ -31,14 +31,14 @@ def draw_cells(
 
     `name` is the file name of the saved picture, without ending. The coordinates of `grid` are
     drawn along the edges. Maps with the same `link` zoom, pan and hover together; volumes share
-    cursor, slices and vertical exaggeration. `max_height` limits the height, in pixels, of a map
-    or of the slice and the body of a volume.
+    cursor, slices and vertical exaggeration. `max_height` limits the height in pixels of a map, or
+    of each slice and the body of a volume.
 
-    Options of maps: maps with the same `scale` have the largest cell size at which the maps with
-    `leads` fit on the page. `tools` shows buttons for zooming and saving. `on_cell` is called with
-    the row and column of a clicked cell. Options of volumes: `body` shows the volume beside three
-    slices. If `cursor` (layer, row, column) changes, the slices move to this cell; otherwise only
-    the user moves the slices.
+    Options of maps: maps with the same `scale` share one cell size, the largest at which each map
+    with `leads` fits on the page. `tools` shows buttons for zooming and saving. `on_cell` is called
+    with the row and column of a clicked cell. Options of volumes: `body` shows the volume beside
+    three slices. If `cursor` (layer, row, column) changes, the slices move to this cell; otherwise
+    only the user moves the slices.
     """
     options: dict[str, Any] = {"grid": grid, "link": link, "name": name}
     if max_height:

@@ -19,9 +19,9 @@ BELOW = {
     "volume": ("shared/drawing", "shared/edits", "volume/slice", "volume/body"),
     **dict.fromkeys(("history", "settings", "sheet", "quiz"), ("shared/tiles",)),
 }
-"""By component, the shared modules that it uses besides `shared/calls`, sent as one text."""
+"""Shared modules that each component uses besides `shared/calls`."""
 ENTRY = "export default "
-"""In a component's last module, the start of the line that defines Streamlit's function."""
+"""Start of the line that defines, in a component's last module, the function Streamlit calls."""
 
 
 def draw_component(

@@ -88,7 +88,7 @@ class Editor:
 
 
 def with_changes(data: HardData, changes: Mapping[Cell, int | None]) -> HardData:
-    """Return data with `changes`: by (layer,) row and column, a facies code, or None to remove."""
+    """Return data with `changes`, which map a cell to a facies code, or to None for removal."""
     before = dict(zip(map(tuple, data.cells.tolist()), data.facies.tolist(), strict=True))
     known = {cell: code for cell, code in {**before, **changes}.items() if code is not None}
     return HardData(list(known), list(known.values()))

@@ -74,7 +74,7 @@ def draw_tables(state: State) -> None:
 
 
 def draw_problem(state: State, problem: str) -> None:
-    """State why the study's hard data cannot be used, and ask questions that solve the problem."""
+    """State why the study's hard data cannot be used, and ask the questions of the file reader."""
 
     def use(choice: DataChoice, grid: Grid | None = None) -> None:
         state.change(data=choice, grid=grid or state.choices.grid)
@@ -144,7 +144,7 @@ def draw_sampling(state: State) -> None:
 
 
 def sample(state: State) -> None:
-    """Sample data as the menu says, put these data into the study, and keep the reference field."""
+    """Sample data as set in the menu, put them into the study, and keep the reference field."""
     page_state = state.page(Editor)
 
     def take() -> None:
@@ -193,7 +193,7 @@ def _ask_reference(page_state: Editor, choice: ImageChoice, volume: bool) -> Non
         change(ImageChoice())  # if the file cannot be read, the earlier field is kept
         change(image_of_file(upload, volume=volume))
 
-    tip = "An image with as many cells as the grid, in any format of a training image."
+    tip = "An image with the grid's number of cells, in any format that a training image can have."
     options: dict[str, Any] = {"removed": partial(change, ImageChoice()), "type": TYPES}
     file_uploader("Reference image", key="reference_file", take=take, help=tip, **options)
     if choice.upload is not None:

@@ -63,8 +63,8 @@ TOOLS_VOLUME = (
 def draw_editor(state: State) -> None:
     """Draw the editor over the realizations of the study; an edit redraws only the editor.
 
-    Every edit starts a run. If data were added, the editor shows a local re-simulation until this
-    run is finished. All other results are from the previous run and are dimmed.
+    Every edit starts a run. If data were added, the editor shows a local re-simulation until the
+    new run is finished. All other results are from the previous run and are dimmed.
     """
     with error_boundary():
         draw_style(STYLE)
@@ -158,7 +158,7 @@ def describe_answer(state: State, answered: Ensemble | None) -> str:
     if not answered.revised:
         return text
     if not answered.parameters.exact_data:
-        return f"{text} “Honour data exactly” is off: edits only condition the next search."
+        return f"{text} “Honour data exactly” is off: edits condition only the next run's search."
     return f"{text} Re-simulated locally around your edits, until the new run is finished."
 
 

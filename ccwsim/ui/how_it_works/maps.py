@@ -98,7 +98,7 @@ class PatchView:
 
 
 def location_of(place: PlaceFate, n: int) -> tuple[int, ...]:
-    """Return the `n` coordinates (layer,) row and column of a location, in blocks."""
+    """Return the `n` = 2 or 3 coordinates of a location in blocks: (layer,) row and column."""
     return (place.layer, place.row, place.column)[-n:]
 
 
@@ -207,7 +207,7 @@ def lit_map(
     theme: Theme,
     alt: str,
 ) -> CellMap:
-    """Return a map of facies: `lit` cells in full colour, others dimmed, UNKNOWN cells blank."""
+    """Return a map of facies; cells that are not `lit` are dimmed, and UNKNOWN cells are blank."""
     n, known = image.n_facies, cells != UNKNOWN
     has_dim = n <= MAX_LIT
     indices = np.where(known, cells, n).astype(int)
@@ -281,7 +281,7 @@ def score_volume(view: PatchView) -> CellMap:
     low, high = float(np.nanmin(scores)), float(np.nanmax(scores))
     colours = CIVIDIS if step.correlation else CIVIDIS[::-1]
     scale = ColourScale(
-        "CCW", low, high, colours, "only continues the image beside a neighbouring patch"
+        "CCW", low, high, colours, "would only extend the piece copied by a neighbouring patch"
     )
     alt = f"CCW score of each location for patch {step.patch.number + 1}"
     frame = Frame(view.trace.path.orientation, step.scores.shape)

@@ -187,7 +187,7 @@ def _draw_setting(state: State) -> None:
 
     with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="how_setting"):
         numbers = {"value": how.number + 1, "min_value": 1, "max_value": MAX_REALIZATIONS}
-        look = {"help": "Index of the realization, as on Simulate.", "width": 124}
+        look = {"help": "Index of the realization, as on the page Simulate.", "width": 124}
         field(st.number_input, "Realization", key="how_number", write=follow, **numbers, **look)
         if len(shape) == 3:
             with st.popover("Sizes", key="how_sizes"):
@@ -201,7 +201,7 @@ def _draw_setting(state: State) -> None:
         numbers = {"min_value": 1, "max_value": MAX_CANDIDATES_OFFERED, "width": 136}
         parameter(st.number_input, "Candidates K", "n_candidates", "candidates", **numbers)
         if how.parameters is not None:
-            use = "Uses this setting in the study, so that other pages use the setting too."
+            use = "Applies this setting to the study, and therefore to all other pages."
             button("Use this setting", key="how_use", on_click=use_own, args=(state,), help=use)
             button("Back to the study's", key="how_back", on_click=forget_own, args=(state,))
 
@@ -295,7 +295,7 @@ def _draw_scores(how: How, view: PatchView) -> None:
 
 
 def _draw_score_map(how: How, view: PatchView) -> None:
-    """Draw the locations on the scores or on the image."""
+    """Mark the locations on the map of scores or on the image."""
     step, trace, image = view.step, view.trace, view.image
     offered = [key for key in GROUNDS if key != "costs" or step.totals is not None]
     ground = how.ground if how.ground in offered else "score"
@@ -376,7 +376,7 @@ def _draw_bands(how: How, view: PatchView) -> None:
             draw_cells(shown, f"how_{name}", max_height=300, **linked)
     say(
         f"Each block of {unit} × {unit} cells gives one number per band. The search compares only "
-        "the approximation. The inverse transform uses the three detail bands as well.",
+        "the approximation. The inverse transform also uses the three detail bands.",
         words.PAPER["image"],
     )
     largest = _largest_difference(how, view)

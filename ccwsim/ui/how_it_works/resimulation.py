@@ -26,9 +26,9 @@ from ccwsim.ui.widgets.fields import field
 from ccwsim.ui.widgets.text import pair, panel_title, step_note
 
 MAX_TERMS = 3_000_000_000
-"""If the remaining patches need more score terms than this, they are placed on request."""
+"""Maximum number of score terms for which the page places the remaining patches unasked."""
 PIXELS = 204
-"""Side, in pixels, of the picture of a window in a map."""
+"""Side in pixels of a picture that shows one window of a map."""
 MAX_HEIGHT = 360
 MAX_HEIGHT_SLICES = 300
 N_MARKED = 20
@@ -75,8 +75,8 @@ def _draw_repair(trace: Trace, colours: list[str], theme: Theme) -> None:
         return
     marked = [] if is_volume(trace) else _boxes_of(changed)
     say(
-        "Windows are re-simulated, and single cells changed, if this reduces the number of "
-        "patterns absent from the training image. "
+        "Windows are re-simulated and single cells are changed if such a change reduces the "
+        "number of patterns absent from the training image. "
         f"<b>{format_count(int(changed.sum()), 'cell')}</b> ({100 * changed.mean():.1f} %) have a "
         f"different facies now.{' The largest changes are marked.' if marked else ''}",
         OURS,
@@ -146,7 +146,7 @@ def _draw_windows_of_data(how: How, trace: Trace, colours: list[str], theme: The
 def choose_datum(
     how: How, trace: Trace, by_datum: dict[int, list[ResimulatedWindow]]
 ) -> list[ResimulatedWindow]:
-    """Ask for one of the corrected data, and return the windows of this datum."""
+    """Let the user choose a corrected datum, and return the windows of this datum."""
     data = list(by_datum)
     how.datum = min(how.datum, len(data) - 1)
     offered = {"value": how.datum, "options": list(range(len(data)))}
@@ -178,7 +178,7 @@ def _describe(trace: Trace, by_datum: dict[int, list[ResimulatedWindow]]) -> str
         "Around a missed datum a window is re-simulated. The new patch must honour <b>every</b> "
         "datum in the window and fit the surroundings on all sides. If no patch does, the window "
         "is halved. "
-        + ("If no window helps, only the cell is set." if (data_status == FORCED).any() else "")
+        + ("If no patch fits, only the cell is set." if (data_status == FORCED).any() else "")
     )
 
 
@@ -189,7 +189,7 @@ def _name(trace: Trace, datum: int) -> str:
 
 
 def _part_of(window: ResimulatedWindow) -> tuple[slice, ...]:
-    """The cells of a window in the grid."""
+    """Return the slices of the grid that a window covers."""
     first = (window.layer, window.row, window.column)[-window.before.ndim :]
     return tuple(slice(k, k + n) for k, n in zip(first, window.before.shape, strict=True))
 
@@ -204,9 +204,9 @@ def windows_map(
         lit = np.zeros(trace.before_repair.shape, bool)
         for window in windows:
             lit[_part_of(window)] = True
-        alt = "The realization, corrected, with the windows of the datum in full colour"
+        alt = "The corrected realization, with the windows of the datum in full colour"
         return replace(lit_map(trace.before_repair, lit, image, colours, theme, alt), points=points)
-    shown = facies_map(trace.realization.indices, image, colours, "The realization, corrected")
+    shown = facies_map(trace.realization.indices, image, colours, "The corrected realization")
     marks = [box_mark(_part_of(window), theme.reference, "window") for window in windows]
     return replace(shown, points=points, marks=marks)
 

@@ -13,7 +13,7 @@ from ccwsim.ui.session.resolve import data_of, fitted, image_of, study_of
 from ccwsim.ui.session.state import State
 
 SHOWN_FIRST = 0.4
-"""Share of the path at which the page shows its first patch."""
+"""Share of the path that precedes the patch with which the page opens."""
 
 
 @dataclass

@@ -44,7 +44,7 @@ ORDER_WORDS = (
     "row by row through all layers",
     "column by column through all layers",
 )
-"""Texts that describe the order of patches in a volume, by the slowest axis in `ORDERS`."""
+"""Description of each order in `ORDERS`, in which the patches of a volume are placed."""
 
 
 def say(text: str, source: str) -> None:
@@ -131,7 +131,7 @@ def describe_overlap(view: PatchView) -> str:
         return "The grid is still empty, so there is no overlap to compare with the image."
     cells = f"The overlap is {format_count(n_cells, 'cell')}."
     if max(view.block) == 1:
-        return f"{cells} At level 0 cells are compared one by one, as CCSIM does."
+        return f"{cells} At level 0, cells are compared one by one, as in CCSIM."
     n = int(np.isfinite(view.step.approximation[0]).sum())
     level = view.level if isinstance(view.level, int) else cells_along(view.level)
     return (
@@ -146,7 +146,7 @@ def describe_scores(step: TracedPatch) -> str:
     locations = format_count(step.scores.size, "location")
     if not step.patch.shape:
         decide = " Only the hard data decide." if step.data is not None else ""
-        return f"Without an overlap all {locations} of the image fit equally well.{decide}"
+        return f"Without an overlap, all {locations} of the image fit equally well.{decide}"
     ccw = step.ccw
     if step.correlation:
         best, how = ccw.max(), "the paper's CCW (cross-correlation) ΣA·B; the largest is best"
@@ -154,8 +154,8 @@ def describe_scores(step: TracedPatch) -> str:
         best = ccw.min()
         how = (
             "Σ(A − B)² = ΣA² − 2·ΣA·B + ΣB²; the smallest value is best. The paper uses the "
-            "cross-correlation ΣA·B, whose largest value is best. The authors' code uses the "
-            "squared difference too"
+            "cross-correlation ΣA·B, whose largest value is best. The authors' code also "
+            "uses the squared difference"
         )
     return (
         "The coefficients B of the overlap are compared with the coefficients A of the image at "
@@ -169,14 +169,14 @@ def describe_draw(view: PatchView) -> str:
     step, n = view.step, view.step.n_candidates
     how = "all equally likely"
     if step.steered:
-        how = "with preference for better facies proportions (not in the paper)"
-    chance = f"One of {n} candidates is drawn, {how}. This choice makes realizations differ."
+        how = "candidates that correct the facies proportions are preferred (not in the paper)"
+    chance = f"One of {n} candidates is drawn: {how}. This choice makes realizations differ."
     if n == 1:
         chance = "The location is the only candidate."
     elif step.n_drawn > 1:
         chance = (
-            f"Of {n} candidates, {how}, {step.n_drawn} are chosen, and the best of these at full "
-            "resolution is used (not in the paper). This random choice makes realizations differ."
+            f"{step.n_drawn} of {n} candidates are drawn: {how}. The drawn one that fits best at "
+            "full resolution is used (not in the paper). The draw makes realizations differ."
         )
     return f"Drawn: CCW {view.locations[0].ccw:.4g}. {chance}"
 
@@ -196,7 +196,7 @@ def describe_cut(view: PatchView) -> str:
     n_cells, kept = int(step.in_overlap.sum()), format_count(int(step.keep_mask.sum()), "cell")
     how = (
         "The cheapest boundary through this error surface is computed by dynamic programming. "
-        f"Before the boundary {kept} of the grid are kept; after it, the patch is pasted."
+        f"Before the boundary, {kept} of the grid are kept; after it, the patch is pasted."
     )
     if view.is_volume:
         how = (
@@ -215,7 +215,7 @@ def describe_inverse(step: TracedPatch, largest: float) -> str:
         f"The drawn patch has {n} × {n} approximation coefficients and their details. The inverse "
         f"DWT restores all {size} × {size} cells; for Haar, the result equals the patch of the "
         f"image (largest difference {shown}). So the patch has all details, although the search "
-        "compares only the approximation."
+        "compares only approximations."
     )
 
 
@@ -227,9 +227,9 @@ def describe_fate(location: PlaceFate, step: TracedPatch, search_fraction: float
         "candidate": "a candidate that was not drawn",
         "fraction": f"rejected: its overlap is not among the best {best} %",
         "slack": "rejected: much worse than the best",
-        "copy": "rejected: merely continues the image beside a neighbouring patch",
+        "copy": "rejected: would only extend the piece copied by a neighbouring patch",
         "data": f"rejected: {_misses(location)}",
-        "location": "rejected: too far in the image from the position of the patch in the grid",
+        "location": "rejected: its position in the image is too far from the patch's position",
         "tie": "rejected: other locations with an equal score were chosen at random",
     }[location.fate]
 
@@ -241,7 +241,7 @@ def _misses(location: PlaceFate) -> str:
         "ahead": location.ahead,
     }
     parts = [f"misses {format_count(n, *DATA)} {where}" for where, n in missed.items() if n]
-    return ", ".join(parts) or "may miss data ahead, beyond the edge of the image"
+    return ", ".join(parts) or "may miss data ahead, which would be outside the image"
 
 
 def is_rejected(location: PlaceFate) -> bool:
@@ -295,7 +295,7 @@ def say_candidates(view: PatchView) -> None:
         text = f"All locations have equal scores, so K = {k} locations are chosen at random."
         source = PAPER["first patch"]
     if view.trace.study.hard_data.n:
-        text += " No hard data condition this patch, because none are in the patch or just ahead."
+        text += " No hard data are in this patch or just ahead, so the patch is unconditional."
     say(text, source)
     if step.slack is not None:
         say(_choice_without_data(view), OURS)
@@ -307,8 +307,8 @@ def _choice_without_data(view: PatchView) -> str:
     assert step.slack is not None
     cells = round(step.slack / view.trace.search.cell_cost)
     text = (
-        f"The location is chosen at random from the locations whose score is within {cells} wrong "
-        f"cells of the best score: <b>{step.n_candidates}</b>."
+        f"The location is chosen at random from the <b>{step.n_candidates}</b> of the K best whose "
+        f"score is at most {cells} wrong cells worse than the best score."
     )
     if n_copies:
         text += (
@@ -348,10 +348,10 @@ def _choice_with_data(view: PatchView) -> str:
     rejected = f" Rejected: {format_count(n_rejected, 'location')} that fit the overlap."
     return (
         f"Each datum that a location would miss costs as much as {missed} wrong cells of overlap "
-        f"({held} if the grid already honours the datum, {ahead} if it is ahead of the path). "
-        f"One location is chosen at random from the <b>{view.step.n_candidates}</b> of the K = "
-        f"{len(view.step.places)} best whose cost is within {round(d.slack / search.cell_cost)} "
-        f"wrong cells of the lowest cost.{rejected if n_rejected else ''}"
+        f"({held} for a datum that the grid already honours, {ahead} for a datum ahead). The "
+        f"location is chosen at random from the <b>{view.step.n_candidates}</b> of the K = "
+        f"{len(view.step.places)} best that cost at most {round(d.slack / search.cell_cost)} wrong "
+        f"cells more than the cheapest.{rejected if n_rejected else ''}"
     )
 
 

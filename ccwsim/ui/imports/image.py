@@ -155,7 +155,7 @@ def draw_turns(choice: ImageChoice, write: Write) -> None:
 
 
 def rotated(choice: ImageChoice) -> ImageChoice:
-    """Return the choice of an image, rotated by 90° anticlockwise.
+    """Return the choice of the same image, turned by a further 90° anticlockwise.
 
     Examples
     --------
@@ -196,7 +196,7 @@ def draw_facies(choice: ImageChoice, image: TrainingImage, write: Write) -> None
 
 
 def draw_image_advice(state: State, choice: ImageChoice, image: TrainingImage) -> None:
-    """Draw advice on parameters for the image, with a button that uses image and parameters."""
+    """Draw advice on parameters, with a button that puts image and parameters into the study."""
     try:
         found = _diagnosed(image)
     except CCWSIMError as error:  # if an image is too small for advice, this is not an error

@@ -45,7 +45,7 @@ INTRODUCTION = (
     "Runs the experiments of Bavandsavadkoohi et al. (2024), sections 5.1 to 5.9, in this "
     "program, and writes one report. The report shows each figure and table next to the paper's "
     "statement, with a verdict in words. The report is one HTML file that works offline and "
-    "prints."
+    "can be printed."
 )
 DURATIONS = {False: "some minutes on two cores", True: "under a minute, on smaller grids"}
 BYTES_PER_CELL = 8
@@ -56,10 +56,10 @@ VARIABLE = "CCWSIM_DATA"
 
 @dataclasses.dataclass
 class PaperRun(PageRun[Reproduction]):
-    """A run of all experiments that is running or has ended.
+    """A run of all experiments, either in progress or ended.
 
-    `finished` contains the finished experiments. `report` is the HTML report, or empty if the run
-    or all experiments are unfinished.
+    `finished` contains the finished experiments. `report` is the HTML report; it is empty until the
+    run ends with at least one finished experiment.
     """
 
     inputs: PaperInputs

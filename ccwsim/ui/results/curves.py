@@ -167,7 +167,7 @@ def _connectivity(ensemble: Ensemble, facies: int, way: str, note: str = "", key
 
 
 def _connectivity_both_ways(ensemble: Ensemble, facies: int) -> None:
-    """Draw the connectivity E–W; a note states if the connectivity N–S does not fit."""
+    """Draw the connectivity E–W; a note mentions connectivity N–S if it is outside the band."""
     along, across = (fit_of(ensemble, "connectivity", facies, way) for way in ("E-W", "N-S"))
     said = describe_curve(along, "connectivity")
     if across is not None and not across.fits:

@@ -261,7 +261,7 @@ def test_data_that_a_setting_leaves_wrong_are_counted():
     mean = some.ensembles[1].n_mismatched.mean()
     assert mean > 0
     assert sentences(some)[-1] == (
-        f"Mean number of data not honoured, of 400: B {mean:g}; the other settings honour all data."
+        f"Mean number of the 400 data not honoured: B {mean:g}; the other settings honour all data."
     )
     both = compare(image, (512, 512), {"A": loose, "B": loose}, data, 1)
     assert "others" not in sentences(both)[-1]

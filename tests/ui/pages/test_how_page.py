@@ -101,7 +101,7 @@ def test_every_patch_shows_the_figures_of_the_core(choices):
         if step.patch.shape:
             n = int(step.error.sum())
             assert f"differ in {n} of {int(step.in_overlap.sum())}" in said
-            assert f"Before the boundary {int(step.keep_mask.sum())} cell" in said
+            assert f"Before the boundary, {int(step.keep_mask.sum())} cell" in said
         if step.data is not None:
             inside = sum(datum.inside for datum in step.data.seen)
             assert f"{inside} dat" in said
@@ -210,7 +210,7 @@ def test_each_step_stands_beside_its_place_in_the_paper():
 def test_the_score_is_set_beside_the_papers():
     said = text(launched())
     assert "The paper uses the cross-correlation ΣA·B, whose largest value is best" in said
-    assert "The authors' code uses the squared difference too" in said
+    assert "The authors' code also uses the squared difference" in said
     plain = replace(SMALL, parameters=replace(OWN, similarity="correlation"))
     assert "the paper's CCW (cross-correlation) ΣA·B; the largest is best" in text(launched(plain))
 
@@ -220,7 +220,7 @@ def test_what_is_not_in_the_paper_is_marked():
     trace = trace_of(WITH_DATA)
     number = next(p.number for p in trace.patches if trace.at(p.number).data is not None)
     named(app.slider, "how_patch").set_value(number + 1).run()
-    assert source_of(seen(app), "cells of the lowest cost") == "not in the paper"
+    assert source_of(seen(app), "cells more than the cheapest") == "not in the paper"
     assert source_of(app, "Of 5 data:").startswith("not in the paper")
     moved = next(
         p.number
