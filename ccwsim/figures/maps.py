@@ -248,8 +248,8 @@ def _coloured(indices: NDArray[np.uint8], colours: Sequence[str]) -> Image.Image
 
 def _as_bytes(indices: NDArray[np.integer], n: int) -> NDArray[np.uint8]:
     """Return indices from 0 to n − 1 as bytes; bytes are returned unchanged."""
-    if np.asarray(indices).dtype == np.uint8:
-        return indices
+    if indices.dtype == np.uint8:
+        return indices.view(np.uint8)
     return as_integers(indices, "indices", 0, n - 1).astype(np.uint8)
 
 
