@@ -15,6 +15,7 @@ from ccwsim import TrainingImage, datasets, simulate
 from ccwsim.figures import index_png
 from ccwsim.sharing.choices import Choices
 from ccwsim.sharing.link import read_link
+from tests.fuzz.evil import EVIL
 from tests.ui.sessions import Session, Stuck
 
 IMAGES = tuple(datasets.names())
@@ -194,7 +195,7 @@ class Visitor:
 
 
 class HostileVisitor(Visitor):
-    """A user who opens links with extreme values and leaves unrequested files on the server."""
+    """A user who opens links with extreme values and offers hostile files."""
 
     def stay(self) -> None:
         """Open one link after another until the end of the visit."""
@@ -210,9 +211,16 @@ class HostileVisitor(Visitor):
                         raise Stuck(str(tab.errors or self._trouble(tab)))
                     tab.widget("seed")  # the page shows the study, which can be changed
                     tab.send("unasked.dat", bytes(SENT_BYTES))
+                    name = list(EVIL)[turn % len(EVIL)]
+                    self._timed("unkind file", tab, lambda file=EVIL[name]: _offer(tab, file()))
             except Exception as error:
                 self._tally.failed(f"{query}: {type(error).__name__}: {str(error)[:200]}")
                 time.sleep(1.0)
+
+
+def _offer(tab: Session, content: bytes) -> None:
+    """Offer a hostile file as a training image; the page says why it is refused, or reads it."""
+    tab.upload("image_file", "evil", content)
 
 
 def choices_of(query: str) -> Choices:
