@@ -38,10 +38,11 @@ def typical_seconds(
     depends on how well image and data agree. Use it only to compare settings. `disorder` is
     `TrainingImage.disorder`, on which the time of seam repair depends.
     """
-    p, block_size = parameters, 2**parameters.level
+    p = parameters
     repair = prod(grid_shape) * PER_DISORDERED_CELL * disorder if p.repair_seams else 0.0
     if len(grid_shape) == 3:
         return repair + _seconds_of_volume(p, image_shape, grid_shape, n_data, judged)
+    block_size = 2**p.level
     size, overlap, step = p.template_size, p.overlap_size, p.step
     cells, locations = grid_shape[0] * grid_shape[1], 1.0
     for side in image_shape:

@@ -184,7 +184,7 @@ def test_a_broken_file_is_said_and_nothing_is_lost(page, address, tmp_path):
     menu(page, "image_row")
     page.locator(".st-key-image_file input[type=file]").set_input_files(broken)
     sees(page.locator("[data-testid=stAlert]", has_text="broken.dat"))
-    sees(page.locator("[data-testid=stAlert]", has_text="keeps the image"))
+    sees(page.locator("[data-testid=stAlert]", has_text="keeps its present image"))
     close_menu(page)
 
     def nothing_is_lost() -> None:

@@ -104,7 +104,7 @@ def test_few_of_the_candidates_are_drawn_from_where_data_are_dense():
     assert np.median(left) <= 3
     help_ = next(row["meaning"] for row in parameter_table() if row["name"] == "n_candidates")
     assert f"Near hard data the limit is {SPARSE.slack} cells" in help_
-    assert "with dense data K has little effect" in help_
+    assert "only one or two locations remain, and K has little effect" in help_
 
 
 def test_a_wider_overlap_joins_shapes_better():

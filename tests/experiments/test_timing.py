@@ -153,7 +153,7 @@ def test_growth_finds_the_exponent_and_the_rate(exponent):
 
 
 def test_growth_needs_two_sizes():
-    with pytest.raises(CCWSIMError, match="two sizes"):
+    with pytest.raises(CCWSIMError, match="two grid sizes"):
         growth([took(100, 1.0), took(100, 1.0)])
 
 

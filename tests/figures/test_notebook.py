@@ -91,5 +91,5 @@ def test_without_xarray_it_is_said_what_to_install(ensemble, monkeypatch):
     from ccwsim import CCWSIMError
 
     monkeypatch.setitem(sys.modules, "xarray", None)
-    with pytest.raises(CCWSIMError, match="pip install xarray"):
+    with pytest.raises(CCWSIMError, match=r"ccwsim\[files\]"):
         ensemble.to_xarray()

@@ -144,7 +144,7 @@ def test_what_does_not_fit_is_said(images):
     ti, near, _ = images
     with pytest.raises(CCWSIMError, match="weights"):
         anodi(near, ti, weights=[1, 1])
-    with pytest.raises(CCWSIMError, match="no ensemble"):
+    with pytest.raises(CCWSIMError, match="at least one ensemble"):
         anodi({}, ti)
     with pytest.raises(CCWSIMError, match="not one of realizations"):
         anodi(near, ti).relative("other", "realizations")

@@ -105,7 +105,7 @@ def test_a_vertical_trend_is_found_and_chance_is_not():
     upper, lower = trend[15:].mean(), trend[:15].mean()
     assert found.vertical_differences[1] == pytest.approx((upper - lower) / 2)
     advised = diagnose(trend)
-    assert any("vertical trend" in warning for warning in advised.warnings)
+    assert any("In the upper half of the layers" in warning for warning in advised.warnings)
     assert advised.advised("location_weight") == (0.5, 0, 0)
     Parameters(**{a.parameter: a.value for a in advised.advice}).along((40, 50, 60))
     few, even = diagnose(trend[::4]), diagnose(lenses())  # templates of all of its layers keep it

@@ -147,7 +147,7 @@ def test_unseen_patterns_without_cells_and_with_bad_input():
         unseen_patterns(image, image, mask=np.zeros((3, 3), bool))
     with pytest.raises(CCWSIMError, match="pattern size = 13"):
         unseen_patterns(image, image, size=13)
-    with pytest.raises(CCWSIMError, match=r"one as array\[None\]"):
+    with pytest.raises(CCWSIMError, match=r"one volume as array\[None\]"):
         unseen_patterns(a_volume(1), a_volume(2))
     with pytest.raises(CCWSIMError, match="3 × 3 × 3 and of 3 cells"):
         js_divergence(pattern_histogram(a_volume(1)), pattern_histogram(image, size=3))

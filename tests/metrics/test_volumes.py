@@ -214,7 +214,7 @@ def test_bad_input_is_explained():
         connectivity(volume[None], 1, lags=2, neighbours=8)
     with pytest.raises(CCWSIMError, match="must be 4 or 8"):
         connectivity(volume, 1, lags=2, neighbours=26)
-    with pytest.raises(CCWSIMError, match="9 layers, 0 rows and 0 columns does not fit an image"):
+    with pytest.raises(CCWSIMError, match=r"9 layers, 0 rows and 0 columns\) does not fit"):
         variogram(volume[None], 1, "vertical", [9])
     with pytest.raises(CCWSIMError, match="needs volumes"):
         variogram(volume, 1, "vertical", 2)

@@ -34,7 +34,8 @@ def at_bounds() -> list[Choices]:
     """Studies with one number, or pair, at its lowest or its highest, where that is legal."""
     found: list[Choices | None] = [replace(SMALL, grid=Grid(*shape)) for shape in SHAPES]
     for row in FIELDS:
-        if row.part in ("grid", "parameters", "study") and row.kind != "sizes" and not row.words:
+        has_bounds = row.kind not in ("sizes", "word") and not row.words
+        if row.part in ("grid", "parameters", "study") and has_bounds:
             found += [
                 choices for bound in (row.low, row.high) if (choices := with_value(row, bound))
             ]

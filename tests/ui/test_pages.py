@@ -249,7 +249,7 @@ def test_a_broken_upload_is_said_and_loses_nothing():
     before = app.session_state[KEY].choices, app.session_state[KEY].ensemble
     app.file_uploader(key="image_file").upload("bad.dat", b"3 2 1\n1\nv\n0\n1", "text/plain").run()
     assert "bad.dat" in texts(app)
-    assert "keeps the image" in texts(app)
+    assert "keeps its present image" in texts(app)
     assert (app.session_state[KEY].choices, app.session_state[KEY].ensemble) == before
 
 

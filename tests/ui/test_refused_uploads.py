@@ -59,7 +59,7 @@ def test_a_training_image_that_is_refused(kind):
     app = launched()
     file = app.file_uploader(key="image_file")
     file.upload(NAME.format(kind), BAD["image"][kind], "text/plain").run()
-    assert "keeps the image" in told(app)
+    assert "keeps its present image" in told(app)
     assert kept(app)
 
 
@@ -69,7 +69,7 @@ def test_hard_data_that_are_refused(kind):
     app.selectbox(key="data_source").set_value("file").run()
     file = app.file_uploader(key="data_file")
     file.upload(NAME.format(kind), BAD["data"][kind], "text/plain").run()
-    assert "keeps the data" in told(app)
+    assert "keeps its present data" in told(app)
     assert kept(app)
 
 
@@ -78,7 +78,7 @@ def test_hard_data_that_are_refused_in_the_editor(kind):
     app = launched("pages/data.py")
     file = app.file_uploader(key="import_file")
     file.upload(NAME.format(kind), BAD["data"][kind], "text/plain").run()
-    assert "keeps the data" in told(app)
+    assert "keeps its present data" in told(app)
     assert kept(app)
 
 

@@ -10,6 +10,9 @@ from ccwsim.io.formats.text_tables import read_delimited
 from ccwsim.io.limits import limits
 from ccwsim.model.errors import CCWSIMError
 
+SEPARATOR = "\t"
+"""Separator of the cells in the text that a sheet becomes."""
+
 
 def is_excel(content: bytes) -> bool:
     """Return whether a zip file contains a workbook.
@@ -36,7 +39,7 @@ def read_excel(content: bytes, name: str) -> DataFile:
             rows: list[bytes] = []
             for row in sheet.iter_rows(values_only=True, max_row=limits().lines):
                 fields = ["" if v is None else " ".join(str(v).split()) for v in row]
-                rows.append("\t".join(fields).encode() if any(fields) else b"")
+                rows.append(SEPARATOR.join(fields).encode() if any(fields) else b"")
             if any(rows):
                 return read_delimited(b"\n".join(rows) + b"\n", name)
     raise CCWSIMError(f"{name}: the workbook has no values")

@@ -349,7 +349,7 @@ def test_only_the_first_pick_of_a_round_counts():
     assert f"picture {quiz.round.answer + 1}" in describe_verdict(wrong, quiz.round)
     assert describe_verdict(quiz.round.answer, quiz.round).startswith("Yes")
     share = 100 * quiz.round.shapes_at(wrong)[1]
-    assert f"{share:.1f} % of the windows" in " ".join(describe_seams(quiz.round, wrong))
+    assert f"{share:.1f} % of the 6 × 6 windows" in " ".join(describe_seams(quiz.round, wrong))
     used = piece_map(quiz.round, wrong, ["#000000", "#ffffff"]).indices < 2
     np.testing.assert_array_equal(used, quiz.round.copying_of(wrong).uses > 0)
 
