@@ -19,6 +19,7 @@ def _components_are_looked_for_once():
         yield
 
 
-@pytest.fixture(autouse=True)
-def _no_study_has_been_simulated():
+@pytest.fixture
+def no_kept_run():
+    """No earlier test has simulated the study of this one."""
     shared_runs.clear()

@@ -83,6 +83,7 @@ def test_a_renamed_facies_is_called_so_at_once_without_a_run(monkeypatch):
     assert state.ensemble.indices is before.indices
 
 
+@pytest.mark.usefixtures("no_kept_run")
 def test_without_live_too_the_first_realizations_come_before_the_rest(monkeypatch):
     sizes = []
 
@@ -104,6 +105,7 @@ def test_without_live_too_the_first_realizations_come_before_the_rest(monkeypatc
     assert np.array_equal(state.job.result.indices, one_run(SIX).indices)
 
 
+@pytest.mark.usefixtures("no_kept_run")
 def test_a_run_without_memory_for_parts_is_simulated_in_one(monkeypatch):
     demands = []
 

@@ -31,6 +31,7 @@ def held(monkeypatch):
     release.set()
 
 
+@pytest.mark.usefixtures("no_kept_run")
 def test_stored_realizations_are_marked_and_replaced(held):
     app = AppTest.from_file(str(ROOT / "pages" / "simulate.py"), default_timeout=120).run()
     state: State = app.session_state[KEY]
