@@ -13,6 +13,7 @@ from threading import Lock, Thread
 import streamlit as st
 from streamlit import config
 from streamlit.runtime import Runtime, app_session
+from streamlit.runtime.scriptrunner_utils import script_run_context
 from streamlit.runtime.scriptrunner import get_script_run_ctx
 
 from ccwsim.experiments.warm_up import compile_in_background
@@ -66,19 +67,24 @@ def forget(session: str) -> None:
 
 
 def is_news(record: logging.LogRecord) -> bool:
-    """Return False for Streamlit's line on a late tick of a timer; used as a filter of its log.
+    """Return False for two lines of Streamlit's log that report no problem.
 
     A part of a page that follows a job has a timer in the browser, which ticks until the browser
-    hears that the page is drawn without this part. A tick sent meanwhile, as on a first visit
-    while the browser is still loading, finds no such part. Streamlit ignores it and logs a line.
+    hears that the page is drawn without this part. Streamlit ignores a later tick, and logs a line.
+    Jobs use the shared cache on their own threads, for which Streamlit logs a line too.
     """
-    return not str(record.msg).startswith("The fragment with id %s does not exist anymore")
+    return not str(record.msg).startswith(NO_NEWS)
+
+
+NO_NEWS = "The fragment with id %s does not exist anymore", "Thread '%s': missing ScriptRunContext!"
+"""Beginnings of the messages that `is_news` leaves out."""
 
 
 @cache
 def settle_server() -> None:
     """Prepare a server for sessions: set up log, queue and memory, and compile kernels."""
-    logging.getLogger(app_session.__name__).addFilter(is_news)
+    for module in (app_session, script_run_context):
+        logging.getLogger(module.__name__).addFilter(is_news)
     server_queue().current_session = current_session
     if Runtime.exists():
         settle_memory(max(2, n_cores()))
