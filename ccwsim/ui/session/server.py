@@ -13,8 +13,8 @@ from threading import Lock, Thread
 import streamlit as st
 from streamlit import config
 from streamlit.runtime import Runtime, app_session
-from streamlit.runtime.scriptrunner_utils import script_run_context
 from streamlit.runtime.scriptrunner import get_script_run_ctx
+from streamlit.runtime.scriptrunner_utils import script_run_context
 
 from ccwsim.experiments.warm_up import compile_in_background
 from ccwsim.jobs.job import Queue, server_queue
