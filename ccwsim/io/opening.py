@@ -218,7 +218,7 @@ def open_content(
 def _recognized(content: bytes, name: str) -> tuple[str, bytes]:
     """Return the kind of a file, a key of `READERS` if it can be read, and texts in UTF-8."""
     kind = kind_of(content)
-    if kind == "tiff" and not (find_spec("rasterio") and is_map(content)):
+    if kind == "tiff" and not (find_spec("rasterio") and is_map(content, name)):
         kind = "picture"
     if content.startswith(b"# vtk"):  # the values may be binary
         kind = "legacy vtk"

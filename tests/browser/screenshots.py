@@ -49,7 +49,7 @@ def fill_with_times(page) -> None:
     """Take both measurements of the page of times."""
     for kind, end in (
         ("grids", ".st-key-download_times"),
-        ("data", ".st-key-part_data .note:has-text('median of')"),
+        ("data", ".st-key-part_data .note:has-text('median time of')"),
     ):
         start = f".st-key-measure_{kind} button:not([disabled])"
         press(page, start, f".st-key-cancel_{kind}, {end}")

@@ -338,3 +338,11 @@ def _dbf(n_rows: int, n_columns: int) -> bytes:
         struct.pack("<11sc4xBB14x", b"C%d" % k, b"C", 254, 0) for k in range(n_columns)
     )
     return head + columns + b"\r" + (b" " + b"sand".ljust(width - 1)) * min(n_rows, 10_000)
+
+
+def pages(n: int, side: int = 1) -> bytes:
+    """A TIFF of n pages of 16-bit numbers."""
+    content = io.BytesIO()
+    page = Image.fromarray(np.zeros((side, side), np.uint16))
+    page.save(content, "TIFF", save_all=True, append_images=[page] * (n - 1))
+    return content.getvalue()

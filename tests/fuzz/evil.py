@@ -35,6 +35,7 @@ from tests.fuzz.builders import (
     packed_mat,
     packed_promise,
     packed_vti,
+    pages,
     pickled,
     png,
     png_of_chunks,
@@ -221,9 +222,45 @@ EVIL_OF: dict[str, dict[str, Callable[[], bytes]]] = {
             b"{}", npy_header("(9, 9)") + bytes(200 * MIB)
         ),
     },
-    "unknown": {
+    "unknown": {},
+    "matlab 4": {
         "mat 4": lambda: struct.pack("<IIIII", 0, 10**9, 10**9, 0, 3) + b"ti\0",
+        "mat 4 of many variables": lambda: (
+            (struct.pack("<IIIII", 0, 1, 1, 0, 3) + b"ti\0" + bytes(8)) * 2_000_000
+        ),
+    },
+    "hdf5": {
         "mat 7.3": lambda: b"MATLAB 7.3 MAT-file".ljust(512) + b"\x89HDF\r\n\x1a\n",
+        "hdf5 of zeros": lambda: b"\x89HDF\r\n\x1a\n" + bytes(60 * MIB),
+    },
+    "netcdf": {"netcdf without end": lambda: b"CDF\x02" + b"\xff" * 10**6},
+    "excel": {
+        "excel bomb": lambda: zipped(
+            [("xl/workbook.xml", b""), ("xl/worksheets/sheet1.xml", bytes(200 * MIB))]
+        )
+    },
+    "tiff": {
+        "tiff of pages": lambda: pages(1200),
+        "tiff of a large map": lambda: pages(1, 3000),
+    },
+    "surfer text": {"surfer of 10^9 cells": lambda: b"DSAA\n32000 32000\n0 1\n0 1\n0 1\n0 1\n"},
+    "surfer 6": {
+        "surfer 6 of 10^9 cells": lambda: b"DSBB" + struct.pack("<hh6d", 32000, 32000, *[1.0] * 6)
+    },
+    "surfer 7": {"surfer 7 of nothing": lambda: b"DSRB" + bytes(1000)},
+    "zmap": {"zmap of nothing": lambda: b"@a, GRID, 4\n15, 1e30, , 4, 1\n"},
+    "grass": {
+        "grass of 10^10 cells": lambda: (
+            b"north: 1\nsouth: 0\neast: 1\nwest: 0\nrows: 100000\ncols: 100000\n0 1\n"
+        )
+    },
+    "grdecl": {
+        "grdecl of repeats": lambda: b"DIMENS\n 2000 2000 1 /\nA\n 4000000*1 /\n" * 1000,
+        "grdecl of 10^11 cells": lambda: b"DIMENS\n 99999 99999 9 /\nA\n 1 /\n",
+        "grdecl of keywords": lambda: b"DIMENS\n 2 1 1 /\n" + b"A\n 1 1 /\n" * 5_000_000,
+    },
+    "irap": {
+        "irap of 10^9 cells": lambda: b"-996 32000 1 1\n0 1 0 1\n32000 0 0 0\n0 0 0 0 0 0 0\n"
     },
 }
 """By reader, a key of `READERS`, and name; each is made when it is asked for, as some are large."""
@@ -242,5 +279,17 @@ WORST = {
     "geojson": "geojson of columns",
     "table": "table of words",
     "project": "project of a large image",
+    "matlab 4": "mat 4 of many variables",
+    "hdf5": "hdf5 of zeros",
+    "netcdf": "netcdf without end",
+    "excel": "excel bomb",
+    "tiff": "tiff of pages",
+    "surfer text": "surfer of 10^9 cells",
+    "surfer 6": "surfer 6 of 10^9 cells",
+    "surfer 7": "surfer 7 of nothing",
+    "zmap": "zmap of nothing",
+    "grass": "grass of 10^10 cells",
+    "grdecl": "grdecl of keywords",
+    "irap": "irap of 10^9 cells",
 }
 """For each reader, the file that takes most time."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile
 from ccwsim.io.formats.text_tables import numbers_in
-from ccwsim.io.limits import check_cells
+from ccwsim.io.limits import MAX_VARIABLES, check_cells
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 
@@ -52,13 +52,16 @@ def read_grdecl(content: bytes, name: str) -> DataFile:
         raise CCWSIMError(f"{name} has no SPECGRID or DIMENS; add the size of the grid")
     nx, ny, nz = (int(size) for size in sizes.groups()[1:])
     n, variables = check_cells(name, (nz, ny, nx)), {}
-    for keyword in _KEYWORD.finditer(content):
+    for n_keywords, keyword in enumerate(_KEYWORD.finditer(content), start=1):
+        if n_keywords > MAX_VARIABLES:
+            raise CCWSIMError(f"{name}: more than {MAX_VARIABLES} keywords; save fewer")
         key = keyword[1].decode().upper()
         end = content.find(b"/", keyword.end())
         if key in (*_NOT_VARIABLES, "SPECGRID", "DIMENS") or end < 0:
             continue
         values = _values(content[keyword.end() : end], n, name, key)
         if values is not None:
+            check_cells(name, (len(variables) + 1, nz, ny, nx))
             variables[key] = values.reshape(nz, ny, nx)[::-1]
     if not variables:
         raise CCWSIMError(f"{name} has no keyword with {n} values, one per cell")

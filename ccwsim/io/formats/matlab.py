@@ -205,10 +205,13 @@ def read_matlab4(content: bytes, name: str) -> DataFile:
     [[[1.0, 0.0], [0.0, 1.0]]]
     """
     grids: dict[str, NDArray] = {}
-    at, n_cells = 0, 0
+    at = n_cells = n_variables = 0
     while at + 20 <= len(content):
         order = "<" if content[at + 3] == 0 and content[at : at + 2] != b"\0\0" else ">"
         order = "<" if content[at : at + 4] == bytes(4) else order
+        n_variables += 1
+        if n_variables > MAX_VARIABLES:
+            raise CCWSIMError(f"{name}: more than {MAX_VARIABLES} variables")
         kind, ny, nx, imaginary, n = np.frombuffer(content, f"{order}u4", 5, at).tolist()
         dtype = np.dtype(order + _PRECISIONS_4[min(kind % 1000 // 10, 5)])
         start = at + 20 + n
@@ -222,6 +225,6 @@ def read_matlab4(content: bytes, name: str) -> DataFile:
             label = printable(content[at + 20 : start].decode("latin-1").rstrip("\0"))
             grids[label] = values.astype(dtype.newbyteorder("="))[None]
         at = start + size * (1 + imaginary)
-    if not grids or len(grids) > MAX_VARIABLES:
+    if not grids:
         raise CCWSIMError(f"{name}: the file has no array of real numbers with rows and columns")
     return DataFile("MATLAB file", name, grids, asks_up=True)

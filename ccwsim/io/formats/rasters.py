@@ -26,13 +26,13 @@ MAX_DIGITS = 40
 """Maximum number of letters of the code of a coordinate system, such as EPSG:32632."""
 
 
-def is_map(content: bytes) -> bool:
+def is_map(content: bytes, name: str) -> bool:
     """Return whether a TIFF contains numbers on a map or several pages, and is not a picture.
 
     A picture has one page of one, three or four bands of 8 bits, without coordinates and without
     a value for unknown cells.
     """
-    with _opened(content, "", "tiff") as pages:
+    with _opened(content, name, "tiff") as pages:
         first = pages[0]
         placed = not first.transform.is_identity or first.crs is not None
         plain = set(first.dtypes) == {"uint8"} and first.count in (1, 3, 4)
@@ -64,12 +64,12 @@ def read_raster(content: bytes, name: str, kind: str, *, whole: bool = False) ->
     """
     with _opened(content, name, kind) as pages:
         first = pages[0]
+        if max(len(pages), first.count) > MAX_VARIABLES:
+            raise CCWSIMError(f"{name}: more than {MAX_VARIABLES} pages or bands; save fewer")
         if any(
             (p.shape, p.count, p.dtypes) != (first.shape, first.count, first.dtypes) for p in pages
         ):
             raise CCWSIMError(f"{name}: its {len(pages)} pages differ in size; save one of them")
-        if first.count > MAX_VARIABLES:
-            raise CCWSIMError(f"{name}: {first.count} bands exceed the limit of {MAX_VARIABLES}")
         check_cells(name, (first.count, len(pages), *first.shape), whole=whole)
         with broken(f"{name}: the raster cannot be read", remedy="save it without compression"):
             bands = np.stack([page.read() for page in pages], axis=1)
@@ -96,7 +96,8 @@ def _opened(content: bytes, name: str, kind: str) -> Iterator[list[Any]]:
             MemoryFile(content) as memory,
             rasterio.open(memory.name, driver=DRIVERS[kind][1]) as file,
         ):
-            pages = [rasterio.open(page, driver="GTiff") for page in file.subdatasets] or [file]
+            parts = file.subdatasets[: MAX_VARIABLES + 1]
+            pages = [rasterio.open(part, driver="GTiff") for part in parts] or [file]
             try:
                 yield pages
             finally:
