@@ -31,7 +31,7 @@ from ccwsim.ui.study.data_step import (
     use_data,
 )
 from ccwsim.ui.study.image_questions import ask_about_image, image_of_file
-from ccwsim.ui.study.image_step import TYPES, problem_of_image
+from ccwsim.ui.study.image_step import problem_of_image
 from ccwsim.ui.study.questions import ask_data, say_open
 from ccwsim.ui.widgets.errors import problem_in
 from ccwsim.ui.widgets.fields import bound_to, button, download, field, options_of
@@ -194,7 +194,7 @@ def _ask_reference(page_state: Editor, choice: ImageChoice, volume: bool) -> Non
         change(image_of_file(upload, volume=volume))
 
     tip = "An image with the grid's number of cells, in any format that a training image can have."
-    options: dict[str, Any] = {"removed": partial(change, ImageChoice()), "type": TYPES}
+    options: dict[str, Any] = {"removed": partial(change, ImageChoice())}
     file_uploader("Reference image", key="reference_file", take=take, help=tip, **options)
     if choice.upload is not None:
         problem = problem_of_image(choice)

@@ -39,10 +39,9 @@ SOURCES: dict[DataSource, str] = {
 }
 OF_VOLUMES: tuple[DataSource, ...] = ("none", "bundled", "file", "placed")
 """Sources of hard data offered for a volume."""
-TYPES = "csv txt dat tsv xyz las prn sgems gslib out asc npy npz mat json geojson gpkg zip"
 FORMATS = (
     "A table with columns of x, y and facies (codes or names), in any order; GSLIB, SGeMS; "
-    "GeoJSON, GeoPackage, zipped Shapefile; NumPy; MATLAB v5"
+    "Excel; GeoJSON, GeoPackage, zipped Shapefile; well logs (LAS); NumPy; MATLAB"
 )
 
 
@@ -137,7 +136,7 @@ def _grown(grid: Grid, survey: str) -> Grid:
 def data_uploader(key: str, take: Callable[[Upload], None]) -> None:
     """Draw an uploader of hard data."""
     label = "Points or a grid with gaps"
-    file_uploader(label, key=key, take=take, type=TYPES.split(), help=FORMATS)
+    file_uploader(label, key=key, take=take, help=FORMATS)
 
 
 def link_to_import(label: str = "All columns, the rows and a map") -> None:

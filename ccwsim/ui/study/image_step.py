@@ -26,9 +26,10 @@ from ccwsim.ui.widgets.fields import button, field, options_of
 from ccwsim.ui.widgets.text import plain, step_note, step_title
 
 THUMB = 76
-PICTURES = ["png", "jpg", "jpeg", "gif", "tif", "tiff", "bmp"]
-TYPES = ["dat", "sgems", "gslib", "out", "txt", "csv", "asc", "npy", "npz", "mat", *PICTURES]
-FORMATS = "SGeMS, GSLIB, MPSLIB, ESRI ASCII, NumPy, MATLAB v5 or a picture"
+FORMATS = (
+    "A picture; SGeMS, GSLIB, MPSLIB, ESRI ASCII, GeoTIFF, Surfer, ZMap, NetCDF, GRDECL, IRAP, "
+    "VTI, NumPy, MATLAB; a CSV or Excel table with one row per cell, or a matrix"
+)
 IMPORT_PAGE = "pages/import.py"
 
 
@@ -85,7 +86,7 @@ def _thumbnail(image: TrainingImage, colours: tuple[str, ...], pixels: int) -> b
 def image_uploader(state: State, label: str, key: str) -> None:
     """Draw an uploader of training images."""
     take = partial(import_image, state)
-    file_uploader(label, key=key, take=take, type=TYPES, help=FORMATS)
+    file_uploader(label, key=key, take=take, help=FORMATS)
 
 
 def import_image(state: State, upload: Upload) -> None:
