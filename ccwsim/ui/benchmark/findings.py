@@ -190,7 +190,7 @@ def _how_maps(cases: Sequence[TimingCase]) -> str:
     if not maps or len(maps) == len(cases):
         return ""
     return (
-        "; maps of the image's middle layer, with as many cells as the volumes, template "
+        "; maps of the middle layer of the image, with as many cells as the volumes, template "
         f"{_sizes(maps[0].template_size)}, overlap {_sizes(maps[0].overlap_size)}"
     )
 

@@ -80,7 +80,7 @@ def describe_grades(row: PairRatio) -> str:
     if not np.isfinite(row.ratio):
         return "one realization shows no variety"
     if np.isnan(row.errors).any():
-        return "too few realizations to distinguish the settings' patterns"
+        return "too few realizations to distinguish the patterns of the settings"
     between, within, ratio = row.grades
     if not (between or within or ratio):
         return "no difference in patterns beyond two standard errors"

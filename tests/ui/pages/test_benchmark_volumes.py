@@ -70,7 +70,7 @@ def test_both_are_measured_and_shown_together(monkeypatch):
     said = html(app)
     assert "volume level 1" in said
     assert "32 × 32 × 12" in said
-    assert "maps of the image's middle layer, with as many cells" in said
+    assert "maps of the middle layer of the image, with as many cells" in said
     assert "times as long as a cell of a map of the middle layer" in said
     assert "paper, 5000²" not in said.split("Table 2")[0]
     rows = csv_rows(timings_csv([run], "here"))
