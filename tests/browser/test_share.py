@@ -221,7 +221,7 @@ def test_a_project_opened_after_a_restart_gives_the_same_numbers(chromium, tmp_p
         page.locator(".facts", has_text="40 of 40 data honoured").wait_for(timeout=SLOW)
         numbers = cells(page, tmp_path)
         open_share(page)
-        words = "cannot carry the training image wall.npy and the hard data wells.csv"
+        words = "cannot contain the training image wall.npy and the hard data wells.csv"
         expect(page.locator(".st-key-share_body")).to_contain_text(words, timeout=SOON)
         taken(page, "share_save", file)
         page.close()

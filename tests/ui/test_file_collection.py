@@ -22,7 +22,7 @@ from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, Parameters
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
-from ccwsim.ui.session.resolve import data_of, image_of
+from ccwsim.ui.session.resolve import data_of, geometry_of, image_of
 from ccwsim.ui.session.state import KEY, State
 from tests.io import sample_files as sample
 from tests.ui.widgets import named, opened, texts
@@ -242,8 +242,10 @@ def test_an_image_reaches_a_simulation(case):
     assert (found == wanted).mean() >= (0.97 if case.name.endswith("jpg") else 1.0)
     ensemble = simulated(state.choices).ensemble
     assert ensemble.training_image.digest == image.digest
-    layers = wanted.shape[:-2]  # a map keeps the grid of the study, a volume gets a usual one
+    layers = wanted.shape[:-2]  # a volume gets a usual grid
     grid = (*layers, 100, 100) if layers else STUDY.grid.shape
+    if (geometry := geometry_of(state.choices.image)) is not None:  # the grid is that of the file
+        grid = geometry.shape
     assert ensemble.realizations.shape == (STUDY.n_realizations, *grid)
     assert np.isin(ensemble.realizations, image.codes).all()
 

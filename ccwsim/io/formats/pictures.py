@@ -10,18 +10,20 @@ from io import BytesIO
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageOps
+from PIL import Image, ImageOps, PngImagePlugin
 from PIL.PngImagePlugin import PngInfo
 
 from ccwsim.io.data_file import DataFile, broken
 from ccwsim.io.formats.classes import Classes, asks_for_codes, classify
-from ccwsim.io.limits import check_cells
+from ccwsim.io.limits import MIB, check_cells
 from ccwsim.io.part import FilePart
 from ccwsim.model.errors import CCWSIMError, shown
 
 _FORMATS = ("PNG", "JPEG", "TIFF", "GIF", "BMP")
 PICTURE_OF_NUMBERS = "picture of numbers"
 _TAG, _CODES = "Palette", "facies codes"
+# long remarks in a PNG do no harm: uploads are read with bounded memory
+PngImagePlugin.MAX_TEXT_CHUNK = PngImagePlugin.MAX_TEXT_MEMORY = 1024 * MIB
 _ORIENTATION = 0x0112
 """Number of the EXIF tag of the camera's orientation."""
 _NUMBERS = ("I", "F", "I;16", "I;16B", "I;16L", "I;16N")

@@ -315,7 +315,7 @@ def test_sources_of_an_edited_realization_are_not_guessed(ensemble):
     edited = revise(ensemble, data)
     assert edited.indices[0][tuple(cell)] == 1
     app = launched(ensemble=edited, ensemble_choices=SMALL)
-    assert "its sources are unknown" in html(app)
+    assert "the sources of its cells are unknown" in html(app)
 
 
 def test_statuses_of_data_add_up(ensemble):

@@ -220,10 +220,10 @@ def test_a_map_is_its_own_slice(image):
 
 def test_the_slice_can_be_chosen(ensemble):
     app = launched(ensemble=ensemble, seen=frozenset({"reuse"}))
-    assert "at one, layer 5" in html(app)
+    assert "at a seam, layer 5" in html(app)
     named(app.slider, "slice_layer").set_value(8).run()
     settled(app)
-    assert "at one, layer 8" in html(app)
+    assert "at a seam, layer 8" in html(app)
     named(app.get("button_group"), "slice").set_value(1).run()
     settled(app)
     assert "at one, row 10" in html(app)

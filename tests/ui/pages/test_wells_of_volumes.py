@@ -123,7 +123,7 @@ def test_wells_in_tables_need_a_volume():
     draft = DataChoice("file", upload=Upload("i.csv", LOG.encode()), tables=tables)
     app = opened("import", State(choices=Choices(), data_draft=draft)).run()
     assert not app.exception
-    assert "need a volume, and the study is a map" in texts(app)
+    assert "need a volume, but the study is a map" in texts(app)
 
 
 def test_every_column_of_every_table_can_be_chosen():
@@ -188,7 +188,7 @@ def test_a_porosity_log_asks_for_a_threshold():
         ("collars", sample.npy(np.zeros((3, 4))), "is not a table"),
         ("collars", "well,x,y,z\nA,1,b,12\n", "line 2: 'b'"),
         ("collars", "well,x,y,z\nA,1,2,12\nA,1,2,12\n", "lines 2 and 3: the well 'A' has two coll"),
-        ("intervals", "well,from,to,facies\nA,5,3,1\n", "line 2: the depth from 5 is below"),
+        ("intervals", "well,from,to,facies\nA,5,3,1\n", "line 2: the upper depth 5 is below"),
         ("intervals", "well,from,facies\nA,5,1\n", "add a column 'to'"),
         ("intervals", "well,from,to\nA,5,6\n", "no column that looks like facies"),
         ("surveys", "well,depth,azimuth\nA,5,3\n", "no column of the tilt of wells"),
