@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any
 
 import numpy as np
@@ -30,13 +30,14 @@ def is_map(content: bytes, name: str) -> bool:
     """Return whether a TIFF contains numbers on a map or several pages, and is not a picture.
 
     A picture has one page of one, three or four bands of 8 bits, without coordinates and without
-    a value for unknown cells.
+    a value for unknown cells. A broken TIFF counts as a picture.
     """
-    with _opened(content, name, "tiff") as pages:
+    with suppress(CCWSIMError), _opened(content, name, "tiff") as pages:
         first = pages[0]
         placed = not first.transform.is_identity or first.crs is not None
         plain = set(first.dtypes) == {"uint8"} and first.count in (1, 3, 4)
         return len(pages) > 1 or placed or not plain or first.nodata is not None
+    return False
 
 
 def raster_shape(content: bytes, name: str) -> tuple[int, int]:
