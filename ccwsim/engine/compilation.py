@@ -51,6 +51,8 @@ OPTIMIZING = 0.5
 
 Kernel = Any
 """The class `kernels.Kernel`; it cannot be imported here, because `kernels` imports this file."""
+_walking = threading.Lock()
+"""One thread walks at a time, because Numba's table of types is not made for several threads."""
 _walk: ContextVar[Callable[[Kernel, tuple[Any, ...]], None] | None] = ContextVar(
     "walk", default=None
 )
@@ -241,7 +243,7 @@ def ask_for(work: Callable[[], object], urgency: int = LATER) -> list[CompileReq
     def ask(kernel: Kernel, signature: tuple[Any, ...]) -> None:
         requests[compilers.ask(kernel, signature, urgency)] = None
 
-    with walk(ask):
+    with _walking, walk(ask):
         work()
     return list(requests)
 
