@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from dataclasses import replace
 from io import BytesIO
+from math import prod
 from typing import Any
 
 import numpy as np
@@ -34,10 +35,19 @@ def read_netcdf(content: bytes, name: str) -> DataFile:
             for key, array in dataset.data_vars.items()
             if array.ndim >= 2 and array.dtype.kind in "iufb"
         }
-        return _file_of(arrays, name, "NetCDF file")
+        return replace(_file_of(arrays, name), crs=_crs_of(dataset))
 
 
-def _file_of(arrays: dict[str, Any], name: str, kind: str) -> DataFile:
+def _crs_of(dataset: Any) -> str:
+    """Return the coordinate system in the attributes of a dataset or of one of its variables."""
+    for place in (dataset, *dataset.variables.values()):
+        for key in ("crs", "crs_wkt", "spatial_ref"):
+            if isinstance(said := place.attrs.get(key), str):
+                return said
+    return ""
+
+
+def _file_of(arrays: dict[str, Any], name: str) -> DataFile:
     if not arrays or len(arrays) > MAX_VARIABLES:
         raise CCWSIMError(
             f"{name}: {len(arrays)} variables have rows and columns; save 1 to {MAX_VARIABLES}"
@@ -52,7 +62,7 @@ def _file_of(arrays: dict[str, Any], name: str, kind: str) -> DataFile:
     if len(sizes) == 3:
         place["along_z"] = sizes[2], origins[2]
     grids = {key: grid if grid.ndim == 3 else grid[None] for key, grid in grids.items()}
-    return DataFile(kind, name, grids, **place)
+    return DataFile("NetCDF file", name, grids, **place)
 
 
 def read_hdf5(content: bytes, name: str) -> DataFile:
@@ -65,28 +75,38 @@ def read_hdf5(content: bytes, name: str) -> DataFile:
         broken(f"{name}: the HDF5 file cannot be read", remedy="save it again"),
         h5py.File(BytesIO(content)) as file,
     ):
+        every = _arrays(file, h5py, name)
         if "_NCProperties" in file.attrs or any(
-            "DIMENSION_LIST" in array.attrs for _, array in _arrays(file, h5py)
+            "DIMENSION_LIST" in a.attrs for a in every.values()
         ):
             return read_netcdf(content, name)
-        arrays = dict(_arrays(file, h5py))
+        arrays = {k: a for k, a in every.items() if a.ndim in (2, 3) and a.dtype.kind in "iufb"}
         if not arrays or len(arrays) > MAX_VARIABLES:
             raise CCWSIMError(f"{name}: {len(arrays)} arrays of numbers; save 1 to {MAX_VARIABLES}")
-        check_cells(name, (sum(array.size for array in arrays.values()),))
         is_matlab = any(_MATLAB in array.attrs for array in arrays.values())
         grids = {key: _grid(array[()], is_matlab) for key, array in arrays.items()}
     return DataFile("MATLAB 7.3 file" if is_matlab else "HDF5 file", name, grids, asks_up=True)
 
 
-def _arrays(group: Any, h5py: Any) -> Iterator[tuple[str, Any]]:
-    """Yield the arrays of numbers with two or three axes in all groups."""
-    for key, item in group.items():
-        if key.startswith("#"):  # internal groups of MATLAB
-            continue
-        if isinstance(item, h5py.Group):
-            yield from _arrays(item, h5py)
-        elif item.ndim in (2, 3) and item.dtype.kind in "iufb":
-            yield item.name.strip("/"), item
+def _arrays(file: Any, h5py: Any, name: str) -> dict[str, Any]:
+    """Return all arrays of a file by their paths, after their sizes and places are checked.
+
+    An array in another file is refused, because a file from a stranger would show files of the
+    server. Each array is visited once, although groups may contain each other.
+    """
+    arrays: dict[str, Any] = {}
+
+    def visit(key: str, item: Any) -> None:
+        if isinstance(item, h5py.Dataset) and not key.startswith("#"):  # groups of MATLAB itself
+            arrays[key] = item
+
+    file.visititems(visit)
+    links = file.visititems_links(lambda _, link: isinstance(link, h5py.ExternalLink) or None)
+    if links or any(array.external or array.is_virtual for array in arrays.values()):
+        raise CCWSIMError(f"{name} refers to other files; save all arrays in one file")
+    sizes = [max(array.size or 0, prod(array.chunks or ())) for array in arrays.values()]
+    check_cells(name, (max(sum(sizes), 1),))
+    return arrays
 
 
 def _grid(array: NDArray, is_matlab: bool) -> NDArray:
