@@ -144,15 +144,17 @@ class DataFile:
         """Return a mask of `values` that are neither NaN nor a code for a missing value."""
         known = ~np.isnan(values) if values.dtype.kind == "f" else np.ones(values.shape, bool)
         for code in self._codes_in(values):
-            known &= np.abs(values.astype(np.float64) - code) > PRECISION * abs(code)
+            known &= ~_stand_for(code, values)
         return known
 
     def unknown_note(self, values: NDArray) -> str:
         """Return a sentence about the cells without a value; empty if there is none."""
         n = int(np.count_nonzero(~self.known(values)))
-        codes = [code for code in self._codes_in(values) if self._stands_for(code, values)]
+        if not n:
+            return ""
+        codes = [code for code in self._codes_in(values) if _stand_for(code, values).any()]
         said = f" ({', '.join(f'{code:g}' for code in codes)} means unknown)" if codes else ""
-        return f"{n} of {values.size} cells have no value{said}" if n else ""
+        return f"{n} of {values.size} cells have no value{said}"
 
     def _codes_in(self, values: NDArray) -> list[float]:
         """Return the codes for missing values between the minimum and the maximum of `values`."""
@@ -163,8 +165,10 @@ class DataFile:
         codes = dict.fromkeys((*self.missing, *CUSTOMARY_CODES))
         return [c for c in codes if low - PRECISION * abs(c) <= c <= high + PRECISION * abs(c)]
 
-    def _stands_for(self, code: float, values: NDArray) -> bool:
-        return bool((np.abs(values.astype(np.float64) - code) <= PRECISION * abs(code)).any())
+
+def _stand_for(code: float, values: NDArray) -> NDArray[np.bool_]:
+    """Return a mask of the values that stand for a missing value by this code."""
+    return np.abs(values.astype(np.float64) - code) <= PRECISION * abs(code)
 
 
 def _listed(names: list[str]) -> str:

@@ -111,14 +111,14 @@ def read_training_image(
     if isinstance(file, PictureFile):
         if volume:
             raise CCWSIMError(f"{file.name} is a picture with one layer; leave out volume=")
-        _check_known(file, file.known)
+        _check_known(file.name, file.unknown_note())
         codes = picture_facies(file, threshold=threshold, classes=classes)
         codes, names = codes if up else codes[::-1], None
     else:
         how = {"up": up, "slice_index": slice_index, "volume": volume, "z_up": z_up}
         file = file if shape is not None else as_grid(file)
         key, values = _values(file, part, variable=variable, shape=shape, **how)
-        _check_known(file, file.known(values), file.unknown_note(values))
+        _check_known(file.name, file.unknown_note(values))
         codes = classify(values, threshold=threshold, classes=classes, what=f"{file.name}, {key}")
         names = file.labels.get(key)
     codes = np.swapaxes(codes, -1, -2) if transpose else codes
@@ -126,15 +126,11 @@ def read_training_image(
     return TrainingImage(codes, name=name or Path(file.name).stem, facies_names=names)
 
 
-def _check_known(
-    file: DataFile | PictureFile, known: NDArray[np.bool_] | None, note: str = ""
-) -> None:
-    """Raise an error if a cell of a training image is unknown."""
-    if known is not None and not known.all():
-        n = np.count_nonzero(~known)
-        said = note or f"{n} of {known.size} pixels are transparent, which means unknown"
+def _check_known(name: str, note: str) -> None:
+    """Raise an error if a note says that cells of a training image are unknown."""
+    if note:
         raise CCWSIMError(
-            f"{file.name}: {said}; every cell of a training image must be known, so cut out a "
+            f"{name}: {note}; every cell of a training image must be known, so cut out a "
             "piece without gaps (crop=)"
         )
 

@@ -39,6 +39,13 @@ class PictureFile:
     says_codes: bool = False  # whether the file marks `numbers` as facies codes
     known: NDArray[np.bool_] | None = None  # shape (ny, nx); False in transparent pixels, if any
 
+    def unknown_note(self) -> str:
+        """Return a sentence about the transparent pixels; empty if there is none."""
+        if self.known is None:
+            return ""
+        n = np.count_nonzero(~self.known)
+        return f"{n} of {self.known.size} pixels are transparent, which means unknown"
+
 
 def read_picture(
     content: bytes, name: str, part: FilePart | None = None, *, up: bool | None = None
