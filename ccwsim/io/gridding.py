@@ -28,10 +28,11 @@ TOLERANCE = 1e-3
 """Maximum deviation of a coordinate from the centre of its cell, in cells."""
 
 
-def as_grid(file: DataFile) -> DataFile:
+def as_grid(file: DataFile, shape: tuple[int, ...] | None = None) -> DataFile:
     """Return a table with one row per cell as a grid; return other files unchanged.
 
-    Each row goes to the cell of its coordinates, whatever the order of the rows. Cells without a
+    With a `shape`, a table is unchanged too: its rows are the cells of this shape, in their order.
+    Otherwise, each row goes to the cell of its coordinates, whatever the order of the rows. Cells without a
     row are NaN.
 
     Raises
@@ -47,26 +48,26 @@ def as_grid(file: DataFile) -> DataFile:
     >>> grid.variables["facies"][0, 0].tolist(), grid.cell_size, grid.origin
     ([3.0, 3.0, 3.0, 3.0], (10.0, 10.0), (0.0, 0.0))
     """
-    if not file.is_table or not is_points(list(file.names)):
+    if shape is not None or not file.is_table or not is_points(list(file.names)):
         return file
     x, y, world, _ = place_columns(file)
     height = height_column(list(file.variables), "")
     axes = [name for name in (height, y, x) if name in file.variables]
     along = [_cells(file.variables[name]) for name in axes] if len(axes) > 1 else []
-    shape = tuple(n for _, n, _, _ in along)
+    sides = tuple(n for _, n, _, _ in along)
     n_rows = len(next(iter(file.variables.values())))
     few = n_rows < MIN_ROWS or not {x, y} <= file.variables.keys()
-    if few or not along or 0 in shape or prod(shape) > min(n_rows / MIN_FILLED, limits().whole):
+    if few or not along or 0 in sides or prod(sides) > min(n_rows / MIN_FILLED, limits().whole):
         raise CCWSIMError(f"{file.name} contains points, not an image; use it as hard data")
-    at = np.ravel_multi_index(tuple(cells for cells, *_ in along), shape)
+    at = np.ravel_multi_index(tuple(cells for cells, *_ in along), sides)
     if len(np.unique(at)) < n_rows:
         raise CCWSIMError(f"{file.name}: several rows have the same coordinates; keep one of them")
     columns, labels = _columns(file, axes)
     grids = {}
     for name, values in columns.items():
-        flat = np.full(prod(shape), np.nan)
+        flat = np.full(prod(sides), np.nan)
         flat[at] = values
-        grids[name] = flat.reshape((1, *shape)[-3:])
+        grids[name] = flat.reshape((1, *sides)[-3:])
     made = replace(file, variables=grids, is_table=False, lines=None, words={}, columns=())
     made = replace(made, labels=labels, south_first=True)
     if not world or counts_from_one(x, y):

@@ -91,7 +91,7 @@ def guess_answers(
             if not {"threshold", "classes"} & set(known):
                 known |= _of_colours(file)
         return known, tuple(asked)
-    file = file if known.get("shape") is not None else as_grid(file)
+    file = as_grid(file, known.get("shape"))
     values = _layer(file, known, asked)
     asked += ["up"] if file.asks_up else []
     _ask_gaps(file.name, file.known(values), known, asked)

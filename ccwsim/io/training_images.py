@@ -116,7 +116,7 @@ def read_training_image(
         codes, names = codes if up else codes[::-1], None
     else:
         how = {"up": up, "slice_index": slice_index, "volume": volume, "z_up": z_up}
-        file = file if shape is not None else as_grid(file)
+        file = as_grid(file, shape)
         key, values = _values(file, part, variable=variable, shape=shape, **how)
         _check_known(file.name, file.unknown_note(values))
         codes = classify(values, threshold=threshold, classes=classes, what=f"{file.name}, {key}")
@@ -184,7 +184,7 @@ def read_geometry(path_or_file: PathOrFile, **answers: Any) -> Grid | None:
     file = open_file(path_or_file, part, up=answers.get("up"))
     if isinstance(file, PictureFile) or answers.get("transpose"):
         return None
-    file = file if answers.get("shape") is not None else as_grid(file)
+    file = as_grid(file, answers.get("shape"))
     how = {name: answers[name] for name in answers if name in _OF_VALUES}
     key, values = _values(file, None, **how)
     layers = file.grid_of(key, answers.get("shape"))
@@ -230,7 +230,7 @@ def read_grid(path_or_file: PathOrFile, **answers: Any) -> NDArray[np.float64]:
         grey = grey if file.known is None else np.where(file.known, grey, np.nan)
         return grey if answers.get("up") else grey[::-1]
     how = {name: answers[name] for name in answers if name not in ("crop", "every")}
-    file = file if answers.get("shape") is not None else as_grid(file)
+    file = as_grid(file, answers.get("shape"))
     _, values = _values(file, part, **how)
     return np.where(file.known(values), values, np.nan).astype(np.float64)
 
