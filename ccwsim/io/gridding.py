@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile
+from ccwsim.io.formats.text_tables import numbered
 from ccwsim.io.hard_data.column_names import (
     counts_from_one,
     height_column,
@@ -32,8 +33,8 @@ def as_grid(file: DataFile, shape: tuple[int, ...] | None = None) -> DataFile:
     """Return a table with one row per cell as a grid; return other files unchanged.
 
     With a `shape`, a table is unchanged too: its rows are the cells of this shape, in their order.
-    Otherwise, each row goes to the cell of its coordinates, whatever the order of the rows. Cells without a
-    row are NaN.
+    Otherwise, each row goes to the cell of its coordinates, whatever the order of the rows. Cells
+    without a row are NaN.
 
     Raises
     ------
@@ -104,9 +105,7 @@ def _columns(
     columns = {name: values for name, values in file.variables.items() if name not in axes}
     labels = {}
     for name, fields in file.words.items():
-        labels[name] = tuple(sorted({*fields} - {""}))
-        codes = {word: float(k) for k, word in enumerate(labels[name])}
-        columns[name] = np.array([codes.get(field, np.nan) for field in fields])
+        columns[name], labels[name] = numbered(fields, {""})
     if not columns:
         raise CCWSIMError(f"{file.name} has only coordinates; add a column of facies")
     return columns, labels

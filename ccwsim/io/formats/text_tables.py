@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -143,6 +143,21 @@ def field_number(field: str, decimal: str) -> float | None:
         field = field.replace("." if decimal == "," else ",", "")
     number = field.replace(",", ".") if decimal == "," else field
     return float(number) if len(number) <= MAX_WORD and is_number(number) else None
+
+
+def numbered(
+    words: Sequence[str], unknown: Collection[str]
+) -> tuple[NDArray[np.float64], tuple[str, ...]]:
+    """Return the index of each word among the sorted different words (NaN if unknown), and these.
+
+    Examples
+    --------
+    >>> numbered(["sand", "", "mud"], {""})
+    (array([ 1., nan,  0.]), ('mud', 'sand'))
+    """
+    names = tuple(sorted({*words} - {*unknown}))
+    indices = {name: float(k) for k, name in enumerate(names)}
+    return np.array([indices.get(word, np.nan) for word in words]), names
 
 
 def separator_of(sample: Sequence[str]) -> str | None:
@@ -315,12 +330,11 @@ def _words_of_matrix(lines: list[bytes], marks: _Marks) -> list[list[str]] | Non
 def _matrix_of_names(rows: list[list[str]], numbers: list[int], name: str) -> DataFile:
     """Return the facies of a matrix of names, numbered in the order of the alphabet."""
     check_cells(name, (len(rows), len(rows[0])))
-    names = sorted({field for row in rows for field in row if field.lower() not in UNKNOWN})
-    indices = {field: float(k) for k, field in enumerate(names)}
-    values = np.array([[indices.get(field, np.nan) for field in row] for row in rows])
-    at, labels = np.array(numbers, dtype=np.int64), {"matrix": tuple(names)}
-    file = DataFile("text matrix", name, {"matrix": values[None]}, lines=at, **_OF_MATRIX)
-    return replace(file, labels=labels)
+    fields = [field for row in rows for field in row]
+    values, names = numbered(fields, {field for field in fields if field.lower() in UNKNOWN})
+    at, grid = np.array(numbers, dtype=np.int64), values.reshape(1, len(rows), -1)
+    file = DataFile("text matrix", name, {"matrix": grid}, lines=at, **_OF_MATRIX)
+    return replace(file, labels={"matrix": names})
 
 
 class _Marks(NamedTuple):

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ccwsim.io.data_file import CUSTOMARY_CODES, DataFile, printable
 from ccwsim.io.formats.pictures import PictureFile
-from ccwsim.io.formats.text_tables import UNKNOWN, is_number, not_a_number
+from ccwsim.io.formats.text_tables import UNKNOWN, is_number, not_a_number, numbered
 from ccwsim.io.hard_data.column_names import height_column
 from ccwsim.io.hard_data.columns import (
     GUESSED,
@@ -244,9 +244,7 @@ def _indices_of_names(file: DataFile, column: str) -> tuple[NDArray[np.float64],
     fields = file.words[column]
     unknown = {field for field in fields if field.lower() in UNKNOWN}
     unknown |= {f for f in fields if is_number(f) and float(f) in (*CUSTOMARY_CODES, *file.missing)}
-    words = tuple(sorted({*fields} - unknown))
-    indices = {word: float(k) for k, word in enumerate(words)}
-    return np.array([indices.get(field, np.nan) for field in fields]), words
+    return numbered(fields, unknown)
 
 
 def _of_list(file: DataFile, key: str, coordinates: str | None, volume: bool) -> ImportedPoints:
