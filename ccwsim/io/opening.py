@@ -217,15 +217,21 @@ def open_content(
 
 def _recognized(content: bytes, name: str) -> tuple[str, bytes]:
     """Return the kind of a file, a key of `READERS` if it can be read, and texts in UTF-8."""
-    kind = kind_of(content)
-    if kind == "tiff" and not (find_spec("rasterio") and is_map(content, name)):
-        kind = "picture"
-    if content.startswith(b"# vtk"):  # the values may be binary
-        kind = "legacy vtk"
+    kind = _kind_of_bytes(content, name)
     if kind != "text":
         return kind, content
     text = _plain_text(content, name)
     return next((kind for kind, fits in _TEXTS.items() if fits(text)), "table"), text
+
+
+def _kind_of_bytes(content: bytes, name: str) -> str:
+    """Return the kind of a file as `kind_of`, and "picture" for a TIFF that is no map."""
+    if content.startswith(b"# vtk"):  # the values may be binary
+        return "legacy vtk"
+    kind = kind_of(content)
+    if kind == "tiff" and not (find_spec("rasterio") and is_map(content, name)):
+        return "picture"
+    return kind
 
 
 def whole_shape(path_or_file: PathOrFile) -> tuple[int, int] | None:
@@ -242,7 +248,7 @@ def whole_shape(path_or_file: PathOrFile) -> tuple[int, int] | None:
     if isinstance(path_or_file, IsolatedFile):
         return path_or_file.read_with(whole_shape)
     content, name = read_bytes(path_or_file)
-    kind, content = _recognized(content, name)
+    kind = _kind_of_bytes(content, name)
     if kind == "picture":
         return picture_shape(content, name)
     if kind == "tiff":

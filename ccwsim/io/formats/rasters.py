@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from typing import Any
 
 import numpy as np
@@ -32,18 +32,17 @@ def is_map(content: bytes, name: str) -> bool:
     A picture has one page of one, three or four bands of 8 bits, without coordinates and without
     a value for unknown cells. A broken TIFF counts as a picture.
     """
-    with suppress(CCWSIMError), _opened(content, name, "tiff") as pages:
-        first = pages[0]
-        placed = not first.transform.is_identity or first.crs is not None
-        plain = set(first.dtypes) == {"uint8"} and first.count in (1, 3, 4)
-        return len(pages) > 1 or placed or not plain or first.nodata is not None
+    with suppress(CCWSIMError), _opened(content, name, "tiff") as file:
+        placed = not file.transform.is_identity or file.crs is not None
+        plain = set(file.dtypes) == {"uint8"} and file.count in (1, 3, 4)
+        return len(file.subdatasets) > 1 or placed or not plain or file.nodata is not None
     return False
 
 
 def raster_shape(content: bytes, name: str) -> tuple[int, int]:
     """Return the numbers of rows and columns of a TIFF."""
-    with _opened(content, name, "tiff") as pages:
-        return pages[0].shape
+    with _opened(content, name, "tiff") as file:
+        return file.shape
 
 
 def read_raster(content: bytes, name: str, kind: str, *, whole: bool = False) -> DataFile:
@@ -63,10 +62,10 @@ def read_raster(content: bytes, name: str, kind: str, *, whole: bool = False) ->
     >>> file.variables["band 1"].tolist()
     [[[0.0, 1.0]]]
     """
-    with _opened(content, name, kind) as pages:
-        first = pages[0]
-        if max(len(pages), first.count) > MAX_VARIABLES:
+    with _opened(content, name, kind) as first, ExitStack() as opened:
+        if max(len(first.subdatasets), first.count) > MAX_VARIABLES:
             raise CCWSIMError(f"{name}: more than {MAX_VARIABLES} pages or bands; save fewer")
+        pages = [opened.enter_context(_page(part)) for part in first.subdatasets] or [first]
         if any(
             (p.shape, p.count, p.dtypes) != (first.shape, first.count, first.dtypes) for p in pages
         ):
@@ -84,8 +83,8 @@ def read_raster(content: bytes, name: str, kind: str, *, whole: bool = False) ->
 
 
 @contextmanager
-def _opened(content: bytes, name: str, kind: str) -> Iterator[list[Any]]:
-    """Yield the pages of a raster as open datasets of rasterio."""
+def _opened(content: bytes, name: str, kind: str) -> Iterator[Any]:
+    """Yield a raster, with the bands of its first page, as an open dataset of rasterio."""
     rasterio = optional_package("rasterio", f"{DRIVERS[kind][0]} files", "ccwsim[files]")
     from rasterio.io import MemoryFile
 
@@ -97,13 +96,14 @@ def _opened(content: bytes, name: str, kind: str) -> Iterator[list[Any]]:
             MemoryFile(content) as memory,
             rasterio.open(memory.name, driver=DRIVERS[kind][1]) as file,
         ):
-            parts = file.subdatasets[: MAX_VARIABLES + 1]
-            pages = [rasterio.open(part, driver="GTiff") for part in parts] or [file]
-            try:
-                yield pages
-            finally:
-                for page in pages:
-                    page.close()
+            yield file
+
+
+def _page(part: str) -> Any:
+    """Return a page of an opened TIFF as an open dataset of rasterio."""
+    import rasterio
+
+    return rasterio.open(part, driver="GTiff")
 
 
 def _geometry(page: Any) -> dict[str, Any]:
