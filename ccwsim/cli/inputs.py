@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -233,9 +234,9 @@ def inputs_of(options: Any) -> SimulationInputs:
 def _of_project(options: Any) -> SimulationInputs:
     from ccwsim.sharing.project import read_project
 
-    both = [name for name in OF_PROJECT if getattr(options, name) is not None]
+    both = _given(options, OF_PROJECT)
     if both:
-        name = both[0].replace("_", " ")
+        name = next(iter(both)).replace("_", " ")
         raise CCWSIMError(f"the project {options.project} contains {name}; leave this input out")
     project = read_project(options.project)
     study, n, seed = project.study, options.n_realizations, options.seed
@@ -245,6 +246,12 @@ def _of_project(options: Any) -> SimulationInputs:
     return SimulationInputs(inputs, n, study.seed if seed is None else seed)
 
 
+def _given(options: Any, names: Iterable[str]) -> dict[str, Any]:
+    """Return the options that were given, by name."""
+    values = {name: getattr(options, name) for name in names}
+    return {name: value for name, value in values.items() if value is not None}
+
+
 def parameters_of(options: Any, usual: Parameters) -> Parameters:
     """Return the parameters. Options override `--parameters`, which overrides `usual`."""
     if options.parameters is not None:
@@ -252,9 +259,8 @@ def parameters_of(options: Any, usual: Parameters) -> Parameters:
         from ccwsim.io.opening import read_bytes
 
         usual = parameters_from_json(read_bytes(options.parameters)[0])
-    given = {row.fields[0]: getattr(options, row.fields[0]) for row in fields_of("parameters")}
-    changed = {name: value for name, value in given.items() if value is not None}
-    return Parameters(**{**asdict(usual), **changed})
+    names = [row.fields[0] for row in fields_of("parameters")]
+    return Parameters(**{**asdict(usual), **_given(options, names)})
 
 
 def image_of(options: Any) -> TrainingImage:
@@ -263,9 +269,7 @@ def image_of(options: Any) -> TrainingImage:
     from ccwsim.io import read_training_image
 
     name = options.training_image
-    reading = {key: getattr(options, key) for key in IMAGE_OPTIONS}
-    reading = {key: value for key, value in reading.items() if value is not None}
-    bundled = datasets.all_image_names()
+    reading, bundled = _given(options, IMAGE_OPTIONS), datasets.all_image_names()
     if name in bundled:
         if reading:
             raise CCWSIMError(
@@ -309,11 +313,9 @@ def _grid_of_image(options: Any) -> Grid | None:
     from ccwsim.io import read_geometry
 
     name = options.training_image
-    described = any(getattr(options, key) is not None for key in _OF_GRID)
-    if described or name in datasets.all_image_names() or options.transpose:
+    if _given(options, _OF_GRID) or name in datasets.all_image_names() or options.transpose:
         return None
-    reading = {key: getattr(options, key) for key in IMAGE_OPTIONS}
-    return read_geometry(name, **{k: value for k, value in reading.items() if value is not None})
+    return read_geometry(name, **_given(options, IMAGE_OPTIONS))
 
 
 def hard_data_of(
@@ -324,8 +326,8 @@ def hard_data_of(
     from ccwsim.io import import_hard_data, import_wells
 
     name, bundled = options.hard_data, datasets.all_hard_data_names()
-    reading = {argument: getattr(options, name) for name, argument in READING_DATA.items()}
-    reading = {key: value for key, value in reading.items() if value is not None}
+    given = _given(options, READING_DATA)
+    reading = {READING_DATA[key]: value for key, value in given.items()}
     collars, surveys = options.collars, options.surveys
     if (reading or collars or surveys) and (name is None or name in bundled):
         raise CCWSIMError("options for reading hard data need a file; give a file with --hard-data")
