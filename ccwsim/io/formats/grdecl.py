@@ -1,9 +1,8 @@
-"""Read and write grids of reservoir programs: Eclipse GRDECL and IRAP ASCII."""
+"""Read grids of reservoir programs: Eclipse GRDECL and IRAP ASCII."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +12,6 @@ from ccwsim.io.data_file import DataFile
 from ccwsim.io.formats.text_tables import numbers_in
 from ccwsim.io.limits import MAX_VARIABLES, check_cells
 from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.grid import Grid
 
 _KEYWORD = re.compile(rb"^[ \t]*([A-Za-z][A-Za-z0-9_+-]{0,31})[ \t]*\r?$", re.MULTILINE)
 _SIZES = re.compile(rb"^[ \t]*(SPECGRID|DIMENS)\s+(\d{1,6})\s+(\d{1,6})\s+(\d{1,6})", re.M | re.I)
@@ -22,6 +20,7 @@ _NOT_VARIABLES = ("COORD", "ZCORN", "COORDSYS", "MAPAXES", "MAPUNITS", "GRIDUNIT
 IRAP_MARK = -996
 """First number of an IRAP ASCII grid."""
 IRAP_UNKNOWN = 9999900.0
+"""Value of an unknown cell in an IRAP ASCII grid."""
 
 
 def is_grdecl(content: bytes) -> bool:
@@ -66,24 +65,6 @@ def read_grdecl(content: bytes, name: str) -> DataFile:
     if not variables:
         raise CCWSIMError(f"{name} has no keyword with {n} values, one per cell")
     return DataFile("Eclipse GRDECL", name, variables, south_first=False)
-
-
-def grdecl_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
-    """Return maps or volumes as properties of an Eclipse file, without the corners of cells.
-
-    Examples
-    --------
-    >>> grdecl_as_bytes({"facies": np.array([[0, 1], [1, 1]])}, Grid(2, 2)).splitlines()[3:]
-    [b'FACIES', b'1 1 0 1 /']
-    """
-    lines = ["SPECGRID", f" {grid.nx} {grid.ny} {grid.nz or 1} 1 F /", ""]
-    for name, values in maps.items():
-        key = re.sub(r"[^A-Z0-9_]", "_", name.upper())[:8]
-        flat = np.flip(values, axis=tuple(range(values.ndim - 1))).ravel().tolist()
-        words = [f"{value:g}" for value in flat]
-        rows = [" ".join(words[k : k + 10]) for k in range(0, len(words), 10)]
-        lines += [key, "\n".join(rows) + " /", ""]
-    return "\n".join(lines).encode()
 
 
 def is_irap(content: bytes) -> bool:

@@ -168,7 +168,6 @@ def _named_array(content: memoryview, order: str, name: str) -> tuple[str, NDArr
     return key, values.astype(values.dtype.newbyteorder("=")).reshape(shape, order="F")
 
 
-_HEADER_4 = np.dtype("<u4")
 _PRECISIONS_4 = ("f8", "f4", "i4", "i2", "u2", "u1")
 
 
