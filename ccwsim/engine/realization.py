@@ -27,6 +27,7 @@ from ccwsim.engine.raster import (
 )
 from ccwsim.engine.stages.conditioning import data_grid
 from ccwsim.engine.stages.path import Triple, in_layers, in_three
+from ccwsim.engine.stages.pyramid import block_sum_type
 from ccwsim.engine.stages.similarity import score_type
 from ccwsim.jobs.workers import Watch
 from ccwsim.model.ensemble import FORCED, WRONG
@@ -226,6 +227,6 @@ def _specialization(study: Study, image: PreparedImage) -> tuple[object, ...]:
     p, coarse = study.parameters, image.lengths[-1]
     sizes = coarse.level, coarse.template, coarse.overlap
     scores = score_type(*sizes, p.similarity == "correlation")
-    types = np.min_scalar_type(prod(coarse.block)), scores, totals_of(image)
+    types = block_sum_type(coarse.block), scores, totals_of(image)
     kinds = study.hard_data.n > 0, p.exact_data, p.scale > 0, repairs(study)
     return *types, len(study.grid.shape), *kinds

@@ -11,6 +11,7 @@ from ccwsim.engine.lengths import ScaledLengths, lengths_of, templates
 from ccwsim.engine.prepared_image import KEPT_BYTES, PreparedImage, n_planes
 from ccwsim.engine.realization import is_compiled, repairs
 from ccwsim.engine.stages.path import N_ORIENTATIONS
+from ccwsim.engine.stages.pyramid import block_sum_type
 from ccwsim.engine.stages.similarity import score_type, sum_type
 from ccwsim.jobs.limits import Demand
 from ccwsim.model.study import Study
@@ -101,7 +102,7 @@ def _of_oriented(study: Study, lengths: ScaledLengths) -> int:
     cells, blocks = image.indices.size / prod(lengths.cell_size), _n_blocks(study, lengths)
     bits = cells * max(image.n_facies - 1, 1).bit_length() / 8
     squares = blocks * _score_bytes(study, lengths)
-    of_sums = np.dtype(np.min_scalar_type(prod(lengths.block))).itemsize
+    of_sums = block_sum_type(lengths.block).itemsize
     of_running = 3 * np.dtype(sum_type(lengths.level, lengths.template)).itemsize
     sums = n_planes(study) * blocks * (of_sums + of_running)
     return int(3 * cells + bits + squares + sums)

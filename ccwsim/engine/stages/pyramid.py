@@ -10,6 +10,7 @@ becomes one cell with the majority facies of the block.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import prod
 from typing import Any, NamedTuple
 
@@ -101,9 +102,14 @@ def cells_of_blocks(image: NDArray[np.uint8], block: Triple) -> NDArray[np.uint8
     return np.ascontiguousarray(blocks.transpose(1, 3, 5, 0, 2, 4))
 
 
+def block_sum_type(block: Sequence[int]) -> np.dtype[Any]:
+    """Return the smallest integer type for the number of cells of a facies in a block."""
+    return np.min_scalar_type(prod(block))
+
+
 def block_sums(phases: NDArray[np.uint8], n_planes: int) -> NDArray[np.unsignedinteger[Any]]:
     """Return the number of cells of each facies in each block, in the order of `Pyramid.sums`."""
-    kind = np.min_scalar_type(prod(phases.shape[:3]))
+    kind = block_sum_type(phases.shape[:3])
     facies = [1] if n_planes == 1 else range(n_planes)
     return np.stack([(phases == f).sum(axis=(0, 1, 2), dtype=kind) for f in facies])
 
