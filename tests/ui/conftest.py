@@ -7,6 +7,7 @@ from functools import cache
 import pytest
 from streamlit.components.v2 import manifest_scanner
 
+from ccwsim.jobs.job import server_queue
 from ccwsim.ui.study.run import shared_runs
 
 
@@ -17,6 +18,17 @@ def _components_are_looked_for_once():
         looked_for = cache(manifest_scanner.scan_component_manifests)
         patch.setattr(manifest_scanner, "scan_component_manifests", looked_for)
         yield
+
+
+@pytest.fixture(autouse=True)
+def _no_job_outlives_its_test():
+    """Jobs that a test leaves behind would lengthen the estimates of the next ones."""
+    yield
+    queue = server_queue()
+    jobs = [*queue._active, *queue._waiting]
+    for job in jobs:
+        job.cancel()
+    assert all(job.wait(60) for job in jobs)
 
 
 @pytest.fixture
