@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from concurrent.futures import Executor, ThreadPoolExecutor
+from contextlib import nullcontext
 from threading import current_thread
 from typing import Any
 
@@ -22,7 +23,7 @@ def runner_of(
 ) -> ThreadRunner | BatchRunner:
     """Return a runner for an executor or a Dask client; for None, a runner on threads."""
     workers = n_cores() if n_workers is None else check_int("n_workers", n_workers, 1)
-    if executor is None or current_thread() in getattr(executor, "_threads", ()):
+    if executor is None or _is_own_pool(executor):
         return ThreadRunner(work, workers)  # a thread that waits for its own pool may wait forever
     if isinstance(executor, ThreadPoolExecutor):
         return ThreadRunner(work, workers, executor)
@@ -35,3 +36,12 @@ def runner_of(
         f"executor: an Executor of concurrent.futures or a distributed.Client is needed, not "
         f"{shown(executor)}"
     )
+
+
+def _is_own_pool(executor: Any) -> bool:
+    """Return whether this thread is one of the threads of `executor`.
+
+    A pool starts a thread before it adds the thread to its set, and holds its lock meanwhile.
+    """
+    with getattr(executor, "_shutdown_lock", nullcontext()):
+        return current_thread() in getattr(executor, "_threads", ())
