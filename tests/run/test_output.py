@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import tracemalloc
-from concurrent.futures import ProcessPoolExecutor
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,6 +11,7 @@ import pytest
 from ccwsim import Cancelled, CCWSIMError, Ensemble, HardData, Parameters, TrainingImage, simulate
 from ccwsim.cli.program import main
 from ccwsim.metrics import RunningStatistics
+from tests.processes import process_pool
 from tests.small_images import blobs
 
 P = Parameters(16, 4, 1, n_candidates=5)
@@ -44,7 +44,7 @@ def test_the_file_and_the_ensemble_are_those_of_memory(tmp_path, image):
 
 
 def test_processes_write_the_same_file(tmp_path):
-    with ProcessPoolExecutor(2) as pool:
+    with process_pool(2) as pool:
         study(CODED, 20, out=tmp_path / "out.npy", executor=pool)
     np.testing.assert_array_equal(np.load(tmp_path / "out.npy"), study(CODED, 20).realizations)
 

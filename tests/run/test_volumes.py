@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 import tracemalloc
-from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
 import pytest
@@ -21,6 +20,7 @@ from ccwsim import (
 )
 from ccwsim.model.study import Study
 from ccwsim.run.footprint import footprint
+from tests.processes import process_pool
 from tests.small_images import blobs
 
 P = Parameters((4, 16, 16), (2, 4, 4), (0, 1, 1), n_candidates=5)
@@ -43,7 +43,7 @@ def test_the_number_of_workers_and_processes_make_no_difference():
     assert wanted.indices.shape == (5, *SHAPE)
     assert wanted.n_mismatched.sum() == 0
     assert same(study(n_workers=2), wanted)
-    with ProcessPoolExecutor(2) as pool:
+    with process_pool(2) as pool:
         assert same(study(executor=pool), wanted)
 
 
