@@ -10,14 +10,14 @@ from pathlib import Path
 import pytest
 
 from tests.browser.hands import SLOW, at_rest
-from tests.browser.served import CHROMIUM, started
+from tests.browser.served import CHROMIUM, ROOT, started
 from tests.ui.sessions import Session
 
 pytestmark = [
     pytest.mark.slow,
     pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}"),
 ]
-PAGES = sorted(path.stem for path in (Path(__file__).parents[2] / "pages").glob("*.py"))
+PAGES = sorted(path.stem for path in (ROOT / "pages").glob("*.py"))
 LOGGED = re.compile(r"^(?:\d{4}-\d\d-\d\d (?!.*server started)|Traceback|\w+Error).*", re.M)
 """Lines that are not the greeting of a server that starts."""
 BASE = re.compile(r"/\w+/_stcore/(health|host-config)$")
