@@ -56,6 +56,14 @@ def pytest_xdist_node_collection_finished(node: Any) -> None:
         raise RuntimeError("the kernels cannot be compiled: run `python -m tests.compiled`")
 
 
+@pytest.fixture(autouse=True)
+def _main_module_stays():
+    """AppTest puts a page in place of the main module, which new processes import."""
+    main = sys.modules["__main__"]
+    yield
+    sys.modules["__main__"] = main
+
+
 @pytest.fixture(scope="session")
 def data_dir() -> Path:
     """The folder of published training images and data, where it is at hand."""
