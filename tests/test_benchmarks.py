@@ -125,6 +125,7 @@ def test_a_constant_image_gives_a_constant_reference():
         assert seconds > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("conditional", [False, True])
 def test_a_case_is_measured(conditional):
     row = measure(Case(3, conditional), n_realizations=1, n_reference=1)

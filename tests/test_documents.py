@@ -51,6 +51,7 @@ def test_the_scripts_of_the_readme_run(tmp_path, monkeypatch):
     assert names["gamma"].shape == (10, 61)
 
 
+@pytest.mark.slow
 def test_the_scripts_of_volumes_run():
     names = names_of("docs/volumes.md")
     assert names["e"].n_mismatched.tolist() == [0, 0]
@@ -76,6 +77,7 @@ TUTORIALS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", TUTORIALS)
 def test_a_tutorial_prints_and_shows_what_it_says(name, tmp_path, monkeypatch):
     if name == "ensembles":

@@ -107,6 +107,7 @@ def is_label(name: str, texts: frozenset[str]) -> bool:
     return name in texts or any(match and texts.issuperset(match.groups()) for match in matches)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", HOW_TOS, ids=lambda page: page.stem)
 def test_what_is_bold_is_a_control_of_the_dashboard(page):
     texts = on_screen(page, "ccwsim/ui")
@@ -115,6 +116,7 @@ def test_what_is_bold_is_a_control_of_the_dashboard(page):
     assert emphasised(page, "**")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", HOW_TOS, ids=lambda page: page.stem)
 def test_what_is_italic_can_be_read_on_the_screen(page):
     texts = on_screen(page, "ccwsim")

@@ -7,6 +7,7 @@ import importlib
 import subprocess
 import sys
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
@@ -56,10 +57,16 @@ def nodes(tree: ast.AST) -> Iterator[ast.AST]:
             yield from nodes(node)
 
 
+@cache
+def parsed(path: Path) -> ast.Module:
+    return ast.parse(path.read_text("utf-8"))
+
+
+@cache
 def imported(path: Path) -> set[str]:
     """Full names of all modules and names that a file imports, also inside functions."""
     names: set[str] = set()
-    for node in nodes(ast.parse(path.read_text("utf-8"))):
+    for node in nodes(parsed(path)):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
@@ -135,7 +142,7 @@ def test_every_folder_has_a_layer_and_few_modules():
 def every_import(path: Path, names: set[str]) -> set[str]:
     """Return the modules of the package that a file names, also lazily or only for types."""
     found = set()
-    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+    for node in ast.walk(parsed(path)):
         if isinstance(node, ast.ImportFrom):
             each = {f"{node.module}.{alias.name}" for alias in node.names}
             found |= each & names or ({node.module} & names)
@@ -163,7 +170,7 @@ def test_no_modules_import_each_other_in_a_circle():
 def test_class_names_have_one_meaning():
     where: dict[str, list[str]] = {}
     for path in PACKAGE.rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        for node in ast.walk(parsed(path)):
             if isinstance(node, ast.ClassDef):
                 where.setdefault(node.name, []).append(str(path.relative_to(PACKAGE)))
     twice = {name: files for name, files in where.items() if len(files) > 1}

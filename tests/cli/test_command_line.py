@@ -344,6 +344,7 @@ class Terminal(StringIO):
         return self.is_terminal
 
 
+@pytest.mark.slow
 def test_a_terminal_has_a_bar_that_goes_away():
     stream = Terminal(True)
     line = ProgressLine(10, stream)
@@ -416,6 +417,7 @@ sys.exit(main())
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SIGNALS)
 def test_a_signal_after_the_output_is_written_does_not_fail_the_program(name, tmp_path):
     line = [sys.executable, "-c", AT_THE_END, "simulate", "channels", "--grid", "64x64"]
@@ -452,6 +454,7 @@ def test_a_batch_system_or_a_closed_terminal_keeps_what_is_finished(name, tmp_pa
     assert 1 <= len(np.load(out)) < 5000
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo terminals")
 def test_ctrl_c_keeps_what_is_finished(tmp_path):
     import pty

@@ -158,6 +158,7 @@ def test_every_slip_face_leans_on_sand(name):
     assert sum(touching[geobodies == k].any() for k in whole) >= 0.9 * len(whole)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", datasets.names())
 def test_seeds_differ_and_repeat(name):
     first = tools.generate(name, shape=(96, 128), seed=5)
@@ -209,6 +210,7 @@ def test_a_seed_out_of_range_is_refused(seed):
         tools.generate("channels", seed=seed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", datasets.hard_data_names())
 def test_hard_data_fit_their_grid_image_and_reference_field(name):
     data = datasets.load_hard_data(name)

@@ -83,6 +83,7 @@ def test_numbers_that_make_no_sense_are_said(bad):
         sample_grid(np.zeros(4, int), 2)
 
 
+@pytest.mark.slow
 @given(SIDE, SIDE, st.integers(1, 900), st.integers(0, 99))
 def test_few_of_many_cells_are_different_ones_and_the_same_again(ny, nx, n, seed):
     cells = sampling._distinct(np.random.RandomState(seed), 10**6, n)

@@ -20,6 +20,7 @@ def facies(name: str, of: str) -> np.ndarray:
     return volume.indices == volume.facies_names.index(of)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", datasets.volume_names())
 def test_the_generator_makes_the_bundled_volume_and_its_wells(name):
     made, bundled = tools.generate_volume(name), datasets.load(name)

@@ -166,10 +166,12 @@ def is_running(number: int) -> bool:
         return False
 
 
+@pytest.mark.slow
 def test_a_process_ends_when_its_input_is_closed():
     assert compilation._start_process().end() == 0
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks at /proc")
 @pytest.mark.parametrize("how", ["SIGTERM", "SIGKILL"])
 def test_no_process_outlives_the_one_it_compiles_for(how):

@@ -42,6 +42,7 @@ def scattered(n: int, seed: int = 0) -> HardData:
 NUMBERS, SEEDS, VARIATIONS = st.integers(0, 300), st.integers(0, 2**20), st.sampled_from([0.0, 0.3])
 
 
+@pytest.mark.slow
 @given(st.sampled_from(METHODS), NUMBERS, SEEDS, st.booleans(), VARIATIONS)
 def test_each_datum_is_told_as_met_or_wrong(method, n, seed, refine, variation):
     data = scattered(n, seed)
@@ -103,6 +104,7 @@ def test_a_revision_marks_what_is_wrong_and_changes_no_cell():
     assert (after.n_wrong > 0).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("level", [1, 2, 3])
 @pytest.mark.parametrize("method", ["ccwsim", "ms-ccsim"])
 def test_some_of_the_published_data_are_wrong_only_with_it_off(data_dir: Path, method, level):
@@ -146,6 +148,7 @@ SMALL = Choices(
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", ["pages/simulate.py", "pages/data.py", "pages/validate.py"])
 def test_each_page_is_drawn_with_data_that_are_wrong(page):
     app = AppTest.from_file(str(Path(__file__).parents[2] / page), default_timeout=120)

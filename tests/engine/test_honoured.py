@@ -136,6 +136,7 @@ def volumes(draw):
     return ti, grid, p, HardData(where, facies), draw(st.integers(0, 2**40))
 
 
+@pytest.mark.slow
 @sampled(CASES)
 @given(volumes())
 def test_every_datum_of_a_volume_is_honoured_whatever_is_asked(study):
@@ -188,6 +189,7 @@ def test_data_of_a_grid_in_world_coordinates_are_met(channels):
     assert ensemble.realizations[:, 63, 95].tolist() == [0, 0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("keep_sources", [False, True])
 def test_forced_counts_what_is_forced_at_the_end_of_a_revision(keep_sources):
     n_forced = 0

@@ -38,6 +38,7 @@ def compiled(function, folder: Path):
     return kernels._compiled(function, str(folder))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", ["nbi", "nbc"])
 @pytest.mark.parametrize(
     "content", [lambda b: b"", lambda b: b[: len(b) // 2], lambda b: bytes(999)]
@@ -160,6 +161,7 @@ def python(code: str, **environment: str) -> str:
     return subprocess.run(line, env=given, capture_output=True, text=True, check=True).stdout
 
 
+@pytest.mark.slow
 def test_a_user_without_a_home_can_import():
     code = (
         "import os, pwd\n"
@@ -172,6 +174,7 @@ def test_a_user_without_a_home_can_import():
     assert python(code).strip() == "True"
 
 
+@pytest.mark.slow
 def test_without_compilation_the_cells_are_the_same():
     code = (
         "import numpy as np, ccwsim\n"

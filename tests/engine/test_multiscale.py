@@ -82,6 +82,7 @@ SIDES, SHARES = st.integers(1, 70), st.sampled_from([0.0, 0.02, 0.3, 1.0])
 SIZES = st.sampled_from([(16, 8, 3), (16, 4, 2), (8, 2, 1)])
 
 
+@pytest.mark.slow
 @given(SEEDS, SIDES, SIDES, SHARES, SIZES, st.booleans())
 def test_data_are_honoured_on_any_grid_however_they_contradict(seed, ny, nx, share, sizes, refine):
     n = round(share * ny * nx)
@@ -148,6 +149,7 @@ def test_sources_tell_where_each_cell_came_from_over_all_tiles():
     )
 
 
+@pytest.mark.slow
 def test_progress_never_goes_back_and_cancel_stops_within_a_realization():
     seen: list[float] = []
     study = THREE_FACIES, (700, 700), multiscale(), None, 2
@@ -158,6 +160,7 @@ def test_progress_never_goes_back_and_cancel_stops_within_a_realization():
         simulate(THREE_FACIES, (3000, 3000), multiscale(), cancel=lambda: True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("level", "most", "least"),
     [

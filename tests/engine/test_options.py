@@ -60,6 +60,7 @@ def test_matched_proportions_are_much_nearer_to_those_of_the_image():
     assert off_target(matched).mean() < 0.6 * off_target(plain).mean()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("level", [2, 3])
 def test_refining_breaks_fewer_shapes(level):
     plain = simulated(wavelet_level=level, refine=False)
@@ -67,6 +68,7 @@ def test_refining_breaks_fewer_shapes(level):
     assert broken_share(refined).mean() < 0.85 * broken_share(plain).mean()
 
 
+@pytest.mark.slow
 def test_a_finer_level_breaks_fewer_shapes():
     shares = [broken_share(simulated(wavelet_level=j, refine=False)).mean() for j in (1, 2, 3)]
     assert shares[0] < shares[1] < shares[2]
@@ -78,6 +80,7 @@ def test_fewer_candidates_are_more_faithful():
     assert broken_share(few).mean() < 0.6 * broken_share(many).mean()
 
 
+@pytest.mark.slow
 def test_candidates_matter_little_where_data_are_dense():
     truth = simulate(CHANNELS, (128, 128), Parameters(wavelet_level=1), seed=99).realizations[0]
 
@@ -198,6 +201,7 @@ def share_that_continue_to(datum: tuple[int, int], co_template: int) -> float:
     return float(np.mean(leads))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("datum", [(5, 20), (25, 3), (30, 31)])
 def test_the_co_template_looks_at_data_ahead(datum):
     assert share_that_continue_to(datum, 1) < 0.75

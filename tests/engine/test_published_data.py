@@ -35,6 +35,7 @@ def divergence(p: NDArray, q: NDArray) -> float:
     return half(p) + half(q)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("level", [1, 2, 3])
 def test_scattered_data_are_honoured_by_patches_and_windows(data_dir, level):
     ti = image_of(data_dir, "ti_channel_256x256")
@@ -47,6 +48,7 @@ def test_scattered_data_are_honoured_by_patches_and_windows(data_dir, level):
     assert (ensemble.n_forced <= 0.01 * data.n).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("level", "most"), [(1, 0.0040), (2, 0.0056), (3, 0.0140)])
 def test_patterns_are_as_near_to_the_image_as_twice_the_published_distance(data_dir, level, most):
     ti = image_of(data_dir, "ti_channel_256x256")

@@ -232,6 +232,7 @@ class TestProgress:
         assert seen[-1] == (1.0, 12)
         assert min(fractions) >= 0
 
+    @pytest.mark.slow
     def test_it_moves_within_one_large_realization(self):
         seen: list[float] = []
         simulate(
@@ -257,6 +258,7 @@ class TestCancel:
         assert stopped.value.ensemble is None
         assert len(seen) == 1
 
+    @pytest.mark.slow
     def test_what_was_finished_is_handed_over(self):
         done = [0]
 

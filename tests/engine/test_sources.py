@@ -12,6 +12,7 @@ from ccwsim import HardData, Parameters, datasets, revise, simulate
 DATA = HardData([[10, 10], [40, 70], [41, 71], [60, 5]], [1, 0, 1, 1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("data", [None, DATA], ids=["free", "conditional"])
 @pytest.mark.parametrize("level", [0, 1, 3])
 def test_the_facies_of_a_cell_is_that_of_its_source(data, level):

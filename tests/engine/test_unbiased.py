@@ -34,6 +34,7 @@ def test_far_from_the_data_the_e_type_tends_to_the_proportion_of_the_image(condi
     assert far.max() < 0.65
 
 
+@pytest.mark.slow
 def test_near_a_datum_the_e_type_tends_to_the_datum(conditioned):
     _, facies, ensemble = conditioned
     honoured = ensemble.probability(facies)
@@ -44,6 +45,7 @@ def test_near_a_datum_the_e_type_tends_to_the_datum(conditioned):
     assert near > further > honoured[_distance() > 70].mean() - 0.05
 
 
+@pytest.mark.slow
 def test_no_place_of_the_grid_is_favoured_without_data():
     ti = datasets.load("channels")
     probability = simulate(ti, (96, 96), n_realizations=400, seed=5).probability(1)

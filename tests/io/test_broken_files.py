@@ -192,6 +192,7 @@ def test_absurd_promises_take_no_memory(content, message):
         tracemalloc.stop()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", [bomb_mat, bomb_npz])
 def test_packed_files_unpack_to_no_more_than_the_limit(make):
     content = make()

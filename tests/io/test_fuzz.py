@@ -26,6 +26,7 @@ def troubles(outcomes: list[Outcome]) -> list[tuple]:
     return [(o.case, *o.faults) for o in outcomes if o.faults]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("start", range(0, N_FILES, AT_ONCE))
 def test_a_spoilt_file_is_read_or_refused(start):
     first = 2 * len(EVIL) + 100_000 + start  # others than those of the command
@@ -39,6 +40,7 @@ def test_random_arguments_give_a_result_or_are_refused(start):
     assert troubles([measured(case, acts_of(case)) for case in cases]) == []
 
 
+@pytest.mark.slow
 def test_what_is_bad_is_found():
     def broken():
         raise ValueError("a\nb")

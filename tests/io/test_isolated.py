@@ -73,6 +73,7 @@ def test_an_error_of_a_reader_is_the_same_error():
         open_file(isolated_file(limits=replace(SMALL, cells=3)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("reader", "said"),
     [
@@ -87,6 +88,7 @@ def test_a_file_that_its_reader_does_not_survive_is_refused(reader, said):
     assert inspect(isolated_file()).is_table  # the next file meets a new process
 
 
+@pytest.mark.slow
 def test_a_file_that_a_busy_server_could_not_read_is_not_refused_for_ever(tmp_path, monkeypatch):
     file = isolated_file(str(tmp_path / "log").encode())
     with monkeypatch.context() as busy:
@@ -123,6 +125,7 @@ def test_a_file_is_read_once_by_all_who_ask(reader, tmp_path):
     assert (tmp_path / "log").read_text() == "x"
 
 
+@pytest.mark.slow
 def test_other_files_are_read_while_one_takes_long():
     def read_long():
         with pytest.raises(CCWSIMError, match="takes longer"):

@@ -141,6 +141,7 @@ def test_names_in_files_can_be_shown():
     assert cio.inspect(io.BytesIO(grid)).variables[0].name == "facies"
 
 
+@pytest.mark.slow
 def test_a_packed_variable_is_unpacked_in_parts():
     values = np.random.default_rng(0).integers(0, 3, (900, 1000))
     found = cio.read_training_image(io.BytesIO(sample.mat(compress=True, ti=values)))

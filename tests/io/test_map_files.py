@@ -53,6 +53,7 @@ def test_a_vtk_grid_has_cells_origin_and_spacing():
     np.testing.assert_array_equal(np.stack([*arrays.values()]), E.realizations)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [10, 362, 363, 1000])
 def test_a_vtk_grid_of_many_blocks_has_every_cell(n):
     values = np.random.default_rng(n).normal(size=(n, n))

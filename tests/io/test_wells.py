@@ -129,6 +129,7 @@ SURVEYS = st.lists(
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=15, deadline=None)
 @given(SURVEYS, st.integers(0, 2**16))
 def test_a_deviated_well_has_a_datum_in_each_cell_it_goes_through(stations, seed):
@@ -275,6 +276,7 @@ def renamed(draw):
     return tables, columns
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(renamed())
 def test_columns_may_be_called_anything_where_they_are_named(drawn):

@@ -78,6 +78,7 @@ def test_what_was_not_begun_can_be_forgotten():
     assert done == [1]
 
 
+@pytest.mark.slow
 def test_a_stop_ends_what_is_at_work_and_it_can_go_on():
     begun = Event()
 

@@ -97,6 +97,7 @@ def test_stationary_fields_are_told_stationary(side, scale, share):
     assert np.mean(told) >= 0.9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scale", [0, 1, 2, 4])
 @pytest.mark.parametrize("turned", [False, True])
 def test_a_trend_is_told_not_stationary(scale, turned):

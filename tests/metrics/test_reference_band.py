@@ -89,6 +89,7 @@ def without(k: int, alone: Ensemble, function, *which) -> bool:
         return function(alone, *which).fits
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("side", [512, 100])
 def test_crops_of_the_image_are_seldom_called_bad(side):
     found = []
@@ -98,6 +99,7 @@ def test_crops_of_the_image_are_seldom_called_bad(side):
     assert np.mean(found) > 0.9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PUBLISHED)
 def test_crops_of_published_images_are_seldom_called_bad(data_dir, name):
     path = data_dir / name
@@ -154,6 +156,7 @@ def test_a_proportion_that_all_realizations_miss_is_outside():
     assert fit_proportions(nearer).fits
 
 
+@pytest.mark.slow
 def test_broken_channels_fail_although_they_scatter():
     image = datasets.load("channels")
     found = simulate(image, (256, 256), BROKEN, n_realizations=8, seed=1)
@@ -185,6 +188,7 @@ def test_what_all_realizations_miss_fails_although_crops_scatter():
     assert fit_curve(few, "connectivity", 1, "N-S").crop_shape == (128, 128)
 
 
+@pytest.mark.slow
 def test_a_crop_among_crops_is_seldom_missed_by_all():
     """One crop of an image in the part of the image, others in that of realizations."""
     missed = []

@@ -65,6 +65,7 @@ def small():
     return reproduce(extent=TINY, seed=3)
 
 
+@pytest.mark.slow
 def test_a_quick_run_reports_every_experiment(small):
     assert [f.experiment for f in small.finished] == list(EXPERIMENTS)
     assert [f.problem for f in small.finished] == [""] * len(EXPERIMENTS)
@@ -232,6 +233,7 @@ def test_what_the_paper_gives_is_not_said_to_be_missing(small):
     assert "authors' page" not in page
 
 
+@pytest.mark.slow
 def test_the_larger_grid_is_what_was_asked_for():
     assert with_largest_grid(FULL, None) is FULL
     assert with_largest_grid(FULL, 5000).timed_sides[-1] == 5000

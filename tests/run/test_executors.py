@@ -105,6 +105,7 @@ def test_any_executor_will_do_and_sources_come_with_it():
     np.testing.assert_array_equal(found.sources, here.sources)
 
 
+@pytest.mark.slow
 def test_small_realizations_travel_in_batches():
     sizes: list[int] = []
 
@@ -159,6 +160,7 @@ class TestCancel:
         one = study(1, first_realization=r)
         np.testing.assert_array_equal(ensemble.realizations[-1], one.realizations[0])
 
+    @pytest.mark.slow
     def test_a_large_realization_is_stopped_in_its_process(self, processes):
         study(2, executor=processes)  # compiled
         start = time.monotonic()
@@ -167,6 +169,7 @@ class TestCancel:
         # Both workers are free again: these would wait for the large ones otherwise.
         assert same(study(4, executor=processes), study(4))
 
+    @pytest.mark.slow
     def test_the_share_of_a_large_realization_is_reported_before_it_is_finished(self, processes):
         seen: list[tuple[float, int]] = []
         with pytest.raises(Cancelled, match="0 of 2"):
@@ -204,6 +207,7 @@ def ended() -> None:
 
 
 class TestErrors:
+    @pytest.mark.slow
     def test_a_worker_that_ends_is_said_in_words(self):
         with process_pool(1) as pool:
             pool.submit(ended)
@@ -247,6 +251,7 @@ class TestErrors:
             study(executor=Failing())
 
 
+@pytest.mark.slow
 def test_two_runs_share_an_executor(processes):
     found: dict[int, Ensemble] = {}
 

@@ -65,6 +65,7 @@ def test_memory_does_not_grow_with_the_number_of_realizations(tmp_path):
 
 
 class TestCancel:
+    @pytest.mark.slow
     def test_what_is_finished_is_a_whole_file(self, tmp_path):
         out, done = tmp_path / "out.npy", [0]
         with pytest.raises(Cancelled) as stopped:

@@ -38,6 +38,7 @@ def same(one: Ensemble, other: Ensemble) -> bool:
     return one.digest == other.digest and np.array_equal(one.data_status, other.data_status)
 
 
+@pytest.mark.slow
 def test_the_number_of_workers_and_processes_make_no_difference():
     wanted = study(n_workers=1)
     assert wanted.indices.shape == (5, *SHAPE)
@@ -47,6 +48,7 @@ def test_the_number_of_workers_and_processes_make_no_difference():
         assert same(study(executor=pool), wanted)
 
 
+@pytest.mark.slow
 def test_realizations_of_a_file_are_those_of_memory(tmp_path):
     found, wanted = study(out=tmp_path / "out.npy"), study()
     np.testing.assert_array_equal(np.load(tmp_path / "out.npy"), wanted.realizations)
@@ -54,6 +56,7 @@ def test_realizations_of_a_file_are_those_of_memory(tmp_path):
     np.testing.assert_array_equal(found.indices[2, 3], wanted.indices[2, 3])
 
 
+@pytest.mark.slow
 def test_a_large_volume_is_stopped_between_its_patches():
     study(1)  # compiled
     start = time.monotonic()
@@ -63,6 +66,7 @@ def test_a_large_volume_is_stopped_between_its_patches():
         )
 
 
+@pytest.mark.slow
 def test_a_revision_changes_only_what_is_around_the_edited_data():
     before = study()
     cell = (3, 25, 12)
@@ -75,6 +79,7 @@ def test_a_revision_changes_only_what_is_around_the_edited_data():
     assert (np.abs(changed - cell) <= P.along(SHAPE).template).all()
 
 
+@pytest.mark.slow
 def test_the_estimate_of_memory_is_not_below_what_a_run_takes():
     image = TrainingImage(blobs((24, 70, 80), 3))
     data = HardData(CELLS, np.arange(21) // 4 % 3)

@@ -51,6 +51,7 @@ def project_of(choices: Choices, study: Study) -> Project:
     return Project(study, choices.n_realizations, choices.image.colours, Shown(), link_of(choices))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", some(STUDIES, ["turned"]))
 def test_script_and_command_give_the_same_cells(what, tmp_path):
     choices = STUDIES[what]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from ccwsim import Grid, Parameters
 from ccwsim.io import training_image_as_bytes
@@ -90,6 +91,7 @@ def test_bundled_data_leave_with_their_image():
     assert (state.choices.data, state.data_draft) == (DataChoice(), None)
 
 
+@pytest.mark.slow
 def test_data_of_ones_own_are_asked_after_when_the_image_changes():
     mine = DataChoice("placed", placed=HardData([[1, 1], [9, 30]], [0, 1]))
     app = settled(opened("simulate", State(choices=replace(STUDY, data=mine))).run())

@@ -82,6 +82,7 @@ def goes_together(choices: Choices) -> bool:
     return True
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("choices", [*filter(goes_together, at_bounds())], ids=name_of)
 def test_a_project_at_a_bound_opens(choices):
     content = project_as_bytes(Project(study_of(choices), choices.n_realizations))
@@ -92,6 +93,7 @@ def test_a_project_at_a_bound_opens(choices):
     assert study_of(state.choices).grid == choices.grid
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("choices", some(at_bounds(), always=QUICK), ids=name_of)
 def test_a_link_at_a_bound_opens(choices):
     app = opened("simulate")
@@ -104,6 +106,7 @@ def test_a_link_at_a_bound_opens(choices):
     assert state.choices.n_realizations == choices.n_realizations
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", ["validate", "data", "compare", "sweep", "how_it_works"])
 @pytest.mark.parametrize("shape", some([(1, 1), (1, 300)], always=[(1, 1)]))
 def test_other_pages_take_one_row_and_one_cell(page, shape):
@@ -111,6 +114,7 @@ def test_other_pages_take_one_row_and_one_cell(page, shape):
     assert "number" not in " ".join(error.value for error in app.error if "report" in error.value)
 
 
+@pytest.mark.slow
 def test_a_session_can_always_start_afresh():
     # a seed that no time and no share on the page can be
     app = rested(opened("simulate", State(choices=replace(SMALL, seed=987654))).run())

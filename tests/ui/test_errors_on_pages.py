@@ -118,6 +118,7 @@ def test_errors_that_a_user_can_fix_say_how(error, words, finished, monkeypatch)
     assert words in errors(app)[0]
 
 
+@pytest.mark.slow
 def test_an_error_of_a_button_is_said_on_the_page_that_follows(finished, monkeypatch, caplog):
     monkeypatch.setattr("ccwsim.ui.study.run.start_run", boom)
     app = launched("simulate", finished).run()
@@ -158,6 +159,7 @@ def test_a_study_that_cannot_be_drawn_has_a_way_back(finished, monkeypatch):
     assert app.session_state[KEY].choices == SMALL
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", PAGES)
 def test_whatever_a_widget_calls_is_guarded(page, finished):
     app = launched(page, finished)
@@ -182,6 +184,7 @@ def sources() -> list[tuple[str, ast.Module]]:
     return [(path.name, ast.parse(path.read_text("utf-8"))) for path in paths]
 
 
+@pytest.mark.slow
 def test_whatever_the_source_hands_to_a_widget_is_guarded():
     """Also what is only drawn in states that no test brings about."""
     handed = [
@@ -214,6 +217,7 @@ def fragments() -> list[tuple[str, ast.FunctionDef]]:
     return found
 
 
+@pytest.mark.slow
 def test_the_body_of_every_fragment_is_guarded():
     assert len(fragments()) > 5
     for name, function in fragments():

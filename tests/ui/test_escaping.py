@@ -109,6 +109,7 @@ def test_no_page_takes_a_name_for_markup(session, page):
     assert session.errors == []
 
 
+@pytest.mark.slow
 def test_a_broken_file_of_an_evil_name_is_told_of_in_its_own_words(session):
     session.open("simulate").upload("image_file", f"{EVIL}.csv", b"\x00\x01")
     told = [text for text in session.alerts() if "keeps its present image" in text]

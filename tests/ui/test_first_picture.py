@@ -52,6 +52,7 @@ def test_stored_realizations_are_marked_and_replaced(held):
     assert "stored with the program" not in html(app)
 
 
+@pytest.mark.slow
 def test_no_other_study_is_shown_from_the_store(held):
     app = AppTest.from_file(str(ROOT / "pages" / "simulate.py"), default_timeout=120)
     app.query_params["seed"] = "5"

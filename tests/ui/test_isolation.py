@@ -110,6 +110,7 @@ def test_no_session_is_sent_a_word_of_another(address):
             assert other.encode() not in content, f"{own} was sent {other}"
 
 
+@pytest.mark.slow
 def test_files_of_the_same_name_are_told_apart(address):
     generator = np.random.default_rng(3)
     arrays = [5 * np.kron(generator.integers(0, 2, (8, 8)), np.ones((12, 12), int)) for _ in "ab"]
@@ -124,6 +125,7 @@ def test_files_of_the_same_name_are_told_apart(address):
     assert pictures[0] != pictures[1]
 
 
+@pytest.mark.slow
 def test_a_session_cannot_take_a_file_into_another(address):
     """The address of an upload is of no use to who has not been given it."""
     from urllib.error import HTTPError

@@ -238,6 +238,7 @@ def test_memory_counts_realizations_in_codes_of_their_own():
     assert PastRun(SMALL, ensemble).nbytes >= ensemble.indices.nbytes
 
 
+@pytest.mark.slow
 def test_going_back_brings_study_and_results_without_simulating(monkeypatch):
     app = live()
     first = app.session_state[KEY].ensemble

@@ -118,6 +118,7 @@ def test_a_large_ensemble_beyond_the_limit_is_refused(monkeypatch):
     assert "that this server allows for one run" in large.message
 
 
+@pytest.mark.slow
 def test_a_run_says_which_place_it_has_in_the_queue_and_can_be_withdrawn(busy):
     queue, _ = busy
     app = launched_waiting()
@@ -131,6 +132,7 @@ def test_a_run_says_which_place_it_has_in_the_queue_and_can_be_withdrawn(busy):
     assert "Stopped before" in texts(app)
 
 
+@pytest.mark.slow
 def test_a_run_that_waited_gives_its_results_when_it_is_its_turn(busy):
     queue, other = busy
     app = launched_waiting()

@@ -89,6 +89,7 @@ def test_the_main_screen_says_what_came_out(path):
     assert "2 realizations in" in html(launched(path=path))
 
 
+@pytest.mark.slow
 def test_titles_call_broken_channels_too_little_connected():
     """Although realizations that scatter have a wide band of their own."""
     plain = {"published_draw": True, "repair_seams": False}
@@ -146,6 +147,7 @@ def test_only_legal_sizes_are_on_offer_and_sizes_follow_the_level():
     assert named(app.selectbox, "overlap_size").options == ["8"]
 
 
+@pytest.mark.slow
 def test_a_level_that_is_too_coarse_for_dense_data_is_warned_of():
     state = State()
     cells = np.argwhere(np.ones((32, 32))) * 8  # 16 data a template

@@ -63,6 +63,7 @@ def test_a_training_image_that_is_refused(kind):
     assert kept(app)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", BAD["data"])
 def test_hard_data_that_are_refused(kind):
     app = launched()
@@ -103,6 +104,7 @@ def test_a_picture_of_remarks_is_taken():
     assert app.session_state[KEY].choices.image.upload is not None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", [(1, 100_000), (100_000, 1), (1, 1), (3000, 2, 2)])
 def test_an_image_of_a_strange_shape_breaks_no_page(shape):
     app = launched()
@@ -117,6 +119,7 @@ def test_an_image_of_a_strange_shape_breaks_no_page(shape):
         assert dict(app.session_state[KEY].choices.image.answers) == {"slice_index": 6}
 
 
+@pytest.mark.slow
 def test_a_column_of_many_values_is_asked_for_its_width():
     app = launched()
     content = b"t\n1\nfacies\n" + b"0\n1\n" * 72_000

@@ -108,6 +108,7 @@ def test_a_second_session_is_sent_the_same_page_without_making_its_charts(monkey
     assert specs[0] == specs[1]
 
 
+@pytest.mark.slow
 def test_charts_in_other_names_and_times_are_their_own():
     (state,) = ran(SMALL)
     page = launched_with(state)

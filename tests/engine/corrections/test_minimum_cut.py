@@ -167,6 +167,7 @@ def check(case: Case, flow=None) -> None:
     np.testing.assert_array_equal(kept, reached)  # of cuts as cheap, the one that keeps least
 
 
+@pytest.mark.slow
 @settings(max_examples=200, deadline=None)
 @given(sizes, st.integers(0, 63), st.integers(2, 4), st.integers(0, 12), SEEDS)
 def test_the_cut_is_the_largest_flow(size, sides, n_facies, n_data, seed):

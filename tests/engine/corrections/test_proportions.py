@@ -74,6 +74,7 @@ def test_weighted_patches_have_the_proportions_of_the_image(shape, n_facies):
     np.testing.assert_allclose(own, proportions, atol=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n_facies", [30, 163, 254])
 def test_many_facies_take_a_bounded_number_of_products(n_facies, monkeypatch):
     image = np.random.default_rng(0).integers(0, n_facies, (1, 300, 300)).astype(np.uint8)

@@ -61,6 +61,7 @@ def whole(box: Box, shape: tuple[int, ...]) -> tuple[int, int]:
     return 0, (shape[0] - box.nz + 1) * (shape[1] - box.ny + 1)
 
 
+@pytest.mark.slow
 @settings(max_examples=80, deadline=None)
 @given(st.integers(1, 3), st.integers(4, 8), st.integers(0, 2**16))
 def test_a_pattern_that_is_passed_over_has_no_location(n_facies, size, seed):
@@ -353,6 +354,7 @@ def test_of_each_few_locations_one_is_looked_at(every):
         assert abs(len(own) - len(honouring) / every) <= 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("by_chance", [False, True])
 @pytest.mark.parametrize("every", [1.4, 2.0, 7.5])
 def test_all_locations_are_looked_at_equally_often(every, by_chance):

@@ -88,6 +88,7 @@ def test_a_boundary_in_a_wide_overlap_is_where_nothing_differs(m):
     assert (cut(error, np.zeros_like(error)) == m - 2).all()
 
 
+@pytest.mark.slow
 @settings(max_examples=150, deadline=None)
 @given(strips)
 def test_the_boundary_is_the_cheapest_of_all_paths(strip):

@@ -69,6 +69,7 @@ def sample(trace: Trace) -> list[int]:
     return sorted({*(shapes.index(s) for s in set(shapes)), len(shapes) // 2, len(shapes) - 1})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [0, 5])
 def test_it_ends_in_what_simulate_gives(trace, number):
     own = Trace(trace.study, number)
@@ -93,6 +94,7 @@ def test_the_patches_are_laid_one_on_the_other(trace):
     assert np.array_equal(grid, trace.before_repair)
 
 
+@pytest.mark.slow
 def test_any_patch_is_the_same_again_in_any_order(trace):
     order = np.random.default_rng(0).permutation(len(trace.patches))[:8]
     forward = {k: Trace(trace.study, trace.number).at(int(k)) for k in order}

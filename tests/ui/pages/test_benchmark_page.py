@@ -76,6 +76,7 @@ def test_it_opens_cold_and_teaches():
     assert charts(app) == {"times_grid", "times_cell"}
 
 
+@pytest.mark.slow
 def test_grids_are_measured_and_shown_beside_the_paper(monkeypatch):
     monkeypatch.setattr(benchmark_run, "SIDES", (48, 64, 96, 128, 160, 192))
     app = launched(largest=512, grid_levels=[1, 3])

@@ -85,6 +85,7 @@ def test_it_opens_cold_and_compares_what_is_usual():
         assert sentence in html(app)
 
 
+@pytest.mark.slow
 def test_a_change_is_fitted_and_said_after_the_run():
     app = launched()
     assert "Out of date" not in html(app)
@@ -110,6 +111,7 @@ def test_only_sizes_that_fit_are_on_offer():
     assert named(app.selectbox, "B_wavelet_level").disabled
 
 
+@pytest.mark.slow
 def test_the_first_setting_is_the_studys_own():
     app = launched()
     named(app.number_input, "A_n_candidates").set_value(7).run()
@@ -130,6 +132,7 @@ def test_settings_are_added_copied_and_removed():
     assert app.button(key="remove_B").disabled
 
 
+@pytest.mark.slow
 def test_use_these_takes_a_setting_to_the_study_and_loses_none():
     app = launched()
     own, second, third = settings_of(state_of(app))
@@ -217,6 +220,7 @@ def test_sentence_and_table_say_the_same_by_one_rule(found):
         assert describe_grades(row) in unescape(ratio_table(found))
 
 
+@pytest.mark.slow
 def test_titles_of_curves_say_which_settings_fail():
     app = launched(replace(SMALL, grid=Grid(64, 64)), n=4)
     for (_, statistic, _), curves in state_of(app).page(ComparePageState).found.curves.items():
@@ -244,6 +248,7 @@ def test_a_difference_is_more_than_two_standard_errors():
     assert "shows no variety" in describe_ratio(alone)
 
 
+@pytest.mark.slow
 def test_proportions_that_a_setting_misses_are_said_with_their_sign():
     image = datasets.load("channels")
     plain = {"published_draw": True, "repair_seams": False}
@@ -253,6 +258,7 @@ def test_proportions_that_a_setting_misses_are_said_with_their_sign():
     assert re.fullmatch(r"Proportions off: B: sand [\d.]+ % \(TI 27\.0 %; −\d\d %\)\.", said[-1])
 
 
+@pytest.mark.slow
 def test_data_that_a_setting_leaves_wrong_are_counted():
     data = datasets.load_hard_data("channels_400_data")
     loose = Parameters(exact_data=False)

@@ -378,6 +378,7 @@ def test_cleared_data_leave_nothing_behind():
     assert "40 of 40 data honoured" in said(app)
 
 
+@pytest.mark.slow
 def test_a_file_with_collisions_waits_for_an_answer_and_can_be_undone():
     state = studied()
     app = opened(state)

@@ -166,6 +166,7 @@ def test_the_mouth_bars_stay_in_the_east_where_patches_keep_their_place(by_setti
     assert np.mean(free.indices[west] == 2) > 10 * np.mean(kept.indices[west] == 2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", ["small-template", "thin-overlap", "high-level", "candidates", "no-refine"]
 )
@@ -192,6 +193,7 @@ def test_a_location_weight_along_z_keeps_the_order_of_the_beds(by_setting):
     assert off[1] < 0.9 * off[0]
 
 
+@pytest.mark.slow
 def test_wells_make_cells_certain_and_leave_others_open(by_setting):
     (e,) = by_setting("volume-wells")
     entropy = etype(e).entropy
@@ -199,6 +201,7 @@ def test_wells_make_cells_certain_and_leave_others_open(by_setting):
     assert entropy.mean() > 0.2
 
 
+@pytest.mark.slow
 def test_pictures_of_volumes_are_slices():
     for name, sizes in (
         ("volume-channels", [(160, 160), (80, 80), (80, 48)]),
@@ -237,6 +240,7 @@ def test_pictures_are_of_the_study_and_keep_their_room():
     assert pictures_of(e, LIGHT).key != pictures_of(replace(e, others=()), LIGHT).key
 
 
+@pytest.mark.slow
 def test_an_example_takes_the_place_of_a_study_that_comes_back():
     app = launched()
     state = state_of(app)
@@ -265,6 +269,7 @@ def test_the_page_shows_every_example_and_fills_its_pictures():
     run_until(app, lambda a: "aria-busy" not in html(a))
 
 
+@pytest.mark.slow
 def test_a_click_opens_an_example_and_another_goes_back():
     app = launched()
     quiet(app.button(key="open_delta").click().run())
@@ -354,6 +359,7 @@ def test_only_the_first_pick_of_a_round_counts():
     np.testing.assert_array_equal(used, quiz.round.copying_of(wrong).uses > 0)
 
 
+@pytest.mark.slow
 def test_the_quiz_counts_by_setting_and_goes_on():
     app = launched()
     named(app.button_group, "examples_view").set_value("quiz").run()
@@ -379,6 +385,7 @@ def test_the_quiz_counts_by_setting_and_goes_on():
     assert "2 of 2 found" in html(app)
 
 
+@pytest.mark.slow
 def test_everyone_of_a_class_has_a_seed_of_their_own_and_the_same_study():
     link = class_link(OWN, "http://lab:8501/examples?seed=5")
     assert link.startswith("http://lab:8501/simulate?")
@@ -393,6 +400,7 @@ def test_everyone_of_a_class_has_a_seed_of_their_own_and_the_same_study():
         assert state.own_seed == seed
 
 
+@pytest.mark.slow
 def test_a_seed_stays_for_the_session_and_examples_take_it():
     app = followed({"ti": "bend", "class": "1"})
     seed = state_of(app).choices.seed

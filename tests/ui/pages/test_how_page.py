@@ -80,6 +80,7 @@ def test_it_opens_cold_on_a_patch_that_shows_much():
     assert "400 data" in text(app)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("choices", some([SMALL, WITH_DATA, MANY], always=[WITH_DATA]))
 def test_every_patch_shows_the_figures_of_the_core(choices):
     trace = trace_of(choices)
@@ -120,6 +121,7 @@ def test_next_previous_and_the_ends():
     assert named(app.button, "how_next").disabled
 
 
+@pytest.mark.slow
 def test_it_plays_on_and_stops_at_the_end_and_at_a_touch():
     app = launched(patch=2)
     press(app, "how_play")
@@ -163,6 +165,7 @@ def test_the_setting_is_the_pages_own_until_it_is_used():
     assert how(app).parameters is None
 
 
+@pytest.mark.slow
 def test_level_0_has_no_sub_bands_and_another_realization_another_path():
     app = launched(replace(SMALL, parameters=Parameters(16, 4, 0)))
     assert "At level 0 the cells of the image are compared" in text(app)
@@ -190,6 +193,7 @@ def source_of(app: AppTest, words: str) -> str:
     return found[0]
 
 
+@pytest.mark.slow
 def test_each_step_stands_beside_its_place_in_the_paper():
     app = seen(opened("how_it_works").run())  # a patch with an overlap on two sides
     for words, places in {
@@ -246,6 +250,7 @@ def test_a_study_that_cannot_be_simulated_is_said():
     assert len(app.error) == 1
 
 
+@pytest.mark.slow
 def test_local_resimulation_is_shown_datum_by_datum():
     by_datum = windows_by_datum(trace_of(MANY).windows)
     assert by_datum

@@ -107,6 +107,7 @@ def test_an_answer_changes_what_is_guessed_after_it_and_nothing_of_the_study():
     assert taken.proportions[1] == pytest.approx((FIELD >= 0.5).mean(), abs=1e-3)
 
 
+@pytest.mark.slow
 def test_a_slice_a_piece_and_classes_can_be_chosen():
     app = opened("import", imported("grey_volume.npy", FILES["grey_volume.npy"][0])).run()
     app.button_group(key="ask_layers").set_value("one layer").run()
@@ -152,6 +153,7 @@ def test_points_are_told_from_an_image():
     assert app.session_state[KEY].choices == STUDY
 
 
+@pytest.mark.slow
 def test_the_study_says_that_a_file_waits_and_keeps_its_image():
     app = opened("simulate", imported("grey.sgems", FILES["grey.sgems"][0]))
     app.run()

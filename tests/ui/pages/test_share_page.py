@@ -35,6 +35,7 @@ def addressed(path: str = "pages/simulate.py", **query: str | list[str]) -> AppT
     return app.run()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", [path for _, path in (*PAGES, *OFF_MENU)])
 def test_every_page_starts_a_study_from_its_address(path):
     app = addressed(path)
@@ -77,6 +78,7 @@ def test_parts_that_do_not_go_together_are_corrected_in_words():
     assert state.choices.data == DataChoice()
 
 
+@pytest.mark.slow
 def test_an_address_says_what_it_cannot_carry_and_the_next_reader_is_told():
     image = Upload("<own>.npy", training_image_as_bytes(TrainingImage(np.eye(40)), "npy"))
     app = launched(replace(SMALL, image=ImageChoice(upload=image)))
@@ -108,6 +110,7 @@ def ran(state: State) -> State:
     return state
 
 
+@pytest.mark.slow
 def test_a_project_opened_in_another_session_gives_the_same_numbers():
     before, after = ran(an_own_study()), State()
     content = project_as_bytes(project_of(before))
@@ -160,6 +163,7 @@ def test_the_open_menu_has_all_that_can_be_taken_away():
     assert not texts(app)
 
 
+@pytest.mark.slow
 def test_the_report_is_of_the_results_and_not_of_what_was_changed_since():
     state = ran(State(choices=SMALL))
     state.change(seed=99)

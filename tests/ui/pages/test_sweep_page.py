@@ -206,6 +206,7 @@ def test_it_is_drawn_for_any_training_image_without_data(name):
     assert "search" not in said
 
 
+@pytest.mark.slow
 def test_using_a_setting_puts_it_into_the_study(done):
     run = run_of(done)
     other = (recommended(run.found).index + 1) % 4
@@ -225,6 +226,7 @@ def test_a_setting_is_fitted_to_another_training_image():
     assert state.choices.parameters.template_size == 256
 
 
+@pytest.mark.slow
 def test_realizations_of_a_setting_can_be_gone_through(done):
     app = launched(done)
     assert "Realization 1 of 2" in html(app)

@@ -186,6 +186,7 @@ def test_more_realizations_can_be_run_from_here():
     assert "Out of date" not in html(app)
 
 
+@pytest.mark.slow
 def test_advice_can_be_taken_into_the_study():
     app = launched()
     app.button(key="use_advice").click().run()
@@ -203,6 +204,7 @@ def test_the_direction_is_kept_when_the_page_is_left():
     assert "Variogram 120°" in html(again)
 
 
+@pytest.mark.slow
 def test_a_reference_field_is_scored_without_the_data(ensemble):
     other = simulate(
         ensemble.training_image, ensemble.grid, ensemble.parameters, n_realizations=1, seed=99
@@ -222,6 +224,7 @@ def test_a_reference_field_is_scored_without_the_data(ensemble):
     assert "cells without data predicted" in html(app)
 
 
+@pytest.mark.slow
 def test_a_reference_field_that_does_not_fit_is_said(ensemble):
     assert "cells" in problem_of(TrainingImage([[0, 1]]), ensemble)
     strange = TrainingImage(np.where(ensemble.realizations[0] == 1, 7, 0))
@@ -480,6 +483,7 @@ def test_a_large_ensemble_can_be_stopped_and_keeps_what_it_has():
     assert run.summary.n == run.numbers[-1]
 
 
+@pytest.mark.slow
 def test_a_large_ensemble_is_shown_on_the_page():
     app = launched(seen=frozenset({"long"}))
     app.number_input(key="n_long").set_value(12).run()

@@ -174,6 +174,7 @@ def test_all_cells_count() -> None:
     assert estimated_seconds(more) > estimated_seconds(VOLUME) > 0
 
 
+@pytest.mark.slow
 def test_wells_of_a_volume_are_honoured_and_their_grid_is_taken() -> None:
     state = State(choices=VOLUME)
     use_data(state, DataChoice("bundled", "sinuous_channels_10_wells"))
@@ -241,6 +242,7 @@ def test_data_of_a_volume_are_carried_by_a_link() -> None:
     assert again.data.placed.digest == few.placed.digest
 
 
+@pytest.mark.slow
 def test_a_link_with_a_volume_alone_opens_its_usual_study() -> None:
     app = opened("simulate")
     app.query_params["ti"] = "sinuous_channels"
@@ -255,6 +257,7 @@ def test_a_link_with_a_volume_alone_opens_its_usual_study() -> None:
         state.job.cancel()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("query", some(["grid=10x10x10", "template=8x8x8",
     "ti=folded_layers&grid=9x9", "ti=folded_layers&cell=1x1", "cell=1x1x1",
     "ti=folded_layers&template=8x8x900"], always=["template=8x8x8", "ti=folded_layers&grid=9x9"])
@@ -271,6 +274,7 @@ def test_a_link_that_does_not_go_together_is_said_and_runs(query: str) -> None:
         state.job.cancel()
 
 
+@pytest.mark.slow
 def test_a_project_opens_the_same_study(ran: State) -> None:
     for image in (VOLUME.image, ImageChoice("sinuous_channels", names=("a", "b"))):
         saved = State(choices=replace(VOLUME, image=image))
@@ -336,6 +340,7 @@ def test_arrays_are_asked_which_layer_is_the_bottom() -> None:
     assert (image_of(top_first).array == array[::-1]).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", [path for _, path in (*PAGES, *OFF_MENU)])
 def test_every_page_takes_a_volume_calmly(path: str, ran: State) -> None:
     state = State(
@@ -360,6 +365,7 @@ def test_earlier_runs_of_maps_and_volumes_are_gone_back_to(ran: State) -> None:
     assert state.choices == VOLUME
 
 
+@pytest.mark.slow
 def test_a_report_of_a_volume_says_which_slices_it_shows_and_judges_all_axes(ran: State) -> None:
     assert ran.ensemble is not None
     how = reproduction_recipe(VOLUME, study_of(VOLUME), "a.ccwsim")

@@ -41,6 +41,7 @@ def keys(app: AppTest) -> set[str]:
     return {(widget.key or "").rstrip() for kind in kinds for widget in kind}
 
 
+@pytest.mark.slow
 def test_a_german_spreadsheet_in_utm_needs_two_answers():
     app = launched(sample.in_utm())
     assert not app.error
@@ -151,6 +152,7 @@ def test_a_file_that_is_no_data_changes_nothing_and_can_be_left():
     assert not app.error
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", ["simulate", "data"])
 def test_the_menus_ask_the_same_in_short(page):
     draft = DataChoice("file", upload=Upload("wells.csv", sample.in_utm()))
