@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from importlib import import_module
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -54,6 +55,15 @@ class DataFile:
     columns: tuple[str, ...] = ()  # names of all columns of a table, in file order
     counted: str = "line"  # unit of `lines`: "line", "row" or "cell"
 
+    def __post_init__(self) -> None:
+        places = [*zip("xy", self.cell_size or (), self.origin or (0.0, 0.0), strict=False)]
+        for axis, size, start in [*places, ("z", *self.along_z)] if self.along_z else places:
+            if not (0 < size < inf and abs(start) < inf):
+                raise CCWSIMError(
+                    f"{self.name}: cells of {size:g} along {axis} from {start:g} are impossible; "
+                    "correct cell size and origin in the file"
+                )
+
     @property
     def names(self) -> tuple[str, ...]:
         """The names of all columns or variables, in the order of the file."""
@@ -69,7 +79,7 @@ class DataFile:
         liked = [n for n in names if n.lower() in preferred]
         if len(names) == 1 or len(liked) == 1:
             return (liked or names)[0]
-        said = f"{self.name} has {len(names)} variables: {_listed(names)}"
+        said = f"{self.name} has {len(names)} variables: {listed(names)}"
         raise CCWSIMError(f"{said}; pick one ({argument}=)")
 
     def column(self, name: str) -> str:
@@ -80,7 +90,7 @@ class DataFile:
         said = variable if isinstance(variable, str) else shown(variable)
         same = [n for n in names if n == said] or [n for n in names if n.lower() == said.lower()]
         if len(same) != 1:
-            there = _listed(names)
+            there = listed(names)
             raise CCWSIMError(f"{self.name} has no variable {shown(variable)}; choose from {there}")
         return same[0]
 
@@ -101,6 +111,16 @@ class DataFile:
                 f"its {len(values)} values"
             )
         return values.reshape(_full_shape(self.name, shape, len(values)))
+
+    def at(self, cell_size: Sequence[float], corner: Sequence[float] = ()) -> DataFile:
+        """Return the file with the given cell size and outer corner along x, y and perhaps z."""
+        if not cell_size:
+            return self
+        starts = [*corner] or [0.0] * len(cell_size)
+        origin = (starts[0], starts[1]) if corner else None
+        along_z = (cell_size[2], starts[2]) if len(cell_size) > 2 else None
+        size = cell_size[0], cell_size[1]
+        return replace(self, cell_size=size, origin=origin, along_z=along_z)
 
     def placed(self, shape: tuple[int, ...]) -> Grid:
         """Return a grid of the given shape with the cell size and origin of the file."""
@@ -171,7 +191,8 @@ def _stand_for(code: float, values: NDArray) -> NDArray[np.bool_]:
     return np.abs(values.astype(np.float64) - code) <= PRECISION * abs(code)
 
 
-def _listed(names: list[str]) -> str:
+def listed(names: Sequence[str]) -> str:
+    """Return the first names of many, separated by commas."""
     return ", ".join(map(repr, names[:20])) + (" …" if len(names) > 20 else "")
 
 

@@ -73,9 +73,8 @@ def as_grid(file: DataFile, shape: tuple[int, ...] | None = None) -> DataFile:
     made = replace(made, labels=labels, south_first=True)
     if not world or counts_from_one(x, y):
         return made
-    sizes, starts = ([one[k] for one in along[::-1]] for k in (2, 3))
-    made = replace(made, cell_size=(sizes[0], sizes[1]), origin=(starts[0], starts[1]))
-    return replace(made, along_z=(sizes[2], starts[2])) if len(along) == 3 else made
+    _, _, sizes, starts = zip(*along[::-1], strict=True)
+    return made.at(sizes, starts)
 
 
 def _cells(places: NDArray[np.float64]) -> tuple[NDArray[np.int64], int, float, float]:

@@ -87,14 +87,18 @@ def limited(to: FileLimits) -> Iterator[None]:
         _limits.reset(token)
 
 
-def check_cells(name: str, shape: tuple[int, ...], *, whole: bool = False) -> int:
+def check_cells(name: str, shape: tuple[float, ...], *, whole: bool = False) -> int:
     """Return the number of values of a shape; raise an error for 0 or too many values.
 
-    `whole` means that only a part of an array of this shape is read; the limit is then higher.
+    `whole` means that only a part of an array of this shape is read; the limit is then higher. A
+    size that is not a whole number, as in a damaged header, is an error too.
     """
     said = " × ".join(map(shown, shape[:6])) + (" × …" if len(shape) > 6 else "")
-    if min(shape, default=0) < 1:
-        raise CCWSIMError(f"{name}: a grid of {said} cells is empty; every size must be 1 or more")
+    if min(shape, default=0) < 1 or any(size % 1 != 0 for size in shape):
+        raise CCWSIMError(
+            f"{name}: a grid of {said} cells is empty or impossible; every size must be a whole "
+            "number of 1 or more"
+        )
     n = prod(shape) if len(shape) <= 32 else inf
     most = limits().whole if whole else limits().cells
     if n > most:

@@ -34,6 +34,7 @@ from ccwsim.io.formats.pictures import (
 from ccwsim.io.formats.rasters import DRIVERS, is_map, raster_shape, read_raster
 from ccwsim.io.formats.text_grids import is_esri, is_gslib, read_esri, read_gslib
 from ccwsim.io.formats.text_tables import read_delimited
+from ccwsim.io.formats.unread import refusal
 from ccwsim.io.formats.vti import is_vti, read_vti
 from ccwsim.io.isolated import IsolatedFile
 from ccwsim.io.limits import check_bytes, limits
@@ -160,22 +161,17 @@ READERS: dict[str, Callable[..., DataFile | PictureFile]] = {
     "table": read_delimited,
 }
 """For each kind of file, the function that reads its content; the kinds in `_TEXTS` are texts."""
+_LAST = ("table", "npz", "unknown")
+"""Kinds of files that may have a format that is recognized but not read."""
 _TEXTS = {
     "esri": is_esri,
     "irap": is_irap,
     "zmap": lambda text: re.match(rb"\s*(![^\n]*\n\s*)*@[^\n]*,\s*GRID", text) is not None,
     "grass": lambda text: text[:64].lstrip().lower().startswith(b"north:"),
-    "legacy vtk": lambda text: text.startswith(b"# vtk DataFile"),
-    "kml": lambda text: b"<kml" in text[:2000],
     "grdecl": is_grdecl,
     "gslib": is_gslib,
     "geojson": is_geojson,
 }
-OTHER_FORMATS = {
-    "legacy vtk": ("legacy VTK file", "save it as .vti (VTK ImageData), for example with ParaView"),
-    "kml": ("KML file", "save its points as GeoJSON or CSV"),
-}
-"""Formats that are recognized but not read: name and remedy."""
 
 
 def open_file(
@@ -202,13 +198,12 @@ def open_content(
 ) -> DataFile | PictureFile:
     """Return the variables or the colours in the content of a file."""
     kind, content = _recognized(content, name)
+    if kind in _LAST and (said := refusal(content)):
+        raise CCWSIMError(f"{name} is {said}")
     if kind in READERS:
         whole = {"whole": part is not None}
         options = {"picture": {"part": part, "up": up}, "npy": whole, "tiff": whole}
         return READERS[kind](content, name, **options.get(kind, {}))
-    if kind in OTHER_FORMATS:
-        what, remedy = OTHER_FORMATS[kind]
-        raise CCWSIMError(f"{name} is a {what}; {remedy}")
     raise CCWSIMError(
         f"{name} has an unknown format; use a picture, an SGeMS or GSLIB file, a CSV table, "
         "GeoJSON points, or a NumPy, MATLAB or VTK file"
@@ -226,8 +221,6 @@ def _recognized(content: bytes, name: str) -> tuple[str, bytes]:
 
 def _kind_of_bytes(content: bytes, name: str) -> str:
     """Return the kind of a file as `kind_of`, and "picture" for a TIFF that is no map."""
-    if content.startswith(b"# vtk"):  # the values may be binary
-        return "legacy vtk"
     kind = kind_of(content)
     if kind == "tiff" and not (find_spec("rasterio") and is_map(content, name)):
         return "picture"

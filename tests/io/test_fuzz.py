@@ -93,7 +93,7 @@ SAID = {
     "pickle": "type object are not numbers",
     "zip bomb": "unpacks to 240 MB, more than 128 MB",
     "overlapping zip": "unpacks to|exceed the limit of 1000",
-    "zip of a million members": "the zip has 1000000 files, more than 2000",
+    "zip of a million members": "is a zip archive without an array",
     "zip by lzma": "compression is not supported",
     "locked zip": "compression is not supported",
     "png of 3.6e9 pixels": "more than 178956970 pixels",
@@ -111,16 +111,16 @@ SAID = {
     "text of one line": "67108861 bytes exceed the limit of 1048576 bytes per line",
     "text of many numbers": "4000 × 4000 values are more than 4000000",
     "text that is wrong at its end": "line 4000003: 'sand' is not a number",
-    "matrix with a word": "clean it",
+    "matrix with a word": "remove these",
     "esri of one name": "header exceeds 100 lines",
     "utf-16 of 60 MB": "exceed the limit of 1048576 bytes per line",
-    "vti of entities": "declarations are not allowed",
-    "vti of utf-16 entities": "declarations are not allowed",
+    "vti of entities": "DOCTYPE is not allowed",
+    "vti of utf-16 entities": "DOCTYPE is not allowed",
     "vti of another encoding": "the XML is broken",
     "vti that unpacks": "more than 4000000 values",
     "shp alone": "lacks its table",
     "geojson of columns": "columns are more than 1000|columns exceed",
-    "billion laughs": "contains no numbers",
+    "billion laughs": "is an SVG drawing",
 }
 """What is said of a file that is taken for a training image."""
 
@@ -176,7 +176,7 @@ def test_an_evil_file_does_no_harm(reader, name, tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_name_is_no_path_and_fits_into_a_message(name):
-    file = io.BytesIO(b"%PDF-1.7\x00\x01\x02")
+    file = io.BytesIO(b"\x07\x00\x01\x02")
     file.name = name
     with pytest.raises(CCWSIMError, match="has an unknown format") as told:
         WAYS["image"](file)

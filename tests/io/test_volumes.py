@@ -223,7 +223,7 @@ class TestVtk:
         ("content", "said"),
         [
             (vtk("<CellData/>"), "0 arrays"),
-            (vtk("").replace(b"ImageData", b"PolyData"), "ImageData in one piece"),
+            (vtk("").replace(b"ImageData", b"PolyData"), "VTK PolyData of 0 pieces is not read"),
             (vtk("<CellData>"), "XML is broken"),
             (
                 vtk("", more='compressor="vtkLZ4DataCompressor"').replace(b"Piece", b"Piece"),

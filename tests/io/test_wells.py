@@ -196,7 +196,10 @@ def test_data_of_deviated_wells_are_honoured(seed):
 @pytest.mark.parametrize(
     ("tables", "said"),
     [
-        ({"collars": b"x,y,z\n1,2,3\n"}, "no column of the names of the wells; it has x, y, z"),
+        (
+            {"collars": b"x,y,z\n1,2,3\n"},
+            "no column of the names of the wells; it has 'x', 'y', 'z'",
+        ),
         ({"collars": b"well,x,y\nA-1,1,2\n"}, "no column of the elevations of the collars"),
         ({"collars": b"well;a;b;z\nB;1;2;3\n"}, "no column of x of the collars"),
         ({"collars": COLLARS + b"B;1;2;3;4\n"}, "lines 3 and 4: the well 'B' has two collars"),
@@ -209,7 +212,7 @@ def test_data_of_deviated_wells_are_honoured(seed):
             {"intervals": b"well,from,facies\nB,1,1\n"},
             "at one end of intervals; add a column 'to'",
         ),
-        ({"intervals": b"well,facies\nB,1\n"}, "no column of depths; it has well, facies"),
+        ({"intervals": b"well,facies\nB,1\n"}, "no column of depths; it has 'well', 'facies'"),
         ({"intervals": b"well,from,to,facies\nB,5,2,1\n"}, "depth 5 is below the lower depth 2"),
         ({"intervals": b"well,from,to,facies\nB,-1,2,1\n"}, "the depth -1 is above the collar"),
         (

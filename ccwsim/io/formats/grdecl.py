@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,8 +90,8 @@ def read_irap(content: bytes, name: str) -> DataFile:
     values = numbers_in(content, name)
     if len(values) < 19:
         raise CCWSIMError(f"{name}: the header is incomplete; get the complete file")
+    n = check_cells(name, (float(values[1]), float(values[8])))
     ny, nx, dx, dy = int(values[1]), int(values[8]), float(values[2]), float(values[3])
-    n = check_cells(name, (ny, nx))
     if len(values) != n + 19 or values[9]:
         raise CCWSIMError(
             f"{name}: {n} values of a grid without rotation are needed, but the file has "
@@ -101,7 +100,7 @@ def read_irap(content: bytes, name: str) -> DataFile:
     origin = float(values[4]) - dx / 2, float(values[6]) - dy / 2
     grid = {"grid": values[19:].reshape(1, ny, nx)}
     file = DataFile("IRAP ASCII grid", name, grid, missing=(IRAP_UNKNOWN,))
-    return replace(file, cell_size=(dx, dy), origin=origin)
+    return file.at((dx, dy), origin)
 
 
 def _bare(content: bytes) -> bytes:

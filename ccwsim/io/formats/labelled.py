@@ -58,11 +58,8 @@ def _file_of(arrays: dict[str, Any], name: str) -> DataFile:
     if too_many := next((key for key, grid in grids.items() if grid.ndim > 3), None):
         raise CCWSIMError(f"{name}: {too_many} has {grids[too_many].ndim} axes; save at most 3")
     sizes, origins = zip(*labelled_axes(next(iter(arrays.values()))), strict=True)
-    place: dict[str, Any] = {"cell_size": tuple(sizes[:2]), "origin": tuple(origins[:2])}
-    if len(sizes) == 3:
-        place["along_z"] = sizes[2], origins[2]
     grids = {key: grid if grid.ndim == 3 else grid[None] for key, grid in grids.items()}
-    return DataFile("NetCDF file", name, grids, **place)
+    return DataFile("NetCDF file", name, grids).at(sizes, origins)
 
 
 def read_hdf5(content: bytes, name: str) -> DataFile:

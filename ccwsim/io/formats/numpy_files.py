@@ -147,8 +147,6 @@ def _cells_and_facies(archive: Archive, name: str) -> DataFile | None:
 def _grids(archive: Archive, name: str) -> tuple[dict[str, bytes], list[str]]:
     """Return the members that can be grids, and the reasons that exclude the other members."""
     arrays = [key for key in archive.infos if key.endswith(".npy")]
-    if not arrays:
-        raise CCWSIMError(f"{name}: the zip file contains no NumPy array")
     if len(arrays) > MAX_VARIABLES:
         raise CCWSIMError(f"{name}: {len(arrays)} arrays exceed the limit of {MAX_VARIABLES}")
     archive.check(arrays)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import replace
+from itertools import takewhile
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,11 +31,13 @@ def is_gslib(content: bytes) -> bool:
     lines, _ = _head(content, 3)
     if len(lines) < 2:
         return False
-    count = lines[1].split()
-    counted = bool(count) and count[0].isdecimal() and not any(map(is_number, count[1:]))
+    words = lines[1].split()
+    if not words or not words[0].isdecimal():
+        return False
+    counted = not any(map(is_number, words[1:]))
     if _grid_sizes(lines[0]) and counted:
         return True
-    sized = len(count) >= 4 and all(map(is_number, count)) and count[0].isdecimal()
+    sized = len(_leading_numbers(lines[1])) >= 4
     named = len(lines) < 3 or not all(map(is_number, lines[2].replace(",", " ").split() or ["0"]))
     return (counted or sized) and named
 
@@ -63,17 +66,11 @@ def read_gslib(content: bytes, name: str) -> DataFile:
     if len(lines) < n + 2:
         raise CCWSIMError(f"{name} ends before the {n} variable names that line 2 states")
     names = distinct_names(lines[2:])
-    sizes = _grid_sizes(lines[0]) or _grid_sizes(" ".join(count[1:4])) or _sizes_in(lines[0])
-    if sizes is None:
+    size = _size_of(lines)
+    if size is None:
         return _table(content, name, names, start, lines[0])
-    values = _grid_values(content, name, n, sizes, start)
-    extra = [float(word) for word in lines[0].split()[3:]] if _grid_sizes(lines[0]) else []
-    cell = (extra[0], extra[1]) if len(extra) >= 3 and min(extra[:2]) > 0 else None
-    origin = (extra[3], extra[4]) if cell and len(extra) == 6 else None
-    along_z = (extra[2], extra[5] if origin else 0.0) if cell and extra[2] > 0 else None
-    grids = dict(zip(names, values, strict=True))
-    file = DataFile("SGeMS/GSLIB grid", name, grids)
-    return replace(file, cell_size=cell, origin=origin, along_z=along_z)
+    grids = _grids(content, name, names, size, start)
+    return DataFile("SGeMS/GSLIB grid", name, grids).at(size.cell, size.corner)
 
 
 def grid_as_bytes(
@@ -128,7 +125,7 @@ def _grid_sizes(line: str) -> tuple[int, int, int] | None:
         return None
     numbers = [float(word) for word in words]
     nx, ny, nz = numbers[:3]
-    if not np.isfinite(numbers).all() or any(n != int(n) or n > 1e15 for n in (nx, ny, nz)):
+    if any(n % 1 != 0 or n > 1e15 for n in (nx, ny, nz)):
         return None
     return int(nx), int(ny), int(nz)
 
@@ -139,18 +136,61 @@ def _sizes_in(title: str) -> tuple[int, int, int] | None:
     return (int(sizes[1]), int(sizes[2]), int(sizes[3] or 1)) if sizes else None
 
 
-def _grid_values(
-    content: bytes, name: str, n: int, sizes: tuple[int, int, int], start: int
-) -> NDArray[np.float64]:
-    nx, ny, nz = sizes
-    promised = check_cells(name, (n, nz, ny, nx))
-    values = numbers_in(content, name, start=start, first_line=n + 3)
+class _Size(NamedTuple):
+    """The numbers of a GSLIB header: cells along x, y and z, cell size, and corner of the grid."""
+
+    cells: tuple[int, int, int]
+    cell: list[float]
+    corner: list[float]
+    n_realizations: int = 1
+
+
+def _size_of(lines: list[str]) -> _Size | None:
+    """Return the size in line 1, after the count in line 2, or in the title."""
+    if cells := _grid_sizes(lines[0]):
+        numbers = _leading_numbers(lines[0])
+        return _Size(cells, _three(numbers[3:6]), _three(numbers[6:9]))
+    numbers = _leading_numbers(lines[1])[1:]
+    if cells := _grid_sizes(" ".join(map(str, numbers[:3]))):
+        cell, centre = (
+            _three(numbers[6:9]),
+            numbers[3:6],
+        )  # programs of GSLIB state the centre first
+        corner = [c - s / 2 for c, s in zip(centre, cell, strict=True)] if cell else []
+        stacked = len(numbers) in (4, 10) and numbers[-1] % 1 == 0
+        return _Size(cells, cell, corner, int(numbers[-1]) if stacked else 1)
+    cells = _sizes_in(lines[0])
+    return _Size(cells, [], []) if cells else None
+
+
+def _three(numbers: list[float]) -> list[float]:
+    """Return three numbers, or none of fewer."""
+    return numbers if len(numbers) == 3 else []
+
+
+def _leading_numbers(line: str) -> list[float]:
+    """Return the numbers at the start of a line."""
+    return [float(word) for word in takewhile(is_number, line.split())]
+
+
+def _grids(
+    content: bytes, name: str, names: list[str], size: _Size, start: int
+) -> dict[str, NDArray[np.float64]]:
+    """Return the variables of a grid; realizations follow each other in the file."""
+    nx, ny, nz = size.cells
+    promised = check_cells(name, (size.n_realizations * len(names), nz, ny, nx))
+    values = numbers_in(content, name, start=start, first_line=len(names) + 3)
     if len(values) != promised:
         raise CCWSIMError(
-            f"{name} states {nx} × {ny} × {nz} cells of {n} variables, which are {promised} "
-            f"values, but {len(values)} follow; correct the header or get the complete file"
+            f"{name} states {nx} × {ny} × {nz} cells of {len(names)} variables, which are "
+            f"{promised} values, but {len(values)} follow; correct the header or get the complete "
+            "file"
         )
-    return np.ascontiguousarray(values.reshape(-1, n).T).reshape(n, nz, ny, nx)
+    n = size.n_realizations
+    stack = np.moveaxis(values.reshape(n, nz, ny, nx, -1), -1, 1).reshape(-1, nz, ny, nx)
+    if n > 1:
+        names = [f"{label} ({k})" for k in range(1, n + 1) for label in names]
+    return dict(zip(names, np.ascontiguousarray(stack), strict=True))
 
 
 def _table(content: bytes, name: str, names: list[str], start: int, title: str) -> DataFile:
@@ -180,8 +220,8 @@ def _line_numbers(content: bytes, name: str, start: int, n: int) -> NDArray[np.i
 
 MAX_ESRI_HEADER = 4096  # maximum number of bytes of a line
 MAX_HEADER_LINES = 100
-_ORIGINS = ("xllcorner", "yllcorner", "xllcenter", "yllcenter")
-_KEYS = ("ncols", "nrows", *_ORIGINS, "cellsize", "dx", "dy", "nodata_value")
+_ALIASES = {"xdim": "dx", "ydim": "dy", "nodata": "nodata_value"}
+"""Other names of entries of an ESRI header."""
 
 
 def is_esri(content: bytes) -> bool:
@@ -210,8 +250,8 @@ def read_esri(content: bytes, name: str) -> DataFile:
     header, start, line = _header(content, name)
     if "ncols" not in header or "nrows" not in header:
         raise CCWSIMError(f"{name}: the header must contain ncols and nrows")
-    shape = (int(header["nrows"]), int(header["ncols"]))
-    check_cells(name, shape)
+    check_cells(name, (header["nrows"], header["ncols"]))
+    shape = int(header["nrows"]), int(header["ncols"])
     values = numbers_in(content, name, start=start, first_line=line)
     if len(values) != shape[0] * shape[1]:
         raise CCWSIMError(
@@ -219,15 +259,14 @@ def read_esri(content: bytes, name: str) -> DataFile:
         )
     side = header.get("cellsize", 1.0)
     cell = header.get("dx", side), header.get("dy", side)
-    if min(cell) <= 0:
-        raise CCWSIMError(f"{name}: the cell size {min(cell):g} must be positive")
-    origin = header.get("xllcorner", 0.0), header.get("yllcorner", 0.0)
-    if "xllcenter" in header and "yllcenter" in header:
-        origin = (header["xllcenter"] - cell[0] / 2, header["yllcenter"] - cell[1] / 2)
+    origin = (
+        header.get("xllcorner", header.get("xllcenter", cell[0] / 2) - cell[0] / 2),
+        header.get("yllcorner", header.get("yllcenter", cell[1] / 2) - cell[1] / 2),
+    )
     missing = (header["nodata_value"],) if "nodata_value" in header else ()
     grid = {"grid": values.reshape(1, *shape)}
     file = DataFile("ESRI ASCII grid", name, grid, south_first=False, missing=missing)
-    return replace(file, cell_size=cell, origin=origin)
+    return file.at(cell, origin)
 
 
 def _header(content: bytes, name: str) -> tuple[dict[str, float], int, int]:
@@ -238,20 +277,17 @@ def _header(content: bytes, name: str) -> tuple[dict[str, float], int, int]:
             raise CCWSIMError(f"{name}: the header exceeds {MAX_HEADER_LINES} lines; correct it")
         end = content.find(b"\n", at, at + MAX_ESRI_HEADER)
         end = end if end >= 0 else min(len(content), at + MAX_ESRI_HEADER)
-        words = content[at:end].decode("latin-1").split()
-        if words and words[0].lower() not in _KEYS:
+        words = content[at:end].decode("latin-1").replace(":", " ").replace("=", " ").split()
+        if words and (is_number(words[0]) or not words[0][0].isalpha()):
             break
-        if words:
-            header[words[0].lower()] = _value(name, line, words)
+        if words and words[-1].upper() not in ("LSBFIRST", "MSBFIRST"):
+            key = words[0].lower()
+            header[_ALIASES.get(key, key)] = _value(name, line, words)
         at, line = end + 1, line + 1
     return header, at, line
 
 
 def _value(name: str, line: int, words: list[str]) -> float:
-    key, value = words[0].lower(), words[1] if len(words) == 2 else ""
-    if not is_number(value) or (key != "nodata_value" and not abs(float(value)) < 1e15):
-        raise CCWSIMError(f"{name}, line {line}: {words[0]} needs one number")
-    value = float(value)
-    if key in ("ncols", "nrows") and value != int(value):
-        raise CCWSIMError(f"{name}, line {line}: {words[0]} must be a whole number, not {value:g}")
-    return value
+    if len(words) != 2 or not is_number(words[1]):
+        raise CCWSIMError(f"{name}, line {line}: {words[0][:30]} needs one number")
+    return float(words[1])

@@ -6,7 +6,6 @@ import base64
 import binascii
 import re
 import zlib
-from dataclasses import replace
 from math import prod
 from typing import NamedTuple, NoReturn
 from xml.etree import ElementTree
@@ -14,7 +13,7 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.io.data_file import DataFile, broken, distinct_names
+from ccwsim.io.data_file import DataFile, broken, distinct_names, printable
 from ccwsim.io.limits import MAX_VARIABLES, check_bytes, check_cells, check_packing
 from ccwsim.model.errors import CCWSIMError, shown
 
@@ -66,14 +65,15 @@ def read_vti(content: bytes, name: str) -> DataFile:
     root, appended = _tree(content, name)
     image = root.find("ImageData")
     pieces = [] if image is None else image.findall("Piece")
-    if root.get("type") != "ImageData" or image is None or len(pieces) != 1:
-        raise CCWSIMError(f"{name}: only VTK ImageData in one piece can be read; save one piece")
+    if image is None or len(pieces) != 1:
+        raise CCWSIMError(
+            f"{name}: VTK {printable(root.get('type', ''), 30)} of {len(pieces)} pieces is not "
+            "read; save one piece of ImageData (.vti), in ParaView by Resample To Image"
+        )
     spacing = _numbers(image, "Spacing", "1 1 1", 3, name)
     origin = _numbers(image, "Origin", "0 0 0", 3, name)
     if _numbers(image, "Direction", _NORTH_UP, 9, name).tolist() != np.eye(3).ravel().tolist():
         raise CCWSIMError(f"{name}: rotated grids are not supported; resample the grid")
-    if not (spacing > 0).all():
-        raise CCWSIMError(f"{name}: the spacing {spacing.tolist()} must be positive")
     extent = _numbers(pieces[0], "Extent", image.get("WholeExtent", ""), 6, name)
     low, n_points = extent[::2], extent[1::2] - extent[::2] + 1
     corner, shape = origin + low * spacing, np.maximum(n_points - 1, 1)
@@ -92,10 +92,8 @@ def read_vti(content: bytes, name: str) -> DataFile:
     reader = _Values(root, appended, name)
     grids = [reader.read(array, prod(full)).reshape(full) for array in arrays]
     names = distinct_names([array.get("Name", "") for array in arrays])
-    (sx, sy, sz), (ox, oy, oz) = spacing.tolist(), corner.tolist()
-    variables = dict(zip(names, grids, strict=True))
-    file = DataFile("VTK ImageData", name, variables, cell_size=(sx, sy), origin=(ox, oy))
-    return replace(file, along_z=(sz, oz))
+    file = DataFile("VTK ImageData", name, dict(zip(names, grids, strict=True)))
+    return file.at(spacing.tolist(), corner.tolist())
 
 
 def _tree(content: bytes, name: str) -> tuple[ElementTree.Element, _Appended]:

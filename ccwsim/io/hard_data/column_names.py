@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ccwsim.io.data_file import DataFile
+from ccwsim.io.data_file import DataFile, listed
 from ccwsim.model.errors import CCWSIMError, shown
 
 _FILE = Path(__file__).parents[2] / "assets" / "column_names.toml"
@@ -107,9 +107,8 @@ def place_columns(
         return column, row, False, note
     numeric = [name for name in free if name in file.variables]
     if len(names) < 3 or len(numeric) < asked.count(None):
-        there = ", ".join(names)
         raise CCWSIMError(
-            f"{file.name} needs columns x, y, facies or row, col, facies; it has {there}"
+            f"{file.name} needs columns x, y, facies or row, col, facies; it has {listed(names)}"
         )
     places = [name for name in numeric if not _is(name, *_NOT_PLACES)]
     if len(places) < asked.count(None):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from ccwsim.io.data_file import DataFile
+from ccwsim.io.data_file import DataFile, listed
 from ccwsim.io.hard_data.column_names import (
     DEPTHS,
     HEIGHTS,
@@ -240,7 +240,7 @@ def _check_well_columns(file: DataFile, table: str, columns: Mapping[str, str]) 
     for role in needed:
         if role not in columns:
             raise CCWSIMError(
-                f"{file.name} has no column of {roles[role].what}; it has {', '.join(file.names)}: "
+                f"{file.name} has no column of {roles[role].what}; it has {listed(file.names)}; "
                 f"rename a column to '{roles[role].call}', or set {role}= to a column of the file"
             )
     if table == "intervals":
