@@ -61,14 +61,14 @@ def connectivity(
     images: Images,
     facies: int,
     direction: Direction = "E-W",
-    lags: Lags = 100,
+    lags: Lags | None = None,
     neighbours: int | None = None,
     progress: Fraction | None = None,
 ) -> Connectivity:
     """Return the connectivity function τ(h) of a facies (Renard & Allard 2013).
 
     Two cells are connected if they belong to the same geobody; the path that joins them may be
-    anywhere in the image. Pairs are counted exactly.
+    anywhere in the image. Pairs are counted exactly. Default lags are those of `variogram`.
 
     Examples
     --------

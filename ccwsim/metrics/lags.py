@@ -27,7 +27,8 @@ Direction = str | float | tuple[int, ...]
 columns) of one step; in volumes also "vertical" and (layers, rows, columns)."""
 
 Lags = int | Sequence[int] | NDArray[np.integer]
-"""Lags of a curve: the largest lag, or a list of lags."""
+"""Lags of a curve: the largest lag, or a list of lags. By default, lags are 0 … 100, or as far as
+they fit the image."""
 
 
 def axes_of(shape: tuple[int, ...]) -> tuple[str, ...]:
@@ -118,13 +119,21 @@ def distinct_lags(
 
 
 def lags_within(
-    shape: tuple[int, ...], direction: Direction, lags: Lags
+    shape: tuple[int, ...], direction: Direction, lags: Lags | None
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return the lags as an array, and their offsets (layers, rows, columns), shape (n_lags, 3).
 
-    Raises `CCWSIMError` for a lag longer than the image.
+    If `lags` is None, the lags are 0 … 100, or 0 up to the longest lag that fits the image. Raises
+    `CCWSIMError` for a given lag that is longer than the image.
+
+    Examples
+    --------
+    >>> lags_within((60, 80), "E-W", None)[0].max(), lags_within((5, 60, 80), "vertical", None)[0]
+    (np.int64(79), array([0, 1, 2, 3, 4]))
     """
-    steps = as_lags(lags)
+    usual = lags is None
+    steps = as_lags(MAX_LAG if usual else lags)
+    steps = lags_that_fit(shape, direction, steps) if usual else steps
     offsets = lag_offsets(direction, steps, len(shape))
     far = np.flatnonzero((np.abs(offsets) >= shape).any(axis=1))
     if len(far):
@@ -156,14 +165,20 @@ def count_pairs(shape: tuple[int, ...], offsets: NDArray[np.int64]) -> NDArray[n
     return np.prod(np.array(shape) - np.abs(offsets[:, N_AXES - len(shape) :]), axis=1)
 
 
-def lags_of_map(max_lag: int, shape: tuple[int, ...]) -> NDArray[np.int64]:
-    """Return the lags −max_lag … max_lag; raise `CCWSIMError` if they do not fit the image."""
+def lags_of_map(max_lag: int | None, shape: tuple[int, ...]) -> NDArray[np.int64]:
+    """Return the lags −max_lag … max_lag; raise `CCWSIMError` if they do not fit the image.
+
+    If `max_lag` is None, it is 50, or the longest lag that fits the image.
+    """
     if len(shape) == N_AXES:
         raise CCWSIMError(
             f"lags in two directions need maps, not a volume of {shape[0]} layers; give one layer, "
             "or compute along a direction"
         )
-    max_lag = check_int("max_lag", max_lag, 1, min(shape) - 1)
+    longest = min(shape) - 1
+    if max_lag is None:
+        max_lag = min(MAX_LAG // 2, max(longest, 1))
+    max_lag = check_int("max_lag", max_lag, 1, longest)
     return np.arange(-max_lag, max_lag + 1)
 
 

@@ -47,10 +47,12 @@ def variogram(
     images: Images,
     facies: int,
     direction: Direction = "E-W",
-    lags: Lags = 100,
+    lags: Lags | None = None,
     progress: Fraction | None = None,
 ) -> Variogram:
     """Return γ(h) = ½ E[(I(x) − I(x + h))²] of a facies, over all pairs of cells.
+
+    By default, lags are 0 … 100, or 0 up to the longest lag that fits the image.
 
     Examples
     --------
@@ -72,9 +74,11 @@ def variogram(
 
 
 def variogram_map(
-    images: Images, facies: int, max_lag: int = 50, progress: Fraction | None = None
+    images: Images, facies: int, max_lag: int | None = None, progress: Fraction | None = None
 ) -> VariogramMap:
     """Return the exact γ(h) of a facies in maps for all lags up to max_lag rows and columns.
+
+    By default, `max_lag` is 50, or the longest lag that fits the map.
 
     Over the pairs inside the map, Σ (I(x) − I(x + h))² = Σ I(x) + Σ I(x + h) − 2 Σ I(x) I(x + h).
     The last sum is an autocorrelation; it is computed by FFT (Marcotte 1996).
@@ -132,13 +136,13 @@ def transiograms(
     images: Images,
     codes: Codes | None = None,
     direction: Direction = "E-W",
-    lags: Lags = 100,
+    lags: Lags | None = None,
     progress: Fraction | None = None,
 ) -> Transiograms:
     """Return P(x + h in head | x in tail) for all pairs of facies (Li 2007).
 
     The head x + h is east or north of the tail x, or above x in volumes. The matrix of a lag is
-    therefore not symmetric in general.
+    therefore not symmetric in general. Default lags are those of `variogram`.
 
     Examples
     --------
@@ -159,12 +163,17 @@ def transiograms(
 
 
 def transition_map(
-    images: Images, tail: int, head: int, max_lag: int = 50, progress: Fraction | None = None
+    images: Images,
+    tail: int,
+    head: int,
+    max_lag: int | None = None,
+    progress: Fraction | None = None,
 ) -> NDArray[np.float64]:
     """Return the exact P(x + h in head | x in tail) in maps for all lags up to max_lag, by FFT.
 
     `tail` and `head` are facies codes. The result has shape (n, 2 max_lag + 1, 2 max_lag + 1); lags
-    increase to the north along rows and to the east along columns, with lag 0 in the middle.
+    increase to the north along rows and to the east along columns, with lag 0 in the middle. The
+    default of `max_lag` is that of `variogram_map`.
 
     Examples
     --------

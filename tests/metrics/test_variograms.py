@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from functools import partial
 
 import gstools
 import numpy as np
@@ -10,9 +11,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ccwsim.metrics import band, transiograms, transition_map, variogram, variogram_map
+from ccwsim.metrics import (
+    band,
+    connectivity,
+    transiograms,
+    transition_map,
+    variogram,
+    variogram_map,
+)
 from ccwsim.metrics.stack import as_stack
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.training_image import TrainingImage
 
 images = st.builds(
     lambda seed, ny, nx, p: np.random.default_rng(seed).choice([0, 1, 2], (ny, nx), p=p),
@@ -121,6 +130,40 @@ def test_bands_hold_the_quantiles_and_pass_over_what_is_missing():
         band(curves, 0.9, 0.1)
     with pytest.raises(CCWSIMError, match="curves"):
         band([1.0, 2.0])
+
+
+@pytest.mark.parametrize(
+    ("shape", "direction", "longest"),
+    [
+        ((60, 80), "E-W", 79),
+        ((60, 80), "N-S", 59),
+        ((60, 80), (2, 3), 26),
+        ((60, 80), 45.0, 84),
+        ((150, 150), "E-W", 100),
+        ((4, 60, 80), "vertical", 3),
+        ((1, 60, 80), "vertical", 0),
+    ],
+)
+def test_default_lags_fit_the_image_and_given_lags_are_not_clipped(shape, direction, longest):
+    image = TrainingImage(np.random.default_rng(0).integers(0, 2, shape))
+    for function in (partial(variogram, facies=1), partial(connectivity, facies=1), transiograms):
+        found = function(image, direction=direction)
+        assert found.lags.tolist() == list(range(longest + 1))
+        assert np.isfinite(getattr(found, "gamma", 0)).all()
+        if longest < 100:
+            with pytest.raises(CCWSIMError, match="does not fit"):
+                function(image, direction=direction, lags=longest + 1)
+
+
+def test_default_lags_of_maps_fit_the_image():
+    small, large = np.eye(20, dtype=int), np.eye(60, dtype=int)
+    assert variogram_map(small, 1).lags[-1] == 19
+    assert transition_map(small, 1, 1).shape == (1, 39, 39)
+    assert variogram_map(large, 1).lags[-1] == 50
+    with pytest.raises(CCWSIMError, match="max_lag = 50"):
+        variogram_map(small, 1, 50)
+    with pytest.raises(CCWSIMError, match="max_lag"):
+        variogram_map(np.eye(1, dtype=int), 1)
 
 
 def test_lags_that_do_not_fit_are_said():
