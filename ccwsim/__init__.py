@@ -10,7 +10,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from ccwsim.model import drawing
+from ccwsim.model import backends
 
 if TYPE_CHECKING:
     from ccwsim import datasets as datasets
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
         read_training_image,
         write_realizations,
     )
-    from ccwsim.model.ensemble import Ensemble
+    from ccwsim.model.ensemble import Ensemble, concatenate
     from ccwsim.model.errors import Cancelled, CCWSIMError
     from ccwsim.model.grid import Grid
     from ccwsim.model.hard_data import HardData
@@ -45,6 +45,7 @@ __all__ = [
     "Parameters",
     "Project",
     "TrainingImage",
+    "concatenate",
     "read_hard_data",
     "read_project",
     "read_realizations",
@@ -64,6 +65,7 @@ _HOMES = {
     "Parameters": "model.parameters",
     "Project": "sharing.project",
     "TrainingImage": "model.training_image",
+    "concatenate": "model.ensemble",
     "read_hard_data": "io",
     "read_project": "sharing.project",
     "read_realizations": "io",
@@ -78,7 +80,7 @@ _FOLDERS = ("datasets", "experiments", "figures", "io", "metrics")
 """Subpackages that are available after `import ccwsim`."""
 
 
-drawing.backend = "ccwsim.figures.notebook"
+backends.drawing, backends.reading = "ccwsim.figures.notebook", "ccwsim.io"
 
 
 def __getattr__(name: str) -> Any:

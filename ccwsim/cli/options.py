@@ -14,7 +14,7 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.system.whole_files import check_replaceable
 
 if TYPE_CHECKING:
-    from ccwsim.io.formats.classes import Classes
+    from ccwsim.model.classes import Classes
 
 quiet = click.option("-q", "--quiet", is_flag=True, help="Print only errors.")
 

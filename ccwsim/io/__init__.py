@@ -1,6 +1,5 @@
 """Read and write files: training images, hard data, realizations, parameters."""
 
-from ccwsim.io.formats.classes import class_edges, classify
 from ccwsim.io.formats.map_files import can_write
 from ccwsim.io.formats.pictures import DEFAULT_COLOURS
 from ccwsim.io.guesses import guess_answers
@@ -40,6 +39,7 @@ from ccwsim.io.training_images import (
     training_image_as_bytes,
     write_training_image,
 )
+from ccwsim.model.classes import class_edges, classify
 
 __all__ = [
     "DEFAULT_COLOURS",

@@ -16,15 +16,7 @@ from ccwsim.io.limits import check_cells
 from ccwsim.model.arrays import is_whole
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
-
-CUSTOMARY_CODES = (
-    *(-99.0, -999.0, -999.25, -9999.0, -99999.0, -997799.0, -9977799.0),
-    *(-1e21, -1e30, 1e30, 1.70141e38, -3.4028235e38, 3.4028235e38, 9.96921e36),
-)
-"""Codes that stand for a missing value in any file, as many programs write them."""
-PRECISION = 1e-6
-"""Largest relative difference between a code and a value that stands for it; files often contain
-values of 32 bits, but state the code with more digits."""
+from ccwsim.model.missing import known_values, unknown_note
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,33 +154,11 @@ class DataFile:
 
     def known(self, values: NDArray) -> NDArray[np.bool_]:
         """Return a mask of `values` that are neither NaN nor a code for a missing value."""
-        known = ~np.isnan(values) if values.dtype.kind == "f" else np.ones(values.shape, bool)
-        for code in self._codes_in(values):
-            known &= ~_stand_for(code, values)
-        return known
+        return known_values(values, self.missing)
 
     def unknown_note(self, values: NDArray) -> str:
         """Return a sentence about the cells without a value; empty if there is none."""
-        n = int(np.count_nonzero(~self.known(values)))
-        if not n:
-            return ""
-        codes = [code for code in self._codes_in(values) if _stand_for(code, values).any()]
-        said = f" ({', '.join(f'{code:g}' for code in codes)} means unknown)" if codes else ""
-        return f"{n} of {values.size} cells have no value{said}"
-
-    def _codes_in(self, values: NDArray) -> list[float]:
-        """Return the codes for missing values between the minimum and the maximum of `values`."""
-        finite = values[np.isfinite(values)] if values.dtype.kind == "f" else values
-        if not finite.size:
-            return []
-        low, high = float(finite.min()), float(finite.max())
-        codes = dict.fromkeys((*self.missing, *CUSTOMARY_CODES))
-        return [c for c in codes if low - PRECISION * abs(c) <= c <= high + PRECISION * abs(c)]
-
-
-def _stand_for(code: float, values: NDArray) -> NDArray[np.bool_]:
-    """Return a mask of the values that stand for a missing value by this code."""
-    return np.abs(values.astype(np.float64) - code) <= PRECISION * abs(code)
+        return unknown_note(values, self.missing)
 
 
 def listed(names: Sequence[str]) -> str:

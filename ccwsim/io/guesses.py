@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile
-from ccwsim.io.formats.classes import are_codes
 from ccwsim.io.formats.pictures import (
     MAX_COLOURS,
     PictureFile,
@@ -24,6 +23,7 @@ from ccwsim.io.limits import limits
 from ccwsim.io.opening import PathOrFile, open_file, whole_shape
 from ccwsim.io.part import FilePart, largest_without_gaps, thinning
 from ccwsim.io.training_images import PREFERRED
+from ccwsim.model.classes import are_codes
 from ccwsim.model.errors import CCWSIMError
 
 QUESTIONS = {

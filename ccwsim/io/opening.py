@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from importlib.util import find_spec
@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile, broken, printable
-from ccwsim.io.formats.classes import are_codes
 from ccwsim.io.formats.excel import is_excel, read_excel
 from ccwsim.io.formats.gis import GIS_FILES, is_geojson, is_shapefile_zip, read_geojson, read_gis
 from ccwsim.io.formats.grdecl import is_grdecl, is_irap, read_grdecl, read_irap
 from ccwsim.io.formats.labelled import read_hdf5, read_netcdf
 from ccwsim.io.formats.matlab import is_matlab4, read_matlab, read_matlab4
+from ccwsim.io.formats.memory_tables import read_memory_table
 from ccwsim.io.formats.numpy_files import npy_shape, read_npy, read_npz
 from ccwsim.io.formats.pictures import (
     MAX_COLOURS,
@@ -39,6 +39,8 @@ from ccwsim.io.formats.vti import is_vti, read_vti
 from ccwsim.io.isolated import IsolatedFile
 from ccwsim.io.limits import check_bytes, limits
 from ccwsim.io.part import FilePart
+from ccwsim.model.arrays import is_table
+from ccwsim.model.classes import are_codes
 from ccwsim.model.errors import CCWSIMError
 
 
@@ -48,7 +50,25 @@ class Readable(Protocol):
     def read(self, size: int = ..., /) -> bytes: ...
 
 
-PathOrFile = str | os.PathLike[str] | Readable | BinaryIO | IsolatedFile
+class Table(Protocol):
+    """A table in memory, such as a DataFrame."""
+
+    @property
+    def columns(self) -> Any: ...
+    def __getitem__(self, key: Any, /) -> Any: ...
+
+
+PathOrFile = (
+    str
+    | os.PathLike[str]
+    | Readable
+    | BinaryIO
+    | IsolatedFile
+    | Table
+    | Mapping[str, Any]
+    | NDArray[np.void]
+)
+"""A file, or a table in memory, which is read like a file."""
 
 _MAGIC = (
     (b"\x93NUMPY", "npy"),
@@ -177,13 +197,15 @@ _TEXTS = {
 def open_file(
     path_or_file: PathOrFile, part: FilePart | None = None, *, up: bool | None = None
 ) -> DataFile | PictureFile:
-    """Return the variables or the colours of a file.
+    """Return the variables or the colours of a file, or the columns of a table in memory.
 
     With a `part`, only the pixels of this part are read from a picture, and the size limit of NumPy
     arrays is higher. `up` means that the first row of a picture is the south.
     """
     if isinstance(path_or_file, IsolatedFile):
         return path_or_file.read_with(_open_file, part, up)
+    if is_table(path_or_file):
+        return read_memory_table(path_or_file)
     return _open_file(path_or_file, part, up)
 
 
@@ -240,6 +262,8 @@ def whole_shape(path_or_file: PathOrFile) -> tuple[int, int] | None:
     """
     if isinstance(path_or_file, IsolatedFile):
         return path_or_file.read_with(whole_shape)
+    if is_table(path_or_file):
+        return None
     content, name = read_bytes(path_or_file)
     kind = _kind_of_bytes(content, name)
     if kind == "picture":

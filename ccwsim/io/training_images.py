@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from ccwsim.io.atomic import format_of, write_bytes
 from ccwsim.io.data_file import DataFile
-from ccwsim.io.formats.classes import Classes, classify
 from ccwsim.io.formats.pictures import (
     PICTURE_OF_NUMBERS,
     PictureFile,
@@ -29,6 +28,7 @@ from ccwsim.io.gridding import as_grid
 from ccwsim.io.limits import check_cells
 from ccwsim.io.opening import PathOrFile, open_file
 from ccwsim.io.part import Crop, FilePart
+from ccwsim.model.classes import Classes, classify
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
 from ccwsim.model.training_image import TrainingImage

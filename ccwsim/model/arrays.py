@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from hashlib import blake2b
 from typing import Any, TypeAlias, TypeGuard
 
@@ -43,7 +43,10 @@ def as_array(values: ArrayLike, what: str) -> NDArray:
     if is_labelled(values):
         values = oriented_values(values)
     if np.ma.is_masked(values):
-        raise CCWSIMError(f"{what}: some values are masked; no value may be missing")
+        raise CCWSIMError(
+            f"{what}: some values are masked; no value may be missing, so cut out a piece without "
+            "gaps"
+        )
     try:
         return np.asarray(values)
     except ValueError:
@@ -64,6 +67,18 @@ def as_floats(values: ArrayLike, what: str) -> NDArray[np.float64]:
     if array.dtype.kind not in "buif":
         raise CCWSIMError(f"{what}: {shown(values)} is not an array of real numbers")
     return array.astype(np.float64)
+
+
+def is_table(data: Any) -> bool:
+    """Return whether data are columns with names: a DataFrame, dict or structured array.
+
+    Examples
+    --------
+    >>> is_table({"x": [1.0], "facies": [0]}), is_table([[1.0, 0]])
+    (True, False)
+    """
+    structured = getattr(getattr(data, "dtype", None), "names", None)
+    return hasattr(data, "columns") or isinstance(data, Mapping) or bool(structured)
 
 
 def is_whole(value: object) -> TypeGuard[int]:
@@ -100,7 +115,11 @@ def check_callable(name: str, value: object) -> None:
 
 
 def as_integers(
-    values: ArrayLike, what: str, low: int = MIN_INT, high: int = MAX_INT
+    values: ArrayLike,
+    what: str,
+    low: int = MIN_INT,
+    high: int = MAX_INT,
+    remedy: str = "for continuous values give classes or a threshold",
 ) -> NDArray[np.int64]:
     """Return `values` as int64; raise `CCWSIMError` for no integer, or one outside low … high.
 
@@ -123,10 +142,7 @@ def as_integers(
         rounded = np.rint(array)
         far = np.abs(array - rounded) > 1e-3
         if far.any():
-            raise CCWSIMError(
-                f"{what}: {array[far].flat[0]:g} is not a whole number; "
-                "for continuous values give classes or a threshold"
-            )
+            raise CCWSIMError(f"{what}: {array[far].flat[0]:g} is not a whole number; {remedy}")
         array = rounded
     if array.size:
         ends = int(array.min()), int(array.max())  # Python compares them exactly

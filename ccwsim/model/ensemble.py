@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, overload
+from typing import TYPE_CHECKING, overload
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
-from ccwsim.model.arrays import AXES, describe_shape, digest, is_whole, readonly
-from ccwsim.model.drawing import notebook
+from ccwsim.model.arrays import AXES, describe_shape, digest, is_whole, listing, readonly
+from ccwsim.model.backends import notebook
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.lazy_stack import LazyStack
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
+
+if TYPE_CHECKING:
+    from plotly.graph_objects import Figure
+    from xarray import DataArray
 
 FORCED = -1
 """Value of `Ensemble.data_status` for a datum whose cell was forced because no window fitted."""
@@ -58,6 +62,11 @@ class Ensemble:
         """Number of realizations."""
         return len(self.indices)
 
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of `realizations`: (n, ny, nx) or, for volumes, (n, nz, ny, nx)."""
+        return self.indices.shape
+
     def __len__(self) -> int:
         return self.n
 
@@ -82,7 +91,7 @@ class Ensemble:
             sources=None if self.sources is None else readonly(self.sources[some]),
         )
 
-    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray:
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray:
         return np.array(self.realizations, dtype, copy=copy)
 
     @cached_property
@@ -146,14 +155,14 @@ class Ensemble:
         """Hash of the content, equal for equal realizations."""
         return digest(self.training_image.codes.tolist(), self.indices)
 
-    def plot(self, realizations: Sequence[int] | None = None) -> Any:
+    def plot(self, realizations: Sequence[int] | None = None) -> Figure:
         """Return realizations, by default the first three, as a plotly Figure.
 
         The figure of a volume shows the middle layer.
         """
         return notebook().ensemble_chart(self, realizations)
 
-    def to_xarray(self) -> Any:
+    def to_xarray(self) -> DataArray:
         """Return the realizations as an xarray DataArray of facies codes.
 
         Dimensions are realization, (z,) y and x; coordinates are the centres of cells in world
@@ -193,16 +202,31 @@ class Ensemble:
         return f"Ensemble({self.n} realizations of {describe_shape(self.grid.shape)})"
 
 
-def joined(parts: Sequence[Ensemble]) -> Ensemble:
-    """Join ensembles of one study into one ensemble, with realizations in the given order."""
-    if not parts:
-        raise CCWSIMError("there is no ensemble to join; give at least one")
+def concatenate(ensembles: Iterable[Ensemble]) -> Ensemble:
+    """Join ensembles of one study into one ensemble, with realizations in the given order.
+
+    Raises `CCWSIMError` if training image, grid, parameters, hard data or seed differ, if a
+    realization is in two ensembles, and if only some ensembles were revised.
+
+    Examples
+    --------
+    >>> from ccwsim import Parameters, simulate
+    >>> stripes, p = np.tile([[0], [0], [1], [1]], (16, 64)), Parameters(16, 4, 1)
+    >>> days = [simulate(stripes, (40, 50), p, first_realization=k) for k in range(3)]
+    >>> concatenate(days).numbers
+    array([0, 1, 2])
+    """
+    parts = list(ensembles)
+    if not parts or not all(isinstance(part, Ensemble) for part in parts):
+        raise CCWSIMError("concatenate needs a list of ensembles, at least one")
     first = parts[0]
-    if any(_study(part) != _study(first) for part in parts):
-        raise CCWSIMError(
-            "ensembles of different studies cannot be joined; they must have the same training "
-            "image, grid, parameters, hard data and seed"
-        )
+    for k, part in enumerate(parts):
+        different = [name for name, own in _study(part).items() if own != _study(first)[name]]
+        if different:
+            raise CCWSIMError(
+                f"ensembles 0 and {k} are of different studies: they differ in "
+                f"{listing(different)}; join only ensembles of one study"
+            )
     numbers = np.concatenate([part.numbers for part in parts])
     different, counts = np.unique(numbers, return_counts=True)
     twice = different[counts > 1]
@@ -222,10 +246,16 @@ def joined(parts: Sequence[Ensemble]) -> Ensemble:
     )
 
 
-def _study(ensemble: Ensemble) -> tuple[object, ...]:
-    image, data = ensemble.training_image, ensemble.hard_data
-    settings = ensemble.grid, ensemble.parameters, ensemble.seed, ensemble.revised
-    return image.digest, data.digest, *settings
+def _study(ensemble: Ensemble) -> dict[str, object]:
+    """Return everything that must be equal in parts of one ensemble, by name."""
+    return {
+        "training image": ensemble.training_image.digest,
+        "grid": ensemble.grid,
+        "parameters": ensemble.parameters,
+        "hard data": ensemble.hard_data,
+        "seed": ensemble.seed,
+        "revision of data": ensemble.revised,
+    }
 
 
 def _end_to_end(arrays: Sequence[NDArray]) -> NDArray:

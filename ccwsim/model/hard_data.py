@@ -2,25 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
-from typing import Any
+from os import PathLike
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.model.arrays import as_array, as_floats, as_integers, digest, frozen
-from ccwsim.model.drawing import notebook
+from ccwsim.model.arrays import as_array, as_floats, as_integers, digest, frozen, is_table
+from ccwsim.model.backends import notebook, reader
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
+from ccwsim.model.missing import known_values
 from ccwsim.model.training_image import TrainingImage
+
+if TYPE_CHECKING:
+    from plotly.graph_objects import Figure
 
 
 class HardData:
     """Cells with a known facies, one datum for each cell.
 
     Arrays are read-only int64, sorted by layer, row, then column, without duplicates. Empty data,
-    of shape (0, 2) or (0, 3), suit maps and volumes. Raises `CCWSIMError` for a wrong shape, for
-    values that are not integers, and for two facies in one cell; the message lists such data.
+    of shape (0, 2) or (0, 3), suit maps and volumes. Data are equal if their cells and facies are
+    equal. Raises `CCWSIMError` for a wrong shape, for values that are not integers, and for two
+    facies in one cell; the message lists such data.
 
     Parameters
     ----------
@@ -56,20 +63,27 @@ class HardData:
         self.facies = frozen(unique[:, -1])
 
     @classmethod
-    def of(cls, data: Any, grid: Grid, training_image: TrainingImage | None = None) -> HardData:
+    def of(
+        cls,
+        data: Any,
+        grid: Grid | Sequence[int],
+        training_image: TrainingImage | None = None,
+    ) -> HardData:
         """Return hard data unchanged, or make hard data from another object.
 
         Raises `CCWSIMError` for unsuitable objects, unknown names, and invalid data (`HardData`).
 
         Parameters
         ----------
-        data : HardData, None, pair, DataFrame or array_like
-            A pair is (cells, facies), the arguments of `HardData`. A table, such as a DataFrame,
-            has named columns: facies, and x and y (world coordinates) or row and column; for a
-            volume, also z or layer. An array has the shape of the grid, with facies codes in cells
-            with data and NaN in all other cells.
-        grid : Grid
-            Grid of the data.
+        data : HardData, None, pair, table or array_like
+            A pair is (cells, facies), the arguments of `HardData`. A table (a DataFrame, a dict of
+            columns or a structured array) is read like a file, so its columns may have any usual
+            names, such as Easting, Northing and lithology; `ccwsim.read_hard_data` has options for
+            other names. An array has the shape of the grid and contains facies codes. Cells without
+            data are NaN, masked or −1, or have a customary code for missing values such as −9999,
+            except for codes that are facies of the training image.
+        grid : Grid, pair or triple of int
+            Grid of the data, or its (layers,) rows and columns.
         training_image : TrainingImage, optional
             Training image whose facies names, in upper or lower case, may replace codes.
 
@@ -78,6 +92,8 @@ class HardData:
         >>> grid = Grid(2, 3, cell_size=(10.0, 10.0))
         >>> HardData.of([[np.nan, 1, np.nan], [np.nan, np.nan, 0]], grid).triples
         ((0, 1, 1), (1, 2, 0))
+        >>> HardData.of({"Easting": [15.0], "Northing": [5.0], "Lithology": [1]}, grid).triples
+        ((0, 1, 1),)
         >>> image = TrainingImage([[0, 1]], facies_names=("mud", "sand"))
         >>> HardData.of(([[1, 2]], ["Sand"]), grid, image).triples
         ((1, 2, 1),)
@@ -86,11 +102,20 @@ class HardData:
             return data
         if data is None:
             return cls()
-        if hasattr(data, "columns"):
-            cells, facies = _of_table(data, grid)
-            return cls(cells, _codes(facies, training_image))
+        if isinstance(data, (str, PathLike)):
+            said = shown(str(data))
+            raise CCWSIMError(
+                f"hard data: {said} is a name, not data; give "
+                f"ccwsim.datasets.load_hard_data({said}) for bundled data, or "
+                f" ccwsim.read_hard_data({said}, grid) for a file"
+            )
+        grid = Grid.of(grid)
+        if is_table(data):
+            return reader().read_hard_data(data, grid, training_image)
         if isinstance(data, tuple) and len(data) == 2:
             return cls(data[0], _codes(data[1], training_image))
+        if isinstance(data, np.ma.MaskedArray):
+            data = np.ma.filled(data.astype(float), np.nan)
         values = as_floats(data, "hard data")
         if values.shape != grid.shape:
             world = "x, y" if grid.nz is None else "x, y, z"
@@ -99,7 +124,10 @@ class HardData:
                 f"{grid.shape}; give such an array with NaN in cells without data, "
                 f"(cells, facies), or a table with {world} and facies"
             )
-        cells = np.argwhere(~np.isnan(values))
+        known = known_values(values, stated=[-1.0])
+        if training_image is not None:
+            known |= np.isin(values, training_image.codes)
+        cells = np.argwhere(known)
         return cls(cells, values[tuple(cells.T)])
 
     @property
@@ -156,36 +184,21 @@ class HardData:
             return 0
         return int(np.count_nonzero(realization[tuple(self.cells.T)] != self.facies))
 
-    def plot(self) -> Any:
+    def plot(self) -> Figure:
         """Return a plotly Figure with the data as points at their columns and rows."""
         return notebook().data_chart(self)
 
     def _repr_html_(self) -> str:
         return notebook().data_html(self)
 
+    def __eq__(self, other: object) -> bool:
+        return self.digest == other.digest if isinstance(other, HardData) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self.digest)
+
     def __repr__(self) -> str:
         return f"HardData(n={self.n})"
-
-
-def _of_table(table: Any, grid: Grid) -> tuple[NDArray, NDArray]:
-    """Return cells and facies of a table with named columns."""
-    given = {str(name).strip().lower(): name for name in table.columns}
-    facies = next((given[name] for name in ("facies", "code", "class") if name in given), None)
-    world, own = ("x", "y", "z"), ("layer", "row", "column")
-    if grid.nz is None:
-        world, own = world[:2], own[1:]
-    known = (world, own, (*own[:-1], "col"))
-    names = next((names for names in known if {*names} <= {*given}), None)
-    if facies is None or names is None:
-        there = ", ".join(map(str, table.columns))
-        raise CCWSIMError(
-            f"hard data: a table needs columns {', '.join(world)} and facies, or "
-            f"{', '.join(own)} and facies; the table has {there}: rename columns"
-        )
-    columns = [np.asarray(table[given[name]]) for name in names]
-    if names == world:
-        return grid.cells_of(*columns), np.asarray(table[facies])
-    return np.column_stack(columns), np.asarray(table[facies])
 
 
 def _codes(facies: Any, training_image: TrainingImage | None) -> Any:

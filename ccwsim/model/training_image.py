@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Any
+from os import PathLike
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from ccwsim.model.arrays import (
     Shape,
@@ -20,16 +21,25 @@ from ccwsim.model.arrays import (
     is_whole,
     smallest_integers,
 )
+from ccwsim.model.backends import notebook
 from ccwsim.model.bounds import MAX_FACIES
-from ccwsim.model.drawing import notebook
+from ccwsim.model.classes import Classes, classify
 from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.missing import unknown_note
+
+if TYPE_CHECKING:
+    from plotly.graph_objects import Figure
+
+
+_CONTINUOUS = "for continuous values use TrainingImage.from_array with a threshold or classes"
 
 
 class TrainingImage:
     """A map or volume of facies codes, in which patches are searched (the TI).
 
-    Facies are at most 254 integer codes, whose order has no meaning. Raises `CCWSIMError` for too
-    many codes, a wrong number of dimensions, no cells, or a code that is not an integer.
+    Facies are at most 254 integer codes, whose order has no meaning. Images with equal codes and
+    facies names are equal. Raises `CCWSIMError` for too many codes, a wrong number of dimensions,
+    no cells, or a code that is not an integer.
 
     Parameters
     ----------
@@ -66,12 +76,12 @@ class TrainingImage:
                 f"training image: an array of shape (ny, nx) or (nz, ny, nx) is needed, "
                 f"not {raw.shape}"
             )
-        integers = as_integers(raw, "training image")
+        integers = as_integers(raw, "training image", remedy=_CONTINUOUS)
         codes = codes_of(integers)
         if len(codes) > MAX_FACIES:
             raise CCWSIMError(
                 f"training image: {len(codes)} different codes look like a continuous variable; "
-                "give classes or a threshold"
+                f"{_CONTINUOUS}"
             )
         self.array = frozen(smallest_integers(integers))
         self.codes = frozen(codes.astype(self.array.dtype))
@@ -90,7 +100,70 @@ class TrainingImage:
         >>> TrainingImage.of(np.eye(3)).codes
         array([0, 1], dtype=uint8)
         """
+        if isinstance(image, (str, PathLike)):
+            said = shown(str(image))
+            raise CCWSIMError(
+                f"training image: {said} is a name, not an image; give "
+                f"ccwsim.datasets.load({said}) for a bundled image, or "
+                f"ccwsim.read_training_image({said}) for a file"
+            )
         return image if isinstance(image, TrainingImage) else cls(image)
+
+    @classmethod
+    def from_array(
+        cls,
+        values: ArrayLike,
+        *,
+        threshold: float | None = None,
+        classes: Classes = None,
+        name: str = "",
+        facies_names: Sequence[str] | None = None,
+    ) -> TrainingImage:
+        """Make a training image from facies codes, or from values of a continuous variable.
+
+        Raises `CCWSIMError` for continuous values without classes, and for unknown cells: NaN, a
+        masked cell, or a customary code such as −9999 (unless `classes` is "codes").
+
+        Parameters
+        ----------
+        values : array_like, shape (ny, nx) or (nz, ny, nx)
+            Row 0 is at the south. A field of GSTools begins with x, so its transpose is needed:
+            `srf.field.T`. The axes of a DataArray are put into this order.
+        threshold, classes : optional
+            Values at or above the threshold become facies 1, values below it facies 0. `classes` is
+            a number of classes with equal numbers of cells, a list of ascending inner edges, or
+            "codes" to keep integers as codes, even if there are many.
+        name, facies_names : optional
+            As in `TrainingImage`.
+
+        Examples
+        --------
+        >>> porosity = [[0.05, 0.21, 0.30], [0.11, 0.19, 0.25]]
+        >>> TrainingImage.from_array(porosity, threshold=0.2, name="sand").array
+        array([[0, 1, 1],
+               [0, 0, 1]], dtype=uint8)
+        """
+        array = as_array(values, "training image")
+        if array.dtype.kind in "iuf" and (classes is None or not isinstance(classes, str)):
+            note = unknown_note(array)
+            if note:
+                raise CCWSIMError(
+                    f"training image: {note}; every cell must be known, so cut out a piece without "
+                    "gaps"
+                )
+        codes = classify(array, threshold=threshold, classes=classes, what="training image")
+        return cls(codes, name=name, facies_names=facies_names)
+
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray:
+        return np.array(self.array, dtype, copy=copy)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, TrainingImage):
+            return NotImplemented
+        return (self.digest, self.facies_names) == (other.digest, other.facies_names)
+
+    def __hash__(self) -> int:
+        return hash((self.digest, self.facies_names))
 
     def _named(self, names: Sequence[str] | None) -> tuple[str, ...]:
         if names is None:
@@ -157,7 +230,7 @@ class TrainingImage:
             )
         return int(indices[0])
 
-    def plot(self) -> Any:
+    def plot(self) -> Figure:
         """Return the image, or the middle layer of a volume, as a plotly Figure."""
         return notebook().image_chart(self)
 

@@ -175,7 +175,7 @@ class TestHardData:
         own = pandas.DataFrame({"layer": layer, "row": row, "col": column, "facies": [7, 3]})
         for given_as in (known, world, own, (cells, [7, 3])):
             assert HardData.of(given_as, grid).triples == wanted
-        with pytest.raises(CCWSIMError, match=r"x, y, z and facies, or layer, row, column and f"):
+        with pytest.raises(CCWSIMError, match="the table has no column of heights"):
             HardData.of(world.drop(columns="Z"), grid)
 
     def test_a_table_with_z_serves_a_map_too(self):

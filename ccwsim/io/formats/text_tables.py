@@ -479,7 +479,7 @@ def _by_field(
     return np.stack(columns, axis=1), words
 
 
-def not_a_number(name: str, line: int, field: str) -> str:
+def not_a_number(name: str, line: int, field: str, counted: str = "line") -> str:
     """Return the error message for a word in a field that must be a number.
 
     Examples
@@ -487,4 +487,4 @@ def not_a_number(name: str, line: int, field: str) -> str:
     >>> not_a_number("wells.csv", 3, "1O.5")
     "wells.csv, line 3: '1O.5' is not a number; correct it"
     """
-    return f"{name}, line {line}: {field[:30]!r} is not a number; correct it"
+    return f"{name}, {counted} {line}: {field[:30]!r} is not a number; correct it"

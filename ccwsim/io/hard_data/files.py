@@ -30,8 +30,9 @@ def import_hard_data(
 
     Parameters
     ----------
-    path_or_file : str, Path or binary file
-        As in `read_points`.
+    path_or_file : str, Path, binary file or table
+        As in `read_points`. A table in memory is a DataFrame, a dict of columns, or a structured
+        array.
     grid : Grid, pair or triple of int, optional
         A pair is (rows, columns) and a triple is (layers, rows, columns); cells then have size 1,
         and the origin is (0, 0). In a volume, an interval in a well gives a datum in each cell

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.io.formats.classes import Classes, asks_for_codes, classify
 from ccwsim.io.formats.text_tables import is_number
 from ccwsim.io.hard_data.points import ImportedPoints, along_wells
 from ccwsim.model.arrays import as_integers, is_whole
+from ccwsim.model.classes import Classes, asks_for_codes, classify
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile
-from ccwsim.io.formats.classes import are_codes
 from ccwsim.io.limits import limits
 from ccwsim.model.arrays import frozen
+from ccwsim.model.classes import are_codes
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 

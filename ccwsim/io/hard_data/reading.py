@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.io.data_file import CUSTOMARY_CODES, DataFile, printable
+from ccwsim.io.data_file import DataFile, printable
 from ccwsim.io.formats.pictures import PictureFile
 from ccwsim.io.formats.text_tables import UNKNOWN, is_number, not_a_number, numbered
 from ccwsim.io.hard_data.column_names import height_column
@@ -23,6 +23,7 @@ from ccwsim.io.hard_data.points import ImportedPoints, check_few, heights_below,
 from ccwsim.io.opening import PathOrFile, open_file
 from ccwsim.model.arrays import Shape, check_int, describe_shape
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.missing import CUSTOMARY_CODES
 
 PREFERRED = ("hd", "hard_data")
 """Names of grids that are preferred if a file has several grids."""
@@ -235,7 +236,8 @@ def numbers_of(file: DataFile, column: str) -> NDArray[np.float64]:
     if column in file.words:
         fields = file.words[column]
         bad = next((k for k, f in enumerate(fields) if not is_number(f) and f), 0)
-        raise CCWSIMError(not_a_number(file.name, int(lines_of(file)[bad]), fields[bad]))
+        line = int(lines_of(file)[bad])
+        raise CCWSIMError(not_a_number(file.name, line, fields[bad], file.counted))
     return file.variables[column]
 
 

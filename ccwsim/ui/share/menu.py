@@ -11,8 +11,8 @@ import streamlit as st
 import ccwsim
 from ccwsim.figures import facies_colours
 from ccwsim.io import training_image_as_bytes
-from ccwsim.io.formats.classes import MAX_CODES
 from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED, MAX_REALIZATIONS, MAX_SEED
+from ccwsim.model.classes import MAX_CODES
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.report.document import report_html, surroundings
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Upload

@@ -16,7 +16,7 @@ from ccwsim.jobs.job import Job, server_queue
 from ccwsim.jobs.limits import Demand, limits_of_environment, needs_consent
 from ccwsim.jobs.workers import Cancel, Progress
 from ccwsim.model.bounds import MAX_REALIZATIONS, MAX_SEED
-from ccwsim.model.ensemble import Ensemble, joined
+from ccwsim.model.ensemble import Ensemble, concatenate
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.run.executors import executor_of_environment
 from ccwsim.run.footprint import demand_of
@@ -244,10 +244,10 @@ def _with_part(
 
     parts = [before] if before else []
     try:
-        return joined([*parts, simulate_range(done, size, report, job.is_cancelled)])
+        return concatenate([*parts, simulate_range(done, size, report, job.is_cancelled)])
     except Cancelled as stopped:
         parts += [stopped.ensemble] if stopped.ensemble else []
-        ended = joined(parts) if parts else None
+        ended = concatenate(parts) if parts else None
         said = f"stopped after {ended.n if ended else 0} of {job.n} realizations"
         raise Cancelled(said, ended) from None
 

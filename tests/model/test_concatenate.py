@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ccwsim import CCWSIMError, HardData, Parameters, TrainingImage, simulate
-from ccwsim.model.ensemble import joined
+from ccwsim import CCWSIMError, HardData, Parameters, TrainingImage, concatenate, simulate
 from tests.small_images import noise
 
 IMAGE = TrainingImage(noise((40, 44), 3))
@@ -24,7 +23,7 @@ def part(first: int, n: int, **options):
 def test_parts_join_into_one_full_run():
     whole = part(0, 7)
     parts = [part(0, 2), part(2, 4), part(6, 1)]
-    found = joined(parts)
+    found = concatenate(parts)
     assert found.digest == whole.digest
     for name in ("indices", "data_status", "numbers", "sources", "n_mismatched"):
         np.testing.assert_array_equal(getattr(found, name), getattr(whole, name))
@@ -36,27 +35,28 @@ def test_parts_join_into_one_full_run():
 
 def test_a_single_part_is_itself():
     one = part(3, 2)
-    assert joined([one]).digest == one.digest
-    assert joined([one]).numbers.tolist() == [3, 4]
+    assert concatenate([one]).digest == one.digest
+    assert concatenate([one]).numbers.tolist() == [3, 4]
 
 
 def test_sources_are_kept_where_all_have_them():
-    assert joined([part(0, 1), part(1, 1, keep_sources=False)]).sources is None
+    assert concatenate([part(0, 1), part(1, 1, keep_sources=False)]).sources is None
 
 
 @pytest.mark.parametrize("other", [{"seed": 6}, {"hard_data": HardData()}])
 def test_parts_of_different_studies_are_refused(other):
-    with pytest.raises(CCWSIMError, match="different studies"):
-        joined([part(0, 1), part(1, 1, **other)])
+    name = {"seed": "seed", "hard_data": "hard data"}[next(iter(other))]
+    with pytest.raises(CCWSIMError, match=f"0 and 1 are of different studies.*differ in {name};"):
+        concatenate([part(0, 1), part(1, 1, **other)])
 
 
 def test_mended_realizations_do_not_join_with_simulated_ones():
     with pytest.raises(CCWSIMError, match="different studies"):
-        joined([part(0, 1), replace(part(1, 1), revised=True)])
+        concatenate([part(0, 1), replace(part(1, 1), revised=True)])
 
 
 def test_a_realization_twice_and_none_at_all_are_refused():
     with pytest.raises(CCWSIMError, match="realization 1 is in two"):
-        joined([part(0, 2), part(1, 1)])
-    with pytest.raises(CCWSIMError, match="no ensemble"):
-        joined([])
+        concatenate([part(0, 2), part(1, 1)])
+    with pytest.raises(CCWSIMError, match="needs a list of ensembles"):
+        concatenate([])
