@@ -24,7 +24,7 @@ from ccwsim import metrics as m
 from ccwsim.datasets.sampling import sample_grid, sample_random, sample_wells
 from ccwsim.io.realizations import _MEMBERS
 from ccwsim.model.arrays import MAX_INT, MIN_INT, as_integers
-from ccwsim.model.ensemble import joined
+from ccwsim.model.ensemble import concatenate
 from ccwsim.model.study import Study
 from ccwsim.sharing.project import DATA, project_as_bytes, read_project
 from ccwsim.sharing.project import IMAGE as IMAGE_FILE
@@ -77,7 +77,7 @@ def npz(name: str) -> Act:
         file = BytesIO()
         np.savez(file, **{**members, name: of(*members[name].shape)})
         read = io.read_realizations(BytesIO(file.getvalue()))
-        return read.numbers + 1, joined([read]), ccwsim.revise(read, HardData([[3, 3]], [0]))
+        return read.numbers + 1, concatenate([read]), ccwsim.revise(read, HardData([[3, 3]], [0]))
 
     return act
 
@@ -128,6 +128,7 @@ def ensemble() -> ccwsim.Ensemble:
 
 IMAGES: dict[str, Act] = {
     "TrainingImage.__init__.array": lambda of: TrainingImage(some(of)),
+    "TrainingImage.from_array.values": lambda of: TrainingImage.from_array(some(of)),
     "TrainingImage.of.image": lambda of: TrainingImage.of(some(of)),
     "simulate.training_image": lambda of: ccwsim.simulate(some(of), (9, 9), P).digest,
     "read_realizations.training_image": lambda of: io.read_realizations(

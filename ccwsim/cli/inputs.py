@@ -211,7 +211,7 @@ def _option(row: FieldSpec, option: Any) -> Any:
         return option(row.option, type=sizes, **how)
     if row.kind == "lengths":
         return option(row.option, name, type=float, nargs=2, **how)
-    kinds = {"count": int, "whole": int, "number": float, "word": str}
+    kinds = {"count": int, "whole": int, "number": float, "word": str, "crs": str}
     each = {"location_weight": number_or_each, **dict.fromkeys(PER_AXIS, one_or_each)}
     return option(row.option, name, type=each.get(name) or kinds[row.kind], **how)
 

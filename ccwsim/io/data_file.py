@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ccwsim.io.limits import check_cells
 from ccwsim.model.arrays import is_whole
 from ccwsim.model.errors import CCWSIMError, shown
-from ccwsim.model.grid import Grid
+from ccwsim.model.grid import Grid, fault_of_crs
 from ccwsim.model.missing import known_values, unknown_note
 
 
@@ -121,7 +121,8 @@ class DataFile:
         if grid.nz is not None:
             height, bottom = self.along_z or (1.0, 0.0)
             size, origin = (*size, height), (*origin, bottom)
-        return replace(grid, cell_size=size, origin=origin, crs=self.crs)
+        crs = "" if fault_of_crs(self.crs) else self.crs
+        return replace(grid, cell_size=size, origin=origin, crs=crs)
 
     def oriented(
         self,

@@ -50,7 +50,7 @@ class Readable(Protocol):
     def read(self, size: int = ..., /) -> bytes: ...
 
 
-class Table(Protocol):
+class MemoryTable(Protocol):
     """A table in memory, such as a DataFrame."""
 
     @property
@@ -64,7 +64,7 @@ PathOrFile = (
     | Readable
     | BinaryIO
     | IsolatedFile
-    | Table
+    | MemoryTable
     | Mapping[str, Any]
     | NDArray[np.void]
 )

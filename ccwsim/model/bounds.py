@@ -64,6 +64,9 @@ MAX_REALIZATIONS_OF_SWEEP = 50
 MIN_FLOAT, MAX_FLOAT = 5e-324, 1.8e308
 """Range of 64-bit floating-point numbers, for cell sizes and origins."""
 
+MAX_CRS_LETTERS = 8000
+"""Maximum length of a coordinate system; definitions in WKT have up to about 5000 letters."""
+
 # Hard data
 MAX_SAMPLED = 100_000
 """Maximum number of data sampled from a reference field; uploaded data have the same limit."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -18,7 +19,7 @@ from ccwsim.model.arrays import (
     describe_shape,
     listing,
 )
-from ccwsim.model.bounds import MAX_GRID_SIDE
+from ccwsim.model.bounds import MAX_CRS_LETTERS, MAX_GRID_SIDE
 from ccwsim.model.errors import CCWSIMError, shown
 
 
@@ -39,7 +40,8 @@ class Grid:
     nz : int, optional
         Layers (z, from the bottom) of a volume; None for a map.
     crs : str
-        Coordinate system of x and y, such as "EPSG:32632"; "" if it is unknown.
+        Coordinate system of x and y: a code such as "EPSG:32632", WKT or a PROJ text; "" if it is
+        unknown.
 
     Examples
     --------
@@ -67,6 +69,8 @@ class Grid:
             object.__setattr__(self, name, numbers)
         if min(self.cell_size) <= 0:
             raise CCWSIMError(f"grid cell size {self.cell_size} must be positive")
+        if self.crs != "" and (reason := fault_of_crs(self.crs)):
+            raise CCWSIMError(f"grid crs = {shown(self.crs)} {reason}")
 
     def __repr__(self) -> str:
         names = ["ny", "nx", "cell_size", "origin"]
@@ -229,6 +233,35 @@ class Grid:
             f"(n, {self.n_dimensions}) is needed, "
             f"{'row and column' if self.nz is None else 'layer, row and column'}"
         )
+
+
+_CRS = re.compile(
+    r"EPSG:\d{4,6}(\+\d{4,6})?|(?!EPSG:)[A-Z][\w-]{1,15}:[\w:.+-]{1,60}"
+    r"|WGS84|WGS72|NAD27|NAD83|\+?(?:proj|init)=.+|[A-Z][A-Z_]{3,20}\s*\[.+\]",
+    re.IGNORECASE | re.DOTALL,
+)
+"""Forms of a coordinate system: code of an authority, name, PROJ text or WKT."""
+
+
+def fault_of_crs(crs: object) -> str:
+    """Return why a text is not a coordinate system, to follow its name; empty if it is one.
+
+    Only the form is checked, because the codes that exist are known only to programs like GDAL.
+
+    Examples
+    --------
+    >>> fault_of_crs("EPSG:32632"), fault_of_crs("UTM 32")
+    ('', 'is not a coordinate system; give a code such as EPSG:32632, or WKT')
+    """
+    if isinstance(crs, str) and len(crs) > MAX_CRS_LETTERS:
+        return f"has {len(crs)} letters; a coordinate system has at most {MAX_CRS_LETTERS}"
+    if (
+        isinstance(crs, str)
+        and _CRS.fullmatch(crs)
+        and all(c.isprintable() or c in "\r\n\t" for c in crs)
+    ):
+        return ""
+    return "is not a coordinate system; give a code such as EPSG:32632, or WKT"
 
 
 _MAX_PLACE = 1e12

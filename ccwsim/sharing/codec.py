@@ -16,6 +16,7 @@ import numpy as np
 from ccwsim.model import bounds
 from ccwsim.model.arrays import check_int
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.grid import fault_of_crs
 from ccwsim.model.parameters import PER_AXIS, Parameters, parameter_table
 from ccwsim.sharing.choices import Choices, EMap, Shown
 
@@ -39,7 +40,8 @@ class FieldSpec:
     key: str  # name in a link
     part: str  # part of a study: "study", "data", "grid", "parameters" or "shown"
     fields: tuple[str, ...]  # names in `part` and in a project file; one for each of x, y, z
-    kind: str  # count, whole or number (`Parameters` checks both), sizes, lengths, choice, word
+    # count, whole or number (`Parameters` checks both), sizes, lengths, choice, word or crs
+    kind: str
     low: float = 0  # minimum in a page, link or option
     high: float = 0  # maximum in a page, link or option
     file_high: float = 2**63 - 1  # maximum in a project file
@@ -82,6 +84,10 @@ class FieldSpec:
             if text not in self.words:
                 raise CCWSIMError(f"is none of {', '.join(self.words)}")
             return self.words[text]
+        if self.kind == "crs":
+            if text and (reason := fault_of_crs(text)):
+                raise CCWSIMError(reason)
+            return text
         if self.kind == "word":
             return text[:MAX_LETTERS]
         if self.kind in ("sizes", "lengths"):
@@ -210,7 +216,7 @@ FIELDS = (
         help="x and y of the grid's south-west corner in world units (default: 0 0)",
     ),
     FieldSpec(
-        *("crs", "grid", ("crs",), "word"),
+        *("crs", "grid", ("crs",), "crs"),
         option="--crs",
         metavar="CODE",
         help="coordinate system of x and y, such as EPSG:32632 (default: unknown)",

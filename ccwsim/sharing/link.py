@@ -228,7 +228,7 @@ class _Reader:
         try:
             return usual if text is None else row.read(text)
         except CCWSIMError as error:
-            self.refuse(row.key, str(error), f"the default {row.write(usual)} is used")
+            self.refuse(row.key, str(error), f"the default {row.write(usual) or '(none)'} is used")
             return usual
 
     def fields(self, part: str, parts: Mapping[str, Any]) -> dict[str, Any]:

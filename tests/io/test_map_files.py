@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import sys
 import zlib
+from dataclasses import replace
 from io import BytesIO
 from xml.etree import ElementTree
 
@@ -154,6 +155,13 @@ def test_codes_of_any_size_are_kept(codes, tmp_path):
     cio.write_realizations(tmp_path / "e.nc", e)
     with xarray.open_dataarray(tmp_path / "e.nc") as array:
         assert (array.values == own).all()
+
+
+def test_a_code_that_does_not_exist_is_said_when_a_geotiff_is_written():
+    pytest.importorskip("rasterio")
+    elsewhere = replace(E, grid=replace(E.grid, crs="EPSG:99999"))
+    with pytest.raises(CCWSIMError, match="crs = 'EPSG:99999' is unknown to GDAL"):
+        cio.realizations_as_bytes(elsewhere, "tif")
 
 
 @pytest.mark.parametrize(("kind", "package"), [("tif", "rasterio"), ("nc", "xarray")])

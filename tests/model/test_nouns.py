@@ -198,6 +198,17 @@ class TestGrid:
         with pytest.raises(CCWSIMError):
             Grid(3, 3, origin=pair)
 
+    @pytest.mark.parametrize("crs", ["", "EPSG:32632", "epsg:4326", "ESRI:102100", "WGS84"])
+    def test_a_coordinate_system_is_a_code(self, crs):
+        assert Grid(3, 3, crs=crs).crs == crs
+
+    @pytest.mark.parametrize(
+        "crs", ["32632", "UTM 32", "EPSG:abc", "EPSG:32632\0", 32632, None, " "]
+    )
+    def test_what_is_no_coordinate_system_is_refused(self, crs):
+        with pytest.raises(CCWSIMError, match="is not a coordinate system; give a code"):
+            Grid(3, 3, crs=crs)
+
     def test_a_pair_of_numbers_is_a_grid(self):
         for shape in ((7, 9), [7, 9], np.array([7, 9]), Grid(7, 9)):
             assert Grid.of(shape) == Grid(7, 9)

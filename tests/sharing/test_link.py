@@ -85,7 +85,13 @@ def parameters(draw) -> Parameters:
     return Parameters(**given)
 
 
-GRIDS = st.builds(Grid, SIDES, SIDES, st.tuples(SIZES, SIZES), st.tuples(ORIGINS, ORIGINS))
+WKT = 'PROJCS["WGS 84 / UTM zone 32N",GEOGCS["WGS 84",' + 'AUTHORITY["EPSG","4326"],' * 80 + "]]"
+CRS = st.sampled_from(["", "EPSG:32632", "urn:ogc:def:crs:EPSG::32632", "+proj=utm +zone=32", WKT])
+GRIDS = st.builds(
+    *(Grid, SIDES, SIDES, st.tuples(SIZES, SIZES), st.tuples(ORIGINS, ORIGINS)),
+    nz=st.none(),
+    crs=CRS,
+)
 STUDIES = st.builds(
     Choices, images(), data_choices(), GRIDS, parameters(), st.integers(1, 1000), SEEDS
 )
@@ -188,6 +194,10 @@ def test_bundled_data_are_those_of_their_image_unless_the_link_names_them():
         ({"turn": ["up"]}, "turn = up is not made of ew, ns and transpose"),
         ({"name": ["mud"]}, "1 names for 2 facies"),
         ({"colour": ["red"]}, "colour = red is not a code"),
+        ({"crs": ["UTM 32"]}, "crs = UTM 32 is not a coordinate system; give a code such as EPSG"),
+        ({"crs": ["EPSG:3263x"]}, "is not a coordinate system"),
+        ({"crs": ['PROJCS["WGS 84",GEOGCS["WG']}, "is not a coordinate system"),
+        ({"crs": ["A:" + "b" * 9000]}, "has 9002 letters; a coordinate system has at most 8000"),
     ],
 )
 def test_a_bad_value_is_said_and_the_rest_is_taken(query, said):

@@ -117,6 +117,12 @@ BROKEN = {
     "many": (lambda: changed(study=settings(n_realizations=10**9)), "too many"),
     "grid": (lambda: changed(study=settings(grid={"ny": 0, "nx": 3})), "grid ny = 0"),
     "grid kind": (lambda: changed(study=settings(grid=[3])), "grid is missing or broken"),
+    "crs": (lambda: changed(study=settings(grid={"ny": 3, "nx": 3, "crs": "x" * 9000})), "letters"),
+    "no crs": (
+        lambda: changed(study=settings(grid={"ny": 3, "nx": 3, "crs": "UTM"})),
+        "EPSG:32632",
+    ),
+    "crs kind": (lambda: changed(study=settings(grid={"ny": 3, "nx": 3, "crs": 7})), "crs = 7"),
     "no grid": (lambda: changed(study=settings(grid={})), "ny"),
     "template": (lambda: changed(study=settings(parameters={"template_size": 9})), "Template 9"),
     "unknown": (lambda: changed(study=settings(parameters={"magic": 9})), "'magic' is unknown"),

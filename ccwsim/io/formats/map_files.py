@@ -12,10 +12,10 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.io.data_file import optional_package
+from ccwsim.io.data_file import broken, optional_package
 from ccwsim.io.formats.vti import TYPES
 from ccwsim.model.arrays import AXES
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
 
 NEEDS = {"tif": "rasterio", "nc": "xarray"}
@@ -80,7 +80,9 @@ def geotiff_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
     north_west = rasterio.Affine(sx, 0, ox, 0, -sy, oy + grid.ny * sy)
     profile: dict[str, Any] = {"height": grid.ny, "width": grid.nx, "count": len(maps)}
     profile |= {"dtype": kind, "transform": north_west, "compress": "deflate"}
-    profile |= {"crs": grid.crs} if grid.crs else {}
+    if grid.crs:
+        with broken(f"crs = {shown(grid.crs)} is unknown to GDAL", remedy="correct it"):
+            profile["crs"] = rasterio.CRS.from_user_input(grid.crs)
     with MemoryFile() as memory:
         with memory.open(driver="GTiff", interleave="band", **profile) as file:
             for band, (name, values) in enumerate(maps.items(), start=1):
