@@ -33,6 +33,7 @@ from ccwsim.metrics.connectivity import (
     geobody_statistics,
 )
 from ccwsim.metrics.copying import Copying, copying
+from ccwsim.metrics.data_fit import DataFit, ImageRank, fit_data, rank_images
 from ccwsim.metrics.data_match import DataMatch, data_match
 from ccwsim.metrics.diagnosis import (
     Advice,
@@ -53,6 +54,7 @@ from ccwsim.metrics.etype import (
 )
 from ccwsim.metrics.features import Granulometry, Spacing, feature_spacing, granulometry
 from ccwsim.metrics.lags import STEPS, VERTICAL, Direction, axes_of
+from ccwsim.metrics.leave_out import LeaveOut, leave_out
 from ccwsim.metrics.measures import MEASURES, Measure, Measured, measure
 from ccwsim.metrics.patterns import (
     PatternHistogram,
@@ -98,6 +100,7 @@ __all__ = [
     "Calibration",
     "Connectivity",
     "Copying",
+    "DataFit",
     "DataMatch",
     "Diagnosis",
     "Direction",
@@ -105,6 +108,8 @@ __all__ = [
     "Fit",
     "Geobodies",
     "Granulometry",
+    "ImageRank",
+    "LeaveOut",
     "Measure",
     "Measured",
     "PatternHistogram",
@@ -140,6 +145,7 @@ __all__ = [
     "facies_counts",
     "feature_spacing",
     "fit_curve",
+    "fit_data",
     "fit_geobodies",
     "fit_patterns",
     "fit_proportions",
@@ -148,12 +154,14 @@ __all__ = [
     "granulometry",
     "js_divergence",
     "judge",
+    "leave_out",
     "measure",
     "pattern_distance",
     "pattern_histogram",
     "proportion_quantiles",
     "proportions",
     "pyramid_histograms",
+    "rank_images",
     "score_reference",
     "stationarity",
     "templates_that_fit",

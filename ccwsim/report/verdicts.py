@@ -138,12 +138,23 @@ def relative_text(value: float, reference: float) -> str:
 
 
 def advise_proportions(ensemble: Ensemble, fit: Fit | None) -> str:
-    """Return advice if proportions differ from the training image's, otherwise an empty text."""
+    """Return advice if proportions differ from the training image's, otherwise an empty text.
+
+    A facies is left out if the hard data have even more of it than realizations that have more than
+    the image, or even less than those that have less.
+    """
     if fit is None or fit.fits or ensemble.parameters.match_proportions:
         return ""
-    names = ensemble.training_image.facies_names
-    off = [name for name, missed in zip(names, fit.outside, strict=True) if missed]
+    image, data, mean = ensemble.training_image, ensemble.hard_data, ensemble.proportions.mean(0)
+    nearer = fit.outside
+    if data.n:
+        shares = (data.facies[:, None] == image.codes).mean(axis=0)
+        nearer = nearer & ((shares - mean) * (image.proportions - mean) >= 0)
+    names = image.facies_names
+    off = [name for name, missed in zip(names, nearer, strict=True) if missed]
     off = off[1:] if len(off) == len(names) == 2 else off  # name one of two facies
+    if not off:
+        return ""
     return f"“Match proportions” is off and would bring {' and '.join(off)} nearer to the TI"
 
 

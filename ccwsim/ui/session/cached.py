@@ -3,17 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
-from typing import Any
+from functools import partial, wraps
+from typing import Any, Concatenate, ParamSpec, TypeVar
 
 import streamlit as st
 
+from ccwsim.jobs.statistics import Fraction, Task
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.sharing.choices import DataChoice, ImageChoice, Upload, WellTables
+from ccwsim.system.lru_cache import LruCache
+
+MAX_KEPT, MAX_KEPT_BYTES = 96, 256 * 10**6
+MIN_KEPT = 24
+"""Number of values that stay cached even if they are large; a page shows fewer values."""
+Value = TypeVar("Value")
+Given = ParamSpec("Given")
 
 
 def _of_ensemble(e: Ensemble) -> tuple[object, ...]:
@@ -34,3 +42,21 @@ CONTENT: dict[str | type[Any], Callable[[Any], Any]] = {
 }
 """Functions that return the content of an argument, by type of the argument."""
 cached = partial(st.cache_resource, show_spinner=False, hash_funcs=CONTENT)
+
+
+def as_task(work: Callable[Concatenate[Fraction, Given], Value]) -> Callable[Given, Task[Value]]:
+    """Return a function that makes a task from its arguments, which are also the task's key."""
+
+    @wraps(work)
+    def task_of(*given: Given.args, **options: Given.kwargs) -> Task[Value]:
+        arguments = *given, *options.values()
+        key = work.__name__, *(CONTENT.get(type(one), repr)(one) for one in arguments)
+        return Task(key, lambda progress: work(progress, *given, **options))
+
+    return task_of
+
+
+@st.cache_resource(show_spinner=False)
+def shared_values() -> LruCache:
+    """Return the cache of values that all sessions share; the keys are digests of contents."""
+    return LruCache(MAX_KEPT, MAX_KEPT_BYTES, MIN_KEPT)

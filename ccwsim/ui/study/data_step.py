@@ -24,6 +24,7 @@ from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.resolve import data_of, image_of, imported_data, wells_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.session.uploads import file_uploader
+from ccwsim.ui.study.data_fit import draw_data_fit
 from ccwsim.ui.study.image_step import IMPORT_PAGE, THUMB
 from ccwsim.ui.study.questions import ROLES_OF_WELLS, ask_data, say_open
 from ccwsim.ui.widgets.errors import problem_in
@@ -70,6 +71,8 @@ def data_step(state: State) -> None:
             page_link("pages/data.py", "Edit in the volume" if volume else "Edit on a map")
     if problem:
         st.error(plain(problem))
+    elif state.choices.data.source != "none":
+        draw_data_fit(state)
     if state.data_draft is not None:
         _draft(state, state.data_draft)
 

@@ -28,6 +28,7 @@ from ccwsim.report.verdicts import (
     way_name,
 )
 from ccwsim.ui.session.state import State
+from ccwsim.ui.study.data_fit import data_fit, flagged, is_judged
 from ccwsim.ui.validate.reproduction import axis_curves, describe_unseen_of
 from ccwsim.ui.validate.statistics import (
     Validation,
@@ -60,11 +61,17 @@ def findings(state: State, ensemble: Ensemble) -> list[Finding]:
     name, is_volume = ensemble.training_image.facies_names[k], ensemble.grid.nz is not None
     found = [of_data(ensemble)]
     tasks: dict[str, Task[Any]] = {"shares": proportions(ensemble), "variety": variety(ensemble)}
+    if is_judged(ensemble.hard_data, ensemble.grid):
+        image, data = ensemble.training_image, ensemble.hard_data
+        tasks["data_fit"] = data_fit(image, data, ensemble.grid)
     for word, task in tasks.items():
         page_state.worker.ask(task)
         if known(state, task) is None:
             page_state.waiting[word] = task  # the finding is added when the page is drawn again
     page_state.worker.wait_for(tasks["shares"], MOMENT_SECONDS)
+    agreement = known(state, tasks["data_fit"]) if "data_fit" in tasks else None
+    if agreement and flagged(agreement):
+        found.insert(0, Finding(agreement.words, False))
     if shares := known(state, proportions(ensemble)):
         found += of_proportions(ensemble, shares.fit)
     ways = axis_curves(ensemble)

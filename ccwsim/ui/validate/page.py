@@ -31,6 +31,7 @@ from ccwsim.ui.session.state import State
 from ccwsim.ui.study.news import draw_news
 from ccwsim.ui.study.run import problem_of, start_run, start_run_if_needed
 from ccwsim.ui.validate.conditioning import draw_data, draw_reference, draw_uncertainty
+from ccwsim.ui.validate.data_and_image import draw_data_and_image
 from ccwsim.ui.validate.findings import draw_summary
 from ccwsim.ui.validate.large_ensemble import draw_large_ensemble
 from ccwsim.ui.validate.reproduction import (
@@ -190,6 +191,7 @@ SECTIONS = (
     ("measures", "Measures", "single numbers, compared with crops of the image", draw_measures),
     ("patterns", "Patterns", "variety, and similarity to the training image", draw_patterns),
     ("data", "Hard data", "whether and how data are honoured", draw_data),
+    ("fit", "Data and image", "whether the data contradict the image", draw_data_and_image),
     ("directions", "Any direction", "variograms over all lags", draw_directions),
     ("transitions", "Transiograms", "probabilities of facies at a lag", draw_transitions),
     ("reuse", "Copying", "pieces copied from the training image", draw_copying),

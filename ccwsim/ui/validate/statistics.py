@@ -5,8 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import wraps
-from typing import Any, Concatenate, Generic, ParamSpec, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 import streamlit as st
@@ -52,9 +51,8 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.report.pictures import bundle_of, bundle_of_curves, layers_bundle
 from ccwsim.run.simulation import simulate
-from ccwsim.system.lru_cache import LruCache
 from ccwsim.ui.results.curves import e_type_of
-from ccwsim.ui.session.cached import CONTENT
+from ccwsim.ui.session.cached import as_task, shared_values
 from ccwsim.ui.session.fragments import follow_tasks
 from ccwsim.ui.session.progress import queue_text
 from ccwsim.ui.session.state import State
@@ -66,13 +64,9 @@ MAX_COMPARED = 200
 """Maximum number of realizations in the pairwise comparison of ANODI."""
 DENSE_LAGS, STRIDE = 10, 4
 """Transiograms use every lag up to `DENSE_LAGS`, and every `STRIDE`-th lag above it."""
-MAX_KEPT, MAX_KEPT_BYTES = 96, 256 * 10**6
-MIN_KEPT = 24
-"""Number of values that stay cached even if they are large; a page shows fewer values."""
 MIN_STOPPABLE = 3.0
 """Number of seconds of work after which the button to stop is shown."""
 Value = TypeVar("Value")
-Given = ParamSpec("Given")
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,18 +109,6 @@ class PatternsCompared:
     shape: tuple[int, ...]
     unseen: NDArray[np.float64]
     unseen_at_data: NDArray[np.float64] | None
-
-
-def as_task(work: Callable[Concatenate[Fraction, Given], Value]) -> Callable[Given, Task[Value]]:
-    """Return a function that makes a task from its arguments, which are also the task's key."""
-
-    @wraps(work)
-    def task_of(*given: Given.args, **options: Given.kwargs) -> Task[Value]:
-        arguments = *given, *options.values()
-        key = work.__name__, *(CONTENT.get(type(one), repr)(one) for one in arguments)
-        return Task(key, lambda progress: work(progress, *given, **options))
-
-    return task_of
 
 
 def code_of(ensemble: Ensemble, facies: int) -> int:
@@ -290,12 +272,6 @@ def sources_of(ensemble: Ensemble, r: int) -> NDArray[np.int32]:
             "are unknown; run the study again to see the sources"
         )
     return again.sources[0]
-
-
-@st.cache_resource(show_spinner=False)
-def shared_values() -> LruCache:
-    """Return the cache of values that all sessions share; the keys are digests of contents."""
-    return LruCache(MAX_KEPT, MAX_KEPT_BYTES, MIN_KEPT)
 
 
 @dataclass

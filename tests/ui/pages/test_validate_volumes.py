@@ -33,6 +33,7 @@ from ccwsim.report.verdicts import (
     describe_unseen,
 )
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
+from ccwsim.ui.session.cached import shared_values
 from ccwsim.ui.session.resolve import fitted
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.validate.conditioning import data_status_shares, problem_of, troubled_data
@@ -53,7 +54,6 @@ from ccwsim.ui.validate.statistics import (
     geobodies,
     layers,
     reference_scores,
-    shared_values,
     volume_patterns,
 )
 from tests.metrics.volumes import a_volume

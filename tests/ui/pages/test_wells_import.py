@@ -145,7 +145,7 @@ def test_a_grid_with_gaps_brings_its_own_grid():
 def test_a_file_that_is_no_data_changes_nothing_and_can_be_left():
     before = replace(NAMED, data=DataChoice("placed", placed=HardData([[3, 4]], [1])))
     app = launched(b"%PDF-1.7\x00\x01", before)
-    assert "has an unknown format" in " ".join(e.value for e in app.error)
+    assert "is a PDF file" in " ".join(e.value for e in app.error)
     assert state_of(app).choices == before
     named(app.button, "wells_drop").click().run()
     assert state_of(app).data_draft is None

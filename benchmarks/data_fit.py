@@ -1,0 +1,84 @@
+"""How often fit_data is right: ``python -m benchmarks.data_fit [N_TRUTHS]``.
+
+Truths come from the generators of bundled images, with other seeds. Data are read at random cells
+of each truth. The first table has the share of truths in which the data are said to contradict
+the bundled image of the same generator (false alarms), the second the shares for other images,
+and how often `rank_images` names the right or a wrong image.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+
+import numpy as np
+
+from ccwsim import HardData, TrainingImage, datasets
+from ccwsim.metrics import fit_data, rank_images
+from ccwsim.metrics.data_fit import winner
+from tools.datasets import generate
+
+NAMES = ("channels", "stone_wall", "lenses", "barchans")
+SIDES = (256, 384, 512)
+NUMBERS = (100, 400)
+OTHERS = {
+    "channels": ("fractures", "turned channels", "bend", "stone_wall"),
+    "stone_wall": ("channels", "fractures", "bend"),
+    "barchans": ("lenses", "turned barchans", "delta"),
+}
+SEED = 7200
+
+
+def image(name: str) -> TrainingImage:
+    """Return a bundled image, or one turned by 90°."""
+    if not name.startswith("turned "):
+        return datasets.load(name)
+    upright = datasets.load(name.removeprefix("turned "))
+    return TrainingImage(upright.array.T[::-1], name=name, facies_names=upright.facies_names)
+
+
+def samples(name: str, side: int, n: int, first: int, n_truths: int) -> Iterator[HardData]:
+    """Yield n data, read at random cells, of truths that a generator draws with further seeds."""
+    for seed in range(SEED + first, SEED + first + n_truths):
+        truth = generate(name, shape=(side, side), seed=seed)
+        flat = np.random.default_rng(1000 * seed + n).choice(truth.indices.size, n, replace=False)
+        rows, columns = np.divmod(flat, side)
+        yield HardData(np.column_stack([rows, columns]), truth.array[rows, columns])
+
+
+def rejected(name: str, other: str, side: int, n: int, first: int, n_truths: int) -> list[bool]:
+    """Return for each truth of a generator whether its data contradict another image."""
+    candidate = image(other)
+    return [
+        fit_data(candidate, data, (side, side)).contradicts
+        for data in samples(name, side, n, first, n_truths)
+    ]
+
+
+def main(n_truths: int = 8) -> None:
+    """Print both tables."""
+    print(f"{'data of':<12}{'side':>5}" + "".join(f"{n:>8}" for n in NUMBERS) + "  false alarms")
+    everything: list[bool] = []
+    for name in NAMES:
+        for side in SIDES:
+            found = [rejected(name, name, side, n, 0, n_truths) for n in NUMBERS]
+            everything += [alarm for each in found for alarm in each]
+            print(f"{name:<12}{side:>5}" + "".join(f"{np.mean(each):>8.2f}" for each in found))
+    print(f"all: {sum(everything)} of {len(everything)}\n")
+    print(f"{'data of':<12}{'image':<18}" + "".join(f"{n:>8}" for n in NUMBERS) + "  found")
+    for name, others in OTHERS.items():
+        for other in others:
+            found = [rejected(name, other, 512, n, 0, n_truths) for n in NUMBERS]
+            print(f"{name:<12}{other:<18}" + "".join(f"{np.mean(each):>8.2f}" for each in found))
+        candidates = [image(each) for each in (name, *others)]
+        for n in NUMBERS:
+            named = [
+                winner(rank_images(candidates, data)) for data in samples(name, 512, n, 0, n_truths)
+            ]
+            right = sum(one is candidates[0] for one in named)
+            wrong = sum(one is not None for one in named) - right
+            print(f"{name:<12}named of {n} data: right {right}, wrong {wrong} of {n_truths}")
+
+
+if __name__ == "__main__":
+    main(*map(int, sys.argv[1:]))

@@ -1,0 +1,564 @@
+"""Fit of hard data to a training image, judged before any conditional simulation.
+
+Hard data can contradict a training image although every realization honours them. Four families of
+statistics of the data are compared with the same statistics of unconditional realizations at the
+same places: proportions, pairs of equal facies by distance and direction, the likelihood of all
+pairs, and the data events of `_Events`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+from math import log
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import fft
+
+from ccwsim.jobs.workers import Cancel, check_stop
+from ccwsim.metrics.stack import N_AXES, Fraction
+from ccwsim.model.arrays import check_int
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.grid import Grid
+from ccwsim.model.hard_data import HardData
+from ccwsim.model.parameters import PER_AXIS, Parameters
+from ccwsim.model.study import Study
+from ccwsim.model.training_image import TrainingImage
+from ccwsim.run.simulation import simulate
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bytes = NDArray[np.uint8]
+
+MAX_NEIGHBOURS = 5
+"""Maximum number of data in the event of a datum."""
+MAX_EVENT_TABLE = 2**18
+"""Maximum number of facies combinations of an event; more facies leave fewer neighbours."""
+BACK_OFF = 100.0
+"""Weight, in placements, of the probability that is given by one neighbour less."""
+MAX_LABELS = 8
+"""Maximum number of facies that `fit_data` distinguishes; the rarest facies count as one."""
+MIN_PLACES = 3
+"""Minimum number of data."""
+MAX_EVENTS = 400
+"""Maximum number of data whose events are counted in the image."""
+MAX_LAG = 64
+"""Maximum distance of a pair along each axis in cells; also at most a third of the image."""
+MAX_PAIRS = 40_000
+PAIRS_PER_BIN, BINS_PER_AXIS = 20, 4
+"""Minimum number of pairs in a bin of distance, and maximum number of bins along each axis."""
+LEAST = 1e-4
+"""Smallest probability in a logarithm."""
+REJECTED = 0.025
+"""Largest p value of data that contradict the image."""
+MIN_GAIN = 0.02
+"""Smallest expected gain in nats per datum; below it, too few data are near each other."""
+MIN_Z = 2.0
+"""Smallest difference of two mean scores in standard errors that is reported."""
+MIN_DATA = 10
+"""Minimum number of data, or of wells in a volume, for a verdict."""
+MIN_RANKED = 200
+"""Minimum number of data for naming the image that predicts them best."""
+RANGES = (6.0, 12.0, 24.0, 48.0, 96.0)
+SHRINKAGES = (0.5, 2.0, 8.0)
+"""Ranges in cells, and weights of the proportions, between which `_smoothing` chooses."""
+N_FOLDS = 5
+
+
+@dataclass(frozen=True)
+class DataFit:
+    """Result of `fit_data`."""
+
+    p: float
+    """Share of the null data sets that differ from the image at least as much as the data do."""
+    families: dict[str, float]
+    """Largest difference in each family of statistics, in standard deviations of the null."""
+    score: float
+    """Mean log probability of a datum given its neighbours, from counts in the image."""
+    gain: float
+    """`score` minus the mean log proportion of the image, in nats per datum."""
+    expected_gain: float
+    """Mean gain of null data sets."""
+    smoothing: float
+    """Mean log probability of a datum if the other data are smoothed, without an image."""
+    z_smoothing: float
+    """Mean difference of log probabilities, image − smoothing, in standard errors."""
+    n: int
+    """Number of independent data: wells in a volume."""
+
+    @property
+    def family(self) -> str:
+        """Name of the family that differs most."""
+        return max(self.families, key=lambda name: self.families[name])
+
+    @property
+    def contradicts(self) -> bool:
+        """Whether the data contradict the image: p ≤ 0.025."""
+        return self.n >= MIN_DATA and self.p <= REJECTED
+
+    @property
+    def words(self) -> str:
+        """The verdict in at most eight words."""
+        if self.contradicts:
+            return f"Data contradict this training image: {self.family}"
+        if self.n < MIN_DATA or self.expected_gain < MIN_GAIN:
+            return "Too few data to judge the image"
+        if self.z_smoothing < -MIN_Z:
+            return "Your data alone predict better than this image"
+        return "Data do not contradict this training image"
+
+
+def fit_data(
+    image: TrainingImage,
+    data: HardData,
+    shape: Grid | tuple[int, ...],
+    n_null: int = 40,
+    seed: int = 0,
+    parameters: Parameters | None = None,
+    progress: Fraction | None = None,
+    cancel: Cancel | None = None,
+) -> DataFit:
+    """Judge whether hard data contradict a training image.
+
+    Parameters
+    ----------
+    image : TrainingImage
+    data : HardData
+    shape : Grid or tuple of int
+        Grid of the data.
+    n_null : int
+        Number of unconditional realizations, each read at the places of the data.
+    seed : int
+        Seed of the realizations and of the choice of pairs.
+    parameters : Parameters, optional
+        Parameters of the realizations; by default, a template of 32 cells if it fits.
+    progress, cancel : callable, optional
+        As of `simulate`.
+
+    Raises
+    ------
+    CCWSIMError
+        For data outside the grid or of an unknown facies, fewer than 3 data, or n_null < 10.
+    Cancelled
+        If `cancel` returned True.
+
+    Examples
+    --------
+    >>> stripes = TrainingImage(np.tile([[0], [0], [0], [1], [1], [1]], (16, 96)))
+    >>> cells = np.argwhere(np.random.default_rng(0).random((60, 60)) < 0.03)
+    >>> p = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
+    >>> like = HardData(cells, cells[:, 0] // 3 % 2)
+    >>> unlike = HardData(cells, cells[:, 1] // 3 % 2)
+    >>> fits = [fit_data(stripes, data, (60, 60), parameters=p) for data in (like, unlike)]
+    >>> [fit.contradicts for fit in fits]
+    [False, True]
+    """
+    check_int("n_null", n_null, 10, 10_000)
+    study = Study(image, Grid.of(shape), parameters or _fitting(image), data, seed)
+    if data.n < MIN_PLACES:
+        raise CCWSIMError(f"{data.n} hard data say nothing of an image; give at least {MIN_PLACES}")
+    null = simulate(
+        image, study.grid, study.parameters, None, n_null, seed, keep_sources=True, cancel=cancel
+    )
+    if progress:
+        progress(0.5)
+    at_data = (slice(None), *data.cells.T)
+    labels = _labels(image)
+    indices, n_labels = labels[image.indices], int(labels.max()) + 1
+    sets = labels[np.vstack([study.facies_of_data[None], null.indices[at_data]])].astype(np.int64)
+    assert null.sources is not None
+    rng = np.random.default_rng(seed)
+    halves = _Events(indices, n_labels, data.cells, rng.permutation(data.n)[:MAX_EVENTS])
+    logs, expected = halves.log_probabilities(sets, null.sources[at_data])
+    if progress:
+        progress(0.9)
+    families = {
+        "proportions": _proportions(indices, n_labels, sets),
+        "data events": _Family((logs - expected).mean(axis=1)[:, None]),
+        **_pair_families(indices, n_labels, data.cells, sets, rng),
+    }
+    differences = {name: family.largest_difference() for name, family in families.items()}
+    combined = np.max([(d - d.mean()) / d.std() for d in differences.values()], axis=0)
+    gains = logs.mean(axis=1) - np.log(_shares(indices, n_labels))[sets[:, halves.targets]].mean(1)
+    of_image = halves.log_probabilities_of(sets[0])
+    of_data = _smoothing(data.cells, sets[0], n_labels)[halves.targets]
+    return DataFit(
+        p=float((1 + (combined[1:] >= combined[0]).sum()) / (n_null + 1)),
+        families={name: float(each[0]) for name, each in differences.items()},
+        score=float(of_image.mean()),
+        gain=float(gains[0]),
+        expected_gain=float(gains[1:].mean()),
+        smoothing=float(of_data.mean()),
+        z_smoothing=paired_z(of_image - of_data),
+        n=int(wells_of(data.cells).max()) + 1,
+    )
+
+
+@dataclass(frozen=True)
+class ImageRank:
+    """Place of a training image in the result of `rank_images`."""
+
+    image: TrainingImage
+    score: float
+    """Mean log probability of a datum given its neighbours, from counts in the image."""
+    z: float
+    """Difference of the scores of the best image and this image in standard errors; 0 for the best
+    image. The data do not tell two images apart if it is at most 2."""
+    n: int
+    """Number of data in the mean."""
+
+
+def rank_images(
+    images: Sequence[TrainingImage], data: HardData, progress: Fraction | None = None
+) -> tuple[ImageRank, ...]:
+    """Rank training images by how well they predict each hard datum from its neighbours.
+
+    Nothing is simulated. Images without a facies of the data come last, with the score −∞.
+
+    Parameters
+    ----------
+    images : sequence of TrainingImage
+        Maps, or volumes for data in a volume.
+    data : HardData
+    progress : callable, optional
+        Called with the share of the images done.
+
+    Returns
+    -------
+    tuple of ImageRank
+        From the best to the worst.
+
+    Raises
+    ------
+    CCWSIMError
+        For no image, images of other dimensions than the data, or fewer than 3 data.
+
+    Examples
+    --------
+    >>> stripes = np.tile([[0], [0], [0], [1], [1], [1]], (16, 96))
+    >>> images = [TrainingImage(stripes.T, name="N-S"), TrainingImage(stripes, name="E-W")]
+    >>> cells = np.argwhere(np.random.default_rng(0).random((60, 60)) < 0.03)
+    >>> best, other = rank_images(images, HardData(cells, cells[:, 0] // 3 % 2))
+    >>> best.image.name, other.z > 2
+    ('E-W', True)
+    """
+    if not images or data.n < MIN_PLACES:
+        raise CCWSIMError(
+            f"{len(images)} images and {data.n} hard data: give at least one image and "
+            f"{MIN_PLACES} data"
+        )
+    reach = np.min([_reach(image.shape) for image in images], axis=0)
+    most = max(image.n_facies for image in images)
+    targets = np.random.default_rng(0).permutation(data.n)[:MAX_EVENTS]
+    logs = []
+    for number, image in enumerate(images):
+        if image.n_dimensions != data.n_dimensions:
+            raise CCWSIMError(
+                f"{image.name or 'a training image'} has {image.n_dimensions} axes, but the hard "
+                f"data have {data.n_dimensions}: rank maps by data of a map, volumes by those of "
+                "a volume"
+            )
+        places = np.searchsorted(image.codes, data.facies).clip(max=image.n_facies - 1)
+        if (image.codes[places] == data.facies).all():
+            events = _Events(image.indices, image.n_facies, data.cells, targets, reach, most)
+            logs.append(events.log_probabilities_of(places))
+        else:
+            logs.append(np.full(len(targets), -np.inf))
+        if progress:
+            progress((number + 1) / len(images))
+    order = np.argsort([-each.mean() for each in logs], kind="stable")
+    best = logs[order[0]]
+    return tuple(
+        ImageRank(
+            image=images[k],
+            score=float(logs[k].mean()),
+            z=0.0 if k == order[0] else paired_z(best - logs[k]),
+            n=len(targets),
+        )
+        for k in order
+    )
+
+
+def winner(ranks: Sequence[ImageRank]) -> TrainingImage | None:
+    """Return the image that predicts the data best, or None if the data do not tell it apart.
+
+    Examples
+    --------
+    >>> first, second = TrainingImage([[0, 1]]), TrainingImage([[1, 0]])
+    >>> winner([ImageRank(first, -0.4, 0.0, 300), ImageRank(second, -0.5, 1.2, 300)]) is None
+    True
+    """
+    best, *others = ranks
+    known = best.n >= MIN_RANKED and all(other.z > MIN_Z for other in others)
+    return best.image if known else None
+
+
+def _fitting(image: TrainingImage) -> Parameters:
+    """Return parameters with a template of at most half of the image along each axis."""
+    sides = image.shape if image.n_dimensions == N_AXES else (min(image.shape),)
+    fitting = [next((t for t in (32, 16, 8) if t <= n // 2), 4) for n in sides]
+    sizes = zip(*((t, t // 4, min(t // 8, 2)) for t in fitting), strict=True)
+    along: dict[str, Any] = dict(zip(PER_AXIS, sizes, strict=True))
+    return Parameters(**{name: n if len(n) > 1 else n[0] for name, n in along.items()})
+
+
+def _labels(image: TrainingImage) -> NDArray[np.uint8]:
+    """Return a label of each facies; facies beyond the `MAX_LABELS` − 1 most frequent share one."""
+    rank = np.argsort(np.argsort(-image.proportions, kind="stable"), kind="stable")
+    return np.minimum(rank, MAX_LABELS - 1).astype(np.uint8)
+
+
+def wells_of(cells: Ints) -> Ints:
+    """Return the number of the vertical well of each datum; in a map, each datum is a well."""
+    wells = cells[:, 1:] if cells.shape[1] == N_AXES else cells
+    return np.unique(wells, axis=0, return_inverse=True)[1].reshape(-1)
+
+
+def _shares(indices: Bytes, n_facies: int) -> Floats:
+    return np.maximum(np.bincount(indices.ravel(), minlength=n_facies) / indices.size, LEAST)
+
+
+def paired_z(differences: Floats) -> float:
+    """Return the mean of differences in standard errors."""
+    mean = float(differences.mean())
+    if not np.isfinite(mean):
+        return mean
+    return mean / max(float(differences.std(ddof=1)) / len(differences) ** 0.5, 1e-12)
+
+
+class _Family(NamedTuple):
+    """Statistics of the data (row 0) and of the null data sets (other rows)."""
+
+    sets: Floats
+    """Shape (1 + n_null, statistics)."""
+    halves: Floats | None = None
+    """Expected values in the western, eastern, southern and northern half, (4, statistics)."""
+
+    def largest_difference(self) -> Floats:
+        """Return each row's largest |z| against all other rows, shape (1 + n_null,).
+
+        The null repeats the chance that made the image what it is, the data do not. Differences
+        between halves of the image measure this chance.
+        """
+        n = len(self.sets) - 1
+        centred = self.sets - self.sets.mean(axis=0)
+        mean = -centred / n
+        squares = (centred**2).sum(axis=0) - centred**2 - n * mean**2
+        variance = squares / (n - 1) + 1e-18
+        z = np.abs(centred - mean) / np.sqrt(variance)
+        if self.halves is not None:
+            west, east, south, north = self.halves
+            of_image = ((west - east) ** 2 + (south - north) ** 2) / 8
+            z[0] /= np.sqrt(1 + of_image.sum() / variance[0].sum())
+        return z.max(axis=1)
+
+
+def _halves(indices: Bytes) -> list[Bytes]:
+    return [part for axis in (-1, -2) for part in np.array_split(indices, 2, axis)]
+
+
+def _proportions(indices: Bytes, n_facies: int, sets: Ints) -> _Family:
+    def shares(labels: NDArray[np.integer], axis: int | None = None) -> Floats:
+        return np.stack([(labels == k).mean(axis) for k in range(n_facies)], -1)
+
+    return _Family(shares(sets, 1), np.array([shares(half) for half in _halves(indices)]))
+
+
+def _reach(shape: tuple[int, ...]) -> Ints:
+    """Return the largest distance along each axis that is compared with an image."""
+    return np.array([max(min(n // 3, MAX_LAG), 1) for n in shape])
+
+
+def _pair_families(
+    indices: Bytes, n_facies: int, cells: Ints, sets: Ints, rng: np.random.Generator
+) -> dict[str, _Family]:
+    """Return the likelihood of all pairs, and shares of equal pairs by axis and distance."""
+    reach = _reach(indices.shape)
+    first, second = np.triu_indices(len(cells), 1)
+    if len(first) > 10 * MAX_PAIRS:
+        chosen = rng.choice(len(first), 10 * MAX_PAIRS, replace=False)
+        first, second = first[chosen], second[chosen]
+    lags = cells[second] - cells[first]
+    near = np.flatnonzero((np.abs(lags) <= reach).all(axis=1))
+    near = rng.permutation(near)[:MAX_PAIRS]
+    if len(near) < PAIRS_PER_BIN:
+        return {}
+    first, second, lags = first[near], second[near], lags[near]
+    whole, *halves = (
+        _pair_shares(part, n_facies, reach)[(slice(None), slice(None), *(lags + reach).T)]
+        for part in (indices, *_halves(indices))
+    )
+    known, shares = np.maximum(whole, LEAST), _shares(indices, n_facies)
+    gain = np.log(known / known.sum(axis=(0, 1)) / np.multiply.outer(shares, shares)[..., None])
+    of_first, of_second = sets[:, first], sets[:, second]
+    likelihood = gain[of_first, of_second, np.arange(len(lags))].mean(axis=1)[:, None]
+    expected = [(half * gain).sum(axis=(0, 1)).mean(keepdims=True) for half in halves]
+    bins = _bins(lags)
+    columns, by_half = [], []
+    for at, k in product((bins == b for b in range(bins.max() + 1)), range(n_facies)):
+        columns.append(((of_first[:, at] == k) & (of_second[:, at] == k)).mean(axis=1))
+        by_half.append([half[k, k, at].mean() for half in halves])
+    families = {"pairs": _Family(likelihood, np.array(expected))}
+    if columns:
+        families["pairs by distance"] = _Family(np.stack(columns, -1), np.array(by_half).T)
+    return families
+
+
+def _bins(lags: Ints) -> Ints:
+    """Return the bin of each pair, by the axis of its largest component and its length; or −1."""
+    lengths, axis = np.sqrt((lags**2).sum(axis=1)), np.abs(lags).argmax(axis=1)
+    bins, n_bins = np.full(len(lags), -1), 0
+    for a in range(lags.shape[1]):
+        along = np.flatnonzero(axis == a)
+        n = min(BINS_PER_AXIS, len(along) // PAIRS_PER_BIN)
+        if n:
+            edges = np.quantile(lengths[along], np.linspace(0, 1, n + 1)[1:-1])
+            bins[along] = n_bins + np.searchsorted(edges, lengths[along])
+            n_bins += n
+    return bins
+
+
+def _pair_shares(indices: Bytes, n_facies: int, reach: Ints) -> NDArray[np.float32]:
+    """Return the share of pairs (x, x + h) with facies (k, l), shape (K, K, 2 · reach + 1 …)."""
+    shape = [
+        fft.next_fast_len(n + int(r), real=True) for n, r in zip(indices.shape, reach, strict=True)
+    ]
+    spectra = [np.asarray(fft.rfftn(np.float32(indices == k), shape)) for k in range(n_facies)]
+    lags = [np.arange(-r, r + 1) for r in reach]
+    taken = np.ix_(*[lag % n for lag, n in zip(lags, shape, strict=True)])
+    n_pairs = np.ones(())
+    for lag, n in zip(lags, indices.shape, strict=True):
+        n_pairs = np.multiply.outer(n_pairs, n - np.abs(lag))
+    shares = [
+        [
+            np.maximum(np.asarray(fft.irfftn(a.conj() * b, shape))[taken], 0) / n_pairs
+            for b in spectra
+        ]
+        for a in spectra
+    ]
+    return np.array(shares, np.float32)
+
+
+class _Events:
+    """Probabilities of data given their nearest neighbours, from all placements in an image.
+
+    P_j = (N(z, e_j) + a · P_{j−1}) / (N(e_j) + a) for the j nearest neighbours e_j, where N counts
+    the placements of the event. P_0 is the proportion of facies z, and a = 100. A datum that a
+    realization copied from one half of the image is scored by counts in the other half, because
+    its event certainly occurs where it was copied.
+    """
+
+    def __init__(
+        self,
+        indices: Bytes,
+        n_facies: int,
+        cells: Ints,
+        targets: Ints,
+        reach: Ints | None = None,
+        most_facies: int = 1,
+    ) -> None:
+        self.targets, self._cells = targets, cells
+        self._n_facies, self._shape = n_facies, indices.shape
+        self._axis = indices.ndim - (2 if indices.shape[-2] > indices.shape[-1] else 1)
+        self._middle = indices.shape[self._axis] // 2
+        self._halves = np.split(indices, [self._middle], axis=self._axis)
+        self._whole = [indices]
+        reach = _reach(self._halves[0].shape) if reach is None else reach
+        most = int(log(MAX_EVENT_TABLE) / log(max(n_facies, most_facies, 2))) - 1
+        groups = wells_of(cells)
+        self._neighbours: list[Ints] = []
+        for target in targets:
+            lags = np.abs(cells - cells[target])
+            distance = (lags.astype(float) ** 2).sum(axis=1)
+            distance[(groups == groups[target]) | (lags > reach).any(axis=1)] = np.inf
+            nearest = np.argsort(distance, kind="stable")[: max(min(MAX_NEIGHBOURS, most), 1)]
+            self._neighbours.append(nearest[np.isfinite(distance[nearest])])
+
+    def log_probabilities(self, sets: Ints, sources: NDArray[np.int32]) -> tuple[Floats, Floats]:
+        """Return log P of the facies at the targets and its expectation, shape (sets, targets).
+
+        The first set has no sources, and each half counts for it; likewise cells without a source.
+        """
+        along = np.unravel_index(np.maximum(sources, 0), self._shape)[self._axis]
+        half_of = np.vstack([0 * sets[:1] - 1, np.where(sources < 0, -1, along >= self._middle)])
+        found = np.empty((2, len(sets), len(self.targets)))
+        for row, (target, near) in enumerate(zip(self.targets, self._neighbours, strict=True)):
+            check_stop()
+            neighbours = tuple(sets[:, k] for k in near[::-1])
+            sums = np.zeros((2, len(sets)))
+            for number, counts in enumerate(self._counts(near, target, self._halves)):
+                p = np.maximum(_probabilities(counts)[neighbours], LEAST)
+                logs = np.broadcast_to(np.log(p), (len(sets), self._n_facies))
+                own = np.take_along_axis(logs, sets[:, [target]], axis=1)[:, 0]
+                half = half_of[:, target]
+                weight = np.where(half < 0, 0.5, half != number)
+                sums += weight * np.stack([own, (p * logs).sum(axis=1)])
+            found[:, :, row] = sums
+        return found[0], found[1]
+
+    def log_probabilities_of(self, facies: Ints) -> Floats:
+        """Return log P of the facies at the targets by counts in the whole image, (targets,)."""
+        found = []
+        for target, near in zip(self.targets, self._neighbours, strict=True):
+            check_stop()
+            p = _probabilities(self._counts(near, target, self._whole)[0])
+            found.append(p[(*facies[near[::-1]], facies[target])])
+        return np.log(np.maximum(found, LEAST))
+
+    def _counts(self, near: Ints, target: int, parts: list[Bytes]) -> list[Floats]:
+        """Count events in each part by the facies of the farthest, …, nearest datum and target."""
+        placed = self._cells[[target, *near]] - self._cells[target]
+        low, high = placed.min(axis=0), placed.max(axis=0)
+        n_facies = self._n_facies
+        counts = []
+        for part in parts:
+            codes = np.zeros(part.shape + low - high, np.uint32)
+            for power, offset in enumerate(placed - low):
+                window = [slice(o, o + n) for o, n in zip(offset, codes.shape, strict=True)]
+                codes += part[tuple(window)] * np.uint32(n_facies**power)
+            n_events = np.bincount(codes.ravel(), minlength=n_facies ** len(placed))
+            counts.append(n_events.reshape((n_facies,) * len(placed)).astype(float))
+        return counts
+
+
+def _probabilities(counts: Floats) -> Floats:
+    """Return P of the last axis given all others, backing off from the first axis."""
+    nearer = [counts]
+    while nearer[-1].ndim > 1:
+        nearer.append(nearer[-1].sum(axis=0))
+    p = (nearer[-1] + 1) / (nearer[-1].sum() + len(nearer[-1]))
+    for n in nearer[-2::-1]:
+        p = (n + BACK_OFF * p) / (n.sum(axis=-1, keepdims=True) + BACK_OFF)
+    return p
+
+
+def _smoothing(cells: Ints, facies: Ints, n_facies: int) -> Floats:
+    """Return log P of each datum if the data of other wells are smoothed, shape (n,).
+
+    The ranges of the Gaussian kernel and the shrinkage to the proportions have the best log score
+    on the other four fifths of the wells.
+    """
+    groups = wells_of(cells)
+    is_facies = np.eye(n_facies)[facies]
+    squares = (cells[:, None] - cells[None]).astype(np.float32) ** 2
+    others = groups[:, None] != groups[None]
+    left_out = others @ is_facies / np.maximum(others.sum(axis=1), 1)[:, None]
+    own = np.arange(len(cells)), facies
+    models = [left_out[own]]
+    for along_y, along_x in product(RANGES, RANGES):
+        exponent = squares[..., -2] / along_y**2 + squares[..., -1] / along_x**2
+        if cells.shape[1] == N_AXES:
+            exponent += squares[..., 0] / RANGES[0] ** 2
+        weights = np.where(others, np.exp(-exponent / 2), 0)
+        sums, total = weights @ is_facies, weights.sum(axis=1)[:, None]
+        models += [((sums + s * left_out) / (total + s))[own] for s in SHRINKAGES]
+    logs = np.log(np.maximum(models, LEAST))
+    wells = np.random.default_rng(1).permutation(groups.max() + 1)
+    fold = wells[groups] % N_FOLDS
+    chosen = np.empty(len(cells))
+    for k in range(N_FOLDS):
+        chosen[fold == k] = logs[logs[:, fold != k].mean(axis=1).argmax(), fold == k]
+    return chosen
