@@ -160,12 +160,14 @@ def test_the_table_of_folders_for_contributors_is_in_the_order_of_the_layers():
 def test_the_files_of_the_page_on_formats_are_read(tmp_path):
     text = (ROOT / "docs/formats.md").read_text("utf-8")
     grids, points, table, raster = "grid.sgems", "points.dat", "table.csv", "grid.asc"
-    matrix = "matrix.csv"
+    matrix, reservoir = "matrix.csv", "grid.grdecl"
     examples = re.findall(r"```text\n(.*?)```", text, re.DOTALL)
-    for name, content in zip((grids, table, points, raster, matrix), examples, strict=True):
+    for name, content in zip(
+        (grids, reservoir, table, points, raster, matrix), examples, strict=True
+    ):
         (tmp_path / name).write_text(content)
     expected = [[0, 0, 1, 1], [0, 1, 1, 0]]
-    for name in (grids, raster, matrix):
+    for name in (grids, reservoir, raster, matrix):
         assert read_training_image(tmp_path / name).array.tolist() == expected
     image = TrainingImage(expected, facies_names=("mud", "sand"))
     for name in (table, points):

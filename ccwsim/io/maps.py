@@ -10,14 +10,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.io.atomic import format_of, write_bytes
 from ccwsim.io.data_file import printable
+from ccwsim.io.formats.grdecl import grdecl_as_bytes
 from ccwsim.io.formats.map_files import geotiff_as_bytes, netcdf_as_bytes, vti_as_bytes
+from ccwsim.io.formats.numpy_files import place_arrays
 from ccwsim.io.formats.text_grids import grid_as_bytes
 from ccwsim.io.opening import PathOrFile
 from ccwsim.model.arrays import as_array
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
 
-MAP_FORMATS = ("npz", "gslib", "sgems", "dat", "vti", "tif", "nc")
+MAP_FORMATS = ("npz", "gslib", "sgems", "dat", "grdecl", "vti", "tif", "nc")
 """Formats of maps, named by file ending."""
 
 DECIMALS = 6
@@ -47,9 +49,9 @@ def write_maps(
         The grid of the maps; its cell size and origin are in world units.
     format : str, optional
         One of `MAP_FORMATS`; by default, the ending of the path. `npz` has one array per map and
-        arrays `cell_size` and `origin`. `gslib`, `sgems` and `dat` have one column per map, with 6
-        decimals. `vti` has one array of cell data per map, `tif` one band per map, north up (needs
-        rasterio), and `nc` one variable per map (needs xarray).
+        arrays `cell_size`, `origin` and `crs`. `gslib`, `sgems` and `dat` have one column per map,
+        and `grdecl` one keyword, with 6 decimals. `vti` has one array of cell data per map, `tif`
+        one band per map, north up (needs rasterio), and `nc` one variable per map (needs xarray).
 
     Examples
     --------
@@ -83,6 +85,8 @@ def maps_as_bytes(maps: Mapping[str, ArrayLike], grid: Grid, format: str) -> byt
         return geotiff_as_bytes(checked, grid)
     if kind == "nc":
         return netcdf_as_bytes(checked, grid)
+    if kind == "grdecl":
+        return grdecl_as_bytes({name: v.round(DECIMALS) for name, v in checked.items()}, grid)
     return grid_as_bytes([v.round(DECIMALS) for v in checked.values()], [*checked], grid)
 
 
@@ -102,8 +106,8 @@ def _map(name: str, values: ArrayLike, grid: Grid) -> NDArray:
 
 def _npz(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
     content = BytesIO()
-    place = {"cell_size": np.array(grid.cell_size), "origin": np.array(grid.origin)}
+    place = place_arrays(grid)
     if place.keys() & maps.keys():
-        raise CCWSIMError("cell_size and origin cannot be names of maps in an npz; rename them")
+        raise CCWSIMError(f"{', '.join(place)} cannot be names of maps in an npz; rename them")
     np.savez_compressed(content, allow_pickle=False, **{**maps, **place})
     return content.getvalue()

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from ccwsim.io.atomic import format_of, write_bytes
 from ccwsim.io.data_file import DataFile, printable
 from ccwsim.io.formats.map_files import realizations_as_netcdf
-from ccwsim.io.formats.numpy_files import npz_arrays, read_npy
+from ccwsim.io.formats.numpy_files import npz_arrays, place_arrays, read_npy
 from ccwsim.io.formats.pictures import PictureFile, picture_as_bytes
 from ccwsim.io.maps import maps_as_bytes
 from ccwsim.io.opening import PathOrFile, kind_of, open_content, read_bytes
@@ -28,7 +28,7 @@ from ccwsim.model.lazy_stack import LazyStack
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 
-FORMATS = ("npz", "gslib", "sgems", "dat", "png", "vti", "tif", "nc")
+FORMATS = ("npz", "gslib", "sgems", "dat", "grdecl", "png", "vti", "tif", "nc")
 """Formats of realizations, named by file ending."""
 
 MAX_PIXELS = 50_000_000
@@ -80,10 +80,11 @@ def realizations_as_bytes(
     `npz` contains `realizations` (n, ny, nx) or (n, nz, ny, nx) as facies codes, and everything
     that `read_realizations` needs to restore the ensemble: `training_image`, `image_name`,
     `codes`, `facies_names`, `parameters` (JSON), `seed`, `hard_cells`, `hard_facies`, `met_by`,
-    `numbers`, `revised`, `cpu_seconds`, `wall_seconds`, `cell_size`, `origin`.
+    `numbers`, `revised`, `cpu_seconds`, `wall_seconds`, `cell_size`, `origin`, `crs`.
     `gslib`, `sgems` and `dat` have one column per realization, with cells from the south-west (x
-    fastest); line 1 has cell size and origin. `vti` has an array per realization, `tif` a band per
-    realization, north up (needs rasterio). `nc` is `Ensemble.to_xarray` as a file (needs xarray).
+    fastest); line 1 has cell size and origin. `grdecl` has the geometry and a keyword FACIES_1, …
+    per realization, `vti` an array per realization, and `tif` a band per realization, north up
+    (needs rasterio). `nc` is `Ensemble.to_xarray` as a file (needs xarray).
     `png` is one map or a contact sheet, north up. `tif` and `png` cannot contain volumes.
 
     Raises `CCWSIMError` for an unknown format, no realizations, or too many realizations for a PNG.
@@ -107,13 +108,14 @@ def realizations_as_bytes(
         return picture_as_bytes(_sheet(ensemble.indices, n_facies), n_facies, colours)
     if kind == "nc":
         return realizations_as_netcdf(ensemble.to_xarray())
-    maps = {f"realization_{k + 1}": one for k, one in enumerate(ensemble)}
+    word = "facies" if kind == "grdecl" else "realization"
+    maps = {f"{word}_{k + 1}": one for k, one in enumerate(ensemble)}
     return maps_as_bytes(maps, ensemble.grid, kind)
 
 
 _MEMBERS = {
     **dict.fromkeys(("realizations", "codes", "training_image"), "bui"),
-    **dict.fromkeys(("image_name", "facies_names", "parameters"), "U"),
+    **dict.fromkeys(("image_name", "facies_names", "parameters", "crs"), "U"),
     **dict.fromkeys(("seed", "hard_cells", "hard_facies", "numbers"), "ui"),
     **dict.fromkeys(("cpu_seconds", "wall_seconds", "cell_size", "origin"), "f"),
     **{"met_by": "i", "revised": "b"},
@@ -132,9 +134,10 @@ def read_realizations(
     Parameters
     ----------
     path_or_file : str, Path or binary file
-        An npz written by `write_realizations`; a GSLIB or SGeMS grid or VTK ImageData with one
-        realization per column; or an npy array, as written by `simulate(out=...)`. The array has
-        the shape (n, ny, nx) or (n, nz, ny, nx), row 0 at the south, layer 0 at the bottom.
+        An npz written by `write_realizations`; a GSLIB or SGeMS grid, GRDECL, VTK ImageData,
+        GeoTIFF or NetCDF with one realization per variable; or an npy array, as written by
+        `simulate(out=...)`. The array has the shape (n, ny, nx) or (n, nz, ny, nx), row 0 at the
+        south, layer 0 at the bottom.
     training_image : TrainingImage or array_like, optional
         For grids and npy: the training image of the simulation. The default is an image with one
         cell per facies code; its proportions and patterns are meaningless. If the image is a
@@ -184,6 +187,7 @@ def _of_npz(members: Mapping[str, NDArray], image: TrainingImage | None) -> Ense
     if image is None and "codes" in members:
         image = _stand_in(members["codes"], len(shape))
     place = {key: members[key].tolist() for key in ("cell_size", "origin") if key in members}
+    place["crs"] = str(_one(members, "crs", ""))
     data = HardData(members.get("hard_cells", ()), members.get("hard_facies", ()))
     ensemble = _ensemble(stack, replace(Grid.of(shape), **place), image)
     data.check(ensemble.grid, ensemble.training_image)
@@ -203,8 +207,8 @@ def _of_npz(members: Mapping[str, NDArray], image: TrainingImage | None) -> Ense
 def _of_grids(file: DataFile | PictureFile, image: TrainingImage | None) -> Ensemble:
     if isinstance(file, PictureFile) or file.is_table:
         raise CCWSIMError(
-            "realizations are read from npz and npy files and from GSLIB or SGeMS grids that "
-            "state their size, not from pictures or tables"
+            "realizations are read from npz and npy files and from grids that state their size "
+            "(GSLIB, GRDECL, VTI, GeoTIFF, NetCDF), not from pictures or tables"
         )
     layers = list(file.variables.values())
     if file.kind == "NumPy array" and not (image and image.n_dimensions == layers[0].ndim == 3):
@@ -291,8 +295,7 @@ def _npz(ensemble: Ensemble) -> bytes:
         met_by=ensemble.data_status,
         numbers=ensemble.numbers,
         revised=np.array(ensemble.revised),
-        cell_size=np.array(ensemble.grid.cell_size),
-        origin=np.array(ensemble.grid.origin),
+        **place_arrays(ensemble.grid),
     )
     return content.getvalue()
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ccwsim.io.atomic import format_of, write_bytes
 from ccwsim.io.data_file import DataFile
+from ccwsim.io.formats.grdecl import grdecl_as_bytes
 from ccwsim.io.formats.pictures import (
     PICTURE_OF_NUMBERS,
     PictureFile,
@@ -33,7 +34,7 @@ from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
 from ccwsim.model.training_image import TrainingImage
 
-FORMATS = ("npy", "sgems", "gslib", "dat", "png")
+FORMATS = ("npy", "sgems", "gslib", "dat", "grdecl", "png")
 """Formats of training images, named by file ending."""
 
 PREFERRED = ("ti", "training_image")
@@ -242,7 +243,7 @@ def write_training_image(
     format: str | None = None,
     colours: Sequence[str] | None = None,
 ) -> None:
-    """Write a training image as `npy`, `sgems` (also `gslib`, `dat`) or `png`.
+    """Write a training image as `npy`, `sgems` (also `gslib`, `dat`), `grdecl` or `png`.
 
     Raises `CCWSIMError` for an unknown format, or a path that cannot be written.
 
@@ -287,6 +288,9 @@ def training_image_as_bytes(
                 "npy or sgems"
             )
         return _png(training_image, colours)
+    if kind == "grdecl":
+        maps = {"facies": training_image.array}
+        return grdecl_as_bytes(maps, Grid.of(training_image.shape))
     if kind != "npy":
         return grid_as_bytes([training_image.array], ["facies"])
     content = BytesIO()

@@ -192,6 +192,7 @@ class Ensemble:
             "flag_meanings": " ".join(names),
             "seed": self.seed,
         }
+        attributes |= {"crs": self.grid.crs} if self.grid.crs else {}
         dimensions = list(coordinates)
         return DataArray(np.array(self), coordinates, dimensions, "facies", attributes)
 

@@ -134,7 +134,13 @@ def variables(path) -> dict[str, np.ndarray]:
         return {str(name): data[name].values for name in data.data_vars}
 
 
+def keywords(path) -> dict[str, np.ndarray]:
+    short = [variable.name for variable in cio.inspect(path).variables]
+    return {name: cio.read_grid(path, variable=k) for name, k in zip(MAPS, short, strict=True)}
+
+
 READERS = {
+    "grdecl": keywords,
     "npz": arrays,
     **dict.fromkeys(("gslib", "sgems", "dat"), columns),
     "vti": lambda path: vti(path.read_bytes())[1],

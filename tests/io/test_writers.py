@@ -89,7 +89,7 @@ def test_wrong_colours_and_formats_say_so():
     with pytest.raises(CCWSIMError, match="write it as #rrggbb"):
         cio.realizations_as_bytes(ensemble, "png", colours=["red"])
     with pytest.raises(
-        CCWSIMError, match="choose one of dat, gslib, nc, npz, png, sgems, tif, vti"
+        CCWSIMError, match="choose one of dat, grdecl, gslib, nc, npz, png, sgems, tif, vti"
     ):
         cio.realizations_as_bytes(ensemble, "docx")
     with pytest.raises(CCWSIMError, match="format 'none'"):

@@ -1,21 +1,27 @@
-"""Read grids of reservoir programs: Eclipse GRDECL and IRAP ASCII."""
+"""Read and write Eclipse GRDECL, and read IRAP ASCII: grids of reservoir programs."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.io.data_file import DataFile
+from ccwsim.io.data_file import DataFile, broken
 from ccwsim.io.formats.text_tables import numbers_in
 from ccwsim.io.limits import MAX_VARIABLES, check_cells
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.grid import Grid
 
-_KEYWORD = re.compile(rb"^[ \t]*([A-Za-z][A-Za-z0-9_+-]{0,31})[ \t]*\r?$", re.MULTILINE)
-_SIZES = re.compile(rb"^[ \t]*(SPECGRID|DIMENS)\s+(\d{1,6})\s+(\d{1,6})\s+(\d{1,6})", re.M | re.I)
+_KEYWORD = re.compile(rb"^[ \t]*([A-Za-z][A-Za-z0-9_+-]{0,31})\b([-\s\d.*+eEdD]*+)/", re.MULTILINE)
+_SIZES = re.compile(rb"^[ \t]*(SPECGRID|DIMENS)\s+(\d{1,9})\s+(\d{1,9})\s+(\d{1,9})", re.M | re.I)
 _REPEATED = re.compile(rb"(\d{1,9})\*(\S*)")
-_NOT_VARIABLES = ("COORD", "ZCORN", "COORDSYS", "MAPAXES", "MAPUNITS", "GRIDUNIT", "GDORIENT")
+_PLACE = ("COORD", "ZCORN", "MAPAXES", "DXV", "DYV", "DZV", "DX", "DY", "DZ", "TOPS")
+"""Keywords of the geometry; the last four have a value per cell."""
+_PER_LINE = 5
+"""Values in a line of a file; Eclipse reads 128 characters of a line."""
 IRAP_MARK = -996
 """First number of an IRAP ASCII grid."""
 IRAP_UNKNOWN = 9999900.0
@@ -36,7 +42,9 @@ def is_grdecl(content: bytes) -> bool:
 def read_grdecl(content: bytes, name: str) -> DataFile:
     """Return the properties of an Eclipse file whose keywords have one value per cell.
 
-    Rows run from the north and layers from the top, as reservoir programs number J and K.
+    Layers run from the top, as K does. Rows run from the north, unless COORD or MAPAXES state that
+    y grows with J. Cells with an ACTNUM of 0 are unknown. The cell size and the origin are those of
+    COORD and ZCORN, or of DX, DY, DZ and TOPS, if the cells are equal and not rotated.
 
     Examples
     --------
@@ -48,22 +56,75 @@ def read_grdecl(content: bytes, name: str) -> DataFile:
     sizes = _SIZES.search(content)
     if sizes is None:
         raise CCWSIMError(f"{name} has no SPECGRID or DIMENS; add the size of the grid")
-    nx, ny, nz = (int(size) for size in sizes.groups()[1:])
-    n, variables = check_cells(name, (nz, ny, nx)), {}
+    nx, ny, nz = shape = tuple(int(size) for size in sizes.groups()[1:])
+    n = check_cells(name, (nz, ny, nx))
+    variables: dict[str, NDArray] = {}
+    place: dict[str, NDArray] = {}
     for n_keywords, keyword in enumerate(_KEYWORD.finditer(content), start=1):
         if n_keywords > MAX_VARIABLES:
             raise CCWSIMError(f"{name}: more than {MAX_VARIABLES} keywords; save fewer")
-        key = keyword[1].decode().upper()
-        end = content.find(b"/", keyword.end())
-        if key in (*_NOT_VARIABLES, "SPECGRID", "DIMENS") or end < 0:
+        key, label = keyword[1].decode().upper(), f"{name}, {keyword[1].decode()}"
+        if key in ("SPECGRID", "DIMENS"):
             continue
-        values = _values(content[keyword.end() : end], n, name, key)
-        if values is not None:
+        values, counts = _values(keyword[2], label)
+        if key in _PLACE:
+            expands = key == "COORD" and counts.sum() == (nx + 1) * (ny + 1) * 6
+            place[key] = np.repeat(values, counts) if expands else values
+        elif counts.sum() == n:
             check_cells(name, (len(variables) + 1, nz, ny, nx))
-            variables[key] = values.reshape(nz, ny, nx)[::-1]
+            variables[key] = np.repeat(values, counts).reshape(nz, ny, nx)[::-1]
+    active = variables.pop("ACTNUM", None) if len(variables) > 1 else None
     if not variables:
         raise CCWSIMError(f"{name} has no keyword with {n} values, one per cell")
-    return DataFile("Eclipse GRDECL", name, variables, south_first=False)
+    if active is not None:
+        variables = {key: np.where(active == 0, np.nan, v) for key, v in variables.items()}
+    file = DataFile("Eclipse GRDECL", name, variables, south_first=False)
+    with broken(f"{name}: the geometry is broken; save the grid again", ValueError, IndexError):
+        return _placed(file, place, shape)
+
+
+def _placed(file: DataFile, place: Mapping[str, NDArray], shape: tuple[int, ...]) -> DataFile:
+    """Return a file with the cell size and origin of its keywords, if the cells are equal."""
+    nx, ny, nz = shape
+    if "COORD" in place:
+        pillars = place["COORD"].reshape(ny + 1, nx + 1, 6)
+        x, y, z = pillars[0, :, 0], pillars[:, 0, 1], np.unique(place.get("ZCORN", np.zeros(1)))
+        vertical = _pillars(x, y, np.zeros(6))
+        if not np.array_equal(pillars[..., (0, 1, 3, 4)], vertical[..., (0, 1, 3, 4)]):
+            return file
+    else:
+        steps = [place.get(f"D{a}V", place.get(f"D{a}", np.zeros(1))) for a in "XYZ"]
+        top = np.unique(place.get("TOPS", np.zeros(1)))
+        starts = np.zeros(1), np.zeros(1), top if len(top) == 1 else np.array([np.nan])
+        steps = [step if len(np.unique(step)) == 1 else np.zeros(1) for step in steps]
+        x, y, z = (
+            a[0] + s[0] * np.arange(m + 1) for a, s, m in zip(starts, steps, shape, strict=True)
+        )
+    north, ox, oy, east = 1.0, 0.0, 0.0, 1.0
+    if "MAPAXES" in place:
+        yx, yy, ox, oy, xx, xy = place["MAPAXES"].tolist()
+        north, east = np.sign(yy - oy), np.sign(xx - ox)
+        if yx != ox or xy != oy:  # rotated
+            return file
+    x, y = ox + east * x, oy + north * y
+    if not _regular(x, nx) or not _regular(y, ny):
+        return file
+    if x[-1] < x[0]:
+        flipped = {key: values[..., ::-1] for key, values in file.variables.items()}
+        file = replace(file, variables=flipped)
+    if place.keys() & {"COORD", "MAPAXES"}:
+        file = replace(file, south_first=bool(y[-1] > y[0]))
+    size = [abs(x[-1] - x[0]) / nx, abs(y[-1] - y[0]) / ny]
+    corner = [min(x[0], x[-1]), min(y[0], y[-1])]
+    if _regular(z, nz) and z[-1] > z[0]:
+        size, corner = [*size, (z[-1] - z[0]) / nz], [*corner, -z[-1]]
+    return file.at([float(f"{s:.12g}") for s in size], [float(f"{c:.12g}") for c in corner])
+
+
+def _regular(edges: NDArray, n: int) -> bool:
+    """Return whether edges of n cells are equally spaced."""
+    step = (edges[-1] - edges[0]) / n
+    return len(edges) == n + 1 and step != 0 and np.allclose(np.diff(edges), step, 1e-3, 0)
 
 
 def is_irap(content: bytes) -> bool:
@@ -103,21 +164,81 @@ def read_irap(content: bytes, name: str) -> DataFile:
     return file.at((dx, dy), origin)
 
 
+def grdecl_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
+    """Return maps or volumes (row 0 at the south) as an Eclipse GRDECL text with its geometry.
+
+    J runs from the north and K from the top; a map is one layer of depths from 0 to 1. Keywords
+    are the names of the maps in 8 letters or digits, after a comment with the full name.
+
+    Examples
+    --------
+    >>> text = grdecl_as_bytes({"facies": np.array([[0, 0, 1]])}, Grid(1, 3))
+    >>> text.decode().splitlines()[-3:]
+    ['FACIES', '2*0 1', '/']
+    """
+    nz, (ny, nx) = grid.nz or 1, grid.shape[-2:]
+    (sx, sy, *along_z), (ox, oy, *bottom) = grid.cell_size, grid.origin
+    sz, top = (along_z or [1.0])[0], -(bottom[0] + nz * along_z[0]) if along_z else 0.0
+    x, y = ox + sx * np.arange(nx + 1), oy + sy * np.arange(ny + 1)[::-1]
+    z = top + sz * np.arange(nz + 1)
+    ends = np.array([0, 0, z[0], 0, 0, z[-1]])
+    pillars = "\n".join(
+        " ".join(map(repr, p)) for p in _pillars(x, y, ends).reshape(-1, 6).tolist()
+    )
+    layers = [f"{4 * nx * ny}*{depth!r}" for k in range(nz) for depth in z[k : k + 2].tolist()]
+    parts = [f"SPECGRID\n{nx} {ny} {nz} 1 F /\n", f"COORD\n{pillars}\n/\n"]
+    parts.append("ZCORN\n" + "\n".join(layers) + "\n/\n")
+    keywords: dict[str, None] = {}
+    for name, values in maps.items():
+        keyword = _keyword(name, keywords)
+        keywords[keyword] = None
+        words = _repeated(values.reshape(nz, ny, nx)[::-1, ::-1].ravel())
+        lines = (" ".join(words[k : k + _PER_LINE]) for k in range(0, len(words), _PER_LINE))
+        note = "" if keyword == name.upper() else f"-- {name}\n"
+        parts.append(f"{note}{keyword}\n" + "\n".join(lines) + "\n/\n")
+    return "".join(parts).encode()
+
+
+def _pillars(x: NDArray, y: NDArray, ends: NDArray) -> NDArray[np.float64]:
+    """Return the ends of vertical pillars at x and y, with the depths of the given pillar."""
+    pillars = np.broadcast_to(ends, (len(y), len(x), 6)).copy()
+    pillars[..., 0] = pillars[..., 3] = x
+    pillars[..., 1] = pillars[..., 4] = y[:, None]
+    return pillars
+
+
+def _keyword(name: str, used: Mapping[str, None]) -> str:
+    """Return an unused keyword of at most 8 letters and digits; keep a number at its end."""
+    word = re.sub(r"[^A-Z0-9]+", "_", name.upper())
+    stem = word.rstrip("0123456789")
+    number, stem = word[len(stem) :], stem if stem[:1].isalpha() else f"P{stem}"
+    for k in range(len(used) + 2):
+        end = number if not k else f"{number}_{k}"
+        keyword = f"{stem[: max(8 - len(end), 1)]}{end}"
+        if keyword not in used and keyword not in (*_PLACE, "SPECGRID", "DIMENS", "ACTNUM"):
+            return keyword
+    raise AssertionError("more names than maps")
+
+
+def _repeated(values: NDArray) -> list[str]:
+    """Return numbers as words with repeat counts, such as 24*0."""
+    starts = np.flatnonzero(np.r_[True, values[1:] != values[:-1]])
+    counts = np.diff(np.r_[starts, values.size])
+    numbers = values[starts].tolist()
+    return [f"{n}*{v}" if n > 1 else f"{v}" for n, v in zip(counts, numbers, strict=True)]
+
+
 def _bare(content: bytes) -> bytes:
     """Return a text without comments."""
     return re.sub(rb"--[^\n]*", b"", content)
 
 
-def _values(text: bytes, n: int, name: str, key: str) -> NDArray[np.float64] | None:
-    """Return the n values of a keyword with repeat counts; None for another number of values."""
+def _values(text: bytes, name: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Return the values of a keyword, and how often each is repeated."""
     words = text.split()
-    if not words or len(words) > n:
-        return None
-    counts, plain = [], []
-    for word in words:
-        repeated = _REPEATED.fullmatch(word)
-        counts.append(int(repeated[1]) if repeated else 1)
-        plain.append(repeated[2] or b"nan" if repeated else word)
-    if sum(counts) != n:
-        return None
-    return np.repeat(numbers_in(b" ".join(plain), f"{name}, {key}"), counts)
+    counts = np.ones(len(words), np.int64)
+    if b"*" in text:
+        for k, word in enumerate(words):
+            if repeated := _REPEATED.fullmatch(word):
+                counts[k], words[k] = int(repeated[1]), repeated[2] or b"nan"
+    return numbers_in(b" ".join(words), name), counts

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from io import BytesIO
 from math import prod
@@ -11,11 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile, broken, optional_package
+from ccwsim.io.formats.rasters import code_of
 from ccwsim.io.limits import MAX_VARIABLES, check_cells
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.labelled_arrays import labelled_axes, oriented_values
 
 _MATLAB = "MATLAB_class"
+REALIZATION = "realization"
+"""Name of the axis of realizations, as in files of this package."""
 
 
 def read_netcdf(content: bytes, name: str) -> DataFile:
@@ -32,7 +36,7 @@ def read_netcdf(content: bytes, name: str) -> DataFile:
     with opened as dataset:
         arrays = {
             str(key): array
-            for key, array in dataset.data_vars.items()
+            for key, array in _apart(dataset)
             if array.ndim >= 2 and array.dtype.kind in "iufb"
         }
         return replace(_file_of(arrays, name), crs=_crs_of(dataset))
@@ -43,8 +47,18 @@ def _crs_of(dataset: Any) -> str:
     for place in (dataset, *dataset.variables.values()):
         for key in ("crs", "crs_wkt", "spatial_ref"):
             if isinstance(said := place.attrs.get(key), str):
-                return said
+                return code_of(said)
     return ""
+
+
+def _apart(dataset: Any) -> Iterator[tuple[Any, Any]]:
+    """Yield the variables of a dataset; each realization of a variable counts as a variable."""
+    for key, array in dataset.data_vars.items():
+        if REALIZATION not in array.dims:
+            yield key, array
+            continue
+        for k in range(min(array.sizes[REALIZATION], MAX_VARIABLES + 1)):
+            yield f"{key} ({k + 1})", array.isel({REALIZATION: k})
 
 
 def _file_of(arrays: dict[str, Any], name: str) -> DataFile:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.data_file import broken, optional_package
+from ccwsim.io.formats.rasters import wkt_of
 from ccwsim.io.formats.vti import TYPES
 from ccwsim.model.arrays import AXES
 from ccwsim.model.errors import CCWSIMError, shown
@@ -20,6 +21,8 @@ from ccwsim.model.grid import Grid
 
 NEEDS = {"tif": "rasterio", "nc": "xarray"}
 """Optional package that is needed to write each format."""
+CRS_VARIABLE = "spatial_ref"
+"""Name of the NetCDF variable whose attributes state the coordinate system."""
 _VTK_TYPES = {kind: name for name, kind in TYPES.items()}
 _BLOCK = 2**20
 """Number of uncompressed bytes in each compressed block of a VTK file."""
@@ -118,7 +121,7 @@ def netcdf_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
     xarray = _package("nc")
     axes = dict(reversed(list(zip(AXES, grid.axes, strict=False))))
     variables = {name: (tuple(axes), netcdf_integers(values)) for name, values in maps.items()}
-    return bytes(xarray.Dataset(variables, axes).to_netcdf(engine="scipy"))
+    return _netcdf(xarray.Dataset(variables, axes), grid.crs)
 
 
 def realizations_as_netcdf(array: Any) -> bytes:
@@ -127,7 +130,17 @@ def realizations_as_netcdf(array: Any) -> bytes:
     codes = netcdf_integers(np.asarray(array.attrs["flag_values"]))
     small = array.astype(codes.dtype)
     small.attrs |= {"flag_values": codes, "seed": str(array.attrs["seed"])}
-    return bytes(small.to_netcdf(engine="scipy"))
+    return _netcdf(small.to_dataset(), small.attrs.get("crs", ""))
+
+
+def _netcdf(dataset: Any, crs: str) -> bytes:
+    """Return a dataset as a file, with the coordinate system as in the CF conventions."""
+    if crs:
+        for variable in dataset.data_vars.values():
+            variable.attrs["grid_mapping"] = CRS_VARIABLE
+        said = {"crs": crs, "crs_wkt": wkt_of(crs)}
+        dataset = dataset.assign({CRS_VARIABLE: ((), np.int32(0), said)})
+    return bytes(dataset.to_netcdf(engine="scipy"))
 
 
 def netcdf_integers(values: NDArray) -> NDArray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import replace
 from io import BytesIO
 from math import prod
@@ -16,6 +17,7 @@ from ccwsim.io.archive import Archive, opened_archive
 from ccwsim.io.data_file import DataFile, broken, distinct_names
 from ccwsim.io.limits import MAX_VARIABLES, check_cells
 from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.grid import Grid
 
 MAX_NPY_HEADER = 10_000
 """Maximum number of bytes of an array header, equal to NumPy's limit."""
@@ -67,6 +69,9 @@ def read_npz(content: bytes, name: str) -> DataFile:
         if table is not None:
             return table
         members, reasons = _grids(archive, name)
+    place = {}
+    with suppress(CCWSIMError):  # members of other programs may have the same names
+        place = npz_arrays(content, name, {"cell_size": "fiu", "origin": "fiu", "crs": "U"})
     if not members:
         tail = f"; {reasons[0]}" if reasons else ""
         raise CCWSIMError(f"{name}: no array of the file has rows and columns{tail}")
@@ -75,7 +80,16 @@ def read_npz(content: bytes, name: str) -> DataFile:
     for key in names:
         member = members.pop(next(iter(members)))  # free bytes after conversion
         grids[key] = _grid(member, f"{name}, {key}")
-    return DataFile("NumPy arrays", name, grids, asks_up=True)
+    file = DataFile("NumPy arrays", name, grids, asks_up=True, crs=str(place.get("crs", "")))
+    size, origin = (place.get(key, np.zeros(0)) for key in ("cell_size", "origin"))
+    placed = size.shape == origin.shape and size.shape in ((2,), (3,))
+    return file.at(size.tolist(), origin.tolist()) if placed else file
+
+
+def place_arrays(grid: Grid) -> dict[str, NDArray]:
+    """Return cell size, origin and coordinate system of a grid as members of an `.npz` file."""
+    keys = ("cell_size", "origin", "crs")
+    return {key: np.array(getattr(grid, key)) for key in keys}
 
 
 def npz_arrays(content: bytes, name: str, kinds: Mapping[str, str]) -> dict[str, NDArray]:

@@ -40,7 +40,14 @@ USUAL_WIDTH = 400
 PROPORTIONS_TITLE = 40
 """Usual width of a realization, and height of the title of the proportions chart, in pixels."""
 OLD_FILES = "Out of date: files contain the realizations on the page and their settings."
-MAP_KINDS = {"npz": "NumPy", "gslib": "GSLIB", "vti": "VTK", "tif": "GeoTIFF", "nc": "NetCDF"}
+MAP_KINDS = {
+    "npz": "NumPy",
+    "gslib": "GSLIB",
+    "grdecl": "GRDECL",
+    "vti": "VTK",
+    "tif": "GeoTIFF",
+    "nc": "NetCDF",
+}
 """File formats of maps; a format is offered if the package for this format is installed."""
 MAPS_ALONE = ("tif",)
 """File formats that cannot contain a volume."""

@@ -13,7 +13,7 @@ from ccwsim.ui.widgets.errors import catch_callback_errors
 MAX_VERSIONS = 16
 MIME = {
     "csv": "text/csv",
-    "gslib": "text/plain",
+    **dict.fromkeys(("gslib", "grdecl"), "text/plain"),
     "html": "text/html",
     "json": "application/json",
     "nc": "application/x-netcdf",
