@@ -135,8 +135,6 @@ _warm: list[ChildProcess] = []
 
 def _forget_processes() -> None:
     """In a fork of this process, forget its child processes, results and locks."""
-    for process in _warm:
-        process.forget()
     _warm.clear()
     _answers.cache_clear()
     _places.cache_clear()

@@ -16,9 +16,12 @@ from contextlib import suppress
 from pathlib import Path
 from queue import SimpleQueue
 from typing import Any, BinaryIO
+from weakref import WeakSet
 
 FOLDER = Path(__file__).parents[2]
 """The folder that contains the package."""
+END_SECONDS = 10.0
+"""Seconds that a process has to end after its input was closed."""
 
 
 def can_start() -> bool:
@@ -53,6 +56,7 @@ class ChildProcess:
         assert self._process.stdout is not None
         self.pid = self._process.pid
         self._requests, self.answers = self._process.stdin, self._process.stdout
+        _started.add(self)
 
     def send(self, request: object) -> None:
         """Send a request; raise `OSError` if the process has ended."""
@@ -68,17 +72,42 @@ class ChildProcess:
         self._process.kill()
 
     def forget(self) -> None:
-        """In a fork of the parent process, close the pipes, so that only the parent holds them."""
+        """In a fork of the parent process, let go of the pipes, so that only the parent holds them.
+
+        The streams are not closed: another thread may have been writing at the time of the fork.
+        """
         self._process.returncode = 0  # only the parent can wait for the process
+        null = os.open(os.devnull, os.O_RDWR)
         for stream in (self._requests, self.answers):
-            with suppress(OSError):
-                stream.close()
+            with suppress(OSError, ValueError):
+                os.dup2(null, stream.fileno())
+        os.close(null)
 
     def end(self) -> int:
-        """Close the input of the process, wait until it ends, and return its exit code."""
-        with self._process, suppress(OSError):
-            self._requests.close()
+        """Close the input of the process, wait until it ends, and return its exit code.
+
+        A process that does not end within `END_SECONDS` is killed: it may be inside a long call.
+        """
+        with self._process:
+            with suppress(OSError):
+                self._requests.close()
+            with suppress(subprocess.TimeoutExpired):
+                self._process.wait(END_SECONDS)
+            self._process.kill()
         return self._process.returncode
+
+
+_started: WeakSet[ChildProcess] = WeakSet()
+
+
+def _forget_all() -> None:
+    """In a fork, forget every child, also those that other threads were talking to."""
+    for process in list(_started):
+        process.forget()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forget_all)
 
 
 def connect_to_parent() -> tuple[SimpleQueue[Any], BinaryIO]:

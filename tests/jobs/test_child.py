@@ -1,0 +1,56 @@
+"""A child process ends with its input, whoever else was started meanwhile."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import pickle
+import signal
+import time
+
+import pytest
+
+from ccwsim.jobs import child
+from ccwsim.jobs.child import ChildProcess, connect_to_parent
+
+
+def echo() -> None:
+    """Answer each request with itself."""
+    requests, answers = connect_to_parent()
+    while True:
+        answers.write(pickle.dumps(requests.get()))
+
+
+def hold_the_interpreter() -> None:
+    """Answer once, then stay in one long call that lets no other thread run."""
+    requests, answers = connect_to_parent()
+    answers.write(pickle.dumps(requests.get()))
+    sum(range(10**13))
+
+
+def answered(process: ChildProcess) -> ChildProcess:
+    process.send("hello")
+    assert pickle.load(process.answers) == "hello"
+    return process
+
+
+def test_a_child_ends_when_its_input_is_closed():
+    assert answered(ChildProcess(echo)).end() == 0
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="the system has no fork")
+@pytest.mark.filterwarnings("ignore:.*multi-threaded.*:DeprecationWarning")
+def test_a_fork_does_not_hold_the_input_of_a_child(monkeypatch):
+    monkeypatch.setattr(child, "END_SECONDS", 60.0)
+    process = answered(ChildProcess(echo))
+    fork = multiprocessing.get_context("fork").Process(target=time.sleep, args=(600,), daemon=True)
+    fork.start()
+    try:
+        assert answered(process).end() == 0
+    finally:
+        fork.kill()
+
+
+def test_a_child_that_does_not_end_is_killed(monkeypatch):
+    monkeypatch.setattr(child, "END_SECONDS", 0.2)
+    assert answered(ChildProcess(hold_the_interpreter)).end() == -signal.SIGKILL
