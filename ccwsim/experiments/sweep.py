@@ -45,7 +45,7 @@ PATTERN_TOLERANCE = 0.1
 TAU_TOLERANCE = 0.03
 """Maximum difference between two errors of τ(h) that count as equal."""
 PROPORTION_TOLERANCE = 0.1
-"""Maximum difference between two relative errors of proportions that count as equal."""
+"""Two relative errors of proportions count as equal if their difference is at most this value."""
 MAX_COPIED = 4
 """Maximum size of a copied piece, in templates; usual sizes: 5 to 13 (K = 1), up to 3 (K = 5)."""
 EQUALLY_GOOD = (
@@ -55,7 +55,7 @@ EQUALLY_GOOD = (
 MAX_NAMED = 4
 """Maximum number of settings that a sentence names."""
 DOUBT = 2.0
-"""Minimum number of standard errors by which two different settings differ."""
+"""Two settings count as different if they differ by at least this number of standard errors."""
 
 
 @dataclass(frozen=True, eq=False)

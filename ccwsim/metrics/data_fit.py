@@ -159,7 +159,9 @@ def fit_data(
     check_int("n_null", n_null, 10, 10_000)
     study = Study(image, Grid.of(shape), parameters or _fitting(image), data, seed)
     if data.n < MIN_PLACES:
-        raise CCWSIMError(f"{data.n} hard data say nothing of an image; give at least {MIN_PLACES}")
+        raise CCWSIMError(
+            f"{data.n} hard data are too few to judge an image; give at least {MIN_PLACES}"
+        )
     null = simulate(
         image, study.grid, study.parameters, None, n_null, seed, keep_sources=True, cancel=cancel
     )

@@ -76,7 +76,7 @@ CURVE_HEIGHT = 190
 AREA, VOLUME = 10_000, 1_000_000
 """Counts are stated per this number of cells, because grid and image differ in size."""
 TOUCHING = {26: "sides, edges, corners", 18: "sides, edges", 6: "sides"}
-"""Descriptions of the contacts that connect cells of volumes, by number of neighbours."""
+"""Number of neighbours of a cell in a volume: a description of which cells are connected."""
 N_SIZES = 60
 """Number of geobody sizes at which the curve of shares is computed."""
 MAX_TAILS = 3
