@@ -98,7 +98,7 @@ def written(text: str) -> str:
 
 
 def as_written(texts: Iterable[str]) -> list[str]:
-    """Return texts for a chart, escaped as by `written`.
+    """Return texts for a chart, each escaped by `written`.
 
     Examples
     --------

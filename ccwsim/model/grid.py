@@ -244,7 +244,7 @@ _CRS = re.compile(
 
 
 def fault_of_crs(crs: object) -> str:
-    """Return why a text is not a coordinate system, to follow its name; empty if it is one.
+    """Return the reason why a text cannot be a coordinate system; empty if it can be one.
 
     Only the form is checked, because the codes that exist are known only to programs like GDAL.
 

@@ -90,7 +90,7 @@ def draw_data_and_image(state: State, ensemble: Ensemble, colours: Sequence[str]
 def _draw_on_demand(
     state: State, label: str, task: Task[Value], draw: Callable[[Value], None], tip: str
 ) -> None:
-    """Draw a button, or the value of the task once the button was pressed."""
+    """Draw a button that starts a task; after it was pressed, draw the value of the task."""
     asked, name = state.page(DataAndImageState).asked, label.lower().replace(" ", "_")
     if task.key in asked:
         panel(state, name, task, draw)
