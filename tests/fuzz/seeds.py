@@ -16,6 +16,7 @@ from ccwsim import Grid, HardData, Parameters, Project, TrainingImage
 from ccwsim.io import parameters_to_json
 from ccwsim.model.study import Study
 from ccwsim.sharing.project import project_as_bytes
+from tests.io import every_reader
 from tests.io import sample_files as sample
 
 LARGEST = 2 * 2**20
@@ -51,6 +52,8 @@ def _made() -> dict[str, bytes]:
         "deflated tiff": sample.picture("TIFF", compression="tiff_adobe_deflate"),
         "plain tiff": sample.picture("TIFF"),
         "utf-16": sample.csv().decode().encode("utf-16"),
+        **{f"of {kind}": content for kind, content in every_reader.files().items()},
+        "shp alone": b"\x00\x00\x27\x0a" + bytes(200),
         **_gis(), "names of facies": sample.in_utm(),
         "geojson of names": sample.geojson(["a", "b", "1", ""]),
         "project": project(), "parameters": parameters_to_json(Parameters()).encode(),

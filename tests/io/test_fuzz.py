@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import os
 import re
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -16,7 +17,9 @@ from ccwsim.io.opening import READERS
 from tests.fuzz.cases import Case, acts_of, content_of
 from tests.fuzz.evil import EVIL, EVIL_OF, SPRUNG, WORST
 from tests.fuzz.reading import NAMES, WAYS, uploads
+from tests.fuzz.seeds import seeds
 from tests.fuzz.workers import MEGABYTES, Outcome, measured, outcomes
+from tests.io import every_reader
 
 pytestmark = pytest.mark.filterwarnings("ignore")
 N_FILES, N_ARGUMENTS, AT_ONCE = 200, 100, 50
@@ -144,6 +147,20 @@ def test_a_reader_has_an_evil_file_and_a_measurement(reader):
     assert EVIL_OF.get(reader), f"add files to tests/fuzz/evil.py that harm the reader {reader}"
     table = SAFETY.read_text("utf-8").split(BEGIN)[1].split(END)[0]
     assert f"\n| {reader} | {WORST[reader]} |" in table, "run python -m benchmarks.safety"
+
+
+@pytest.mark.parametrize("reader", READERS)
+def test_a_reader_has_a_good_file_that_is_changed_at_random(reader):
+    package = every_reader.NEEDS.get(reader, "numpy")
+    pytest.importorskip(package)
+    kinds = {opening._recognized(content, "a")[0] for content in _small_seeds()}
+    assert reader in kinds, f"add a file of {reader} to tests/io/every_reader.py"
+
+
+@cache
+def _small_seeds() -> list[bytes]:
+    made = {name: content for name, content in seeds().items() if "published" not in name}
+    return [*made.values()]
 
 
 @pytest.mark.slow

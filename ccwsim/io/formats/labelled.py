@@ -73,7 +73,8 @@ def _file_of(arrays: dict[str, Any], name: str) -> DataFile:
         raise CCWSIMError(f"{name}: {too_many} has {grids[too_many].ndim} axes; save at most 3")
     sizes, origins = zip(*labelled_axes(next(iter(arrays.values()))), strict=True)
     grids = {key: grid if grid.ndim == 3 else grid[None] for key, grid in grids.items()}
-    return DataFile("NetCDF file", name, grids).at(sizes, origins)
+    file = DataFile("NetCDF file", name, grids)
+    return file.at(sizes, origins) if len(sizes) > 1 else file
 
 
 def read_hdf5(content: bytes, name: str) -> DataFile:

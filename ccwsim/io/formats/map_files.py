@@ -138,6 +138,8 @@ def _netcdf(dataset: Any, crs: str) -> bytes:
     if crs:
         for variable in dataset.data_vars.values():
             variable.attrs["grid_mapping"] = CRS_VARIABLE
+        for axis in ("x", "y"):
+            dataset[axis].attrs["standard_name"] = f"projection_{axis}_coordinate"
         said = {"crs": crs, "crs_wkt": wkt_of(crs)}
         dataset = dataset.assign({CRS_VARIABLE: ((), np.int32(0), said)})
     return bytes(dataset.to_netcdf(engine="scipy"))

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.io.data_file import DataFile, distinct_names
+from ccwsim.io.data_file import DataFile, distinct_names, printable
 from ccwsim.io.formats.text_tables import is_number, numbers_in
 from ccwsim.io.limits import MAX_VARIABLES, check_cells, limits
 from ccwsim.model.errors import CCWSIMError
@@ -289,5 +289,5 @@ def _header(content: bytes, name: str) -> tuple[dict[str, float], int, int]:
 
 def _value(name: str, line: int, words: list[str]) -> float:
     if len(words) != 2 or not is_number(words[1]):
-        raise CCWSIMError(f"{name}, line {line}: {words[0][:30]} needs one number")
+        raise CCWSIMError(f"{name}, line {line}: {printable(words[0], 30)} needs one number")
     return float(words[1])

@@ -1,0 +1,106 @@
+"""Cells without a value are told in one way by every reader, and always said."""
+
+from __future__ import annotations
+
+from io import BytesIO
+
+import numpy as np
+import pytest
+
+from ccwsim import CCWSIMError, Grid, TrainingImage
+from ccwsim.io import import_hard_data, inspect, maps_as_bytes, read_grid, read_training_image
+from ccwsim.io.data_file import DataFile
+from ccwsim.io.opening import READERS
+from ccwsim.model.missing import CUSTOMARY_CODES
+from tests.io.every_reader import CELLS, FILES, NEEDS
+
+HOLE = np.zeros(CELLS.shape, bool)
+HOLE[2, 1:4] = True
+NO_IMAGES = ("geojson", "geopackage", "shapefile")
+"""Formats of points only."""
+OWN = {
+    **dict.fromkeys(("surfer text", "surfer 6", "surfer 7"), 1.70141e38),
+    **{"zmap": 1e30, "irap": 9999900.0},
+}
+"""Codes that formats themselves have for unknown cells."""
+
+
+def content_of(kind: str, code: float) -> BytesIO:
+    pytest.importorskip(NEEDS.get(kind, "numpy"))
+    return BytesIO(FILES[kind](np.where(HOLE, code, CELLS.astype(float))))
+
+
+def test_every_reader_has_a_file():
+    assert {*FILES} == {*READERS} - {"shp"}, "add a file of the new reader"
+
+
+@pytest.mark.parametrize("kind", FILES)
+def test_a_customary_code_is_unknown_and_said(kind):
+    content = content_of(kind, OWN.get(kind, -9999.0))
+    if kind in NO_IMAGES:
+        found = import_hard_data(content, Grid(*CELLS.shape), TrainingImage(CELLS))
+        data = found.hard_data
+        assert data.n == (~HOLE).sum()
+        assert np.array_equal(CELLS[tuple(data.cells.T)], data.facies)
+        assert any("3" in note for note in found.notes)
+        return
+    values = read_grid(content)
+    expected = CELLS * 100 if kind == "picture" else CELLS
+    assert np.array_equal(np.isnan(values), HOLE)
+    assert np.array_equal(values[~HOLE], expected[~HOLE])
+    said = "3 of 48 pixels are transparent" if kind == "picture" else "3 of 48 cells have no value"
+    with pytest.raises(CCWSIMError, match=said):
+        read_training_image(content)
+
+
+@pytest.mark.parametrize("code", CUSTOMARY_CODES)
+@pytest.mark.parametrize("kind", ["f4", "f8"])
+def test_a_code_is_known_within_the_precision_of_its_type(code, kind):
+    stored = np.array([0, 1, code], kind)
+    file = DataFile("any", "a", {"f": stored[None, None]})
+    assert file.known(stored).tolist() == [True, True, False]
+    assert f"({code:g} means unknown)" in file.unknown_note(stored)
+
+
+@pytest.mark.parametrize("kind", ["vti", "tif", "nc", "npz"])
+def test_nan_is_unknown(kind):
+    pytest.importorskip({"tif": "rasterio", "nc": "xarray"}.get(kind, "numpy"))
+    content = maps_as_bytes({"f": np.where(HOLE, np.nan, CELLS)}, Grid(*CELLS.shape), kind)
+    assert inspect(BytesIO(content)).variables[0].n_known == 45
+    assert np.array_equal(np.isnan(read_grid(BytesIO(content))), HOLE)
+
+
+def declared_tiff() -> bytes:
+    rasterio = pytest.importorskip("rasterio")
+    size = {"height": 6, "width": 8, "count": 1, "dtype": "uint8", "nodata": 77}
+    at = rasterio.Affine(10, 0, 0, 0, -10, 60)
+    with rasterio.io.MemoryFile() as memory:
+        with memory.open(driver="GTiff", transform=at, **size) as file:
+            file.write(np.where(HOLE, 77, CELLS)[::-1].astype("u1"), 1)
+        return memory.read()
+
+
+def declared_netcdf() -> bytes:
+    xarray = pytest.importorskip("xarray")
+    array = xarray.DataArray(np.where(HOLE, np.nan, CELLS), dims=("y", "x"), name="facies")
+    how = {"facies": {"dtype": "int16", "_FillValue": 77}}
+    return bytes(array.to_dataset().to_netcdf(engine="scipy", encoding=how))
+
+
+def declared_esri() -> bytes:
+    rows = "\n".join(" ".join(map(str, row)) for row in np.where(HOLE, 77, CELLS)[::-1])
+    return f"ncols 8\nnrows 6\ncellsize 1\nNODATA_value 77\n{rows}\n".encode()
+
+
+def inactive_grdecl() -> bytes:
+    words = [" ".join(map(str, v[::-1].ravel())) for v in (CELLS, (~HOLE).astype(int))]
+    return f"SPECGRID\n8 6 1 1 F /\nFACIES\n{words[0]} /\nACTNUM\n{words[1]} /\n".encode()
+
+
+@pytest.mark.parametrize(
+    "written", [declared_tiff, declared_netcdf, declared_esri, inactive_grdecl]
+)
+def test_a_declared_code_is_unknown(written):
+    values = read_grid(BytesIO(written()))
+    assert np.array_equal(np.isnan(values), HOLE)
+    assert np.array_equal(values[~HOLE], CELLS[~HOLE])
