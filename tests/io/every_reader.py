@@ -88,14 +88,14 @@ def _zmap(values: NDArray) -> bytes:
 
 def _gis(ending: str) -> Callable[[NDArray], bytes]:
     def written(values: NDArray) -> bytes:
-        import pyogrio
+        from pyogrio import raw
 
         x, y, codes = zip(*_places(values), strict=True)
         shapes = np.array([struct.pack("<BIdd", 1, 1, *place) for place in zip(x, y, strict=True)])
         with TemporaryDirectory() as folder:
             path = Path(folder) / f"points.{ending}"
             columns = {"field_data": [np.array(codes)], "fields": ["facies"], "crs": "EPSG:32632"}
-            pyogrio.raw.write(path, shapes.astype(object), geometry_type="Point", **columns)
+            raw.write(path, shapes.astype(object), geometry_type="Point", **columns)
             return path.read_bytes()
 
     return written
