@@ -47,7 +47,7 @@ UNREAD = (
     ("a Word file", rb"PK.*word/document", f"{_PICTURE}, or its table as CSV"),
     ("an OpenDocument file", rb"PK.*mimetypeapplication/vnd\.oasis", _TABLE),
     ("a KMZ file", rb"PK.*\.kml", _POINTS),
-    ("a PDF file", rb"%PDF-", _PICTURE),
+    ("a PDF file", rb"%PDF-", f"{_PICTURE}, or its table as CSV"),
     ("a PostScript file", rb"%!PS", _PICTURE),
     ("an SVG drawing", rb".{0,1000}<svg", "save it as PNG"),
     ("a gzip file", rb"\x1f\x8b", _UNPACK),
@@ -70,7 +70,7 @@ def refusal(content: bytes) -> str:
     Examples
     --------
     >>> refusal(b"%PDF-1.7")
-    'a PDF file; save the picture itself as PNG'
+    'a PDF file; save the picture itself as PNG, or its table as CSV'
     """
     start = content[:_START] + (content[-_DIRECTORY:] if content.startswith(b"PK") else b"")
     fits = (f"{name}; {fix}" for name, mark, fix in UNREAD if re.match(mark, start, re.DOTALL))

@@ -66,7 +66,7 @@ def findings(state: State, ensemble: Ensemble) -> list[Finding]:
         tasks["data_fit"] = data_fit(image, data, ensemble.grid)
     for word, task in tasks.items():
         page_state.worker.ask(task)
-        if known(state, task) is None:
+        if page_state.worker.cache.get(task.key) is None:
             page_state.waiting[word] = task  # the finding is added when the page is drawn again
     page_state.worker.wait_for(tasks["shares"], MOMENT_SECONDS)
     agreement = known(state, tasks["data_fit"]) if "data_fit" in tasks else None

@@ -201,7 +201,7 @@ def test_tables_that_contradict_each_other_change_nothing():
     assert "line 5: there is no collar of the well 'C'" in texts(app)
     assert data_of(state.choices).n == 0
     with_tables(app, {"intervals": b"%PDF-1.7\x00"})
-    assert "has an unknown format" in " ".join(e.value for e in app.error)
+    assert "is a PDF file" in " ".join(e.value for e in app.error)
     named(app.button, "import_drop").click().run()
     assert state.data_draft is None
     assert texts(app) == ""

@@ -226,7 +226,7 @@ def test_the_slice_can_be_chosen(ensemble):
     assert "at a seam, layer 8" in html(app)
     named(app.get("button_group"), "slice").set_value(1).run()
     settled(app)
-    assert "at one, row 10" in html(app)
+    assert "at a seam, row 10" in html(app)
     assert app.session_state[KEY].page(Validation).slice_at == {0: 8}
 
 

@@ -184,7 +184,7 @@ def test_a_porosity_log_asks_for_a_threshold():
 @pytest.mark.parametrize(
     ("name", "content", "said"),
     [
-        ("collars", b"%PDF-1.7\x00\x01", "has an unknown format"),
+        ("collars", b"%PDF-1.7\x00\x01", "is a PDF file"),
         ("collars", sample.npy(np.zeros((3, 4))), "is not a table"),
         ("collars", "well,x,y,z\nA,1,b,12\n", "line 2: 'b'"),
         ("collars", "well,x,y,z\nA,1,2,12\nA,1,2,12\n", "lines 2 and 3: the well 'A' has two coll"),
