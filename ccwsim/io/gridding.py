@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 from math import prod
 
@@ -49,10 +50,14 @@ def as_grid(file: DataFile, shape: tuple[int, ...] | None = None) -> DataFile:
     >>> grid.variables["facies"][0, 0].tolist(), grid.cell_size, grid.origin
     ([3.0, 3.0, 3.0, 3.0], (10.0, 10.0), (0.0, 0.0))
     """
-    if shape is not None or not file.is_table or not is_points(list(file.names)):
+    if shape is None and not file.is_table:
+        return _of_rows(file)
+    if shape is not None or not is_points(list(file.names)):
         return file
     x, y, world, _ = place_columns(file)
     height = height_column(list(file.variables), "")
+    if {*file.names} == {x, y, height}:  # the third number is the value
+        height = ""
     axes = [name for name in (height, y, x) if name in file.variables]
     along = [_cells(file.variables[name]) for name in axes] if len(axes) > 1 else []
     sides = tuple(n for _, n, _, _ in along)
@@ -75,6 +80,17 @@ def as_grid(file: DataFile, shape: tuple[int, ...] | None = None) -> DataFile:
         return made
     _, _, sizes, starts = zip(*along[::-1], strict=True)
     return made.at(sizes, starts)
+
+
+def _of_rows(file: DataFile) -> DataFile:
+    """Return a text of three unnamed columns as a grid, if the first two are x and y of cells."""
+    matrix = file.variables.get("matrix", np.empty((1, 0, 0)))[0]
+    if file.kind != "text matrix" or matrix.shape[1] != 3 or len(matrix) < MIN_ROWS:
+        return file
+    columns = dict(zip(("x", "y", "value"), matrix.T, strict=True))
+    with suppress(CCWSIMError):
+        return as_grid(replace(file, variables=columns, is_table=True, asks_up=False))
+    return file
 
 
 def _cells(places: NDArray[np.float64]) -> tuple[NDArray[np.int64], int, float, float]:

@@ -147,7 +147,9 @@ def _parts(content: bytes, name: str) -> bytes:
 
 def _point(shape: bytes | None, name: str, number: int) -> tuple[float, float]:
     """Return x and y of a point in well-known binary; z and m may follow and are ignored."""
-    if shape is not None and len(shape) >= 21:
+    if shape is None:
+        return float("nan"), float("nan")
+    if len(shape) >= 21:
         order = "<" if shape[0] == 1 else ">"
         kind, x, y = struct.unpack_from(f"{order}Idd", shape, 1)
         if kind & 0xFFFF in (1, 1001, 2001, 3001):
