@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -9,9 +10,10 @@ import pytest
 from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, Parameters
-from ccwsim.sharing.choices import Choices, DataChoice
+from ccwsim.sharing.choices import Choices, DataChoice, Upload
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import KEY, State
+from ccwsim.ui.study.image_questions import image_of_file
 from tests.fuzz.builders import npy_header, packed_mat, pickled, png_of_remarks
 from tests.fuzz.evil import EVIL
 from tests.fuzz.mutations import zipped
@@ -130,3 +132,28 @@ def test_a_column_of_many_values_is_asked_for_its_width():
     assert image_of(app.session_state[KEY].choices.image).shape == (360, 400)
     assert app.session_state[KEY].image_draft is None
     assert not app.exception
+
+
+ENDINGS = (
+    *("", ".vti", ".grd", ".eas", ".prn", ".tsv", ".xyz", ".nc", ".grdecl", ".xlsx", ".las"),
+    *(".tif", ".asc", ".mat", ".npy", ".sgems", ".h5", ".irap", ".geojson", ".gpkg"),
+)
+
+
+def test_no_uploader_refuses_a_file_by_its_ending():
+    app = launched()
+    assert "image_file" in {file.key for file in app.file_uploader}
+    for file in app.file_uploader:
+        assert list(file.proto.type) == ([".ccwsim"] if file.key == "share_open" else []), file.key
+    calls = re.findall(r"file_uploader\((.*?)\)\n", "\n".join(sources()), re.DOTALL)
+    assert [call for call in calls if "type=" in call and "share_open" not in call] == []
+
+
+def sources() -> list[str]:
+    return [path.read_text("utf-8") for path in (ROOT / "ccwsim/ui").rglob("*.py")]
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_an_image_of_any_ending_is_known_by_its_content(ending):
+    choice = image_of_file(Upload(f"facies{ending}", sample.esri()))
+    assert image_of(choice).array.tolist() == sample.FACIES.tolist()

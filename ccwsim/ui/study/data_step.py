@@ -53,7 +53,6 @@ TABLES = {
 }
 OF_FACIES = ("threshold", "facies_names")
 """Answers about the column of facies."""
-TABLE_TYPES = ("csv", "txt", "dat", "tsv")
 
 
 def data_step(state: State) -> None:
@@ -175,8 +174,7 @@ def draw_table_uploaders(key: str, choice: DataChoice, use: Callable[[DataChoice
 
         with st.container():
             name = f"{key}_{table}"
-            options: dict[str, Any] = {"removed": partial(take, None), "type": list(TABLE_TYPES)}
-            file_uploader(label, key=name, take=take, help=tip, **options)
+            file_uploader(label, key=name, take=take, removed=partial(take, None), help=tip)
             there = brought[table]
             if there is not None and st.session_state.get(name) is None:
                 st.caption(plain(f"From your file {there.name}"))
