@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from ccwsim.cli.options import check_writable
+from ccwsim.cli.options import check_writable, suggestion
 from ccwsim.model.errors import CCWSIMError
 
 
@@ -32,7 +32,8 @@ def command(name: str | None, output: str | None) -> None:
         for title, texts in titles.items():
             click.echo("\n".join([title, *(f"  {key:20} {text}" for key, text in texts.items())]))
     elif name not in described:
-        raise CCWSIMError(f"there is no {name}; there are {', '.join(described)}")
+        there = ", ".join(described)
+        raise CCWSIMError(f"there is no {name}; there are {there}.{suggestion(name, described)}")
     elif output is None:
         click.echo(described[name])
     else:

@@ -16,7 +16,9 @@ from ccwsim.cli.options import (
     name_and_code,
     number_or_each,
     one_or_each,
+    piece,
     sizes,
+    suggestion,
 )
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
@@ -56,13 +58,18 @@ IMAGE_OPTIONS: Options = {
     "shape": (
         "--shape",
         {"metavar": "NXxNY[xNZ]", "type": sizes},
-        "columns x rows of the image, if its file does not contain them (classic GSLIB)",
+        "size of the image, if its file does not contain it (classic GSLIB)",
     ),
-    "slice_index": ("--slice", {"metavar": "N", "type": int}, "slice index in a 3-D image, from 0"),
+    "slice_index": (
+        "--slice",
+        {"metavar": "N", "type": int},
+        "read one slice of a 3-D image as a map: its number, from 0",
+    ),
     "crop": (
         "--crop",
-        {"metavar": "R C NY NX", "type": int, "nargs": 4},
-        "piece of the image: first row (from the south), first column, number of rows and columns",
+        {"metavar": "X Y NX NY", "type": int, "nargs": 4, "callback": piece},
+        "piece of the image: first column (from the west) and row (from the south), both from 0, "
+        "and numbers of columns and rows",
     ),
     "every": (
         "--every",
@@ -72,13 +79,14 @@ IMAGE_OPTIONS: Options = {
     "up": (
         "--up/--no-up",
         {"default": None},
-        "whether the first row of the file is the south or the north (default: north in pictures "
-        "and matrices, south in GSLIB and NumPy files)",
+        "whether the first row of the file is the south (--up) or the north (--no-up; default: "
+        "north in pictures, ESRI grids and text matrices, south in other files)",
     ),
     "z_up": (
         "--z-up/--no-z-up",
         {"default": None},
-        "whether the first layer of a volume is the bottom or the top (default: bottom)",
+        "whether the first layer of a volume is the bottom (--z-up, the default) or the top "
+        "(--no-z-up)",
     ),
     "transpose": ("--transpose", {"is_flag": True}, "exchange rows and columns"),
 }
@@ -279,7 +287,10 @@ def image_of(options: Any) -> TrainingImage:
         return datasets.load(name)
     if not Path(name).exists():
         there = ", ".join(bundled)
-        raise CCWSIMError(f"{name} is neither a file nor a bundled training image ({there})")
+        raise CCWSIMError(
+            f"{name} is neither a file nor a bundled training image ({there})."
+            f"{suggestion(name, bundled)}"
+        )
     if options.grid is not None and len(options.grid) == 3:
         reading["volume"] = True
     return read_training_image(name, **reading)
@@ -337,7 +348,10 @@ def hard_data_of(
         return datasets.load_hard_data(name), ()
     if not Path(name).exists():
         there = ", ".join(bundled)
-        raise CCWSIMError(f"{name} is neither a file nor the name of bundled hard data ({there})")
+        raise CCWSIMError(
+            f"{name} is neither a file nor the name of bundled hard data ({there})."
+            f"{suggestion(name, bundled)}"
+        )
     if collars is None and surveys is not None:
         raise CCWSIMError("--surveys needs a table of well collars; give this table with --collars")
     for table, given in (("collars", collars), ("surveys", surveys)):

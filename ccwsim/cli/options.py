@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -52,6 +53,18 @@ def in_group(group: str) -> Callable[..., Callable[[Any], Any]]:
     return option
 
 
+def suggestion(word: str, known: Iterable[str]) -> str:
+    """Return a question for a word that resembles a known word; otherwise an empty text.
+
+    Examples
+    --------
+    >>> suggestion("chanels", ["channels", "dunes"]), suggestion("oil", ["channels"])
+    (' Did you mean channels?', '')
+    """
+    close = get_close_matches(word.lower(), list(known), n=1)
+    return f" Did you mean {close[0]}?" if close else ""
+
+
 def check_writable(path: str) -> None:
     """Raise an error if a file cannot be written; called before a long run."""
     folder = Path(path).parent
@@ -64,6 +77,16 @@ def check_writable(path: str) -> None:
 
 def _refused(text: str, needed: str) -> click.BadParameter:
     return click.BadParameter(f"{text!r} must be {needed}")
+
+
+def piece(
+    context: click.Context, parameter: click.Parameter, value: tuple[int, ...] | None
+) -> tuple[int, ...] | None:
+    """Return a piece of an image, given as x, y, nx, ny, as (row, column, n_rows, n_columns)."""
+    if value is None:
+        return None
+    x, y, nx, ny = value
+    return y, x, ny, nx
 
 
 def sizes(text: str) -> tuple[int, ...]:
@@ -83,7 +106,7 @@ def one_or_each(text: str) -> int | tuple[int, ...]:
     except click.BadParameter:
         numbers = ()
     if len(numbers) != 3:
-        raise _refused(text, "a whole number, or three along x, y and z, such as 32x32x16")
+        raise _refused(text, "a whole number, or three along x, y and z, written XxYxZ")
     return numbers
 
 

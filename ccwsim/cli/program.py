@@ -10,6 +10,7 @@ from io import TextIOWrapper
 import click
 
 import ccwsim
+from ccwsim.cli.options import suggestion
 from ccwsim.model.errors import CCWSIMError
 
 COMMANDS = ("simulate", "dashboard", "datasets", "paper", "warm-up")
@@ -35,6 +36,15 @@ class Commands(click.Group):
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(COMMANDS)
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        name = args[0]
+        if name not in COMMANDS and not name.startswith("-"):
+            said = suggestion(name, COMMANDS) or f" Choose one of {', '.join(COMMANDS)}."
+            ctx.fail(f"No such command '{name}'.{said}")
+        return super().resolve_command(ctx, args)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in COMMANDS:

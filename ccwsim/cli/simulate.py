@@ -50,15 +50,20 @@ run_option = in_group("Run")
     required=True,
     metavar="FILE",
     help="file for the realizations; the ending gives the format: npz (all results), sgems, gslib "
-    "or dat (one column per realization), png (all maps side by side), npy (facies codes, written "
-    "during the run, may be larger than memory); repeat the option for several files",
+    "or dat (one column per realization), vti (VTK), tif (GeoTIFF of maps), nc (NetCDF), png (all "
+    "maps side by side), npy (facies codes, written during the run, may be larger than memory); "
+    "repeat the option for several files",
 )
 @quiet
 def command(**given: Any) -> int:
     """Simulate realizations that resemble a training image and honour hard data.
 
-    TI is a file (picture, SGeMS, GSLIB, ESRI, CSV, NumPy, MATLAB) or the name of a bundled training
-    image; --project reads all inputs of a study from a project file instead.
+    TI is a file (picture, GeoTIFF, NetCDF, SGeMS, GSLIB, GRDECL, ESRI, CSV, NumPy, MATLAB, VTK and
+    others) or the name of a bundled training image; --project reads all inputs of a study from a
+    project file instead.
+
+    Numbers along several axes are always in the order x, y, z: 640x480 means 640 columns along x
+    and 480 rows along y, and a third number is the layers of a volume. x runs east, y north, z up.
     """
     options = SimpleNamespace(**given)
     for output in options.output:

@@ -63,7 +63,7 @@ MEANINGS = {
     "location_weight": "Strength of the preference for patches from the corresponding location in "
     "the training image, for images that change from one end to the other. At 1, a location at the "
     "other end counts as much as a mismatch in every cell of the overlap; at 0, patches may come "
-    "from anywhere. In a volume, (0.5, 0, 0) along z, y, x keeps only a vertical trend.",
+    "from anywhere. In a volume, a weight only along z keeps only a vertical trend.",
     "refine": "Shift each drawn patch by up to 2^level − 1 cells to the location that fits best at "
     "full resolution. The shift closes breaks caused by a coarse level.",
     "exact_data": "Honour every datum at full resolution. Off, as in the published CCWSIM code: "

@@ -17,7 +17,7 @@ from ccwsim.model import bounds
 from ccwsim.model.arrays import check_int
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import fault_of_crs
-from ccwsim.model.parameters import PER_AXIS, Parameters, parameter_table
+from ccwsim.model.parameters import CHOICES, Parameters, parameter_table
 from ccwsim.sharing.choices import Choices, EMap, Shown
 
 YES_NO = {"yes": True, "no": False}
@@ -165,6 +165,15 @@ def parts_of(choices: Choices, shown: Shown) -> dict[str, Any]:
     return {"study": choices, "shown": shown, **own}
 
 
+_EXAMPLES = {
+    "template_size": "32x32x16 (along z from 1)",
+    "overlap_size": "8x8x4 (along z from 0)",
+    "wavelet_level": "2x2x1",
+    "location_weight": "0x0x0.5 for a vertical trend only",
+}
+"""Examples of parameters with one number for each axis of a volume, on the command line."""
+
+
 def _parameter(row: dict[str, str], default: Any) -> FieldSpec:
     name, key, allowed = row["name"], short_name(row["name"]), row["allowed"]
     kind, metavar, words = "whole", row["symbol"] or "N", None
@@ -173,13 +182,11 @@ def _parameter(row: dict[str, str], default: Any) -> FieldSpec:
     elif isinstance(default, float):
         kind, metavar = "number", "SHARE"
     elif isinstance(default, str):
-        kind, metavar = "word", "NAME"
+        kind, metavar = "word", "|".join(CHOICES[name])
     usual = {"True": "yes", "False": "no"}.get(row["default"], row["default"])
     text = f"{row['meaning']} ({allowed}{'; ' if allowed else ''}default: {usual})"
-    if name in PER_AXIS:
-        text += "; for a volume, one number or three along x, y and z, such as 32x32x16"
-    if name == "location_weight":
-        text += "; on the command line 0x0x2"
+    if name in _EXAMPLES:
+        text += f"; for a volume, one number or three, such as {_EXAMPLES[name]}"
     low, high = bounds.PARAMETERS.get(name, (0, 0))
     return FieldSpec(
         *(key, "parameters", (name,), kind, low, high),
@@ -199,15 +206,15 @@ FIELDS = (
         *("grid", "grid", ("nx", "ny", "nz"), "sizes", 1, bounds.MAX_GRID_SIDE_OFFERED),
         option="--grid",
         metavar="NXxNY[xNZ]",
-        help="numbers of cells along x (columns) and y (rows), in the order of a GSLIB header; "
-        "a third number, the layers, gives a volume (default: the grid of bundled hard data, "
-        "otherwise 256x256)",
+        help="numbers of cells; a third number gives a volume (default: without options of this "
+        "group, the grid of a TI file with coordinates; otherwise the grid of bundled hard data, "
+        "or 256x256)",
     ),
     FieldSpec(
         *("cell", "grid", ("cell_size",), "lengths", bounds.MIN_FLOAT, bounds.MAX_FLOAT),
         option="--cell-size",
         metavar="DX DY",
-        help="size of a cell in world units (default: 1 1)",
+        help="width of a cell along x and y in world units (default: 1 1)",
     ),
     FieldSpec(
         *("origin", "grid", ("origin",), "lengths", -bounds.MAX_FLOAT, bounds.MAX_FLOAT),

@@ -26,7 +26,8 @@ from ccwsim.cli.options import classes, sizes
 from ccwsim.cli.program import COMMANDS, main
 from ccwsim.cli.progress import SIGNALS, STARTING, ProgressLine, duration, stop_on_signals
 from ccwsim.cli.simulate import EPILOG, command, summary
-from ccwsim.io import parameters_to_json, write_training_image
+from ccwsim.io import parameters_to_json, realizations, write_training_image
+from ccwsim.model.parameters import CHOICES, PER_AXIS
 from ccwsim.sharing.codec import fields_of
 
 ROOT = Path(__file__).parents[2]
@@ -61,6 +62,41 @@ def test_every_parameter_has_its_option_and_its_help(capsys):
     for row in (*fields_of("parameters"), *fields_of("grid"), *fields_of("study")):
         assert row.option in shown
         assert "".join(row.help.split()) in shown
+
+
+def test_the_help_is_true(capsys):
+    assert run("simulate", "--help") == 0
+    shown = " ".join(capsys.readouterr().out.split())
+    output = shown[shown.index("-o, --output") :]
+    formats = (*realizations.FORMATS, "npy")
+    assert [kind for kind in formats if not re.search(rf"\b{kind}\b", output)] == []
+    assert shown.count("order x, y, z") == 1
+    examples = {}
+    for row in fields_of("parameters"):
+        if example := re.search(r"one number or three, such as ([\dx.]+)", row.help):
+            examples[row.fields[0]] = row.read(example[1])
+            assert example[0] in shown
+    assert examples.keys() == {*PER_AXIS, "location_weight"}
+    assert Parameters(**examples).wavelet_level == (1, 2, 2)
+    assert all("|".join(words) in shown for words in CHOICES.values())
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        (["simulat", "channels"], "Did you mean simulate?"),
+        (["warmup"], "Did you mean warm-up?"),
+        (["run"], "No such command 'run'. Choose one of simulate, dashboard, datasets"),
+        (["simulate", "channels", "--lvel", "2"], "--level"),
+        (["--versoin"], "--version"),
+        (["simulate", "chanels", "-o", "a.npz"], "Did you mean channels?"),
+        (["simulate", "channels", "-o", "a.npz", "--hard-data", "channels_60_well"], "60_wells?"),
+        (["datasets", "Dune"], "Did you mean dunes?"),
+    ],
+)
+def test_an_unknown_word_has_a_suggestion(line, said, capsys):
+    assert run(*line) == 2
+    assert said in " ".join(capsys.readouterr().err.split())
 
 
 @pytest.mark.parametrize("field", fields(Parameters), ids=lambda f: f.name)
@@ -139,7 +175,7 @@ def test_the_top_layer_may_come_first(tmp_path, layers):
             ["--slice", 3, "--grid", "20x20", "--template", "8x8x4"],
             "the grid is a map: give one number",
         ),
-        (["--grid", "20x20x8", "--template", "8x8"], "such as 32x32x16"),
+        (["--grid", "20x20x8", "--template", "8x8"], "written XxYxZ"),
         (["--grid", "20x20x8", "--location-weight", "0x2"], "such as 0x0x2"),
         (["--grid", "20x20x8", "--template", "32x32x16"], "larger than the training image"),
         (["--grid", "20x20x8", "--template", "8x8x5"], "along z"),
@@ -181,7 +217,7 @@ def test_columns_names_and_a_piece_are_chosen_by_options(tmp_path):
     wells.write_text("a,b,top,kind\n3.5,4.5,10,Sand\n20.5,30.5,11,Clay\n")
     image = np.kron(np.indices((32, 32)).sum(axis=0) // 4 % 2, np.ones((2, 2), int))
     np.save(ti, np.pad(image, ((3, 0), (5, 0)), constant_values=9))
-    line = ["simulate", ti, "--crop", 3, 5, 64, 64, "--every", 2, "--grid", "40x40", *SMALL]
+    line = ["simulate", ti, "--crop", 5, 3, 64, 64, "--every", 2, "--grid", "40x40", *SMALL]
     line += ["--hard-data", wells, "--hard-x", "a", "--hard-y", "b", "--hard-facies", "kind"]
     assert run(*line, "-o", out, "--facies-name", "sand=1", "--facies-name", "Clay=0") == 0
     found = loaded(out)["realizations"][0]
