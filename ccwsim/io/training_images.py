@@ -72,7 +72,8 @@ def read_training_image(
         Name of the variable or array; not needed if a file has only one variable or one named `ti`.
     up : bool, optional
         Whether the first row of the file is the south (True) or the north (False). The default is
-        False for pictures, ESRI grids and text matrices, and True for other formats.
+        False for pictures, raster maps such as GeoTIFF and ESRI grids, GRDECL and text matrices,
+        and True for other formats.
     transpose : bool
         Exchange rows and columns.
     shape : (ny, nx) or (nz, ny, nx), optional
