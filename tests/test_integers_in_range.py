@@ -282,7 +282,7 @@ NO_INTEGERS = re.compile(
 )
 """Real numbers, indices as NumPy takes them, numbers of a chart, and what `Grid.of` takes."""
 INTEGERS = re.compile(
-    r"Images|Codes|Lags|Direction|ArrayLike|Shape|NDArray\[np\.u?int|Sequence\[int\]|tuple\[int"
+    r"Images|Codes|Lags|Direction\b|ArrayLike|Shape|NDArray\[np\.u?int|Sequence\[int\]|tuple\[int"
 )
 CLASSES = (TrainingImage, HardData, Grid, Parameters, m.RunningStatistics, m.RunningCurves)
 CALLS = {**IMAGES, **OTHERS, **FREE}

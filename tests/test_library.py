@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import inspect
+import re
 from io import BytesIO
 from pathlib import Path
+from typing import get_args, get_type_hints
 
 import gstools
 import numpy as np
@@ -193,6 +196,24 @@ def test_axes_of_a_dataarray_are_obeyed(axes, step):
     array = xarray.DataArray(values, {north: step * np.arange(6)}, axes)
     for taken in (TrainingImage(array), TrainingImage.from_array(array)):
         np.testing.assert_array_equal(np.asarray(taken), image)
+
+
+@pytest.mark.parametrize("noun", [TrainingImage, HardData, Ensemble, Grid, Parameters])
+def test_what_a_noun_returns_has_a_type(noun):
+    members = inspect.getmembers(noun, lambda member: isinstance(member, property))
+    functions = [(name, member.fget) for name, member in members]
+    functions += inspect.getmembers(noun, inspect.isfunction)
+    returned = {n: str(inspect.signature(f).return_annotation) for n, f in functions}
+    assert [name for name, said in returned.items() if re.search(r"\bAny\b", said)] == []
+
+
+def test_numbers_for_each_axis_methods_and_directions_have_types():
+    hints = get_type_hints(Parameters)
+    for name in ("template_size", "overlap_size", "wavelet_level"):
+        assert hints[name] == int | tuple[int, int, int]
+    assert set(get_args(hints["method"])) == {"ccwsim", "ccsim", "ms-ccsim"}
+    assert get_type_hints(Grid.shape.fget)["return"] == tuple[int, ...]
+    assert "Literal['E-W', 'N-S'" in str(ccwsim.metrics.Direction)
 
 
 def test_a_drawn_seed_can_be_given_again():

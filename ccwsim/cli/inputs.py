@@ -80,8 +80,8 @@ IMAGE_OPTIONS: Options = {
         "--up/--no-up",
         {"default": None},
         "whether the first row of the file is the south (--up) or the north (--no-up; default: "
-        "north in pictures, raster maps such as GeoTIFF and ESRI, GRDECL and text matrices, south in "
-        "other files)",
+        "north in pictures, raster maps such as GeoTIFF and ESRI, GRDECL and text matrices, south "
+        "in other files)",
     ),
     "z_up": (
         "--z-up/--no-z-up",

@@ -15,6 +15,7 @@ from ccwsim.jobs.workers import Progress
 from ccwsim.metrics import Anodi, Band, Fit, Scaling, anodi, band, fit_curve
 from ccwsim.metrics.bands import STATISTICS, curves_of
 from ccwsim.metrics.lags import axes_of, max_lag
+from ccwsim.model.arrays import Shape
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.grid import Grid
@@ -160,7 +161,7 @@ OnPartial = Callable[[Comparison], None]
 
 def compare(
     training_image: TrainingImage | ArrayLike,
-    grid_shape: tuple[int, int] | Grid,
+    grid_shape: Shape | Grid,
     settings: Mapping[str, Parameters],
     hard_data: Any = None,
     n_realizations: int = 10,

@@ -42,8 +42,8 @@ def typical_seconds(
     repair = prod(grid_shape) * PER_DISORDERED_CELL * disorder if p.repair_seams else 0.0
     if len(grid_shape) == 3:
         return repair + _seconds_of_volume(p, image_shape, grid_shape, n_data, judged)
-    block_size = 2**p.level
-    size, overlap, step = p.template_size, p.overlap_size, p.step
+    size, overlap, level = (along_x for _, _, along_x in p.along(grid_shape))
+    block_size, step = 2**level, size - overlap
     cells, locations = grid_shape[0] * grid_shape[1], 1.0
     for side in image_shape:
         locations *= max(side - size, 0) // block_size + 1

@@ -112,7 +112,7 @@ class Sweep:
 
 def sweep(
     training_image: TrainingImage | ArrayLike,
-    grid_shape: tuple[int, int] | Grid,
+    grid_shape: Shape | Grid,
     settings: Sequence[Parameters],
     hard_data: Any = None,
     n_realizations: int = 4,

@@ -70,7 +70,7 @@ class Timing(TimingCase):
 
 def time_study(
     training_image: TrainingImage,
-    grid_shape: tuple[int, int] | Grid,
+    grid_shape: Shape | Grid,
     parameters: Parameters,
     hard_data: HardData | None = None,
     n_realizations: int = 3,

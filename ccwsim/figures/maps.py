@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
 from ccwsim.figures.palette import CIVIDIS, bytes_of, ramp
-from ccwsim.model.arrays import as_integers, check_int
+from ccwsim.model.arrays import Shape, as_integers, check_int
 
 MAX_SHEET_SIDE = 8192
 QUICK = 2
@@ -66,7 +66,7 @@ def map_png(indices: NDArray[np.uint8], colours: Sequence[str], *, scale: int = 
     return png_of(_coloured(indices, colours).resize(size, Image.Resampling.NEAREST))
 
 
-def tile_size(shape: tuple[int, int], longest: int) -> tuple[int, int]:
+def tile_size(shape: Shape, longest: int) -> tuple[int, int]:
     """Return the width and height in pixels of a map whose longer side has `longest` pixels.
 
     Examples
@@ -101,7 +101,7 @@ def contact_sheet(
 def data_png(
     cells: NDArray[np.integer],
     indices: NDArray[np.integer],
-    shape: tuple[int, int],
+    shape: Shape,
     colours: Sequence[str],
     *,
     longest: int,
@@ -130,9 +130,7 @@ def data_png(
     return png_of(picture)
 
 
-def placement_svg(
-    cells: NDArray[np.integer], colours: Sequence[str | None], shape: tuple[int, int]
-) -> str:
+def placement_svg(cells: NDArray[np.integer], colours: Sequence[str | None], shape: Shape) -> str:
     """Return an SVG sketch of hard data inside and outside the outline of a grid.
 
     `cells`, shape (n, 2), may be outside the grid. A datum without a colour is drawn as a ring.

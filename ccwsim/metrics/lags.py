@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,16 +14,22 @@ from ccwsim.model.arrays import as_array, as_integers, check_int
 from ccwsim.model.bounds import MAX_LAG
 from ccwsim.model.errors import CCWSIMError, shown
 
-STEPS = {"E-W": (0, 1), "N-S": (1, 0), "NE-SW": (1, 1), "NW-SE": (1, -1)}
+DirectionName = Literal["E-W", "N-S", "NE-SW", "NW-SE", "vertical"]
+STEPS: dict[DirectionName, tuple[int, int]] = {
+    "E-W": (0, 1),
+    "N-S": (1, 0),
+    "NE-SW": (1, 1),
+    "NW-SE": (1, -1),
+}
 """Offset of one step in each named direction: rows to the north, columns to the east."""
 
-VERTICAL = "vertical"
+VERTICAL: DirectionName = "vertical"
 """Name of the upward direction in volumes; one step is one layer."""
 
 MAX_STEPS = 1_000_000
 """Maximum lag in steps."""
 
-Direction = str | float | tuple[int, ...]
+Direction = DirectionName | float | tuple[int, ...]
 """A direction: a name in `STEPS`, an azimuth in degrees clockwise from north, or the (rows,
 columns) of one step; in volumes also "vertical" and (layers, rows, columns)."""
 
@@ -31,7 +38,7 @@ Lags = int | Sequence[int] | NDArray[np.integer]
 they fit the image."""
 
 
-def axes_of(shape: tuple[int, ...]) -> tuple[str, ...]:
+def axes_of(shape: tuple[int, ...]) -> tuple[DirectionName, ...]:
     """Return the directions along the axes of a map or volume.
 
     Examples
@@ -39,7 +46,8 @@ def axes_of(shape: tuple[int, ...]) -> tuple[str, ...]:
     >>> axes_of((100, 200)), axes_of((48, 100, 200))
     (('E-W', 'N-S'), ('E-W', 'N-S', 'vertical'))
     """
-    return ("E-W", "N-S", VERTICAL)[: len(shape)]
+    axes: tuple[DirectionName, ...] = ("E-W", "N-S", VERTICAL)
+    return axes[: len(shape)]
 
 
 def lag_offsets(

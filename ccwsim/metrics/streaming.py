@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ccwsim.metrics.bands import Band, RunningCurves
 from ccwsim.metrics.connectivity import connectivity
 from ccwsim.metrics.etype import EType, add_counts, etype_of_counts, proportions
-from ccwsim.metrics.lags import axes_of, lags_that_fit
+from ccwsim.metrics.lags import DirectionName, axes_of, lags_that_fit
 from ccwsim.metrics.stack import Codes, Images, as_image, checked_codes, index_of
 from ccwsim.metrics.variograms import variogram
 from ccwsim.model.arrays import as_integers, check_int
@@ -28,9 +28,9 @@ class RunningSummary:
     proportions: Band
     """Band of the share of each facies, shape (n_facies,)."""
     lags: NDArray[np.int64]
-    variograms: dict[tuple[int, str], Band]
+    variograms: dict[tuple[int, DirectionName], Band]
     """Bands of γ(h) by (facies code, direction), over the lags that fit the images."""
-    connectivity: dict[tuple[int, str], Band]
+    connectivity: dict[tuple[int, DirectionName], Band]
     """Bands of τ(h), with the same keys as `variograms`."""
 
 
@@ -68,7 +68,7 @@ class RunningStatistics:
         shape: tuple[int, ...],
         codes: Codes,
         facies: Sequence[int] | None = None,
-        directions: Sequence[str] | None = None,
+        directions: Sequence[DirectionName] | None = None,
         max_lag: int = 100,
         neighbours: int | None = None,
     ) -> None:
@@ -86,8 +86,10 @@ class RunningStatistics:
             directions = axes_of(self.shape)
         self._counts = np.zeros((n_facies, *self.shape), np.int32)
         self._shares = RunningCurves(n_facies, 0.0, 1.0)
-        self._fitting = {way: lags_that_fit(self.shape, way, self._lags) for way in directions}
-        n_lags = {
+        self._fitting: dict[DirectionName, NDArray[np.int64]] = {
+            way: lags_that_fit(self.shape, way, self._lags) for way in directions
+        }
+        n_lags: dict[tuple[int, DirectionName], int] = {
             (code, way): len(lags) for code in followed for way, lags in self._fitting.items()
         }
         self._gamma = {key: RunningCurves(n, 0.0, 0.5) for key, n in n_lags.items()}

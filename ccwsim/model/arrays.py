@@ -13,7 +13,7 @@ from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.labelled_arrays import is_labelled, oriented_values
 from ccwsim.model.lazy_stack import LazyStack
 
-Shape: TypeAlias = Any
+Shape: TypeAlias = tuple[int, ...]
 """Shape of a map or a volume; typed `Any` because some functions accept only maps."""
 MIN_INT, MAX_INT = -(2**63), 2**63 - 1
 """Smallest and largest 64-bit integer."""

@@ -78,7 +78,7 @@ class Grid:
         return f"Grid({', '.join(f'{name}={getattr(self, name)!r}' for name in names)})"
 
     @classmethod
-    def of(cls, shape: Grid | Sequence[int]) -> Grid:
+    def of(cls, shape: Grid | Sequence[int] | NDArray[np.integer]) -> Grid:
         """Return a grid unchanged, or make a grid of unit cells from (layers,) rows and columns.
 
         Raises `CCWSIMError` for a shape that is not two or three whole numbers.

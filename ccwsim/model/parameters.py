@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 
@@ -12,8 +12,14 @@ from ccwsim.model.arrays import AXES, check_int, digest, listing
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE, PARAMETERS
 from ccwsim.model.errors import CCWSIMError, shown
 
-METHODS = ("ccwsim", "ccsim", "ms-ccsim")
-SIMILARITIES = ("ssd", "correlation")
+Method = Literal["ccwsim", "ccsim", "ms-ccsim"]
+Similarity = Literal["ssd", "correlation"]
+METHODS: tuple[Method, ...] = get_args(Method)
+SIMILARITIES: tuple[Similarity, ...] = get_args(Similarity)
+PerAxis = int | tuple[int, int, int]
+"""One whole number for all axes or, in a volume, three along z, y and x."""
+Weight = float | tuple[float, float, float]
+"""One number for all axes or, in a volume, three along z, y and x."""
 CHOICES = {"method": METHODS, "similarity": SIMILARITIES}
 PER_AXIS = ("template_size", "overlap_size", "wavelet_level")
 """Parameters with one integer for all axes or, in a volume, three integers along z, y and x.
@@ -85,7 +91,7 @@ class Lengths(NamedTuple):
     level: tuple[int, int, int]
 
 
-def describe_weight(weight: Any) -> str:
+def describe_weight(weight: Weight) -> str:
     """Return a location weight as text.
 
     Examples
@@ -102,12 +108,12 @@ def describe_weight(weight: Any) -> str:
 @dataclass(frozen=True)
 class Parameters:
     # For maps, the first three and location_weight are numbers; for volumes they may be triples.
-    template_size: int = _parameter(32, "T", "T", "4 … 1024, a multiple of 2^level")
-    overlap_size: int = _parameter(8, "OR", "OL", "1 … template / 2, a multiple of 2^level")
-    wavelet_level: int = _parameter(2, "J", "level", "0 … 6")
+    template_size: PerAxis = _parameter(32, "T", "T", "4 … 1024, a multiple of 2^level")
+    overlap_size: PerAxis = _parameter(8, "OR", "OL", "1 … template / 2, a multiple of 2^level")
+    wavelet_level: PerAxis = _parameter(2, "J", "level", "0 … 6")
     n_candidates: int = _parameter(20, "K", "cand", "1 or more")
-    method: str = _parameter("ccwsim", "", "", "ccwsim, ccsim, ms-ccsim")
-    similarity: str = _parameter("ssd", "CCW", "", "ssd, correlation")
+    method: Method = _parameter("ccwsim", "", "", "ccwsim, ccsim, ms-ccsim")
+    similarity: Similarity = _parameter("ssd", "CCW", "", "ssd, correlation")
     search_fraction: float = _parameter(0.1, "", "prop", "more than 0, up to 1")
     co_template: int = _parameter(2, "CT", "CT", "1 … 4")
     random_path: bool = _parameter(True, "", "mrp", "yes, no")
@@ -115,7 +121,7 @@ class Parameters:
     match_proportions: bool = _parameter(False, "", "fc", "yes, no")
     published_draw: bool = _parameter(False, "", "", "yes, no")
     repair_seams: bool = _parameter(True, "", "", "yes, no")
-    location_weight: float = _parameter(0.0, "", "", "0 … 10")
+    location_weight: Weight = _parameter(0.0, "", "", "0 … 10")
     refine: bool = _parameter(True, "", "", "yes, no")
     exact_data: bool = _parameter(True, "", "", "yes, no")
 
@@ -126,7 +132,7 @@ class Parameters:
         _check_sizes(self)
 
     @property
-    def level(self) -> int:
+    def level(self) -> PerAxis:
         """Wavelet level of the search: 0 for "ccsim", which compares cells."""
         return 0 if self.method == "ccsim" else self.wavelet_level
 
@@ -148,16 +154,16 @@ class Parameters:
     @property
     def location_weights(self) -> tuple[float, float, float]:
         """The location weight along z, y and x."""
-        weight: Any = self.location_weight
+        weight = self.location_weight
         return weight if isinstance(weight, tuple) else (weight, weight, weight)
 
     @property
-    def step(self) -> Any:
+    def step(self) -> PerAxis:
         """Distance from one patch to the next in cells, T − OR."""
         if isinstance(self.template_size, int) and isinstance(self.overlap_size, int):
             return self.template_size - self.overlap_size
-        sizes = zip(_triple(self.template_size), _triple(self.overlap_size), strict=True)
-        return tuple(t - overlap for t, overlap in sizes)
+        (tz, ty, tx), (oz, oy, ox) = _triple(self.template_size), _triple(self.overlap_size)
+        return tz - oz, ty - oy, tx - ox
 
     def along(self, shape: Sequence[int]) -> Lengths:
         """Return template, overlap and level along z, y and x for the shape of an image or grid.
@@ -242,15 +248,16 @@ def _checked_number(name: str, value: Any, low: float, high: float) -> Any:
     return float(value)
 
 
-def _triple(size: Any) -> tuple[int, int, int]:
+def _triple(size: PerAxis) -> tuple[int, int, int]:
     """Return a size along z, y and x."""
     return (size, size, size) if isinstance(size, int) else size
 
 
 def _check_sizes(p: Parameters) -> None:
     sizes = p.template_size, p.overlap_size, p.level
-    if all(isinstance(size, int) for size in sizes):
-        _check_axis("", *sizes)
+    whole = [size for size in sizes if isinstance(size, int)]
+    if len(whole) == len(sizes):
+        _check_axis("", *whole)
         return
     for axis, *lengths in zip(AXES[::-1], *map(_triple, sizes), strict=True):
         _check_axis(f" along {axis}", *lengths)

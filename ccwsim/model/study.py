@@ -87,7 +87,7 @@ def _check_template(training_image: TrainingImage, p: Parameters) -> None:
         what, advice = f"Template {template} along {axis}", _smaller(p, lengths, shape)
     else:
         what = f"Template {template}"
-        legal = legal_sizes(p.level, max(4, 2 * p.overlap_size), min(shape))
+        legal = legal_sizes(lengths.level[-1], max(4, 2 * lengths.overlap[-1]), min(shape))
         advice = f"at most {legal[-1]}" if legal else "a larger image or a smaller overlap"
     raise CCWSIMError(
         f"{what} is larger than the training image of {describe_shape(shape)}: use {advice}"

@@ -177,7 +177,7 @@ def _table_2() -> Table:
 
 
 def _key(p: Parameters) -> tuple[str, int, bool]:
-    return p.method, p.level if p.method == "ccsim" else p.wavelet_level, p.exact_data
+    return p.method, p.along((1, 1)).level[-1], p.exact_data
 
 
 def _row(p: Parameters, times: Times) -> tuple[str, ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Literal
 
 from ccwsim.io.data_file import DataFile, listed
 from ccwsim.io.hard_data.column_names import (
@@ -41,7 +42,7 @@ class PointColumns:
     depth_to: str | None = None
     depth: str | None = None
     """Depths below z, only in volumes: columns "from" and "to", or one column; "" for no column."""
-    coordinates: str | None = None
+    coordinates: Literal["world", "cells"] | None = None
     """Whether two columns with unclear names are x and y ("world"), or row and col ("cells")."""
     up: bool | None = None
     slice_index: int | None = None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,9 @@ from ccwsim.model.training_image import TrainingImage
 
 _FAR = 2.0**40
 """Maximum distance of points from the grid, in cells; a larger distance is an error."""
-COLLISION_CHOICES = ("error", "drop", "majority", "nearest")
+Treatment = Literal["error", "drop"]
+CollisionTreatment = Literal["error", "drop", "majority", "nearest"]
+COLLISION_CHOICES: tuple[CollisionTreatment, ...] = get_args(CollisionTreatment)
 FaciesNames = Mapping[str, int] | Sequence[tuple[str, int]]
 """Facies codes by name."""
 
@@ -35,12 +37,12 @@ class Conversion:
     threshold: float | None = None
     classes: Classes = None
     """Threshold or classes of continuous values, as in `classify`; use the image's class edges."""
-    on_collision: str = "error"
+    on_collision: CollisionTreatment = "error"
     """Treatment of a cell with data of several facies: raise an "error", "drop" all its data, keep
     the "majority" facies, or keep the facies of the datum "nearest" to the centre. The nearest
     datum decides a tie; if distances are equal, the first datum decides."""
-    on_outside: str = "error"
-    on_unknown: str = "error"
+    on_outside: Treatment = "error"
+    on_unknown: Treatment = "error"
     """Treatment of data outside the grid and of unknown facies: "error" or "drop"."""
 
     def __post_init__(self) -> None:

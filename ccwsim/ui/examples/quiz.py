@@ -23,6 +23,7 @@ from ccwsim import datasets
 from ccwsim.figures import facies_colours, map_png
 from ccwsim.jobs.job import PATIENCE, Job
 from ccwsim.metrics import Copying, copying
+from ccwsim.model.arrays import Shape
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
@@ -116,7 +117,7 @@ def draw_round(image: TrainingImage, parameters: Parameters, seed: int) -> Round
     return Round(image, p, np.array(pictures), np.array(sources), answer)
 
 
-def piece_side(shape: tuple[int, int]) -> int:
+def piece_side(shape: Shape) -> int:
     """Return the side of the pieces: at most half of the image's side, so that pieces differ."""
     return max(4, min(MAX_PIECE_SIDE, min(shape) // 2))
 

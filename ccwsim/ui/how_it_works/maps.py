@@ -43,7 +43,8 @@ class PatchView:
     @property
     def level(self) -> int:
         """The wavelet level at which the search compares coefficients."""
-        return self.trace.study.parameters.level
+        study = self.trace.study
+        return study.parameters.along(study.grid.shape).level[-1]
 
     @property
     def search_fraction(self) -> float:

@@ -196,7 +196,8 @@ def _draw_setting(state: State) -> None:
             offered: dict[str, Any] = {"options": [0] if is_ccsim else levels(shape)}
             offered |= {"disabled": is_ccsim, "width": 96}
             parameter(st.selectbox, "Level J", "wavelet_level", "level", value=p.level, **offered)
-            offered = {"options": overlap_sizes(p.level, p.template_size), "width": 116}
+            (_, _, template), _, (_, _, level) = p.along(shape)
+            offered = {"options": overlap_sizes(level, template), "width": 116}
             parameter(st.selectbox, "Overlap OR", "overlap_size", "overlap", **offered)
         numbers = {"min_value": 1, "max_value": MAX_CANDIDATES_OFFERED, "width": 136}
         parameter(st.number_input, "Candidates K", "n_candidates", "candidates", **numbers)

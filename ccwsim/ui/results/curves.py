@@ -21,7 +21,7 @@ from ccwsim.metrics import (
     fit_vertical_proportions,
 )
 from ccwsim.metrics.bands import Statistic, curves_of
-from ccwsim.metrics.lags import axes_of, max_lag
+from ccwsim.metrics.lags import DirectionName, axes_of, max_lag
 from ccwsim.metrics.stack import Stack
 from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.ensemble import Ensemble
@@ -50,7 +50,9 @@ vertical_proportions_bundle = cached(max_entries=64)(layers_bundle)
 
 
 @cached(max_entries=192)
-def curve_bundle(ensemble: Ensemble, statistic: Statistic, facies: int, direction: str) -> Bundle:
+def curve_bundle(
+    ensemble: Ensemble, statistic: Statistic, facies: int, direction: DirectionName
+) -> Bundle:
     """Return a curve of a facies (an index into the codes) along an axis.
 
     For the connectivity function, cells that touch at a corner are connected.
@@ -65,14 +67,16 @@ def curve_bundle(ensemble: Ensemble, statistic: Statistic, facies: int, directio
 
 @cached(max_entries=64)
 def _curve_of_image(
-    image: TrainingImage, statistic: Statistic, code: int, direction: str, lags: int
+    image: TrainingImage, statistic: Statistic, code: int, direction: DirectionName, lags: int
 ) -> NDArray[np.float64]:
     """Return a curve of the training image; ensembles with this training image share the curve."""
     return curves_of(statistic, image, code, direction, lags)[0]
 
 
 @cached(max_entries=192)
-def fit_of(ensemble: Ensemble, statistic: Statistic, facies: int, direction: str) -> Fit | None:
+def fit_of(
+    ensemble: Ensemble, statistic: Statistic, facies: int, direction: DirectionName
+) -> Fit | None:
     """Return the comparison of a curve with crops of the training image."""
     return fit_curve(ensemble, statistic, int(ensemble.training_image.codes[facies]), direction)
 
@@ -127,7 +131,7 @@ def _variograms(ensemble: Ensemble, facies: int) -> list[Callable[[], None]]:
     top = 1.1 * max(float(np.nanmax([b.each.max(), b.reference.max()])) for b in bundles)
     y_range = 0.0, top or 1.0  # there is no variogram along an axis of one cell
 
-    def draw(way: str) -> None:
+    def draw(way: DirectionName) -> None:
         note = describe_curve(fit_of(ensemble, "variogram", facies, way), "variogram")
         curve = _Curve(ensemble, "variogram", facies, way, name, y_range, theme)
         title = curve_title("variogram", way)
@@ -143,7 +147,7 @@ class _Curve(NamedTuple):
     ensemble: Ensemble
     statistic: Statistic
     facies: int
-    direction: str
+    direction: DirectionName
     name: str  # of the facies
     y_range: tuple[float, float]
     theme: Theme
@@ -157,7 +161,9 @@ def _draw_curve(curve: _Curve, key: str, alt: str) -> None:
     draw_chart(curves_chart(bundle, curve.theme, y_title=title, y_range=curve.y_range), key, alt)
 
 
-def _connectivity(ensemble: Ensemble, facies: int, way: str, note: str = "", key: str = "") -> None:
+def _connectivity(
+    ensemble: Ensemble, facies: int, way: DirectionName, note: str = "", key: str = ""
+) -> None:
     name = ensemble.training_image.facies_names[facies]
     note = note or describe_curve(fit_of(ensemble, "connectivity", facies, way), "connectivity")
     curve = _Curve(ensemble, "connectivity", facies, way, name, (0.0, 1.04), chart_theme())

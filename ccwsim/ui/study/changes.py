@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields
+from typing import Any
 
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.grid import Grid
@@ -107,7 +108,7 @@ def short_name(name: str) -> str:
     return SHORT_NAMES.get(name, name.replace("_", " "))
 
 
-def describe_value(name: str, value: object) -> str:
+def describe_value(name: str, value: Any) -> str:
     """Return the value of a parameter as text; sizes of a volume are in the order x, y, z."""
     if name == "location_weight":
         return describe_weight(value)

@@ -12,6 +12,7 @@ import streamlit as st
 from ccwsim.jobs.statistics import Task
 from ccwsim.metrics import Fit
 from ccwsim.metrics.bands import Statistic
+from ccwsim.metrics.lags import DirectionName
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.numbers import three_digits
 from ccwsim.report.verdicts import (
@@ -116,7 +117,9 @@ def of_proportions(ensemble: Ensemble, fit: Fit | None) -> list[Finding]:
     return [*found, Finding(advice, True)] if advice else found
 
 
-def of_curves(fits: Mapping[tuple[Statistic, str], Fit | None], name: str) -> list[Finding]:
+def of_curves(
+    fits: Mapping[tuple[Statistic, DirectionName], Fit | None], name: str
+) -> list[Finding]:
     """Return one finding on all curves inside the band of crops, and one on each other curve."""
     judged = {key: fit for key, fit in fits.items() if fit is not None and fit.judged}
     if not judged:

@@ -16,7 +16,7 @@ from ccwsim.jobs.limits import Demand
 from ccwsim.jobs.workers import Cancel
 from ccwsim.metrics import RunningStatistics, RunningSummary
 from ccwsim.metrics.bands import Statistic, curves_of
-from ccwsim.metrics.lags import axes_of, max_lag
+from ccwsim.metrics.lags import DirectionName, axes_of, max_lag
 from ccwsim.model.bounds import MAX_LARGE_ENSEMBLE
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import Cancelled
@@ -165,7 +165,7 @@ def _draw_run(run: LargeEnsembleRun, state: State, colours: Sequence[str]) -> No
     assert state.ensemble is not None
     draw_e_type_maps(summary.etype, state, state.ensemble, colours, prefix="long_")
     name = run.study.training_image.facies_names[run.facies]
-    curves: list[tuple[Statistic, str]] = [
+    curves: list[tuple[Statistic, DirectionName]] = [
         *(("variogram", way) for way in axes_of(run.study.grid.shape)),
         ("connectivity", "E-W"),
     ]
@@ -202,7 +202,7 @@ def describe_summary(run: LargeEnsembleRun, summary: RunningSummary) -> str:
 
 
 def bundle_of_band(
-    run: LargeEnsembleRun, summary: RunningSummary, statistic: Statistic, way: str
+    run: LargeEnsembleRun, summary: RunningSummary, statistic: Statistic, way: DirectionName
 ) -> Bundle:
     """Return a bundle with a band but no single curves, for lags up to half the grid's side."""
     image, grid = run.study.training_image, run.study.grid

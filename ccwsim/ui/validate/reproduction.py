@@ -29,7 +29,7 @@ from ccwsim.figures import (
 from ccwsim.io.formats.csv_table import csv_as_bytes
 from ccwsim.metrics import Anodi, Copying, Diagnosis, Measured
 from ccwsim.metrics.bands import STATISTICS, Statistic
-from ccwsim.metrics.lags import axes_of
+from ccwsim.metrics.lags import Direction, DirectionName, axes_of
 from ccwsim.model.arrays import describe_shape, listing
 from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.ensemble import Ensemble
@@ -99,7 +99,7 @@ def draw_curves_row(state: State, ensemble: Ensemble) -> None:
     draw_rows(rows)
 
 
-def axis_curves(ensemble: Ensemble) -> list[tuple[Statistic, str]]:
+def axis_curves(ensemble: Ensemble) -> list[tuple[Statistic, DirectionName]]:
     """Return all pairs (statistic, axis) that are compared with crops; variograms are first."""
     return list(product(STATISTICS, axes_of(ensemble.grid.shape)))
 
@@ -140,7 +140,7 @@ def draw_curve(
     state: State,
     ensemble: Ensemble,
     statistic: Statistic,
-    way: str | float,
+    way: Direction,
     height: int = CURVE_HEIGHT,
 ) -> None:
     """Draw a statistic of the chosen facies along a direction."""
