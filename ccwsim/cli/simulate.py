@@ -50,9 +50,9 @@ run_option = in_group("Run")
     required=True,
     metavar="FILE",
     help="file for the realizations; the ending gives the format: npz (all results), sgems, gslib "
-    "or dat (one column per realization), vti (VTK), tif (GeoTIFF of maps), nc (NetCDF), png (all "
-    "maps side by side), npy (facies codes, written during the run, may be larger than memory); "
-    "repeat the option for several files",
+    "or dat (one column per realization), vti (VTK), grdecl (Eclipse), tif (GeoTIFF of maps), nc "
+    "(NetCDF), png (all maps side by side), npy (facies codes, written during the run, may be "
+    "larger than memory); repeat the option for several files",
 )
 @quiet
 def command(**given: Any) -> int:
