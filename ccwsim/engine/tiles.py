@@ -235,7 +235,7 @@ def unconditional_candidates(scores, slack, ranking, rng):
 
 @inlined_part_of_kernel
 def conditional_candidates(box, has_data, is_split, slack, grid, inputs, work, rng):
-    """Fill `total_ranking.places` by scores plus costs (Fig. 5); return the number of candidates.
+    """Fill `total_ranking.places` by scores plus costs (section 4.4); return their number.
 
     `has_data` is true if the co-template contains data; otherwise only the location has a cost.
     `is_split` is true if the patch is a part of a split tile. `grid` has the shape (nz, ny, nx).

@@ -44,8 +44,8 @@ EXPERIMENTS = (
     Experiment(
         "Variograms and probability of connection",
         "Section 5.3, Fig. 9",
-        "Fig. 9 shows variograms and the probability of connection (E–W and N–S) of the channel "
-        "image and of 100 realizations; the values of the curves are not available.",
+        "Fig. 9 shows variograms (E–W and N–S) and the probability of connection (E–W) of the "
+        "channel image and of 100 realizations; the values of the curves are not available.",
         statistics,
     ),
     Experiment(
@@ -91,7 +91,7 @@ EXPERIMENTS = (
     Experiment(
         "Dense data, beside the reference image",
         "Section 5.7, Fig. 14",
-        "Fig. 14 shows a reference image and one simulation with about 4000 of its cells as data; "
+        "Fig. 14 shows a reference image and three simulations with 4000 of its cells as data; "
         "the mean CPU time is 1.06 s. Fig. 15 shows the stone wall with 8000 data; this report "
         "does not repeat it.",
         dense_data,

@@ -76,7 +76,7 @@ STEPS = {
     "overlap": ("4.2", (8, 9)),
     "scores": ("4.3", (10,)),
     "candidates": ("4.4", (11,)),
-    "data": ("4.4", (11,)),
+    "data": ("4.4", ()),
     "draw": ("4.4", (12,)),
     "inverse": ("3.1 4.4", (13,)),
     "cut": ("2 4.4", (14,)),
@@ -148,6 +148,22 @@ def test_each_step_of_how_it_works_names_its_section_and_line():
     for step, (sections, lines) in STEPS.items():
         assert " ".join(named("section", PAPER[step])) == sections, step
         assert tuple(map(int, named("line", PAPER[step]))) == lines, step
+
+
+def test_data_are_not_in_algorithm_1_and_figure_5_is_the_inverse_transform():
+    assert "Fig" not in PAPER["data"]
+    assert "Algorithm" not in PAPER["data"]
+    assert named("figure", PAPER["inverse"]) == ["5"]
+    method = (ROOT / "docs" / "method.md").read_text("utf-8")
+    rows = {row.split("|")[1].strip(): row for row in method.splitlines() if row.count("|") == 5}
+    assert named("figure", rows["inverse DWT"]) == ["5"]
+    assert named("figure", rows["hard data, virtual template"]) == []
+
+
+def test_experiments_say_what_the_figures_show():
+    said = {e.place: e.shows for e in EXPERIMENTS}
+    assert "probability of connection (E–W)" in said["Section 5.3, Fig. 9"]
+    assert "three simulations with 4000" in said["Section 5.7, Fig. 14"]
 
 
 @pytest.mark.parametrize("text", [*PAPER.values(), *(e.place for e in EXPERIMENTS)])

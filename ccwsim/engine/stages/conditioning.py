@@ -1,4 +1,4 @@
-"""Condition the choice of locations on data in template and co-template (section 4.4, Fig. 5).
+"""Condition the choice of locations on data in template and co-template (section 4.4, at its end).
 
 The paper searches the locations one after another, sorted by score. Weights of data relative to the
 overlap, a limit on the scores of candidates, and smaller patches for dense data are not in the

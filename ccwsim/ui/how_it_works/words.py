@@ -30,9 +30,9 @@ PAPER = {
     "overlap": "section 4.2, Fig. 4 · Algorithm 1, lines 8 and 9",
     "scores": "section 4.3, Fig. 3 d · Algorithm 1, line 10",
     "candidates": "section 4.4, Fig. 3 e · Algorithm 1, line 11",
-    "data": "section 4.4, Fig. 5 · Algorithm 1, line 11",
+    "data": "section 4.4, last paragraph",
     "draw": "section 4.4 · Algorithm 1, line 12",
-    "inverse": "sections 3.1 and 4.4, Fig. 2 · Algorithm 1, line 13",
+    "inverse": "sections 3.1 and 4.4, Fig. 5 · Algorithm 1, line 13",
     "cut": "section 2 (the cut) · section 4.4, Algorithm 1, line 14 (the paste)",
     "paste": "section 4.4 · Algorithm 1, line 14",
     "image": "sections 3.1 and 4.2, Figs. 1 and 4 · Algorithm 1, line 2",
@@ -91,7 +91,8 @@ def describe_path(trace: Trace) -> str:
     """Return a description of the start, direction and step of the path."""
     frame, search, volume = trace.grid_frame, trace.search, trace.study.grid.nz is not None
     corner, is_random = frame.faces(), trace.study.parameters.random_path
-    way = f"the <b>{'-'.join(corner)}</b> and runs <b>{frame.direction}</b>, row after row"
+    line = "row" if frame.direction in ("east", "west") else "column"
+    way = f"the <b>{'-'.join(corner)}</b> and runs <b>{frame.direction}</b>, {line} after {line}"
     if volume:
         order = ORDER_WORDS[[axes[0] for axes in ORDERS].index(ORDERS[trace.path.order][0])]
         way = f"the corner <b>{listing(corner)}</b> and goes {order}"
