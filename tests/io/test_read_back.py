@@ -12,7 +12,7 @@ import ccwsim
 import ccwsim.io as cio
 from ccwsim import Ensemble, Grid, HardData, Parameters, TrainingImage
 from ccwsim.io import maps, realizations, training_images
-from ccwsim.io.formats.rasters import code_of
+from ccwsim.io.formats.rasters import code_and_wkt
 from ccwsim.io.hard_data.files import FORMATS as HARD_FORMATS
 
 IMAGE = TrainingImage([[0, 5, -3], [5, 0, 0]], facies_names=["lime", "mud", "sand"])
@@ -107,7 +107,7 @@ def test_parameters_are_read_back():
 
 def test_a_coordinate_system_is_known_by_its_code():
     rasterio = pytest.importorskip("rasterio")
-    assert code_of(rasterio.crs.CRS.from_epsg(32632).to_wkt()) == "EPSG:32632"
+    assert code_and_wkt(rasterio.crs.CRS.from_epsg(32632).to_wkt())[0] == "EPSG:32632"
 
 
 def test_gdal_finds_the_coordinate_system_of_netcdf(tmp_path):

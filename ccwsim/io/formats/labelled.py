@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile, broken, optional_package
-from ccwsim.io.formats.rasters import code_of
+from ccwsim.io.formats.rasters import code_and_wkt
 from ccwsim.io.limits import MAX_VARIABLES, check_cells
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.labelled_arrays import labelled_axes, oriented_values
@@ -47,7 +47,7 @@ def _crs_of(dataset: Any) -> str:
     for place in (dataset, *dataset.variables.values()):
         for key in ("crs", "crs_wkt", "spatial_ref"):
             if isinstance(said := place.attrs.get(key), str):
-                return code_of(said)
+                return code_and_wkt(said)[0]
     return ""
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.data_file import broken, optional_package
-from ccwsim.io.formats.rasters import wkt_of
+from ccwsim.io.formats.rasters import code_and_wkt
 from ccwsim.io.formats.vti import TYPES
 from ccwsim.model.arrays import AXES
 from ccwsim.model.errors import CCWSIMError, shown
@@ -140,7 +140,7 @@ def _netcdf(dataset: Any, crs: str) -> bytes:
             variable.attrs["grid_mapping"] = CRS_VARIABLE
         for axis in ("x", "y"):
             dataset[axis].attrs["standard_name"] = f"projection_{axis}_coordinate"
-        said = {"crs": crs, "crs_wkt": wkt_of(crs)}
+        said = {"crs": crs, "crs_wkt": code_and_wkt(crs)[1]}
         dataset = dataset.assign({CRS_VARIABLE: ((), np.int32(0), said)})
     return bytes(dataset.to_netcdf(engine="scipy"))
 

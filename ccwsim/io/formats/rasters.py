@@ -116,34 +116,22 @@ def _geometry(page: Any) -> dict[str, Any]:
     return {**where, "cell_size": (at.a, -at.e), "origin": (at.c, at.f + page.height * at.e)}
 
 
-def code_of(said: str) -> str:
-    """Return the authority's code of a coordinate system if it has one; otherwise the given text.
+def code_and_wkt(said: str) -> tuple[str, str]:
+    """Return a coordinate system as the authority's code, if there is one, and as WKT.
+
+    Without rasterio, or for a text that is no coordinate system, both are the given text.
 
     Examples
     --------
-    >>> code_of("mine")
-    'mine'
-    """
-    with suppress(Exception):  # no rasterio, or no text of a coordinate system
-        from rasterio.crs import CRS
-
-        return _code_of(CRS.from_user_input(said))
-    return said
-
-
-def wkt_of(said: str) -> str:
-    """Return a coordinate system as WKT; without rasterio, return the given text.
-
-    Examples
-    --------
-    >>> wkt_of("EPSG:32632")[:6]
-    'PROJCS'
+    >>> code_and_wkt("mine")
+    ('mine', 'mine')
     """
     with suppress(Exception):
         from rasterio.crs import CRS
 
-        return CRS.from_user_input(said).to_wkt()
-    return said
+        crs = CRS.from_user_input(said)
+        return _code_of(crs), crs.to_wkt()
+    return said, said
 
 
 def _code_of(crs: Any) -> str:
