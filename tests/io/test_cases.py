@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from ccwsim import CCWSIMError, Grid, TrainingImage
+from ccwsim.cli.program import main
 from ccwsim.io import (
     guess_answers,
     import_hard_data,
@@ -15,6 +17,7 @@ from ccwsim.io import (
     read_geometry,
     read_grid,
     read_points,
+    read_realizations,
     read_training_image,
 )
 
@@ -175,3 +178,30 @@ def test_image_grid_and_wells_in_utm_meet(cases):
     inside = grid.holds(grid.cells_of(*points.places.T))
     assert image.n_facies == 3
     assert (~inside).sum() == 2
+
+
+def test_an_image_in_utm_gives_realizations_in_utm(cases, tmp_path):
+    pytest.importorskip("rasterio")
+    pytest.importorskip("xarray")
+    grid = read_geometry(cases / "facies_utm.tif", crop=(0, 0, 60, 60))
+    files = {kind: tmp_path / f"out.{kind}" for kind in ("tif", "nc", "npz", "grdecl")}
+    options = [
+        "--crop",
+        "0",
+        "0",
+        "60",
+        "60",
+        "--template",
+        "16",
+        "--overlap",
+        "4",
+        "--level",
+        "1",
+        "--quiet",
+    ]
+    outputs = [word for path in files.values() for word in ("--output", str(path))]
+    assert main(["simulate", str(cases / "facies_utm.tif"), *options, *outputs]) == 0
+    for kind, path in files.items():
+        assert grid is not None
+        kept = replace(grid, crs="") if kind == "grdecl" else grid
+        assert read_realizations(path).grid == kept
