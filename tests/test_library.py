@@ -62,6 +62,7 @@ KINDS = (
 )
 
 
+@pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("data", [*tables()], ids=KINDS)
 def test_data_of_every_kind_are_the_same_data(data):
     ensemble = run(hard_data=data, n_realizations=2)
@@ -106,6 +107,48 @@ def test_tables_take_the_options_of_files():
     assert data == HardData(CELLS, FACIES)
     notes = ccwsim.io.import_hard_data(table[["a", "b", "porosity"]], GRID, threshold=0.2).notes
     assert any("a and b are read as x and y" in note for note in notes)
+
+
+def test_rows_without_a_value_are_left_out_of_tables_as_of_files():
+    x, y = GRID.centers_of(np.array(CELLS)).T
+    more = {"x": [*x, 1.0], "y": [*y, 1.0]}
+    kind = [("x", float), ("y", float), ("facies", int)]
+    masked = np.ma.array([*zip(*more.values(), [*FACIES, 5], strict=True)], kind)
+    masked.mask[2] = (False, False, True)
+    for facies in ([*FACIES, np.nan], [*FACIES, None], ["1", "0", ""], [*FACIES, -9999]):
+        with pytest.warns(UserWarning, match="Rows without a value, left out: 1"):
+            assert HardData.of(pd.DataFrame({**more, "facies": facies}), GRID).n == 2
+    with pytest.warns(UserWarning, match="Rows without a value, left out: 1"):
+        assert HardData.of(masked, GRID) == HardData(CELLS, FACIES)
+    with pytest.warns(UserWarning, match="a and b are read as x and y"):
+        HardData.of({"a": x, "b": y, "c": FACIES}, GRID)
+
+
+@pytest.mark.parametrize(
+    "table",
+    [
+        {"x": None, "y": None, "facies": None},
+        {"x": [[1], [1, 2]], "y": [1, 2], "facies": [1, 2]},
+        {"x": [1, 2], "y": [1], "facies": [1, 2]},
+        {"x": [1j], "y": [1], "facies": [1]},
+        {"x": [1], "y": [1], "facies": [object()]},
+        {1: [1], 2: [1]},
+        np.zeros(0, [("x", float), ("facies", int)]),
+        np.zeros((2, 2), [("x", float), ("facies", int)]),
+        xarray.Dataset({"facies": (("y", "x"), np.eye(3))}),
+    ],
+    ids=str,
+)
+def test_a_table_that_is_none_is_said_in_words(table):
+    with pytest.raises(CCWSIMError, match="the table"):
+        HardData.of(table, GRID, TrainingImage(STRIPES))
+
+
+def test_a_table_of_cells_may_be_a_training_image():
+    row, column = np.indices((4, 5)).reshape(2, -1)
+    table = pd.DataFrame({"x": column * 10.0, "y": row * 10.0, "facies": (row + column) % 2})
+    image = ccwsim.read_training_image(table.sample(frac=1, random_state=0))
+    np.testing.assert_array_equal(np.asarray(image), np.indices((4, 5)).sum(axis=0) % 2)
 
 
 def test_columns_of_a_volume_have_heights():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from functools import cached_property
 from os import PathLike
@@ -78,10 +79,11 @@ class HardData:
         data : HardData, None, pair, table or array_like
             A pair is (cells, facies), the arguments of `HardData`. A table (a DataFrame, a dict of
             columns or a structured array) is read like a file, so its columns may have any usual
-            names, such as Easting, Northing and lithology; `ccwsim.read_hard_data` has options for
-            other names. An array has the shape of the grid and contains facies codes. Cells without
-            data are NaN, masked or −1, or have a customary code for missing values such as −9999,
-            except for codes that are facies of the training image.
+            names, such as Easting, Northing and lithology; assumptions are warnings.
+            `ccwsim.read_hard_data` has options for other names. An array has the shape of the grid
+            and contains facies codes. Cells without data are NaN, masked or −1, or have a customary
+            code for missing values such as −9999, except for codes that are facies of the training
+            image.
         grid : Grid, pair or triple of int
             Grid of the data, or its (layers,) rows and columns.
         training_image : TrainingImage, optional
@@ -111,7 +113,10 @@ class HardData:
             )
         grid = Grid.of(grid)
         if is_table(data):
-            return reader().read_hard_data(data, grid, training_image)
+            report = reader().import_hard_data(data, grid, training_image)
+            for note in report.notes:  # assumptions about columns, and rows that are left out
+                warnings.warn(f"hard data: {note}", stacklevel=2)
+            return report.hard_data
         if isinstance(data, tuple) and len(data) == 2:
             return cls(data[0], _codes(data[1], training_image))
         if isinstance(data, np.ma.MaskedArray):

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile, distinct_names
 from ccwsim.io.formats.text_tables import UNKNOWN, is_number
+from ccwsim.model.arrays import as_array
 from ccwsim.model.errors import CCWSIMError, shown
 
 NAME = "the table"
@@ -32,7 +33,7 @@ def read_memory_table(table: Any) -> DataFile:
     keys = keys or list(table if isinstance(table, Mapping) else table.columns)
     if not keys:
         raise CCWSIMError(f"{NAME} has no columns; give columns x, y and facies")
-    columns = [np.asarray(table[key]) for key in keys]
+    columns = [_values_of(table[key]) for key in keys]
     n = len(columns[0]) if columns[0].ndim else 0
     names = distinct_names([str(key) for key in keys])
     variables, words = dict[str, NDArray](), dict[str, tuple[str, ...]]()
@@ -56,6 +57,14 @@ def read_memory_table(table: Any) -> DataFile:
     lines = np.arange(1, n + 1)
     kinds = {"is_table": True, "lines": lines, "counted": "row", "columns": tuple(names)}
     return DataFile("table", NAME, variables, words=words, **kinds)
+
+
+def _values_of(column: Any) -> NDArray:
+    """Return the values of a column; masked values are missing."""
+    if isinstance(column, np.ma.MaskedArray):
+        is_real = column.dtype.kind in "buif"
+        column = np.ma.filled(column.astype(float if is_real else object), np.nan)
+    return as_array(column, NAME)
 
 
 def _text_of(value: Any) -> str:
