@@ -121,7 +121,7 @@ SAID = {
     "vti of utf-16 entities": "DOCTYPE is not allowed",
     "vti of another encoding": "the XML is broken",
     "vti that unpacks": "more than 4000000 values",
-    "shp alone": "lacks its table",
+    "shp alone": "not enough without its table",
     "geojson of columns": "columns are more than 1000|columns exceed",
     "billion laughs": "is an SVG drawing",
 }
