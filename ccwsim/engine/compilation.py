@@ -33,6 +33,7 @@ from ccwsim.engine.kernel_cache import (
     remove_unused,
 )
 from ccwsim.jobs.child import ChildProcess, can_start, connect_to_parent
+from ccwsim.jobs.workers import without_cores
 from ccwsim.system.machine import n_cores
 
 MAX_PROCESSES = 3
@@ -243,7 +244,7 @@ def ask_for(work: Callable[[], object], urgency: int = LATER) -> list[CompileReq
     def ask(kernel: Kernel, signature: tuple[Any, ...]) -> None:
         requests[compilers.ask(kernel, signature, urgency)] = None
 
-    with _walking, walk(ask):
+    with _walking, without_cores(), walk(ask):
         work()
     return list(requests)
 

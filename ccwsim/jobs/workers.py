@@ -33,6 +33,7 @@ def share_cores() -> None:
 
 _asked_to_stop: ContextVar[Cancel | None] = ContextVar("asked_to_stop", default=None)
 _usage: ContextVar[Usage | None] = ContextVar("usage", default=None)
+_needs_no_core: ContextVar[bool] = ContextVar("needs_no_core", default=False)
 
 
 @contextmanager
@@ -46,6 +47,19 @@ def stoppable(asked_to_stop: Cancel) -> Iterator[None]:
     finally:
         _asked_to_stop.reset(token)
         _usage.reset(usage)
+
+
+@contextmanager
+def without_cores() -> Iterator[None]:
+    """Let tasks of this thread run without a core, because they take almost no time.
+
+    Needed by a thread that holds a lock for which tasks with a core may wait.
+    """
+    token = _needs_no_core.set(True)
+    try:
+        yield
+    finally:
+        _needs_no_core.reset(token)
 
 
 def check_stop() -> None:
@@ -99,7 +113,7 @@ def run_all(
     given `pool` stays open.
     """
     stop = Event()
-    cores, usage = _shared_cores, _usage.get() or Usage()
+    cores, usage = None if _needs_no_core.get() else _shared_cores, _usage.get() or Usage()
 
     def run(number: int, watch: Watch) -> None:
         """Run a task as soon as it has a core, unless it was stopped before."""

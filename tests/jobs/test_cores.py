@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from ccwsim import Cancelled, Grid, Parameters, TrainingImage, simulate
+from ccwsim.engine import compilation
 from ccwsim.jobs import workers
 from ccwsim.jobs.cores import CREDIT_SECONDS, SLICE_SECONDS, CoreLease, Cores, Usage
 from ccwsim.jobs.workers import run_all
@@ -163,3 +164,29 @@ def test_a_run_that_waits_for_a_core_can_be_stopped(shared):
     holder.join(60)
     assert not shared.contended
     assert simulate(STRIPES, Grid(40, 50), SMALL).n == 1
+
+
+def test_kernels_are_looked_for_while_tasks_with_all_cores_wait_for_it(shared, monkeypatch):
+    """A walk through a computation holds a lock; its own tasks must not wait for a core."""
+    monkeypatch.setattr(compilation, "_can_compile_apart", lambda: True)
+    walking, go_on = Event(), Event()
+
+    def work() -> None:
+        walking.set()
+        assert go_on.wait(60)
+        run_all(lambda number, watch: None, 2, 2)
+
+    def with_a_core(number: int, watch: object) -> None:
+        go_on.set()
+        compilation.ask_for(lambda: None)
+
+    threads = [
+        Thread(target=compilation.ask_for, args=(work,), daemon=True),
+        Thread(target=run_all, args=(with_a_core, 1, 1), daemon=True),
+    ]
+    threads[0].start()
+    assert walking.wait(60)
+    threads[1].start()
+    for thread in threads:
+        thread.join(60)
+    assert not any(thread.is_alive() for thread in threads)
