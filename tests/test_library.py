@@ -137,7 +137,7 @@ def test_rows_without_a_value_are_left_out_of_tables_as_of_files():
         np.zeros((2, 2), [("x", float), ("facies", int)]),
         xarray.Dataset({"facies": (("y", "x"), np.eye(3))}),
     ],
-    ids=str,
+    ids=["none", "ragged", "lengths", "complex", "object", "numbers", "empty", "axes", "dataset"],
 )
 def test_a_table_that_is_none_is_said_in_words(table):
     with pytest.raises(CCWSIMError, match="the table"):
