@@ -6,6 +6,7 @@ import multiprocessing
 import os
 import pickle
 import signal
+import sys
 import time
 
 import pytest
@@ -21,11 +22,11 @@ def echo() -> None:
         answers.write(pickle.dumps(requests.get()))
 
 
-def hold_the_interpreter() -> None:
-    """Answer once, then stay in one long call that lets no other thread run."""
-    requests, answers = connect_to_parent()
-    answers.write(pickle.dumps(requests.get()))
-    sum(range(10**13))
+def look_away() -> None:
+    """Answer once, and never look at the input again, as a process does inside a long call."""
+    answers = os.fdopen(os.dup(1), "wb", 0)
+    answers.write(pickle.dumps(pickle.load(sys.stdin.buffer)))
+    time.sleep(600)
 
 
 def answered(process: ChildProcess) -> ChildProcess:
@@ -53,4 +54,4 @@ def test_a_fork_does_not_hold_the_input_of_a_child(monkeypatch):
 
 def test_a_child_that_does_not_end_is_killed(monkeypatch):
     monkeypatch.setattr(child, "END_SECONDS", 0.2)
-    assert answered(ChildProcess(hold_the_interpreter)).end() == -signal.SIGKILL
+    assert answered(ChildProcess(look_away)).end() == -signal.SIGKILL
