@@ -9,7 +9,7 @@ pairs, and the data events of `_Events`.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from math import log
 from typing import Any, NamedTuple
@@ -43,6 +43,8 @@ MAX_LABELS = 8
 """Maximum number of facies that `fit_data` distinguishes; the rarest facies count as one."""
 MIN_PLACES = 3
 """Minimum number of data."""
+MAX_DATA = 2000
+"""Maximum number of data that `fit_data` compares; of more data, a random part is compared."""
 MAX_EVENTS = 400
 """Maximum number of data whose events are counted in the image."""
 MAX_LAG = 64
@@ -157,7 +159,12 @@ def fit_data(
     [False, True]
     """
     check_int("n_null", n_null, 10, 10_000)
+    rng = np.random.default_rng(seed)
     study = Study(image, Grid.of(shape), parameters or _fitting(image), data, seed)
+    if data.n > MAX_DATA:
+        some = rng.permutation(data.n)[:MAX_DATA]
+        data = HardData(data.cells[some], data.facies[some])
+        study = replace(study, hard_data=data)
     if data.n < MIN_PLACES:
         raise CCWSIMError(
             f"{data.n} hard data are too few to judge an image; give at least {MIN_PLACES}"
@@ -172,7 +179,6 @@ def fit_data(
     indices, n_labels = labels[image.indices], int(labels.max()) + 1
     sets = labels[np.vstack([study.facies_of_data[None], null.indices[at_data]])].astype(np.int64)
     assert null.sources is not None
-    rng = np.random.default_rng(seed)
     halves = _Events(indices, n_labels, data.cells, rng.permutation(data.n)[:MAX_EVENTS])
     logs, expected = halves.log_probabilities(sets, null.sources[at_data])
     if progress:

@@ -94,6 +94,15 @@ def test_data_of_a_realization_fit_and_data_of_noise_do_not():
     assert other == fit_data(IMAGE, scattered(noise, 300), (120, 120), parameters=P)
 
 
+def test_of_many_data_a_random_part_is_compared():
+    image = TrainingImage(np.tile(IMAGE.array, (3, 3)))
+    many = scattered(image.array, 30_000)
+    fit = fit_data(image, many, image.shape, n_null=10, parameters=P)
+    assert fit.n == 2000
+    assert not fit.contradicts
+    assert rank_images([image], many)[0].n == 400
+
+
 def test_wells_of_a_volume_are_the_independent_data():
     image = TrainingImage(np.repeat(IMAGE.indices[None, :40, :40], 6, axis=0))
     cells = np.array([(z, y, x) for z in range(6) for y, x in ((2, 3), (9, 30), (20, 8))])
