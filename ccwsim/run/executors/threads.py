@@ -13,7 +13,7 @@ from ccwsim.engine.realization import (
     is_compiled,
     simulate_realization,
 )
-from ccwsim.jobs.workers import Cancel, Progress, Watch, run_all
+from ccwsim.jobs.workers import Cancel, Progress, Watch, run_all, without_cores
 from ccwsim.model.study import Study
 
 Take = Callable[[int, Realization], None]
@@ -45,9 +45,10 @@ class ThreadRunner:
         if is_compiled(study, image):
             return True
         waiting = (lambda *_: progress(0.0, 0)) if progress else None
-        compiled = run_all(
-            lambda _, watch: compile_kernels(study, image, watch), 1, 1, waiting, cancel
-        )
+        with without_cores():  # others wait for the same lock and kernels, and would keep theirs
+            compiled = run_all(
+                lambda _, watch: compile_kernels(study, image, watch), 1, 1, waiting, cancel
+            )
         return bool(compiled)
 
     def run(self, take: Take, progress: Progress | None, cancel: Cancel | None) -> list[int]:
