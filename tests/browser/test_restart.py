@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.browser.hands import GLANCE, SLOW, at_rest, until
+from tests.browser.hands import GLANCE, SLOW, at_rest, fill, until
 from tests.browser.served import CHROMIUM, free_port, started
 from tests.browser.test_share import PIXELS, context_of, large, opened, picture
 
@@ -24,7 +24,9 @@ def test_a_server_killed_in_mid_run_and_started_again_shows_the_same_picture(chr
     with started(port=port) as first:
         page = opened(context, f"{first.address}/simulate?{STUDY}")
         large(page, 1, N)
-        before, link = picture(page), page.url
+        before = picture(page)
+        fill(page, "n_realizations", N + 1)  # as the server keeps the run of the same study
+        link = page.url
         button = page.locator(".st-key-run button").first
         progress = page.locator(".st-key-progress").first
         until(
@@ -37,14 +39,14 @@ def test_a_server_killed_in_mid_run_and_started_again_shows_the_same_picture(chr
         assert page.locator(".st-key-map_realization canvas").count()  # what was seen stays
     with started(port=port):
         again = opened(context, link)
-        large(again, 1, N)
+        large(again, 1, N + 1)
         assert again.url == link
         again.wait_for_function(SAME, arg=before, timeout=SLOW)
         again.close()
         # the tab that was open all the time finds its way back by itself
         page.wait_for_selector("[data-test-connection-state=CONNECTED]", timeout=SLOW)
         at_rest(page)
-        large(page, 1, N)
+        large(page, 1, N + 1)
         page.wait_for_function(SAME, arg=before, timeout=SLOW)
         assert page.url == link
     context.close()
