@@ -63,25 +63,25 @@ IMAGE_OPTIONS: Options = {
     "slice_index": (
         "--slice",
         {"metavar": "N", "type": int},
-        "read one slice of a 3-D image as a map: its number, from 0",
+        "read one slice of a 3-D image as a map; N is the number of the slice, counted from 0",
     ),
     "crop": (
         "--crop",
         {"metavar": "X Y NX NY", "type": int, "nargs": 4, "callback": piece},
-        "piece of the image: first column (from the west) and row (from the south), both from 0, "
-        "and numbers of columns and rows",
+        "piece of the image: first column (counted from 0 at the west), first row (counted from 0 "
+        "at the south), number of columns, number of rows",
     ),
     "every": (
         "--every",
         {"metavar": "N", "type": int},
-        "for images that are too large: read only the middle cell of each N x N cells",
+        "for images that are too large: read only the middle cell of each block of N x N cells",
     ),
     "up": (
         "--up/--no-up",
         {"default": None},
-        "whether the first row of the file is the south (--up) or the north (--no-up; default: "
-        "north in pictures, raster maps such as GeoTIFF and ESRI, GRDECL and text matrices, south "
-        "in other files)",
+        "whether the first row of the file is in the south (--up) or in the north (--no-up); by "
+        "default in the north for pictures, raster maps such as GeoTIFF and ESRI, GRDECL and text "
+        "matrices, and in the south for other files",
     ),
     "z_up": (
         "--z-up/--no-z-up",
@@ -178,7 +178,7 @@ READING_DATA = {o[2:].replace("-", "_"): name for name, (o, *_) in DATA_OPTIONS.
 """Argument of the hard data reader, for each parameter of the command."""
 _OF_GRID = ("grid", "cell_size", "origin", "crs", "cell_height", "bottom")
 OF_PROJECT = ("training_image", *_OF_GRID, *IMAGE_OPTIONS, *FILES_OF_DATA, *READING_DATA)
-"""Inputs that a project contains, and that cannot be given together with a project."""
+"""Inputs that cannot be given beside --project, because a project contains them."""
 
 
 class SimulationInputs(NamedTuple):

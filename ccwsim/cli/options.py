@@ -54,7 +54,7 @@ def in_group(group: str) -> Callable[..., Callable[[Any], Any]]:
 
 
 def suggestion(word: str, known: Iterable[str]) -> str:
-    """Return a question for a word that resembles a known word; otherwise an empty text.
+    """Return a question such as "Did you mean channels?", or "" if no known word is similar.
 
     Examples
     --------

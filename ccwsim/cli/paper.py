@@ -26,7 +26,7 @@ examples:
     help="Folder whose subfolders paper and reference contain the authors' files (default: "
     "the bundled training images and data).",
 )
-@click.option("-o", "--output", required=True, metavar="FILE", help="The report, .html.")
+@click.option("-o", "--output", required=True, metavar="FILE", help="HTML file for the report.")
 @click.option(
     "--quick",
     is_flag=True,

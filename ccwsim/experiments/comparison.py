@@ -27,7 +27,7 @@ from ccwsim.run.simulation import simulate
 
 MIN_SETTINGS, MAX_SETTINGS = 2, 4
 SIMULATED, CURVES_DONE = 0.7, 0.85
-"""Finished fraction of the work at the end of the simulation, and at the end of the curves."""
+"""Fraction of the work that is finished after the simulation, and after the curves."""
 LOW, HIGH = 0.05, 0.95
 """Quantiles that bound the bands of curves of a setting."""
 MIN_ERRORS = 2.0
@@ -174,8 +174,8 @@ def compare(
     """Simulate two to four settings with the same seeds and compare them.
 
     Realization r has the same random numbers in all settings. Bands of variograms and connectivity
-    functions are compared with the training image's curve, and pattern histograms by ANODI (Tan et
-    al. 2014). If images are too small for patterns, `problem` gives the reason.
+    functions are compared with the training image's curve; pattern histograms are compared by ANODI
+    (Tan et al. 2014). If images are too small for patterns, `problem` gives the reason.
 
     Parameters
     ----------

@@ -47,7 +47,7 @@ TAU_TOLERANCE = 0.03
 PROPORTION_TOLERANCE = 0.1
 """Two relative errors of proportions count as equal if their difference is at most this value."""
 MAX_COPIED = 4
-"""Maximum size of a copied piece, in templates; usual sizes: 5 to 13 (K = 1), up to 3 (K = 5)."""
+"""Maximum size of a copied piece in templates; usual are 5 to 13 for K = 1, 3 for K = 5."""
 EQUALLY_GOOD = (
     f"differ by less than {100 * PATTERN_TOLERANCE:.0f} % in patterns, {TAU_TOLERANCE} in τ(h) and "
     f"{100 * PROPORTION_TOLERANCE:.0f} % in proportions, or by less than their spread"

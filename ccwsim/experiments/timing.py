@@ -21,7 +21,7 @@ from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
 
 CELLS_AT_ONCE = 32_000_000
-"""Maximum number of cells of all realizations in memory, with one byte per cell."""
+"""Maximum total number of cells of the realizations in memory; a cell takes one byte."""
 LINEAR = (0.9, 1.1)
 """Growth is called linear if the exponent of the number of cells is in this range."""
 

@@ -41,7 +41,7 @@ def usual_work() -> dict[str, Callable[[], None]]:
 
 
 def compile_in_background() -> None:
-    """Compile these kernels in a thread, beginning with the kernels of the first screen."""
+    """Compile the kernels of `usual_work` in a thread, beginning with those of the first screen."""
 
     def ask() -> None:
         for k, work in enumerate(usual_work().values()):

@@ -27,11 +27,11 @@ from ccwsim.report.document import Block, Chart, Judgement, Row, Table, Text
 METHODS = ("ccwsim", "ms-ccsim")
 N_DATA = 1000
 LEVELS = (1, 3)
-LIKE_TAU = 0.02  # relative connectivities are alike up to this difference
-LIKE_SHARE = 0.03  # shares of wrong data are alike up to this difference
-LIKE_DISTANCE = 1.1  # pattern distances are alike up to this ratio
+LIKE_TAU = 0.02  # relative connectivities count as alike up to this difference
+LIKE_SHARE = 0.03  # shares of wrong data count as alike up to this difference
+LIKE_DISTANCE = 1.1  # pattern distances count as alike if their ratio is at most this
 ANODI_LEVEL = 2
-COMPARABLE = 1.15  # distances are comparable up to this ratio
+COMPARABLE = 1.15  # distances count as comparable if their ratio is at most this
 SYMBOLS = (
     "circle", "square", "triangle-up", "cross", "x", "star", "diamond", "triangle-down",
 )  # fmt: skip

@@ -101,7 +101,7 @@ def format_distances(distances: NDArray[np.float64]) -> str:
 
 
 def relative_tau(images: NDArray, image: TrainingImage) -> dict[int, float]:
-    """Return mean connectivity E–W / the training image's, at those `LAGS` that fit into the image.
+    """Return mean connectivity E–W relative to the image, at the `LAGS` that fit into the image.
 
     Examples
     --------

@@ -28,8 +28,8 @@ OCTAVE = Source(
     "The authors' CCWSIM and MS-CCSIM, unchanged but without their graphics windows: T 32, OR 8, "
     "20 candidates, prop 0.1, CT [2 2], 8 paths",
     "GNU Octave, one thread, on another machine than the paper's; times are 2.5 to 5.8 times the "
-    "paper's MATLAB times where both are available. The interpreted cut takes 5.4 of the 5.8 s of "
-    "an unconditional run; therefore these times hardly depend on the level",
+    "paper's MATLAB times where both are available. The cut, which Octave interprets, takes "
+    "5.4 of the 5.8 s of an unconditional run; therefore these times hardly depend on the level",
 )
 
 

@@ -25,7 +25,7 @@ from ccwsim.report.pictures import bundle_chart, bundle_of, share_picture
 SHOWN = 3
 LEVEL = 2
 CLOSE_SHARE = 0.03  # a proportion is reproduced if it differs by at most this
-CLOSE_TAU = 0.85  # connectivity is reproduced from this ratio to the image's on
+CLOSE_TAU = 0.85  # connectivity is reproduced if its ratio to the image's is at least this
 ENOUGH = 0.8  # minimum share of lags at which realizations surround the image's curve
 SLACK = 0.02
 RECOVERED = 0.9  # minimum share of reference cells that dense data recover

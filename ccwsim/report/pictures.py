@@ -108,7 +108,7 @@ def bundle_of_curves(lags: Floats, reference: Floats, each: Floats) -> Bundle:
 
 
 def layers_bundle(ensemble: Ensemble, facies: int) -> Bundle:
-    """Return the share of a facies (given by index) in each layer, by elevation of the layers.
+    """Return the share of a facies (given by index) in each layer; the lags are the elevations.
 
     The training image's layers have the elevations that `layers_of_image` returns.
     """

@@ -102,7 +102,7 @@ def describe_curves(fits: Mapping[str, Fit | None], statistic: Statistic) -> str
 
 
 def _around_worst(fit: Fit) -> tuple[int, int]:
-    """Return the first and last index of values around the worst that are outside on its side."""
+    """Return the first and last index of the consecutive outside values around the worst one."""
     above = fit.found > fit.reference
     same = fit.outside & (above == above[fit.worst])
     inside = np.flatnonzero(~same)
@@ -140,8 +140,8 @@ def relative_text(value: float, reference: float) -> str:
 def advise_proportions(ensemble: Ensemble, fit: Fit | None) -> str:
     """Return advice if proportions differ from the training image's, otherwise an empty text.
 
-    A facies is left out if the hard data have even more of it than realizations that have more than
-    the image, or even less than those that have less.
+    A facies is named only if its shares in the image and in the hard data are both above, or both
+    below, the mean of the realizations.
     """
     if fit is None or fit.fits or ensemble.parameters.match_proportions:
         return ""
@@ -152,7 +152,7 @@ def advise_proportions(ensemble: Ensemble, fit: Fit | None) -> str:
         nearer = nearer & ((shares - mean) * (image.proportions - mean) >= 0)
     names = image.facies_names
     off = [name for name, missed in zip(names, nearer, strict=True) if missed]
-    off = off[1:] if len(off) == len(names) == 2 else off  # name one of two facies
+    off = off[1:] if len(off) == len(names) == 2 else off  # of two facies, name only one
     if not off:
         return ""
     return f"“Match proportions” is off and would bring {' and '.join(off)} nearer to the TI"

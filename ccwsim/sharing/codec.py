@@ -39,8 +39,8 @@ class FieldSpec:
 
     key: str  # name in a link
     part: str  # part of a study: "study", "data", "grid", "parameters" or "shown"
-    fields: tuple[str, ...]  # names in `part` and in a project file; one for each of x, y, z
-    # count, whole or number (`Parameters` checks both), sizes, lengths, choice, word or crs
+    fields: tuple[str, ...]  # names in `part` and in a project file; up to one per axis
+    # count, sizes, lengths, choice, word or crs; whole or number, which `Parameters` checks
     kind: str
     low: float = 0  # minimum in a page, link or option
     high: float = 0  # maximum in a page, link or option
@@ -103,7 +103,7 @@ class FieldSpec:
                 f"is not a whole number from {self.write(self.low)} to {self.write(self.high)}"
             )
         if not matches:
-            raise CCWSIMError("is no number")
+            raise CCWSIMError("is not a number")
         return int(text) if self.kind == "whole" else float(text)
 
     def check(self, value: Any, where: str) -> Any:
@@ -171,7 +171,7 @@ _EXAMPLES = {
     "wavelet_level": "2x2x1",
     "location_weight": "0x0x0.5 for a vertical trend only",
 }
-"""Examples of parameters with one number for each axis of a volume, on the command line."""
+"""Command line examples of parameters that have one number for each axis of a volume."""
 
 
 def _parameter(row: dict[str, str], default: Any) -> FieldSpec:
@@ -206,9 +206,9 @@ FIELDS = (
         *("grid", "grid", ("nx", "ny", "nz"), "sizes", 1, bounds.MAX_GRID_SIDE_OFFERED),
         option="--grid",
         metavar="NXxNY[xNZ]",
-        help="numbers of cells; a third number gives a volume (default: without options of this "
-        "group, the grid of a TI file with coordinates; otherwise the grid of bundled hard data, "
-        "or 256x256)",
+        help="numbers of cells; a third number gives a volume (default: the grid of "
+        "bundled hard data, or 256x256; if no option of this group is given and the TI file has "
+        "coordinates, the grid of the TI)",
     ),
     FieldSpec(
         *("cell", "grid", ("cell_size",), "lengths", bounds.MIN_FLOAT, bounds.MAX_FLOAT),

@@ -44,9 +44,9 @@ KEYS = (*OF_IMAGE, *OF_DATA, *(row.key for row in FIELDS if row.part != "data"))
 TOGETHER = ("method", "wavelet_level", "template_size", "overlap_size")
 """Parameters whose values must be consistent with each other."""
 LIKENESS = 0.75
-"""Minimum similarity of an unknown name to a known one that may be meant, from 0 to 1."""
+"""Minimum similarity, from 0 to 1, at which a known name is suggested for an unknown name."""
 MAX_NAME = round(max(map(len, KEYS)) * (2 / LIKENESS - 1))
-"""Maximum length of such a name; a longer one has too few letters in common with any."""
+"""Maximum length of an unknown name; longer names cannot resemble any known name."""
 
 
 def link_of(choices: Choices, shown: Shown | None = None) -> dict[str, list[str]]:
@@ -132,7 +132,7 @@ def read_link(
     left = next((name for name in query if name not in first), None)
     if left is not None:
         reader.notes.append(
-            f"The address is too long: {printable(left, 40)} and all after it is ignored."
+            f"The address is too long: {printable(left, 40)} and everything after it is ignored."
         )
     return choices, shown, tuple(reader.notes)
 
@@ -141,7 +141,7 @@ def first_values(pairs: Iterable[tuple[str, Sequence[str]]]) -> dict[str, list[s
     """Return the names and values of an address up to the limits of its number and letters.
 
     At most `MAX_LINK_VALUES` values and `MAX_LINK_LETTERS` letters of names and values are taken.
-    The pairs after the first one that exceeds a limit are not looked at.
+    Pairs after the first pair that exceeds a limit are ignored.
 
     Examples
     --------
@@ -280,7 +280,7 @@ class _Reader:
         known = datasets.all_image_names()
         if name is not None and name not in known:
             reason = f"is not a bundled training image ({', '.join(known)})"
-            self.refuse("ti", reason, f"{usual.bundled} is taken")
+            self.refuse("ti", reason, f"{usual.bundled} is used")
             return usual
         bundled = name or usual.bundled
         choice = ImageChoice(bundled, names=self._names(bundled), colours=self._colours())
@@ -346,7 +346,7 @@ class _Reader:
     def _drops(self, key: str) -> bool:
         text = self.text(key)
         if text not in (None, "drop"):
-            self.refuse(key, "is none of drop", "no data are left out")
+            self.refuse(key, "is not drop", "no data are left out")
         return text == "drop"
 
     def _placed(self, answers: tuple[tuple[str, str], ...]) -> DataChoice:
@@ -427,7 +427,7 @@ def unpacked(text: str) -> HardData:
 
 
 def _number(value: int) -> bytes:
-    """Return an integer as bytes of seven bits, lowest byte first; the lowest bit is the sign."""
+    """Return an integer as bytes with seven bits each, lowest first; the lowest bit is the sign."""
     folded = value << 1 if value >= 0 else (-value << 1) - 1
     found = bytearray()
     while folded >= 128:

@@ -34,7 +34,7 @@ STUDY, IMAGE, DATA = "study.json", "training_image.npy", "hard_data.npy"
 MAX_STUDY_BYTES = 2**20
 MAX_PROJECT_MEMBERS = 16
 MAX_LINK_LETTERS = 10_000
-"""Maximum length of a value of a link that a project stores; packed hard data are longest."""
+"""Maximum length of a link's value in a project file; packed hard data are the longest values."""
 MADE = (2020, 1, 1, 0, 0, 0)
 """Date of all members of the zip archive; a fixed date makes files of equal studies equal."""
 
@@ -47,7 +47,7 @@ class Project:
     n_realizations: int = 1
     colours: tuple[tuple[int, str], ...] = ()  # (code, colour `#rrggbb`) pairs chosen by the user
     shown: Shown = field(default_factory=Shown)
-    link: Mapping[str, list[str]] = field(default_factory=dict)  # what a link can contain
+    link: Mapping[str, list[str]] = field(default_factory=dict)  # names and values of the link
     versions: Mapping[str, str] = field(default_factory=dict)  # versions of software
     digest: str = ""  # digest of the realizations, if they were simulated
 
@@ -139,7 +139,9 @@ def _project(given: dict[str, Any], members: Mapping[str, bytes], name: str) -> 
     if n_data:
         table = _integers(members[DATA], f"{name}, {DATA}", 2)
     if table.shape != (n_data, columns):
-        raise CCWSIMError(f"{n_data} hard data are expected; {DATA} has other data")
+        raise CCWSIMError(
+            f"{n_data} hard data are expected, but {DATA} has another number of rows or columns"
+        )
     study = Study(
         TrainingImage(
             array, name=printable(_take(image, "name", str, name)), facies_names=facies_names

@@ -185,7 +185,7 @@ def test_bundled_data_are_those_of_their_image_unless_the_link_names_them():
         ({"data": ["oil"]}, "data = oil is none of"),
         ({"data": ["placed"], "points": ["BgACeAQ"]}, "copy the entire link again"),
         ({"grid": ["0x5"]}, "grid = 0x5 is not two or three numbers in range"),
-        ({"template": ["big"]}, "template = big is no number"),
+        ({"template": ["big"]}, "template = big is not a number"),
         ({"template": ["33"]}, "Template 33 must be a multiple of 4 at level 2"),
         ({"refine": ["maybe"]}, "refine = maybe is none of yes, no"),
         ({"method": ["magic"]}, "must be one of ccwsim"),
@@ -232,7 +232,7 @@ def test_of_a_long_address_the_first_values_are_read(query, left, monkeypatch):
     for _ in range(3):
         choices, _, notes = read_link(query)
         assert choices == replace(Choices(), seed=7)
-        assert notes == (f"The address is too long: {left} and all after it is ignored.",)
+        assert notes == (f"The address is too long: {left} and everything after it is ignored.",)
     assert len(compared) == len(set(compared)) < MAX_LINK_VALUES
     link._closest.cache_clear()
 

@@ -42,7 +42,7 @@ class Generator(NamedTuple):
 
 
 class Sampling(NamedTuple):
-    """Sampling of hard data from their reference field."""
+    """How a hard data set is sampled from its reference field."""
 
     seed: int
     n: int

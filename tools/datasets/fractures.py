@@ -50,8 +50,7 @@ def _fracture(
 
 
 def _is_crowded(fracture: Curve, others: list[Curve]) -> bool:
-    """Return whether a fracture is close to another fracture, which has already relieved the
-    rock."""
+    """Return whether a fracture is too close to other fractures; new ones rarely form there."""
     if not others:
         return False
     points = np.concatenate([np.column_stack([other.x, other.y]) for other in others])

@@ -13,7 +13,7 @@ SAND_SHARE, SHALE_SHARE = 0.27, 0.58
 """Target shares of sand and of shale; channels or lenses are added until a share is reached."""
 BEDS_SEED = 8
 DEEPEST_FOLD = 60
-"""Number of cells that beds extend below and above a volume."""
+"""Number of cells by which beds extend below and above a volume."""
 
 
 def sinuous_channels(shape: Shape, rng: RandomState) -> NDArray[np.uint8]:
@@ -37,7 +37,7 @@ def sinuous_channels(shape: Shape, rng: RandomState) -> NDArray[np.uint8]:
 
 
 def stacked_lenses(shape: Shape, rng: RandomState) -> NDArray[np.uint8]:
-    """Draw sand lenses in shale with flat bases and rounded tops, and gravel at the bases."""
+    """Draw sand lenses with flat bases, rounded tops and basal gravel; the lenses lie in shale."""
     nz, ny, nx = shape
     facies = np.zeros(shape, np.uint8)
     z, y, x = np.arange(nz)[:, None, None], np.arange(ny)[:, None], np.arange(nx)
@@ -71,5 +71,5 @@ def folded_layers(shape: Shape, rng: RandomState) -> NDArray[np.uint8]:
     tops, codes = [float(-DEEPEST_FOLD)], [int(beds.randint(4))]
     while tops[-1] < nz + DEEPEST_FOLD:
         tops.append(tops[-1] + beds.uniform(2.5, 6.5))
-        codes.append((codes[-1] + 1 + int(beds.randint(3))) % 4)  # unlike the bed below
+        codes.append((codes[-1] + 1 + int(beds.randint(3))) % 4)  # not the facies below
     return np.array(codes, np.uint8)[np.searchsorted(tops, depth)]
