@@ -92,7 +92,7 @@ def measure(
 
 
 def _warm_up(case: Case, image: TrainingImage) -> None:
-    """Compile all kernels for these types: all orientations, and dense data, which split tiles."""
+    """Compile all kernels for these types; dense data split tiles, which needs further kernels."""
     rows, columns = np.divmod(np.arange(0, 64 * 64, 37), 64)
     data = HardData(np.stack([rows, columns], axis=1), image.array[rows, columns])
     simulate(image, (64, 64), case.parameters, data if case.conditional else None, 24)

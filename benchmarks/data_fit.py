@@ -1,9 +1,9 @@
 """How often fit_data is right: ``python -m benchmarks.data_fit [N_TRUTHS]``.
 
 Truths come from the generators of bundled images, with other seeds. Data are read at random cells
-of each truth. The first table has the share of truths in which the data are said to contradict
-the bundled image of the same generator (false alarms), the second the shares for other images,
-and how often `rank_images` names the right or a wrong image.
+of each truth. The first table has the false alarms: the share of truths whose data are said to
+contradict the bundled image of the same generator. The second table has these shares for all other
+images, and how often `rank_images` names the right image or a wrong image.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def image(name: str) -> TrainingImage:
 
 
 def samples(name: str, side: int, n: int, first: int, n_truths: int) -> Iterator[HardData]:
-    """Yield n data, read at random cells, of truths that a generator draws with further seeds."""
+    """Yield n data at random cells of each truth, which the generator draws with another seed."""
     for seed in range(SEED + first, SEED + first + n_truths):
         truth = generate(name, shape=(side, side), seed=seed)
         flat = np.random.default_rng(1000 * seed + n).choice(truth.indices.size, n, replace=False)

@@ -24,8 +24,8 @@ was used for any choice; "chosen" are the generators whose bundled image was use
 published way. The columns:
 
 - ends, JS, variety: ratios of the columns above
-- Brier: ratio of the scores of every fifth datum, which is not used for conditioning
-- wrong, forced: by default, % of data that are not honoured, and % whose single cell was set
+- Brier: ratio of the Brier scores at every fifth datum; these data are not used for conditioning
+- wrong, forced: with the default way, % of data not honoured, and % forced as single cells
 """
 
 from __future__ import annotations
@@ -150,7 +150,7 @@ def spread_of_pieces(image: TrainingImage, shape: tuple[int, ...]) -> NDArray[np
 
 
 def tau_error(e: Ensemble, image: TrainingImage) -> float:
-    """Return the mean error of τ over facies, both directions and lags up to a quarter."""
+    """Return the mean error of τ over facies, directions, and lags up to a quarter of a side."""
     found, lags = [], np.arange(1, min(image.shape[-2:]) // 4, 3)
     for facies in _own(image):
         for direction in ("E-W", "N-S"):

@@ -4,7 +4,7 @@ One session warms up a local server. Then 1, 6 and 30 sessions open the first st
 connected. For each number of sessions, the table has the processor time of the server for one
 opening, the times to the first picture and to the complete page (median and maximum), and the
 response times of the health check, which is asked every 50 ms (median, 99 % and maximum). With
---against DIR, another checkout is measured in turns.
+--against DIR, two checkouts are measured alternately.
 """
 
 from __future__ import annotations
@@ -106,7 +106,7 @@ def open_at_once(server: Server, n: int, openings: Openings) -> None:
 
 
 def as_if_asked_regularly(seconds: Sequence[float]) -> list[float]:
-    """Return the response times of checks sent every `PULSE` seconds, also during long ones."""
+    """Return the response times as if a check were sent every `PULSE` seconds without waiting."""
     return [float(rest) for each in seconds for rest in np.arange(each, 0.0, -PULSE)]
 
 

@@ -2,10 +2,10 @@
 
 Prints a Markdown table of the pattern distance to the training image at full, half and third
 resolution, the connectivity function τ E–W at lags 21, 41, 61 and 81 relative to the TI, the share
-of cells that differ between seeds, the status of the data, and the CPU time of a realization,
-compared with unconditional ones of the same run. "All phases" is the pattern distance with coarse
-cells that begin at any cell of image and realization. The folder DATA has the published training
-images, hard data and, optionally, realizations of other codes for the same studies.
+of cells that differ between seeds, the status of the data, and the CPU time of a realization, also
+relative to unconditional realizations of the same run. "All phases" is the pattern distance with
+coarse cells that begin at any cell of image and realization. The folder DATA has the published
+training images, hard data and, optionally, realizations of other codes for the same studies.
 """
 
 from __future__ import annotations

@@ -1,11 +1,15 @@
 """Hostile uploads for every reader: ``python -m benchmarks.safety``.
 
 The worst file of tests/fuzz/evil.py for each reader is read as the dashboard reads an upload. The
-columns are processor time and memory of the process that reads the file (maximum over the rounds);
-the longest delay of a thread of the main process that wants to run every 5 ms, which is how long
-other visitors wait, and the growth of the main process (minimum over the rounds, because other
-programs delay it too); and the answer. The table replaces the one in docs/safety.md. The benchmark
-needs Linux, and an idle machine.
+columns:
+
+- CPU, memory: of the process that reads the file; maximum over the rounds
+- delay: longest delay of a thread of the main process that should run every 5 ms; other visitors
+  wait this long. Minimum over the rounds, because other programs also cause delays
+- server: growth of the main process; minimum over the rounds
+- answer: the message that the user gets
+
+The table replaces the table in docs/safety.md. The benchmark needs Linux, and an idle machine.
 """
 
 from __future__ import annotations

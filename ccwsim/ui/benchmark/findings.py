@@ -96,7 +96,7 @@ def describe_growth(name: str, timings: Sequence[Timing]) -> str:
 
 
 def growth_lines(timings: Sequence[Timing]) -> list[str]:
-    """Describe, a line per setting, how time grows with the grid; compare levels and volumes."""
+    """Describe how each setting's time grows with the grid; compare levels, volumes and maps."""
     found = by_setting(timings)
     each = [describe_growth(name_of(setting, list(found)), own) for setting, own in found.items()]
     more = (describe_levels(timings), describe_volumes(timings))

@@ -201,7 +201,7 @@ def _draw_grids(state: State) -> None:
         note = "red: the paper, another machine" if has_paper(timings) else "maps dashed"
         _draw_chart(timings, ticks, "CPU time of a realization", note, per_cell=False)
     with right:
-        _draw_chart(timings, ticks, "CPU time a cell", "flat is linear", per_cell=True)
+        _draw_chart(timings, ticks, "CPU time a cell", "flat: linear growth", per_cell=True)
     if not timings:
         step_note(findings.TEACHING)
         return

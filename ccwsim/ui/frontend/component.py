@@ -21,7 +21,7 @@ BELOW = {
 }
 """Shared modules that each component uses besides `shared/calls`."""
 ENTRY = "export default "
-"""Start of the line that defines, in a component's last module, the function Streamlit calls."""
+"""Start of the line that defines the function called by Streamlit, in a component's last module."""
 
 
 def draw_component(

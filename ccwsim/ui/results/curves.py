@@ -142,7 +142,7 @@ def _variograms(ensemble: Ensemble, facies: int) -> list[Callable[[], None]]:
 
 
 class _Curve(NamedTuple):
-    """What decides the chart of a curve."""
+    """The values that determine the chart of a curve."""
 
     ensemble: Ensemble
     statistic: Statistic
@@ -155,7 +155,7 @@ class _Curve(NamedTuple):
 
 @cached(max_entries=192)
 def _draw_curve(curve: _Curve, key: str, alt: str) -> None:
-    """Draw a curve; for an equal one, Streamlit sends the same message again, to all sessions."""
+    """Draw a curve; Streamlit stores the message and reuses it for equal curves in all sessions."""
     bundle = curve_bundle(curve.ensemble, curve.statistic, curve.facies, curve.direction)
     title = f"{SYMBOLS[curve.statistic]} of {curve.name}"
     draw_chart(curves_chart(bundle, curve.theme, y_title=title, y_range=curve.y_range), key, alt)
@@ -213,7 +213,7 @@ def draw_proportions(ensemble: Ensemble, colours: Sequence[str]) -> None:
 
 
 class _Proportions(NamedTuple):
-    """What decides the chart of the facies proportions."""
+    """The values that determine the chart of the facies proportions."""
 
     ensemble: Ensemble
     names: tuple[str, ...]

@@ -100,7 +100,7 @@ def page_link_of(choices: Choices, shown: Shown) -> str:
 
 
 def _query() -> dict[str, list[str]]:
-    """Return the query of the address, with one name more at most than are read of it."""
+    """Return the query of the address without the names after the first name that is too many."""
     names = islice(st.query_params, MAX_LINK_VALUES + 1)
     return {name: st.query_params.get_all(name) for name in names}
 

@@ -32,9 +32,9 @@ MAX_OF_BROWSER = 8
 class KeptChoices:
     """Images and data, by browser and name; the least recently used images and data come first.
 
-    The oldest of a browser are dropped if it has too many, and all that are too old. If the total
-    is too large, the browser with the most bytes loses its oldest, so that no browser can push out
-    what others keep.
+    If a browser has too many entries, its oldest entries are dropped; expired entries are dropped
+    too. If the total size is too large, the browser that uses the most bytes loses its oldest
+    entries, so that no browser can displace the entries of others.
     """
 
     def __init__(

@@ -192,7 +192,7 @@ def previews_of_wells(choice: DataChoice) -> dict[str, PointsPreview | CCWSIMErr
 
 
 def grid_for_data(choices: Choices) -> Grid | None:
-    """Return a grid that contains all data; None if the present grid does or none is possible."""
+    """Return a grid that contains all data; None if the present grid suffices, or no grid can."""
     choice, grid = choices.data, choices.grid
     try:
         file = choice.source == "file" and choice.files
@@ -308,7 +308,7 @@ def same_realizations(study: Choices, other: Choices) -> bool:
 
 
 def what_decides(choices: Choices) -> tuple[object, ...]:
-    """Return what decides the realizations of a study; equal for equal realizations."""
+    """Return the values that determine the realizations of a study."""
     image, data = image_of(choices.image), data_of(choices)
     settings = choices.grid, choices.parameters, choices.n_realizations, choices.seed
     return image.digest, data.digest, *settings

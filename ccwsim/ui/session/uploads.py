@@ -81,8 +81,8 @@ class BoundedUploads:
 
     If the total size of a session's files is too large, the oldest files are dropped; the study
     stores the files that it uses. If the server has no memory for a file, the file's content is
-    dropped. The files of a session may take as much memory as remains free, so that no session can
-    take all of it.
+    dropped. The files of one session may use at most half of the memory that other sessions leave,
+    so that no session can use all of it.
     """
 
     def __init__(self, manager: MemoryUploadedFileManager) -> None:

@@ -20,7 +20,7 @@ from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
 
 MAX_CELLS = 1_000_000
-"""Largest grid in cells that is checked unasked; 40 realizations take about a second."""
+"""Maximum number of cells of a grid that is checked automatically, in about a second."""
 
 
 @as_task
@@ -37,12 +37,12 @@ class DataFitState:
 
 
 def is_judged(data: HardData, grid: Grid) -> bool:
-    """Return whether data are compared with the image unasked."""
+    """Return whether data are compared with the image automatically."""
     return data.n >= MIN_PLACES and grid.n_cells <= MAX_CELLS
 
 
 def flagged(fit: DataFit) -> bool:
-    """Return whether the data speak against the image."""
+    """Return whether the verdict warns of a disagreement between the data and the image."""
     return fit.contradicts or fit.words.startswith("Your data")
 
 
@@ -69,7 +69,7 @@ def numbers(fit: DataFit) -> str:
 
 
 def draw_data_fit(state: State) -> None:
-    """Draw the verdict in the study column, once no run is going and the verdict is known."""
+    """Draw the verdict in the study column if no run is in progress and the verdict is known."""
     data, grid = data_of(state.choices), state.choices.grid
     image = image_of(state.choices.image)
     if state.job is not None or not is_judged(data, grid):

@@ -21,7 +21,7 @@ STORED = "Stored realizations of this study are shown until your machine has com
 PATIENCE_VOLUME = 0.7
 """Seconds to wait for the first new volume, because drawing the old volume takes longer."""
 WAIT_SECONDS = 0.05
-"""Seconds between checks for a change by the user, which ends this waiting."""
+"""Seconds between checks whether the user has changed the study; a change ends the waiting."""
 
 
 def draw_news(state: State, *, parts: bool = True, wait: bool = True) -> None:

@@ -1,4 +1,4 @@
-"""Section of the page Validate: what hard data say about the training image and the ensemble."""
+"""Section of the page Validate that tests the training image and the ensemble by the hard data."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ def _draw_ranks(found: Sequence[ImageRank]) -> None:
     else:
         name = escape(_name(best))
         st.html(f'<p class="note">✓ {name} predicts your data best</p>')
-    rows = "<tr><th></th><th></th><td>log score</td><td>behind, in errors</td></tr>"
+    rows = "<tr><th></th><th></th><td>log score</td><td>behind, in standard errors</td></tr>"
     for number, rank in enumerate(found):
         picture = b64encode(thumbnail(rank.image, facies_colours(rank.image), 2 * PICTURE)).decode()
         alt = escape(f"Training image {_name(rank.image)}", quote=True)
@@ -129,8 +129,9 @@ def _draw_ranks(found: Sequence[ImageRank]) -> None:
         )
     st.html(f'<table class="numbers">{rows}</table>')
     step_note(
-        "Mean log probability of a datum given its nearest neighbours. An image is named best only "
-        "from 200 data, if all others are more than 2 standard errors behind."
+        "Log score: mean log probability of a datum given its nearest neighbours. An image is named "
+        "best only if there are at least 200 data, and all other images are more than 2 standard "
+        "errors behind."
     )
 
 
@@ -146,7 +147,7 @@ def _draw_left_out(found: LeaveOut) -> None:
     alt = "Share of left-out data with the facies, for each predicted probability"
     titled_chart("Reliability", note, chart, "reliability", alt)
     step_note(
-        "Skill: how much smaller the Brier score is than that of the proportions of the other "
-        f"data ({minus(f'{found.z:.1f}')} standard errors). Slope 1: as sure as right; below .5: "
-        "too sure."
+        "Skill: reduction of the Brier score relative to a prediction by the proportions of the "
+        f"other data ({minus(f'{found.z:.1f}')} standard errors). Slope 1: probabilities are "
+        "reliable; below 0.5: probabilities are too close to 0 and 1."
     )

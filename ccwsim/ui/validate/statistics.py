@@ -316,9 +316,9 @@ def panel(state: State, name: str, task: Task[Value], draw: Callable[[Value], No
             with st.container(key=f"dim_{name}"):
                 page_state.drawn[name]()
         if worker.stopped:
-            button("Stopped: work it out", key=f"go_on_{name}", on_click=worker.go_on)
+            button("Stopped: compute", key=f"go_on_{name}", on_click=worker.go_on)
         else:
-            bar = '<div class="working" role="progressbar" aria-label="working it out">'
+            bar = '<div class="working" role="progressbar" aria-label="computing">'
             st.html(f"{bar}<i></i></div>")
 
 

@@ -1,4 +1,4 @@
-"""Errors on a page: the message has a number, under which the log contains the cause."""
+"""Errors on a page: the log contains the cause of an error under the number in the message."""
 
 from __future__ import annotations
 

@@ -146,8 +146,8 @@ class CellMap {
     if (this.data.axes) this.drawAxes(pen);
   }
 
-  // Return the distance in cells from each datum to the second nearest datum, at most the distance at which
-  // marks do not touch. The second nearest datum distinguishes rows of data from two close data.
+  // Return the distance in cells from each datum to the second nearest datum, limited to the distance at
+  // which marks no longer touch. The second nearest datum distinguishes rows of data from two close data.
   spacings() {
     const { points, nx } = this.data;
     if (this.spaced?.of === points && this.spaced.cell === this.cell) return this.spaced.each;
