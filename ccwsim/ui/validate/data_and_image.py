@@ -129,9 +129,9 @@ def _draw_ranks(found: Sequence[ImageRank]) -> None:
         )
     st.html(f'<table class="numbers">{rows}</table>')
     step_note(
-        "Log score: mean log probability of a datum given its nearest neighbours. An image is named "
-        "best only if there are at least 200 data, and all other images are more than 2 standard "
-        "errors behind."
+        "Log score: mean log probability of a datum given its nearest neighbours. An image is "
+        "named best only if there are at least 200 data, and all other images are more than 2 "
+        "standard errors behind."
     )
 
 
