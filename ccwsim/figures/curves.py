@@ -75,12 +75,14 @@ def curves_chart(
     y_range: tuple[float, float] | None = None,
     x_title: str = "lag (cells)",
     height: int = 196,
+    judged: tuple[Floats, ...] | None = None,
 ) -> go.Figure:
     """Return a chart of curves of an ensemble or several settings; the training image is red.
 
     The chart of one ensemble has grey realizations, a grey band and a dark median. The chart of up
     to four named settings has a band and a median for each setting. Charts to be compared need the
-    same `y_range`.
+    same `y_range`. `judged` has the lags and the means of crops and of pieces, which a verdict
+    compares; both means are dotted.
 
     Examples
     --------
@@ -109,6 +111,12 @@ def curves_chart(
         "training image", first.lags, first.reference, theme.reference, 2, hovertemplate="%{y:.3g}"
     )
     chart.add_traces([*traces, image])
+    if judged is not None:
+        at, *means = judged
+        marked = ("crops of the TI", theme.reference), ("pieces", theme.ink)
+        for (name, colour), values in zip(marked, means, strict=True):
+            dotted: dict[str, Any] = {"dash": "dot", "hovertemplate": "%{y:.3g}"}
+            chart.add_trace(line(name, at, values, colour, 1.5, **dotted))
     chart.update_xaxes(range=[0, max(float(first.lags[-1]), 1.0)])
     if y_range is not None:
         chart.update_yaxes(range=list(y_range))

@@ -24,6 +24,7 @@ than the images.
 
 from ccwsim.metrics.anodi import Anodi, Scaling, anodi, classical_scaling
 from ccwsim.metrics.bands import Band, RunningCurves, band
+from ccwsim.metrics.checks import Check, check_ensemble
 from ccwsim.metrics.coarsening import coarsened
 from ccwsim.metrics.connectivity import (
     Connectivity,
@@ -75,7 +76,6 @@ from ccwsim.metrics.reference_band import (
     fit_geobodies,
     fit_patterns,
     fit_proportions,
-    fit_vertical_proportions,
 )
 from ccwsim.metrics.stationarity import QUARTERS, Stationarity, stationarity
 from ccwsim.metrics.streaming import RunningStatistics, RunningSummary
@@ -98,6 +98,7 @@ __all__ = [
     "Anodi",
     "Band",
     "Calibration",
+    "Check",
     "Connectivity",
     "Copying",
     "DataFit",
@@ -129,6 +130,7 @@ __all__ = [
     "axes_of",
     "band",
     "calibration",
+    "check_ensemble",
     "classical_scaling",
     "coarsened",
     "connected_geobodies",
@@ -149,7 +151,6 @@ __all__ = [
     "fit_geobodies",
     "fit_patterns",
     "fit_proportions",
-    "fit_vertical_proportions",
     "geobody_statistics",
     "granulometry",
     "js_divergence",

@@ -2,31 +2,31 @@
 
 Statistics vary between crops of one training image. Statistics also depend on the window size,
 because a smaller window cuts more geobodies. Pieces of the realizations are therefore compared with
-crops of equal size. The allowed difference follows from the standard deviation s between crops. The
-spread of realizations is not used, because worse realizations have a larger spread. The mean over m
-pieces and the mean over crops may differ by c · s · √(1/k + 1/m) if k crops are independent.
-
-Windows nearly as large as the training image give too few crops to estimate s. In these windows, a
-curve is outside the band if the mean over pieces is far from the image's value and nearly no piece
-reaches the image's value.
+crops of equal size. The mean over m pieces and the mean over crops may differ by
+c · σ · √(1/k + 1/m) if k crops are independent. σ is the standard deviation between crops.
+Neighbouring crops share long features and vary too little, so the standard deviation between pieces
+counts if it is larger, but only up to a multiple of that of the crops: worse realizations have a
+larger spread and must not excuse themselves by it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from math import isqrt, prod
 from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.special import ndtri, stdtrit
 
-from ccwsim.metrics.bands import Statistic, band, curves_of
+from ccwsim.metrics.bands import Statistic, curves_of
 from ccwsim.metrics.connectivity import geobody_statistics
-from ccwsim.metrics.etype import proportions, vertical_proportions
+from ccwsim.metrics.etype import proportions
 from ccwsim.metrics.lags import Direction, distinct_lags, max_lag
-from ccwsim.metrics.patterns import pattern_distance
+from ccwsim.metrics.pattern_codes import count_patterns
+from ccwsim.metrics.patterns import PatternHistogram, js_divergence
 from ccwsim.metrics.stack import N_AXES, Stack
 from ccwsim.model.arrays import as_floats, check_int, ratio
 from ccwsim.model.ensemble import Ensemble
@@ -46,24 +46,33 @@ MIN_CROPS = 3
 """Minimum number of crops in which a value is not NaN; otherwise the value is not judged."""
 MAX_PIECES = 32
 """Maximum number of pieces; more would not help because the crops limit the precision."""
-CURVE_ERRORS, VALUE_ERRORS = 4.0, 2.0
-"""Allowed differences in standard errors, larger for curves because curves have many values."""
+ERRORS = {
+    "proportions": (2.5, 3.0),
+    "variogram": (3.5, 4.0),
+    "connectivity": (4.0, 4.0),
+    "geobodies": (3.0, 2.5),
+    "measures": (3.0, 2.5),
+    "patterns": (3.0, 3.0),
+}
+"""Allowed differences in standard errors, for maps and for volumes."""
+RARE = 0.001
+"""Limits are wider for few crops and pieces, in the ratio of quantiles of Student's t distribution
+to the normal distribution at this two-sided probability."""
+MAX_OWN = (2.0, 3.0)
+"""The spread of pieces counts up to this multiple of the crops' spread, in maps and volumes."""
 STATISTICS = ("connectivity", "variogram")
 MIN_GAP = 0.1
 """Smallest reported difference of a curve, in units of τ or, for γ, in sills p (1 − p)."""
-MIN_LARGE_GAP = 0.5
-"""Smallest reported difference for pieces that are nearly as large as the training image."""
-MIN_LARGE_PIECES, MAX_LARGE_PIECES = 10, 16
-LARGE_STEP = 3
-"""Step between the lags that are compared in large pieces; a step above 1 saves time."""
-TAIL = 0.05
-"""Maximum share of large pieces that reach the image's value if a curve is outside the band."""
 MIN_PROPORTION_GAP = 0.05
 """Smallest reported difference of a proportion, relative to the training image's proportion."""
 PATTERN_SIZES = (2, 3)
 """Sides of the compared patterns in cells; patterns are squares, or cubes in volumes."""
 MIN_GAMMA_GAP, MIN_PERCOLATION_GAP = 0.1, 0.25
 """Smallest reported differences of Γ and of the share of pieces that percolate."""
+MIN_TAU_SPREAD, MIN_GEOBODY_SPREAD = 0.05, 0.1
+"""Smallest standard deviation between crops of τ, and of Γ and the share that percolates."""
+MIN_PATTERN_SPREAD = 0.5
+"""Smallest standard deviation of pattern distances, relative to their mean over crops."""
 Floats = NDArray[np.float64]
 Shape = tuple[int, ...]
 ValuesOf = Callable[[Stack], Floats]
@@ -83,6 +92,8 @@ class Fit:
     """Allowed difference between `found` and `reference`; NaN if the value cannot be judged."""
     crop_shape: Shape
     """(Layers,) rows and columns of crops and pieces."""
+    one_sided: bool = False
+    """Whether only values above `reference` are outside the band."""
 
     @property
     def judged(self) -> bool:
@@ -108,7 +119,8 @@ class Fit:
     def _excess(self) -> Floats:
         """Ratio of difference to tolerance of each value; NaN if the value cannot be judged."""
         with np.errstate(divide="ignore", invalid="ignore"):  # a constant image has no tolerance
-            return np.abs(self.found - self.reference) / self.tolerance
+            above = (self.found - self.reference) / self.tolerance
+        return above if self.one_sided else np.abs(above)
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +131,7 @@ class ReferenceBand:
     --------
     >>> crops = np.array([[0.4], [0.5], [0.6], [0.5]])
     >>> band = ReferenceBand(np.zeros(1), crops, 4.0, 2.0, np.zeros(1), (64, 64))
-    >>> band.compare([0.45], 12).fits, band.compare([0.3], 12).fits
+    >>> band.compare([[0.5]] * 12).fits, band.compare([[0.1]] * 12).fits
     (True, False)
     """
 
@@ -134,20 +146,42 @@ class ReferenceBand:
     min_gap: Floats
     """Smallest reported difference of each value, shape (m,)."""
     crop_shape: Shape
+    min_spread: ArrayLike = 0.0
+    """Smallest standard deviation of each value between crops."""
+    one_sided: bool = False
+    """Whether only values above those of the crops are outside the band."""
 
-    def compare(self, found: ArrayLike, n_pieces: float) -> Fit:
-        """Compare `found` (the means over `n_pieces` pieces, shape (m,)) with the crops."""
-        known = ~np.isnan(self.values)
-        n = known.sum(axis=0)
+    def compare(self, pieces: ArrayLike, n_pieces: float | None = None) -> Fit:
+        """Compare the values of pieces of realizations, shape (n, m), with the crops.
+
+        `n_pieces` is the number of independent pieces, by default n.
+        """
+        each = as_floats(pieces, "values")
+        n = (~np.isnan(self.values)).sum(axis=0)
         enough = n >= MIN_CROPS
-        mean = ratio(np.where(known, self.values, 0.0).sum(axis=0), np.where(enough, n, 0))
-        squares = np.where(known, (self.values - mean) ** 2, 0.0).sum(axis=0)
-        spread = np.sqrt(ratio(squares, np.where(enough, n - 1, 0)))
-        error = spread * np.sqrt(
-            1 / np.minimum(self.n_independent, np.maximum(n, 1)) + 1 / n_pieces
-        )
+        mean, spread = (np.where(enough, found, np.nan) for found in _moments(self.values))
+        spread = np.maximum(spread, self.min_spread)
+        found, own = _moments(each)
+        largest = MAX_OWN[len(self.crop_shape) - 2] * spread
+        spread = np.maximum(spread, np.minimum(np.nan_to_num(own), largest))
+        k, m = np.minimum(self.n_independent, np.maximum(n, 1)), n_pieces or len(each)
+        error = spread * np.sqrt(1 / k + 1 / m) * _uncertainty(k + m - 2)
         tolerance = np.maximum(self.n_errors * error, self.min_gap)
-        return Fit(self.at, as_floats(found, "values"), mean, tolerance, self.crop_shape)
+        return Fit(self.at, found, mean, tolerance, self.crop_shape, self.one_sided)
+
+
+def _uncertainty(freedom: Floats) -> Floats:
+    """Return the factor of a limit whose standard deviation has few degrees of freedom."""
+    return stdtrit(np.maximum(freedom, 1.0), 1 - RARE / 2) / ndtri(1 - RARE / 2)
+
+
+def _moments(values: Floats) -> tuple[Floats, Floats]:
+    """Return the mean and standard deviation of each column without NaN; NaN if unknown."""
+    known = ~np.isnan(values)
+    n = known.sum(axis=0)
+    mean = ratio(np.where(known, values, 0.0).sum(axis=0), n)
+    squares = np.where(known, (values - mean) ** 2, 0.0).sum(axis=0)
+    return mean, np.sqrt(ratio(squares, np.maximum(n - 1, 0)))
 
 
 def crop_shape(image_shape: Shape, grid_shape: Shape) -> Shape | None:
@@ -221,9 +255,9 @@ def fit_curve(
 ) -> Fit | None:
     """Compare a curve of realizations with the curves of crops of their training image.
 
-    `statistic` is "variogram" or "connectivity". Lags extend to half of a crop. If the curve
-    deviates more in the largest common window than in crops, lags extend to half of this window.
-    The result is None if the training image or the grid is too small.
+    `statistic` is "variogram" or "connectivity". Lags extend to half of a crop: one training image
+    cannot tell whether longer connections fit. The result is None if the training image or the grid
+    is too small.
 
     Examples
     --------
@@ -241,32 +275,16 @@ def fit_curve(
     if shape is None or not max_lag(direction, shape):  # there is no lag along a single layer
         return None
     p = float(image.proportions[index])
-    unit = p * (1 - p) if statistic == "variogram" else 1.0
+    lags, distances = distinct_lags(direction, max_lag(direction, shape))
 
-    def compared(
-        shape: Shape, least: float, n_pieces: int, step: int = 1
-    ) -> tuple[ReferenceBand, Floats]:
-        lags, distances = distinct_lags(direction, max_lag(direction, shape))
-        lags, distances = lags[:0:-step][::-1], distances[:0:-step][::-1]  # with the largest lag
+    def values(images: Stack) -> Floats:
+        return curves_of(statistic, images, facies, direction, lags[1:])
 
-        def values(images: Stack) -> Floats:
-            return curves_of(statistic, images, facies, direction, lags)
-
-        key = statistic, index, str(direction)  # a direction may be a list or an array
-        gap = np.full(len(lags), least * unit)
-        reference = band_of_crops(image, key, shape, distances, values, CURVE_ERRORS, gap)
-        return reference, values(Stack(pieces_of(ensemble.indices, shape, n_pieces), image.codes))
-
-    reference, each = compared(shape, MIN_GAP, MAX_PIECES)
-    fit = reference.compare(_mean(each), len(each))
-    largest = largest_crop(image.array.shape, ensemble.indices.shape[1:])
-    if largest == shape:
-        return fit
-    large = compared(largest, MIN_LARGE_GAP, MAX_LARGE_PIECES, LARGE_STEP)
-    whole = _without_the_image(*large)
-    if whole is None or whole.fits:
-        return fit
-    return whole if fit.fits or _gap(whole) > _gap(fit) else fit
+    is_variogram = statistic == "variogram"
+    gap = np.full(len(lags) - 1, MIN_GAP * (p * (1 - p) if is_variogram else 1.0))
+    name = statistic, index, str(direction)  # a direction may be a list or an array
+    least = 0.0 if is_variogram else MIN_TAU_SPREAD
+    return fit_values(ensemble, name, distances[1:], values, gap, least)
 
 
 def fit_geobodies(ensemble: Ensemble, facies: int, neighbours: int | None = None) -> Fit | None:
@@ -283,27 +301,32 @@ def fit_geobodies(ensemble: Ensemble, facies: int, neighbours: int | None = None
         known = (way.astype(float) for way in ways if way is not None)
         return np.column_stack([found.gamma, *known])
 
-    least = np.array([MIN_GAMMA_GAP, *[MIN_PERCOLATION_GAP] * image.n_dimensions])
-    at = np.arange(len(least), dtype=float)
-    return fit_values(ensemble, ("geobodies", index, neighbours), at, values, least)
+    gap = np.array([MIN_GAMMA_GAP, *[MIN_PERCOLATION_GAP] * image.n_dimensions])
+    at, name = np.arange(len(gap), dtype=float), ("geobodies", index, neighbours)
+    return fit_values(ensemble, name, at, values, gap, MIN_GEOBODY_SPREAD)
 
 
 def fit_values(
-    ensemble: Ensemble, name: tuple, at: Floats, values: ValuesOf, least: Floats
+    ensemble: Ensemble,
+    name: tuple,
+    at: Floats,
+    values: ValuesOf,
+    min_gap: Floats,
+    min_spread: float = 0.0,
 ) -> Fit | None:
     """Compare m values of pieces of realizations with the values of crops of the training image.
 
-    `name` is a unique key of these values. `values` takes a stack of n images and returns an array
-    of shape (n, m). `at` and `least` become `at` and `min_gap` of the `ReferenceBand`. The result
-    is None if the training image or the grid is too small for crops.
+    `name` is a unique key of these values; its first entry is a key of `ERRORS`. `values` takes a
+    stack of n images and returns an array of shape (n, m). `at`, `min_gap` and `min_spread` become
+    those of the `ReferenceBand`. The result is None if the training image or the grid is too small
+    for crops.
     """
     image = ensemble.training_image
     shape = crop_shape(image.array.shape, ensemble.indices.shape[1:])
     if shape is None:
         return None
-    pieces = Stack(pieces_of(ensemble.indices, shape), image.codes)
-    reference = band_of_crops(image, name, shape, at, values, VALUE_ERRORS, least)
-    return reference.compare(_mean(values(pieces)), len(pieces))
+    reference = band_of_crops(image, name, shape, at, values, min_gap, min_spread)
+    return reference.compare(values(Stack(pieces_of(ensemble.indices, shape), image.codes)))
 
 
 def fit_proportions(ensemble: Ensemble) -> Fit | None:
@@ -323,17 +346,22 @@ def fit_proportions(ensemble: Ensemble) -> Fit | None:
     shape = crop_shape(image.array.shape, ensemble.indices.shape[1:])
     if shape is None:
         return None
-    at, least = image.codes.astype(float), MIN_PROPORTION_GAP * image.proportions
-    crops = band_of_crops(image, ("proportions",), shape, at, proportions, VALUE_ERRORS, least)
-    return fit_shares(ensemble, crops, ensemble.proportions, image.proportions)
+    at, gap = image.codes.astype(float), MIN_PROPORTION_GAP * image.proportions
+    crops = band_of_crops(image, ("proportions",), shape, at, proportions, gap)
+    each = proportions(Stack(pieces_of(ensemble.indices, shape), image.codes))
+    n_pieces = ensemble.n * prod(ensemble.indices.shape[1:]) / prod(shape)
+    tolerance = crops.compare(each, n_pieces).tolerance
+    return Fit(at, ensemble.proportions.mean(axis=0), image.proportions, tolerance, shape)
 
 
 def fit_patterns(ensemble: Ensemble, sizes: Sequence[int] = PATTERN_SIZES) -> Fit | None:
     """Compare realizations with crops by their pattern distance from the training image.
 
     Values are Jensen–Shannon divergences in bits at full resolution; `at` contains the pattern
-    sizes. The divergence of a crop results only from the smaller size of the crop. The result is
-    None if the training image or the grid is too small for crops.
+    sizes. Crops and pieces have a quarter of the sides of the crops of other statistics, but at
+    least 8 cells. A crop is compared with the training image without the patterns of this crop.
+    Only distances above those of the crops are outside the band. The result is None if the
+    training image or the grid is too small for crops.
 
     Examples
     --------
@@ -344,54 +372,47 @@ def fit_patterns(ensemble: Ensemble, sizes: Sequence[int] = PATTERN_SIZES) -> Fi
     array([2., 3.])
     """
     image, sides = ensemble.training_image, [check_int("pattern size", s, 1) for s in sizes]
-
-    def values(images: Stack) -> Floats:
-        each = (pattern_distance(images, image, None, side, (1,)) for side in sides)
-        return np.column_stack([distances[:, 0] for distances in each])
-
-    at, least = np.array(sides, float), np.zeros(len(sides))
-    return fit_values(ensemble, ("patterns", *sides), at, values, least)
-
-
-def fit_vertical_proportions(ensemble: Ensemble, facies: int) -> Fit | None:
-    """Compare the share of a facies in each layer of volumes with the training image.
-
-    In the result, `at` is the layer (0 at the bottom), and `reference` the share in this layer of
-    the training image. The result is None if the image has a different number of layers or is too
-    small for crops. Raises `CCWSIMError` for maps.
-
-    Examples
-    --------
-    >>> from ccwsim import Parameters, simulate
-    >>> beds = np.tile([[[0]], [[0]], [[1]], [[1]]], (2, 32, 32))
-    >>> p = Parameters(template_size=8, overlap_size=2, wavelet_level=1)
-    >>> fit_vertical_proportions(simulate(beds, (8, 16, 16), p), 1).reference
-    array([0., 0., 1., 1., 0., 0., 1., 1.])
-    """
-    image, grid = ensemble.training_image, ensemble.indices.shape[1:]
-    index = image.index_of(facies)
-    if image.n_dimensions != len(grid) or len(grid) != N_AXES:
-        raise CCWSIMError("proportions by layer need volumes, not maps")
-    shape = crop_shape(image.shape, grid)
-    if shape is None or image.shape[0] != grid[0]:
+    shape = crop_shape(image.array.shape, ensemble.indices.shape[1:])
+    if shape is None:
         return None
+    shape = (*shape[:-2], *(max(side // 2, min(side, MIN_SIDE)) for side in shape[-2:]))
+    n = image.n_facies
+    own = Stack(image.indices[None], image.codes).volume(0)
+    sizes_of = [(min(side, shape[0]) if len(shape) == N_AXES else 1, side) for side in sides]
+    whole = [count_patterns(own, n, *size) for size in sizes_of]
 
-    def values(images: Stack) -> Floats:
-        return vertical_proportions(images)[:, index]
+    def distances(images: Stack, rest: bool = False) -> Floats:
+        found = np.empty((len(images), len(sides)))
+        for k in range(len(images)):
+            for column, (size, there) in enumerate(zip(sizes_of, whole, strict=True)):
+                here = count_patterns(images.volume(k), n, *size)
+                found[k, column] = _divergence(here, _without(there, here) if rest else there)
+        return found
 
-    p, layers = float(image.proportions[index]), np.arange(float(grid[0]))
-    least = np.full(grid[0], MIN_GAP * (p * (1 - p)) ** 0.5)
-    crops = band_of_crops(image, ("layers", index), shape, layers, values, CURVE_ERRORS, least)
-    own = vertical_proportions(ensemble)[:, index], vertical_proportions(image)[0, index]
-    return fit_shares(ensemble, crops, *own)
+    def values(crops: Stack) -> Floats:
+        return distances(crops, rest=True)
+
+    at, no_gap = np.array(sides, float), np.zeros(len(sides))
+    crops = band_of_crops(image, ("patterns", *sides), shape, at, values, no_gap)
+    least = MIN_PATTERN_SPREAD * crops.values.mean(axis=0)
+    crops = replace(crops, min_spread=least, one_sided=True)
+    return crops.compare(distances(Stack(pieces_of(ensemble.indices, shape), image.codes)))
 
 
-def fit_shares(ensemble: Ensemble, crops: ReferenceBand, each: Floats, reference: Floats) -> Fit:
-    """Compare shares `each`, shape (n, m), with the image; crops determine the tolerance."""
-    n_pieces = ensemble.n * prod(ensemble.indices.shape[1:]) / prod(crops.crop_shape)
-    found = each.mean(axis=0)
-    tolerance = crops.compare(found, n_pieces).tolerance
-    return Fit(crops.at, found, reference, tolerance, crops.crop_shape)
+Counts = tuple[NDArray[np.uint64], NDArray[np.integer]]
+
+
+def _without(image: Counts, crop: Counts) -> Counts:
+    """Return the codes and counts of an image's patterns that are not inside a crop of it."""
+    codes, counts = image[0], image[1].copy()
+    counts[np.searchsorted(codes, crop[0])] -= crop[1]
+    return codes[counts > 0], counts[counts > 0]
+
+
+def _divergence(one: Counts, other: Counts) -> float:
+    """Return the Jensen–Shannon divergence of counted patterns in bits."""
+    both = (PatternHistogram(codes, counts / counts.sum(), 0) for codes, counts in (one, other))
+    return js_divergence(*both)
 
 
 _bands: WeakKeyDictionary[TrainingImage, dict] = WeakKeyDictionary()
@@ -405,8 +426,8 @@ def band_of_crops(
     shape: Shape,
     at: Floats,
     values: ValuesOf,
-    n_errors: float,
     min_gap: Floats,
+    min_spread: float = 0.0,
 ) -> ReferenceBand:
     """Return the band of an image's crops, which is computed once for each name and crop shape."""
     bands, key = _bands.setdefault(image, {}), (*name, shape)
@@ -415,27 +436,6 @@ def band_of_crops(
             bands.clear()
         crops = values(Stack(crops_of(image.indices, shape), image.codes))
         n_independent = image.indices.size / prod(shape)
-        bands[key] = ReferenceBand(at, crops, n_independent, n_errors, min_gap, shape)
+        n_errors = ERRORS[name[0]][image.n_dimensions - 2]
+        bands[key] = ReferenceBand(at, crops, n_independent, n_errors, min_gap, shape, min_spread)
     return bands[key]
-
-
-def _without_the_image(reference: ReferenceBand, each: Floats) -> Fit | None:
-    """Judge pieces nearly as large as the image; return None if there are too few pieces."""
-    if len(each) < MIN_LARGE_PIECES:
-        return None
-    crops, pieces = band(reference.values, 0.0, 1.0), band(each, TAIL, 1 - TAIL)
-    above = pieces.mean > crops.mean
-    own = np.where(above, pieces.mean - pieces.low, pieces.high - pieces.mean)
-    beside = np.where(above, crops.high - crops.mean, crops.mean - crops.low)
-    tolerance = np.maximum(own + beside, reference.min_gap)
-    return Fit(reference.at, pieces.mean, crops.mean, tolerance, reference.crop_shape)
-
-
-def _gap(fit: Fit) -> float:
-    return float(abs(fit.found[fit.worst] - fit.reference[fit.worst]))
-
-
-def _mean(values: Floats) -> Floats:
-    """Return the mean of each column without NaN; NaN if all values of a column are NaN."""
-    known = ~np.isnan(values)
-    return ratio(np.where(known, values, 0.0).sum(axis=0), known.sum(axis=0))

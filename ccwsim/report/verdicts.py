@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.metrics.bands import Statistic
+from ccwsim.metrics.checks import Check
 from ccwsim.metrics.lags import VERTICAL, Direction, axes_of
 from ccwsim.metrics.measures import Measured
 from ccwsim.metrics.reference_band import Fit
@@ -17,18 +18,34 @@ from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.numbers import plural
 
 SIGNS: dict[Statistic, str] = {"variogram": "γ", "connectivity": "τ"}
+
+
+class Verdict(NamedTuple):
+    """What was found, in at most eight words, with the numbers and whether the finding is good."""
+
+    words: str
+    numbers: str = ""
+    good: bool | None = True  # None if nothing could be judged
+
+    def __str__(self) -> str:
+        """Return words and numbers as one text."""
+        return f"{self.words}: {self.numbers}" if self.numbers else self.words
+
+
 VERDICTS: dict[Statistic, tuple[str, str]] = {
     "connectivity": ("too little connected", "too much connected"),
     "variogram": ("variogram too low", "variogram too high"),
 }
 HOW_JUDGED = (
     "Titles compare pieces of the realizations with crops of the training image (TI) of equal "
-    "size, relative to the spread of the crops; curves are computed from entire images."
+    "size, relative to the spread of the crops. Dotted lines are the means of crops and of pieces; "
+    "the other curves are computed from entire images. The numbers appear when the mouse rests on "
+    "a title."
 )
-NOT_JUDGED = "not judged: the training image or the grid is too small for crops"
-LAYERS_NOT_JUDGED = (
-    "layers not judged: the training image has another number of layers, or is too small for crops"
-)
+NOT_JUDGED = Verdict("not judged", "the training image or the grid is too small for crops", None)
+LAYERS_NOT_JUDGED = Verdict("one image cannot tell this", "layers are not judged", None)
+CHANCE = "1 %"
+"""Share of good ensembles in which a check differs (see the page on measures)."""
 
 
 def way_name(way: Direction) -> str:
@@ -62,35 +79,36 @@ def size_text(fit: Fit) -> str:
     return describe_shape(fit.crop_shape)
 
 
-def describe_curve(fit: Fit | None, statistic: Statistic) -> str:
+def describe_curve(fit: Fit | None, statistic: Statistic) -> Verdict:
     """Describe whether a curve is inside the band of crops, or at which lags the curve differs.
 
     Examples
     --------
     >>> import numpy as np
     >>> band = np.array([1.0, 1.0, 0.9]), np.full(3, 0.2), (64, 128)
-    >>> describe_curve(Fit(np.arange(1.0, 4.0), np.array([1.0, 0.7, 0.5]), *band), "connectivity")
-    'too little connected beyond 1 cell: τ(3) 0.50, TI 0.90 (crops of 128 × 64)'
+    >>> found = Fit(np.arange(1.0, 4.0), np.array([1.0, 0.7, 0.5]), *band)
+    >>> str(describe_curve(found, "connectivity"))
+    'too little connected beyond 1 cell: τ(3) 0.50 in pieces, 0.90 in TI crops of 128 × 64'
     """
     if fit is None or not fit.judged:
         return NOT_JUDGED
     if fit.fits:
         reach = plural(int(fit.at[-1]), "cell")
-        return f"inside the band of TI crops ({size_text(fit)}) up to {reach}"
+        return Verdict("inside the band of TI crops", f"{size_text(fit)}, up to {reach}")
     k = fit.worst
     low, high = VERDICTS[statistic]
     verdict = high if fit.found[k] > fit.reference[k] else low
     digits = 3 if statistic == "variogram" else 2
     found, reference = (f"{value:.{digits}f}" for value in (fit.found[k], fit.reference[k]))
-    numbers = f"{SIGNS[statistic]}({int(fit.at[k])}) {found}, TI {reference}"
-    return f"{verdict} {_lags_text(fit)}: {numbers} (crops of {size_text(fit)})"
+    numbers = f"{SIGNS[statistic]}({int(fit.at[k])}) {found} in pieces, {reference} in TI crops"
+    return Verdict(f"{verdict} {_lags_text(fit)}", f"{numbers} of {size_text(fit)}", False)
 
 
 def describe_curves(fits: Mapping[str, Fit | None], statistic: Statistic) -> str:
     """Return a text that names the settings inside the band of crops and describes the others."""
     judged = {name: fit for name, fit in fits.items() if fit is not None and fit.judged}
     if not judged:
-        return NOT_JUDGED
+        return str(NOT_JUDGED)
     inside = [name for name, fit in judged.items() if fit.fits]
     if len(inside) == len(fits):
         return f"all {describe_curve(next(iter(judged.values())), statistic)}"
@@ -158,61 +176,75 @@ def advise_proportions(ensemble: Ensemble, fit: Fit | None) -> str:
     return f"“Match proportions” is off and would bring {' and '.join(off)} nearer to the TI"
 
 
-def describe_geobodies(fit: Fit | None, name: str) -> list[str]:
+def describe_geobodies(fit: Fit | None, name: str) -> list[Verdict]:
     """Describe Γ and the percolation of a facies if these values are outside the band of crops."""
     if fit is None:
         return []
     (gamma, *ways), (own, *own_ways) = fit.found, fit.reference
+    crops = f"in TI crops of {size_text(fit)}"
     found = []
     if fit.outside[0]:
         word = "more" if gamma > own else "less"
-        found.append(f"geobodies of {name} {word} connected: Γ {gamma:.2f}, TI {own:.2f}")
+        numbers = f"Γ {gamma:.2f} in pieces, {own:.2f} {crops}"
+        found.append(Verdict(f"geobodies of {name} {word} connected", numbers, False))
     for k, axis in enumerate(axes_of(fit.crop_shape)):
         if fit.outside[k + 1]:
             way = "vertically" if axis == VERTICAL else way_name(axis)
             word = "too often" if ways[k] > own_ways[k] else "too seldom"
-            found.append(
-                f"{name} percolates {way} {word}: in {100 * ways[k]:.0f} % of the pieces, in "
-                f"{100 * own_ways[k]:.0f} % of the TI crops"
-            )
-    return [f"{text} (crops of {size_text(fit)})" for text in found]
+            numbers = f"{100 * ways[k]:.0f} % of the pieces, {100 * own_ways[k]:.0f} % {crops}"
+            found.append(Verdict(f"{name} percolates {way} {word}", numbers, False))
+    return found
 
 
-def describe_layers(fit: Fit | None, name: str) -> str:
-    """Describe whether a facies' share fits in all layers, or in which layers the share differs."""
-    if fit is None:
-        return LAYERS_NOT_JUDGED
-    if not fit.judged:
-        return NOT_JUDGED
-    if fit.fits:
-        return f"each layer inside the band of TI crops ({size_text(fit)})"
-    first, last = (int(fit.at[k]) for k in _around_worst(fit))
-    k = fit.worst
-    word = "much" if fit.found[k] > fit.reference[k] else "little"
-    where = f"in layer {first}" if first == last else f"in layers {first} to {last}"
-    worst = "" if first == last else f" in layer {int(fit.at[k])}"
-    numbers = f"{100 * fit.found[k]:.0f} %{worst}, TI {100 * fit.reference[k]:.0f} %"
-    return f"too {word} {name} {where}: {numbers} (crops of {size_text(fit)})"
-
-
-def describe_patterns(fit: Fit | None) -> list[tuple[str, bool]]:
-    """Return a pair (text, is good) for each pattern size, comparing distances with those of crops.
+def describe_patterns(fit: Fit | None) -> list[Verdict]:
+    """Compare the pattern distance of pieces with that of crops, for each pattern size.
 
     A distance below the crops' distance is good, because crops differ only by their small size.
     """
     if fit is None or not fit.judged:
-        return [(f"patterns {NOT_JUDGED}", True)]
+        return [NOT_JUDGED]
     said = []
     for k, side in enumerate(fit.at.astype(int).tolist()):
         size = describe_shape((*(min(side, n) for n in fit.crop_shape[:-2]), side, side))
         found, own = float(fit.found[k]), float(fit.reference[k])
-        numbers = f"{found:.4f} bits, crops {own:.4f}"
-        far = bool(fit.outside[k]) and found > own
-        if far:
-            times = f"{found / own:.1f} times as far" if own else "farther"
-            said.append((f"{size} patterns {times} from the TI as its crops: {numbers}", False))
-        else:
-            said.append((f"{size} patterns as near to the TI as its crops: {numbers}", True))
+        numbers = f"{size} cells, {found:.4f} bits in pieces, {own:.4f} in TI crops"
+        far = bool(fit.outside[k])
+        words = "patterns farther from the TI than crops"
+        words = words if far else "patterns as near to the TI as crops"
+        said.append(Verdict(words, f"{numbers} of {size_text(fit)}", not far))
+    return said
+
+
+def describe_checks(checks: Sequence[Check], names: Sequence[str]) -> list[Verdict]:
+    """Return a headline on all checks of an ensemble, and a verdict on each check that differs.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ccwsim.metrics import Check
+    >>> fit = Fit(*np.array([[1.0], [0.7], [0.9], [0.1]]), (64, 128))
+    >>> headline, differs = describe_checks([Check("connectivity", 1, "E-W", fit)], ["mud", "sand"])
+    >>> headline.words, differs.words
+    ('1 of 1 checks differs from the TI', 'sand, E–W: too little connected at all lags')
+    """
+    if not checks:
+        return [Verdict("curves not judged", NOT_JUDGED.numbers, None)]
+    off = [check for check in checks if not check.fit.fits]
+    what = "proportions, patterns, and variograms, connectivity and geobodies of the facies"
+    numbers = f"{what}, along all axes; in about {CHANCE} of good ensembles any check differs"
+    if not off:
+        return [Verdict(f"all {len(checks)} checks fit the training image", numbers)]
+    word = "differ" if len(off) > 1 else "differs"
+    said = [Verdict(f"{len(off)} of {len(checks)} checks {word} from the TI", numbers, False)]
+    for kind, facies, way, fit in off:
+        name = "" if facies is None else names[facies]
+        if way is not None:
+            verdict = describe_curve(fit, "variogram" if kind == "variogram" else "connectivity")
+            said.append(verdict._replace(words=f"{name}, {way_name(way)}: {verdict.words}"))
+        elif kind == "geobodies":
+            said += describe_geobodies(fit, name)
+        elif kind == "patterns":
+            said += [verdict for verdict in describe_patterns(fit) if not verdict.good][:1]
     return said
 
 

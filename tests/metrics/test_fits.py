@@ -5,16 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ccwsim import CCWSIMError, TrainingImage
+from ccwsim import TrainingImage
 from ccwsim.metrics import (
     fit_geobodies,
     fit_patterns,
-    fit_vertical_proportions,
     geobody_statistics,
     pattern_distance,
-    vertical_proportions,
 )
-from ccwsim.metrics.reference_band import crop_shape, crops_of, pieces_of
+from ccwsim.metrics.reference_band import crops_of, pieces_of
 from tests.metrics.test_reference_band import ensemble_of
 from tests.metrics.volumes import a_volume
 
@@ -35,44 +33,38 @@ def windows(image: TrainingImage, n: int = 6) -> np.ndarray:
     return np.array([image.indices[:, y : y + GRID[1], x : x + GRID[2]] for y, x in places])
 
 
-def test_layers_are_those_of_the_image_and_of_the_realizations(beds):
-    own = windows(beds)
-    fit = fit_vertical_proportions(ensemble_of(beds, own), 7)
-    index = beds.index_of(7)
-    assert fit.at.tolist() == list(range(12))
-    assert fit.reference == pytest.approx((beds.array == 7).mean(axis=(1, 2)))
-    assert fit.found == pytest.approx((own == index).mean(axis=(0, 2, 3)))
-    assert fit.judged
-    assert fit.fits
-
-
-def test_layers_upside_down_are_outside_with_the_sign_of_the_trend(beds):
-    fit = fit_vertical_proportions(ensemble_of(beds, windows(beds)[:, ::-1]), 7)
-    assert fit.outside[0]
-    assert fit.outside[-1]
-    assert fit.found[0] < fit.reference[0]
-    assert fit.found[-1] > fit.reference[-1]
-
-
-def test_a_grid_of_other_layers_is_not_judged_and_a_map_refused(beds):
-    assert fit_vertical_proportions(ensemble_of(beds, windows(beds)[:, :10]), 7) is None
-    flat = TrainingImage(beds.array[0])
-    with pytest.raises(CCWSIMError, match="volumes, not maps"):
-        fit_vertical_proportions(ensemble_of(flat, flat.indices[None]), 7)
-
-
-def test_patterns_are_as_far_as_pattern_distance_says(beds):
+def test_patterns_of_pieces_are_as_far_as_pattern_distance_says(beds):
     own = windows(beds)
     fit = fit_patterns(ensemble_of(beds, own))
-    shape = crop_shape(beds.shape, GRID)
     assert fit.at.tolist() == [2, 3]
+    pieces = beds.codes[pieces_of(own, fit.crop_shape)]
     for k, size in enumerate((2, 3)):
-        pieces = beds.codes[pieces_of(own, shape)]
-        crops = beds.codes[crops_of(beds.indices, shape)]
-        for found, images in ((fit.found, pieces), (fit.reference, crops)):
-            alone = pattern_distance(images, beds, size=size, factors=(1,))
-            assert found[k] == pytest.approx(alone.mean())
+        alone = pattern_distance(pieces, beds, size=size, factors=(1,))
+        assert fit.found[k] == pytest.approx(alone.mean())
     assert fit.fits
+    assert fit.one_sided
+
+
+def test_a_crop_is_compared_with_the_image_without_its_patterns():
+    """An image of two halves has each pattern in one half only; a crop knows nothing of it."""
+    rng = np.random.default_rng(1)
+    west, east = rng.integers(0, 2, (64, 64)), 2 + rng.integers(0, 2, (64, 64))
+    image = TrainingImage(np.hstack([west, east]))
+    ensemble = ensemble_of(image, image.indices[None])
+    fit = fit_patterns(ensemble, [1])
+    rows, columns = fit.crop_shape
+    crops = crops_of(image.indices, fit.crop_shape)
+    whole = np.bincount(image.indices.ravel(), minlength=4)
+    wanted = []
+    for crop in crops:
+        p = np.bincount(crop.ravel(), minlength=4)
+        q = whole - p
+        p, q = p / p.sum(), q / q.sum()
+        m = (p + q) / 2
+        terms = [x * np.log2(x / y) for a in (p, q) for x, y in zip(a, m, strict=True) if x]
+        wanted.append(sum(terms) / 2)
+    assert (rows, columns) == (16, 32)
+    assert fit.reference[0] == pytest.approx(np.mean(wanted))
 
 
 def test_noise_is_farther_than_crops(beds):
@@ -101,9 +93,3 @@ def test_shares_in_geobodies_are_those_of_counting(beds):
     assert wanted[-1] == 0
     absent = geobody_statistics(np.zeros((1, 4, 5, 6), bool), 1)
     assert np.isnan(absent.share_in([1, 9])).all()
-
-
-def test_layers_of_the_metric_and_of_the_fit_are_one(beds):
-    ensemble = ensemble_of(beds, windows(beds))
-    fit = fit_vertical_proportions(ensemble, 3)
-    assert fit.found == pytest.approx(vertical_proportions(ensemble)[:, 0].mean(axis=0))

@@ -125,7 +125,7 @@ def test_a_report_says_the_same_of_curves_as_the_pages():
     page = report_html(study_report(e, choices, Shown(), ["#112233"] * 2, ["fine"], "?", how))
     for statistic in ("variogram", "connectivity"):
         for way in ("E-W", "N-S"):
-            assert describe_curve(fit_curve(e, statistic, 0, way), statistic) in page
+            assert str(describe_curve(fit_curve(e, statistic, 0, way), statistic)) in page
     assert relative_text(float(e.proportions[:, 1].mean()), float(image.proportions[1])) in page
 
 

@@ -49,7 +49,9 @@ def test_there_is_a_chart_along_each_axis_and_one_by_layer(ensemble):
     assert "proportions" in charts(drawn(ensemble, ["#000000", "#ffffff"]))
     said = html(app)
     for way in ("E-W", "N-S", "vertical"):
-        assert describe_curve(fit_curve(ensemble, "variogram", 7, way), "variogram") in said
+        verdict = describe_curve(fit_curve(ensemble, "variogram", 7, way), "variogram")
+        assert verdict.words in said
+        assert verdict.numbers in said
     assert "Vertical variogram" in said
     assert "Vertical proportions" in said
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import streamlit as st
 
+from ccwsim.report.verdicts import Verdict
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.widgets.errors import catch_callback_errors
 from ccwsim.ui.widgets.text import panel_title
@@ -43,7 +44,7 @@ def draw_clickable_chart(
 
 def titled_chart(
     title: str,
-    note: str,
+    note: str | Verdict,
     chart: Any,
     key: str,
     alt: str,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from html import escape
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -18,7 +18,6 @@ from ccwsim.metrics import (
     Fit,
     etype,
     fit_curve,
-    fit_vertical_proportions,
 )
 from ccwsim.metrics.bands import Statistic, curves_of
 from ccwsim.metrics.lags import DirectionName, axes_of, max_lag
@@ -30,9 +29,10 @@ from ccwsim.model.training_image import TrainingImage
 from ccwsim.report.pictures import bundle_of_curves, layers_bundle, layers_chart
 from ccwsim.report.verdicts import (
     HOW_JUDGED,
+    LAYERS_NOT_JUDGED,
+    Verdict,
     curve_title,
     describe_curve,
-    describe_layers,
     way_name,
 )
 from ccwsim.ui.results.charts import draw_chart, titled_chart
@@ -158,11 +158,18 @@ def _draw_curve(curve: _Curve, key: str, alt: str) -> None:
     """Draw a curve; Streamlit stores the message and reuses it for equal curves in all sessions."""
     bundle = curve_bundle(curve.ensemble, curve.statistic, curve.facies, curve.direction)
     title = f"{SYMBOLS[curve.statistic]} of {curve.name}"
-    draw_chart(curves_chart(bundle, curve.theme, y_title=title, y_range=curve.y_range), key, alt)
+    judged = judged_curves(fit_of(curve.ensemble, curve.statistic, curve.facies, curve.direction))
+    options: Any = {"y_title": title, "y_range": curve.y_range, "judged": judged}
+    draw_chart(curves_chart(bundle, curve.theme, **options), key, alt)
+
+
+def judged_curves(fit: Fit | None) -> tuple[NDArray[np.float64], ...] | None:
+    """Return the lags and the means of crops and pieces that a verdict compares."""
+    return None if fit is None or not fit.judged else (fit.at, fit.reference, fit.found)
 
 
 def _connectivity(
-    ensemble: Ensemble, facies: int, way: DirectionName, note: str = "", key: str = ""
+    ensemble: Ensemble, facies: int, way: DirectionName, note: Verdict | None = None, key: str = ""
 ) -> None:
     name = ensemble.training_image.facies_names[facies]
     note = note or describe_curve(fit_of(ensemble, "connectivity", facies, way), "connectivity")
@@ -175,31 +182,25 @@ def _connectivity(
 def _connectivity_both_ways(ensemble: Ensemble, facies: int) -> None:
     """Draw the connectivity E–W; a note mentions connectivity N–S if it is outside the band."""
     along, across = (fit_of(ensemble, "connectivity", facies, way) for way in ("E-W", "N-S"))
-    said = describe_curve(along, "connectivity")
-    if across is not None and not across.fits:
-        said = f"{said}; N–S {describe_curve(across, 'connectivity')}"
+    said, other = (describe_curve(fit, "connectivity") for fit in (along, across))
+    if other.good is False:
+        words = f"{'' if said.good else f'E–W {said.words}; '}N–S {other.words}"
+        numbers = f"E–W {said.numbers}; N–S {other.numbers}"
+        said = Verdict(words, numbers, False)
     _connectivity(ensemble, facies, "E-W", said, "connection")
 
 
 def _vertical_proportions(ensemble: Ensemble, facies: int) -> None:
-    bundle, fit = vertical_proportions_bundle(ensemble, facies), _fit_of_layers(ensemble, facies)
-    draw_layers(ensemble, facies, bundle, fit)
+    draw_layers(ensemble, facies, vertical_proportions_bundle(ensemble, facies))
 
 
-@cached(max_entries=64)
-def _fit_of_layers(ensemble: Ensemble, facies: int) -> Fit | None:
-    return fit_vertical_proportions(ensemble, int(ensemble.training_image.codes[facies]))
-
-
-def draw_layers(
-    ensemble: Ensemble, facies: int, bundle: Bundle, fit: Fit | None, height: int = 196
-) -> None:
+def draw_layers(ensemble: Ensemble, facies: int, bundle: Bundle, height: int = 196) -> None:
     """Draw the vertical proportion curve of a volume for a facies (an index into the codes)."""
     image, grid = ensemble.training_image, ensemble.grid
     name = image.facies_names[facies]
-    note = describe_layers(fit, name)
+    note = LAYERS_NOT_JUDGED
     if image.shape[0] != grid.nz:
-        note = f"training image ({image.shape[0]} layers) scaled to the grid, not judged"
+        note = f"training image ({image.shape[0]} layers) scaled to the grid"
     chart = layers_chart(ensemble, facies, bundle, chart_theme(), height=height)
     alt = f"Share of {name} in each layer: training image, realizations, hard data"
     titled_chart("Vertical proportions", note, chart, "layers", alt)
@@ -258,5 +259,6 @@ def draw_band_key(ensemble: Ensemble) -> None:
         each = f"each of the first {MAX_CURVES} realizations"
     names = ("training image", "median", "5–95 %", each)
     styles = ((2, "reference"), (2, "ink"), (10, "band"), (1, "each"))
-    borders = (f"{width}px solid var(--{colour})" for width, colour in styles)
-    draw_curve_key(zip(borders, names, strict=True))
+    borders = [f"{width}px solid var(--{colour})" for width, colour in styles]
+    compared = ("2px dotted var(--ink)", "means over crops and pieces")
+    draw_curve_key([*zip(borders, names, strict=True), compared])

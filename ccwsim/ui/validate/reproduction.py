@@ -52,7 +52,7 @@ from ccwsim.report.verdicts import (
 from ccwsim.ui.frontend.cell_map import CellMap
 from ccwsim.ui.frontend.cells import draw_cells
 from ccwsim.ui.results.charts import draw_chart, titled_chart
-from ccwsim.ui.results.curves import draw_band_key, draw_layers, draw_rows
+from ccwsim.ui.results.curves import draw_band_key, draw_layers, draw_rows, judged_curves
 from ccwsim.ui.results.tables import csv_button, numbers_table
 from ccwsim.ui.session.file_names import study_part
 from ccwsim.ui.session.state import State
@@ -69,7 +69,7 @@ from ccwsim.ui.validate.statistics import (
     panel,
 )
 from ccwsim.ui.widgets.fields import bound_to, field, options_of
-from ccwsim.ui.widgets.text import panel_title, scrolled, step_note
+from ccwsim.ui.widgets.text import panel_title, scrolled, step_note, verdict_html
 from ccwsim.ui.widgets.theme import chart_theme
 
 CURVE_HEIGHT = 190
@@ -107,8 +107,8 @@ def axis_curves(ensemble: Ensemble) -> list[tuple[Statistic, DirectionName]]:
 def _draw_layers(state: State, ensemble: Ensemble) -> None:
     k = state.facies
 
-    def draw(found: Compared[Bundle]) -> None:
-        draw_layers(ensemble, k, found.value, found.fit, CURVE_HEIGHT)
+    def draw(found: Bundle) -> None:
+        draw_layers(ensemble, k, found, CURVE_HEIGHT)
 
     panel(state, "layers", statistics.layers(ensemble, k), draw)
 
@@ -156,7 +156,9 @@ def draw_curve(
         highest = max(np.nan_to_num(curves).max() for curves in (bundle.each, bundle.reference))
         y_range = (0, 1.04) if statistic == "connectivity" else (0, max(top, 1.05 * float(highest)))
         y_title = f"{SIGNS[statistic]} of {name}"
-        chart = curves_chart(bundle, chart_theme(), y_title=y_title, y_range=y_range, height=height)
+        options: dict[str, Any] = {"y_range": y_range, "height": height}
+        options["judged"] = judged_curves(found.fit)
+        chart = curves_chart(bundle, chart_theme(), y_title=y_title, **options)
         note = describe_curve(found.fit, statistic)
         alt = f"{title} of {name}: training image, realizations, median and 5–95 % band"
         titled_chart(title, note, chart, key, alt)
@@ -248,8 +250,8 @@ def draw_geobodies(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
                 alt = f"{title} of {names[k]}: {strip.title}"
                 titled_chart(title, f"of {names[k]}", chart, key, alt)
         step_note(describe_percolation(found, names[k]))
-        for text in describe_geobodies(found.fit, names[k]):
-            step_note(f"{text[:1].upper()}{text[1:]}.")
+        for verdict in describe_geobodies(found.fit, names[k]):
+            st.html(f'<p class="note">{verdict_html(verdict)}</p>')
 
     is_volume, page_state = ensemble.grid.nz is not None, state.page(Validation)
     task = statistics.geobodies(ensemble, k, page_state.neighbours if is_volume else None)
@@ -369,8 +371,8 @@ def draw_patterns(state: State, ensemble: Ensemble, colours: Sequence[str]) -> N
 def _draw_distances(found: PatternsCompared) -> None:
     """Draw the pattern distances of realizations, and of crops, from the training image."""
     panel_title("Distance from the training image", "Jensen–Shannon divergence, bits")
-    for text, good in describe_patterns(found.fit):
-        st.html(f'<p class="{"fact" if good else "fact odd"}">{escape(text)}</p>')
+    for verdict in describe_patterns(found.fit):
+        st.html(f"<p>{verdict_html(verdict, 'fact')}</p>")
     if found.fit is not None:
         step_note(
             "Pieces of the realizations and crops of the training image have "

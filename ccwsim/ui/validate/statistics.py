@@ -17,6 +17,7 @@ from ccwsim.jobs.statistics import Failure, Fraction, StatisticsWorker, Task
 from ccwsim.metrics import (
     Anodi,
     Calibration,
+    Check,
     Copying,
     Diagnosis,
     EType,
@@ -26,6 +27,7 @@ from ccwsim.metrics import (
     ReferenceScores,
     anodi,
     calibration,
+    check_ensemble,
     copying,
     diagnose,
     differing_share,
@@ -33,7 +35,6 @@ from ccwsim.metrics import (
     fit_geobodies,
     fit_patterns,
     fit_proportions,
-    fit_vertical_proportions,
     geobody_statistics,
     measure,
     score_reference,
@@ -167,10 +168,15 @@ def transitions(
 
 
 @as_task
-def layers(progress: Fraction, ensemble: Ensemble, facies: int) -> Compared[Bundle]:
+def layers(progress: Fraction, ensemble: Ensemble, facies: int) -> Bundle:
     """Return the vertical proportion curves of a facies of volumes."""
-    fit = fit_vertical_proportions(ensemble, code_of(ensemble, facies))
-    return Compared(layers_bundle(ensemble, facies), fit)
+    return layers_bundle(ensemble, facies)
+
+
+@as_task
+def checks(progress: Fraction, ensemble: Ensemble) -> list[Check]:
+    """Return all comparisons of the realizations with crops of the training image."""
+    return check_ensemble(ensemble, progress)
 
 
 @as_task

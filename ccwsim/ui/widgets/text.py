@@ -8,6 +8,8 @@ from html import escape
 import streamlit as st
 from streamlit.delta_generator import DeltaGenerator
 
+from ccwsim.report.verdicts import Verdict
+
 INSIDE = re.compile(r"[\\`*\[\]<$~|@]|(?<!\w)_|_(?!\w)|:(?=[\w/+-])|&(?=#|\w+;)|(?<=www)\.")
 """Characters that have a special meaning in Markdown anywhere in a line."""
 AT_START = re.compile(r"(?m)^(\s*)([-+#>=])")
@@ -42,9 +44,22 @@ def step_note(text: str) -> None:
     st.html(f'<div class="note">{lines}</div>')
 
 
-def panel_title(text: str, note: str = "") -> None:
-    """Write the title of a panel."""
-    st.html(f'<div class="panel">{escape(text)}<span>{escape(note)}</span></div>', width="content")
+SIGN_OF = {True: "✓ ", False: "⚑ ", None: ""}
+"""Sign before a verdict that is good, bad, or none."""
+
+
+def panel_title(text: str, note: str | Verdict = "") -> None:
+    """Write the title of a panel, with a note or a verdict."""
+    said = note if isinstance(note, Verdict) else Verdict(note, good=None)
+    st.html(f'<div class="panel">{escape(text)}{verdict_html(said)}</div>', width="content")
+
+
+def verdict_html(verdict: Verdict, kind: str = "") -> str:
+    """Return the words of a verdict with a sign; the numbers appear on hover."""
+    title = f' title="{escape(verdict.numbers)}"' if verdict.numbers else ""
+    names = " ".join(name for name in (kind, "odd" if verdict.good is False else "") if name)
+    kinds = f' class="{names}"' if names else ""
+    return f"<span{kinds}{title}>{SIGN_OF[verdict.good]}{escape(verdict.words)}</span>"
 
 
 def scrolled(content: str, name: str) -> str:

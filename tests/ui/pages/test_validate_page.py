@@ -13,6 +13,7 @@ from ccwsim import Grid, HardData, Parameters, TrainingImage, datasets, simulate
 from ccwsim.engine.revision import revise
 from ccwsim.jobs.statistics import StatisticsWorker
 from ccwsim.metrics import (
+    Check,
     Fit,
     RunningStatistics,
     connectivity,
@@ -23,7 +24,13 @@ from ccwsim.metrics import (
 )
 from ccwsim.metrics.lags import distinct_lags, lag_offsets
 from ccwsim.model.study import Study
-from ccwsim.report.verdicts import describe_curve
+from ccwsim.report.verdicts import (
+    LAYERS_NOT_JUDGED,
+    NOT_JUDGED,
+    describe_checks,
+    describe_curve,
+    describe_patterns,
+)
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 from ccwsim.system.lru_cache import LruCache
 from ccwsim.ui.session.state import KEY, State
@@ -37,7 +44,6 @@ from ccwsim.ui.validate.conditioning import (
 )
 from ccwsim.ui.validate.findings import (
     findings,
-    of_curves,
     of_data,
     of_proportions,
     of_variety,
@@ -47,6 +53,7 @@ from ccwsim.ui.validate.page import SECTIONS
 from ccwsim.ui.validate.reproduction import seam_map, strips_of, use_map
 from ccwsim.ui.validate.statistics import (
     Validation,
+    checks,
     copied,
     curves,
     geobodies,
@@ -127,11 +134,8 @@ def test_the_summary_says_what_was_found():
     said = html(launched(seen=frozenset()))
     assert "No hard data" in said
     assert "(TI 27.0 %; " in said
-    for statistic in ("variogram", "connectivity"):
-        for way in ("E–W", "N–S"):
-            inside = re.search(rf"sand: [^<]*{statistic}[^<]* inside the band of TI", said)
-            missed = re.search(rf"sand, {way}: [^<]*{statistic[:8]}", said)
-            assert inside or missed
+    assert re.search(r"✓ all \d+ checks fit|⚑ \d+ of \d+ checks differ", said)
+    assert re.search(r"about \d+ % of good ensembles", said)
     assert "two realizations differ in" in said
     assert "as much as from the image" not in said
 
@@ -165,7 +169,7 @@ def test_another_facies_is_followed_everywhere():
     app = launched(seen=frozenset())
     settled(app.selectbox(key="judged").set_value(0).run())
     assert app.session_state[KEY].facies == 0
-    assert "mud: variogram" in html(app)
+    assert any("of mud" in chart.proto.spec for chart in app.get("plotly_chart"))
     assert named(app.selectbox, "e_type").value == 0
 
 
@@ -357,38 +361,52 @@ def band(found: list[float], tolerance: float = 0.2) -> Fit:
 
 
 def test_a_curve_outside_the_band_says_where_how_much_and_which_way():
-    inside = "inside the band of TI crops (128 × 100) up to 3 cells"
-    assert describe_curve(band([1.0, 0.8, 0.8]), "connectivity") == inside
-    assert describe_curve(band([0.9, 0.6, 0.35]), "connectivity") == (
-        "too little connected beyond 1 cell: τ(3) 0.35, TI 0.90 (crops of 128 × 100)"
+    inside = "inside the band of TI crops: 128 × 100, up to 3 cells"
+    assert str(describe_curve(band([1.0, 0.8, 0.8]), "connectivity")) == inside
+    assert str(describe_curve(band([0.9, 0.6, 0.35]), "connectivity")) == (
+        "too little connected beyond 1 cell: τ(3) 0.35 in pieces, 0.90 in TI crops of 128 × 100"
     )
-    assert describe_curve(band([1.2, 0.9, 0.9]), "connectivity").startswith(
-        "too much connected at 1 cell: τ(1) 1.20, TI 0.90"
+    assert str(describe_curve(band([1.2, 0.9, 0.9]), "connectivity")).startswith(
+        "too much connected at 1 cell: τ(1) 1.20 in pieces, 0.90 in TI crops"
     )
-    assert describe_curve(band([0.3, 0.6, 0.5]), "variogram").startswith(
-        "variogram too low at all lags: γ(1) 0.300, TI 0.900"
+    assert str(describe_curve(band([0.3, 0.6, 0.5]), "variogram")).startswith(
+        "variogram too low at all lags: γ(1) 0.300 in pieces, 0.900"
     )
-    assert describe_curve(band([0.9, 0.3, 0.4, 0.9, 0.2, 1.5]), "variogram").startswith(
+    assert str(describe_curve(band([0.9, 0.3, 0.4, 0.9, 0.2, 1.5]), "variogram")).startswith(
         "variogram too low at 5 cells: γ(5) 0.200"
     )
-    assert "not judged" in describe_curve(None, "variogram")
-    assert "not judged" in describe_curve(band([np.nan, np.nan]), "connectivity")
+    for nothing in (None, band([np.nan, np.nan])):
+        assert describe_curve(nothing, "connectivity").good is None
 
 
 def test_findings_go_by_direction_and_call_failure_failure():
     """Too little one way and too much the other is two failures, not an average."""
-    fits = {
-        ("connectivity", "E-W"): band([0.9, 0.5]),
-        ("connectivity", "N-S"): band([0.9, 1.3]),
-        ("variogram", "E-W"): band([0.9, 0.9]),
-    }
-    less, more, rest = of_curves(fits, "channel")
-    assert (less.good, more.good, rest.good) == (False, False, True)
-    assert less.text.startswith("channel, E–W: too little connected beyond 1 cell: τ(2) 0.50")
-    assert more.text.startswith("channel, N–S: too much connected beyond 1 cell: τ(2) 1.30")
-    assert rest.text.startswith("channel: variogram E–W inside the band of TI crops")
-    (only,) = of_curves({("variogram", "E-W"): None}, "channel")
-    assert "not judged" in only.text
+    several = [
+        Check("connectivity", 1, "E-W", band([0.9, 0.5])),
+        Check("connectivity", 1, "N-S", band([0.9, 1.3])),
+        Check("variogram", 1, "E-W", band([0.9, 0.9])),
+    ]
+    names = ["mud", "channel"]
+    headline, less, more = describe_checks(several, names)
+    assert (headline.good, less.good, more.good) == (False, False, False)
+    assert headline.words == "2 of 3 checks differ from the TI"
+    assert less.words == "channel, E–W: too little connected beyond 1 cell"
+    assert more.words == "channel, N–S: too much connected beyond 1 cell"
+    assert more.numbers.startswith("τ(2) 1.30 in pieces, 0.90 in TI crops")
+    (fine,) = describe_checks(several[2:], names)
+    assert (fine.words, fine.good) == ("all 1 checks fit the training image", True)
+    assert describe_checks([], names)[0].good is None
+
+
+def test_every_verdict_has_eight_words_or_fewer():
+    three = band([0.1, 0.9, 0.1])
+    kinds = ("connectivity", "variogram", "geobodies", "patterns")
+    ways = ("E-W", "N-S", None, None)
+    each = [Check(kind, 1, way, three) for kind, way in zip(kinds, ways, strict=True)]
+    said = describe_checks(each, ["mud", "sand"])
+    assert len(said) >= 5
+    for verdict in (*said, NOT_JUDGED, LAYERS_NOT_JUDGED, *describe_patterns(three)):
+        assert 1 < len(verdict.words.split()) <= 8
 
 
 def test_proportions_have_a_sign_and_the_data_beside_them():
@@ -399,10 +417,10 @@ def test_proportions_have_a_sign_and_the_data_beside_them():
     few[:, :4] = 1
     bad = replace(some, indices=few)
     said, advice = of_proportions(bad, fit_proportions(bad))
-    assert said.text == "sand 10.0 % (TI 25.0 %, data 25.0 %; −60 %)"
+    assert said.words == "sand 10.0 % (TI 25.0 %, data 25.0 %; −60 %)"
     assert not said.good
-    assert advice.text == "“Match proportions” is off and would bring sand nearer to the TI"
-    assert facts_of(bad)[-2:] == [said.text, advice.text]
+    assert advice.words == "“Match proportions” is off and would bring sand nearer to the TI"
+    assert facts_of(bad)[-2:] == [said.words, advice.words]
     mud = replace(bad, hard_data=HardData(data.cells, [0, 0, 0, 0]))
     assert len(of_proportions(mud, fit_proportions(mud))) == 1  # no advice away from the data
     matched = replace(bad, parameters=replace(OWN, match_proportions=True))
@@ -412,15 +430,15 @@ def test_proportions_have_a_sign_and_the_data_beside_them():
     fine = replace(some, indices=good)
     (said,) = of_proportions(fine, fit_proportions(fine))
     assert said.good
-    assert said.text == "sand 25.0 % (TI 25.0 %, data 25.0 %; ±0 %)"
+    assert said.words == "sand 25.0 % (TI 25.0 %, data 25.0 %; ±0 %)"
 
 
 def test_variety_is_the_share_of_differing_cells(ensemble):
     shares = ensemble.proportions.mean(axis=0)
     found = of_variety(ensemble, 0.39)
     independent = f"{100 * (1 - (shares**2).sum()):.0f} % if cells were independent"
-    assert found.text == f"two realizations differ in 39 % of the cells ({independent})"
-    assert not of_variety(ensemble, 0.0).good
+    assert found.words == f"two realizations differ in 39 % of the cells ({independent})"
+    assert of_variety(ensemble, 0.0).good is False
 
 
 def test_findings_come_as_they_are_known(ensemble):
@@ -428,10 +446,8 @@ def test_findings_come_as_they_are_known(ensemble):
     state.page(Validation).worker = StatisticsWorker(LruCache())
     few = len(findings(state, ensemble))
     shelf = state.page(Validation).worker.cache
-    for statistic in ("variogram", "connectivity"):
-        for way in ("E-W", "N-S"):
-            asked = curves(ensemble, statistic, 1, way)
-            shelf.put(asked.key, asked.work(nothing))
+    asked = checks(ensemble)
+    shelf.put(asked.key, asked.work(nothing))
     assert len(findings(state, ensemble)) > few
 
 
