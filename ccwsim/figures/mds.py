@@ -44,28 +44,23 @@ def label_side(place: NDArray[np.float64]) -> str:
 def mds_chart(
     image: NDArray[np.float64],
     groups: Sequence[Group],
-    explained: NDArray[np.float64],
     theme: Theme,
     *,
     height: int = 400,
 ) -> go.Figure:
     """Return an MDS plot of groups of realizations, with the training image in red.
 
-    `image` is the position of the training image, shape (2,). `explained` is the share of the
-    variance that each axis explains.
+    `image` is the position of the training image, shape (2,).
 
     Examples
     --------
     >>> from ccwsim.figures import LIGHT
     >>> group = Group("A", np.array([[1.0, 2.0], [3.0, 4.0]]), "#173F6B", ringed=1)
-    >>> chart = mds_chart(np.zeros(2), [group], np.array([0.6, 0.3]), LIGHT)
+    >>> chart = mds_chart(np.zeros(2), [group], LIGHT)
     >>> [trace.name for trace in chart.data]
     ['A', 'shown', 'training image']
     """
-    x_title, y_title = (
-        f"axis {k + 1} ({100 * share:.0f} % of the variance)" for k, share in enumerate(explained)
-    )
-    chart = blank_chart(theme, height=height, x_title=x_title, y_title=y_title)
+    chart = blank_chart(theme, height=height, x_title="axis 1", y_title="axis 2")
     opacity = 0.62 if len(groups) == 1 else 0.75
     for group in groups:
         trace = _points(group.positions, group.name, group.colour, 9, group.symbol)
@@ -89,15 +84,15 @@ def mds_chart(
     return chart.update_layout(hovermode="closest")
 
 
-def mds_title(explained: NDArray[np.float64]) -> str:
-    """Return the title of an MDS plot, with the share of the variance that each axis explains.
+def mds_title(stress: float) -> str:
+    """Return the title of an MDS plot with its stress (Kruskal's stress-1).
 
     Examples
     --------
-    >>> mds_title(np.array([0.22, 0.104]))
-    'MDS plot: 22 + 10 % of the variance'
+    >>> mds_title(0.104)
+    'MDS plot: stress 0.10'
     """
-    return f"MDS plot: {' + '.join(f'{100 * share:.0f}' for share in explained)} % of the variance"
+    return f"MDS plot: stress {stress:.2f}"
 
 
 def _points(positions: NDArray[np.float64], name: str, colour: str, size: int, symbol: str) -> Any:

@@ -22,7 +22,7 @@ arrays of a wrong shape or type, unknown codes and directions, and lags or patte
 than the images.
 """
 
-from ccwsim.metrics.anodi import Anodi, Scaling, anodi, classical_scaling
+from ccwsim.metrics.anodi import Anodi, Scaling, anodi, classical_scaling, metric_scaling
 from ccwsim.metrics.bands import Band, RunningCurves, band
 from ccwsim.metrics.checks import Check, check_ensemble
 from ccwsim.metrics.coarsening import coarsened
@@ -157,6 +157,7 @@ __all__ = [
     "judge",
     "leave_out",
     "measure",
+    "metric_scaling",
     "pattern_distance",
     "pattern_histogram",
     "proportion_quantiles",

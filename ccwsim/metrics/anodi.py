@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.distance import pdist, squareform
 
 from ccwsim.metrics.patterns import (
     FACTORS,
@@ -22,6 +23,8 @@ from ccwsim.model.training_image import TrainingImage
 
 HISTOGRAM_SHARE = 0.5
 """Share of the progress bar for counting patterns; the rest is for comparing histograms."""
+MAX_STEPS, SMALL_STEP = 200, 1e-5
+"""Maximum number of SMACOF steps, and the relative improvement at which they end."""
 MIN_JACKKNIFE = 3
 """Minimum number of realizations for a jackknife: two must remain when one is omitted."""
 Part = tuple[NDArray[np.float64], NDArray[np.float64]]
@@ -33,8 +36,9 @@ class Scaling:
 
     positions: NDArray[np.float64]
     """Coordinates, shape (n, n_dimensions), centred on 0; the axis of largest variance is first."""
-    explained: NDArray[np.float64]
-    """Share of the variance along each axis: eigenvalue / sum of the positive eigenvalues."""
+    stress: float
+    """Kruskal's stress-1, √(Σ (d − b e)² / Σ d²), with distances d, distances e of the points and
+    their best scale b; 0 is perfect, and above 0.2 a picture distorts the distances."""
 
 
 def classical_scaling(distances: NDArray[np.float64], n_dimensions: int = 2) -> Scaling:
@@ -59,12 +63,59 @@ def classical_scaling(distances: NDArray[np.float64], n_dimensions: int = 2) -> 
     values, vectors = np.linalg.eigh(-0.5 * (squares - means - means[:, None] + means.mean()))
     values, vectors = np.maximum(values[::-1], 0), vectors[:, ::-1]
     positions = np.zeros((len(d), n_dimensions))
-    explained = np.zeros(n_dimensions)
     kept = min(n_dimensions, len(d))
     positions[:, :kept] = vectors[:, :kept] * np.sqrt(values[:kept])
-    explained[:kept] = values[:kept] / max(values.sum(), np.finfo(float).tiny)
-    largest = positions[np.abs(positions).argmax(axis=0), np.arange(n_dimensions)]
-    return Scaling(positions * np.where(largest < 0, -1.0, 1.0), explained)
+    return Scaling(_upright(positions), _stress(d, positions))
+
+
+def metric_scaling(distances: NDArray[np.float64], n_dimensions: int = 2) -> Scaling:
+    """Return coordinates whose distances are as near as possible to a symmetric matrix.
+
+    SMACOF (de Leeuw 1977) lowers Σ (d − e)² from the start of `classical_scaling`, in at most 200
+    steps. The axes are the principal axes of the points. Raises `CCWSIMError` as
+    `classical_scaling`.
+
+    Examples
+    --------
+    >>> far = 1.0 - np.eye(6)  # six points with equal distances do not fit into a plane
+    >>> classical_scaling(far).stress > metric_scaling(far).stress > 0.2
+    True
+    """
+    start = classical_scaling(distances, n_dimensions)
+    d, x = as_floats(distances, "distances"), start.positions
+    before = np.inf
+    for _ in range(MAX_STEPS):
+        e = _distances(x)
+        now = float(((d - e) ** 2).sum())
+        if before - now <= SMALL_STEP * now:
+            break
+        before = now
+        weights = np.divide(d, e, out=np.zeros_like(d), where=e > 0)
+        x = (weights.sum(axis=1)[:, None] * x - weights @ x) / len(d)  # Guttman transform
+    axes = np.linalg.svd(x - x.mean(axis=0), full_matrices=False)[2]
+    found = np.zeros_like(x)
+    found[:, : len(axes)] = (x - x.mean(axis=0)) @ axes.T
+    stress = _stress(d, found)
+    return Scaling(_upright(found), stress) if stress < start.stress else start
+
+
+def _upright(positions: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Flip each axis whose coordinate of largest magnitude is negative."""
+    largest = positions[np.abs(positions).argmax(axis=0), np.arange(positions.shape[1])]
+    return positions * np.where(largest < 0, -1.0, 1.0)
+
+
+def _distances(positions: NDArray[np.float64]) -> NDArray[np.float64]:
+    return squareform(pdist(positions)) if len(positions) > 1 else np.zeros((1, 1))
+
+
+def _stress(d: NDArray[np.float64], positions: NDArray[np.float64]) -> float:
+    """Return Kruskal's stress-1 of positions at their best scale."""
+    e = _distances(positions)
+    squares, own = float((d**2).sum()), float((e**2).sum())
+    if not squares or not own:
+        return float(squares > 0)
+    return float(np.sqrt(max(0.0, 1 - float((d * e).sum()) ** 2 / (squares * own))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,7 +209,7 @@ class Anodi:
         Distances between points approximate √(Σ w · divergence) with resolution weights w.
         """
         mixed = np.tensordot(self.weights, self.divergence, axes=1)
-        return classical_scaling(np.sqrt(mixed), n_dimensions)
+        return metric_scaling(np.sqrt(mixed), n_dimensions)
 
     def _row(self, name: str) -> int:
         if name not in self.names:

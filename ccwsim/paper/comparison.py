@@ -404,9 +404,9 @@ def _mds(found: Anodi, image: str) -> Chart:
         Group(name, scaling.positions[found.owner == k], colours[k], SYMBOLS[k % len(SYMBOLS)])
         for k, name in enumerate(found.names)
     ]
-    figure = mds_chart(scaling.positions[0], groups, scaling.explained, LIGHT, height=420)
+    figure = mds_chart(scaling.positions[0], groups, LIGHT, height=420)
     legend = (*zip(found.names, colours, strict=True), ("training image", LIGHT.reference))
-    title = f"Fig. 12 · {image} image, {mds_title(scaling.explained)}"
+    title = f"Fig. 12 · {image} image, {mds_title(scaling.stress)}"
     return Chart(figure, title, title, legend)
 
 

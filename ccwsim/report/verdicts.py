@@ -48,6 +48,18 @@ CHANCE = "1 %"
 """Share of good ensembles in which a check differs (see the page on measures)."""
 
 
+MAX_STRESS = 0.2
+"""Stress above which an MDS plot distorts the distances."""
+
+
+def describe_scaling(stress: float, note: str) -> Verdict:
+    """Return a warning if an MDS plot distorts distances, otherwise the note."""
+    if stress <= MAX_STRESS:
+        return Verdict(note, good=None)
+    numbers = f"stress {stress:.2f}, above {MAX_STRESS}: two axes cannot show all distances"
+    return Verdict("picture distorts distances", numbers, False)
+
+
 def way_name(way: Direction) -> str:
     """Return the name of a direction, such as "E–W", or an azimuth in degrees.
 

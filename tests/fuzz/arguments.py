@@ -282,7 +282,7 @@ _OF_MAPS = {
     "etype": ("codes",), "facies_counts": ("codes",), "proportions": ("codes",),
     "pattern_histogram": ("codes", "size"),
     "pyramid_histograms": ("codes", "size", "factors"),
-    "entropy": (), "etype_of_counts": (), "classical_scaling": (),
+    "entropy": (), "etype_of_counts": (), "classical_scaling": (), "metric_scaling": (),
     "coarsened": ("size", "codes"),
     "granulometry": ("facies",), "feature_spacing": ("codes",), "stationarity": ("codes",),
 }  # fmt: skip

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize
 from scipy.spatial.distance import pdist, squareform
 
 from ccwsim.metrics import (
     anodi,
     classical_scaling,
     js_divergence,
+    metric_scaling,
     pattern_distance,
     pyramid_histograms,
 )
@@ -119,9 +121,27 @@ def test_positions_keep_distances_of_the_plane():
     points = np.random.default_rng(1).random((12, 2)) * [5, 1]
     found = classical_scaling(squareform(pdist(points)))
     np.testing.assert_allclose(pdist(found.positions), pdist(points), atol=1e-9)
-    assert found.explained.sum() == pytest.approx(1)
-    assert found.explained[0] > found.explained[1]
+    assert found.stress == pytest.approx(0, abs=1e-6)
     np.testing.assert_allclose(found.positions.mean(axis=0), 0, atol=1e-9)
+
+
+def test_metric_scaling_has_less_stress_than_its_start_and_than_other_starts():
+    rng = np.random.default_rng(2)
+    d = squareform(pdist(rng.random((30, 8))))
+    start, found = classical_scaling(d), metric_scaling(d)
+    assert found.stress < 0.97 * start.stress
+    e = pdist(found.positions)
+    b = (squareform(d) * e).sum() / (e**2).sum()
+    by_hand = np.sqrt(((squareform(d) - b * e) ** 2).sum() / (squareform(d) ** 2).sum())
+    assert found.stress == pytest.approx(by_hand)
+
+    def stress(x):
+        return ((pdist(x.reshape(30, 2)) - squareform(d)) ** 2).sum()
+
+    best = min(minimize(stress, rng.random(60)).fun for _ in range(3))
+    assert stress(found.positions.ravel()) < 1.15 * best
+    spread = found.positions.std(axis=0)
+    assert spread[0] > spread[1]
 
 
 def test_all_dimensions_give_back_the_root_of_the_divergence(images):

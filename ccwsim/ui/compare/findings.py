@@ -111,10 +111,22 @@ def figures_table(found: Comparison) -> str:
         ratio = found.cpu_seconds[k] / found.cpu_seconds[0]
         data = (e.n_mismatched, e.n_resimulated, e.n_forced) if with_data else ()
         means = (three_digits(float(n.mean())) for n in data)
-        bits = (found.distance[k], found.variety[k])
-        patterns = ("–" if np.isnan(value) else f"{three_digits(value)} bits" for value in bits)
+        patterns = _patterns(found, k)
         rows.append([letter, seconds(found.cpu_seconds[k]), f"{ratio:.2f} ×", *means, *patterns])
     return numbers_table(rows, (*heads, "from the image", "variety"), "figures")
+
+
+def _patterns(found: Comparison, k: int) -> list[str]:
+    """Return distance and variety of a setting: the first in bits, others as the ANODI ratio.
+
+    Sentences, this table and the table of ratios so have one definition of "nearer".
+    """
+    first = found.names[0]
+    if k and found.anodi is not None:
+        row = found.ratio_of(found.names[k], first)
+        return [f"{v:.2f} × {first}" if np.isfinite(v) else "–" for v in (row.within, row.between)]
+    bits = found.distance[k], found.variety[k]
+    return ["–" if np.isnan(v) else f"{three_digits(v)} bits" for v in bits]
 
 
 def ratio_table(found: Comparison) -> str:

@@ -36,7 +36,7 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.numbers import seconds, three_digits
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
-from ccwsim.report.verdicts import SIGNS, curve_title, describe_curves
+from ccwsim.report.verdicts import SIGNS, curve_title, describe_curves, describe_scaling
 from ccwsim.ui.compare import findings
 from ccwsim.ui.compare.settings import (
     LETTERS,
@@ -456,7 +456,8 @@ def _draw_mds(state: State, found: Comparison) -> None:
         own, colour = positions[found.anodi.owner == k], setting_colours(theme)[k]
         labels = [f"{name}, realization {r + 1}" for r in range(len(own))]
         groups.append(Group(name, own, colour, SYMBOLS[k], labels, page_state.shown))
-    chart = mds_chart(positions[0], groups, found.scaling.explained, theme)
+    chart = mds_chart(positions[0], groups, theme)
     alt = "MDS plot: realizations of all settings and the training image"
-    title = mds_title(found.scaling.explained)
-    titled_chart(title, "click one to see it", chart, "compared_mds", alt, draw)
+    stress = found.scaling.stress
+    note = describe_scaling(stress, "click one to see it")
+    titled_chart(mds_title(stress), note, chart, "compared_mds", alt, draw)

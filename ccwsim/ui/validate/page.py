@@ -13,6 +13,7 @@ from ccwsim.figures import Group, mds_chart, mds_title
 from ccwsim.metrics import Anodi
 from ccwsim.model.bounds import MAX_REALIZATIONS
 from ccwsim.model.ensemble import Ensemble
+from ccwsim.report.verdicts import describe_scaling
 from ccwsim.ui.frontend.cell_map import facies_map, points_of
 from ccwsim.ui.frontend.cells import draw_cells
 from ccwsim.ui.frontend.component import draw_component
@@ -179,10 +180,11 @@ def _draw_mds(state: State, found: Anodi) -> None:
     image, positions = placed.positions[0], placed.positions[1:]
     ringed = state.shown if state.shown < n else None
     group = Group("realizations", positions, theme.ink, labels=labels, ringed=ringed)
-    chart = mds_chart(image, [group], placed.explained, theme, height=MAP_HEIGHT + 26)
+    chart = mds_chart(image, [group], theme, height=MAP_HEIGHT + 26)
     alt = "MDS plot: distances between points represent distances between patterns of the images"
     draw = partial(draw_clickable_chart, choose=choose)
-    titled_chart(mds_title(placed.explained), note, chart, "mds", alt, draw)
+    said = describe_scaling(placed.stress, note)
+    titled_chart(mds_title(placed.stress), said, chart, "mds", alt, draw)
 
 
 SECTIONS = (

@@ -19,6 +19,7 @@ from ccwsim.ui.compare.findings import (
     describe_grades,
     describe_ratio,
     describe_speed,
+    figures_table,
     ratio_table,
     ratios_csv,
     realizations_csv,
@@ -148,7 +149,7 @@ def test_the_arrows_show_the_same_realization_of_all():
     app.button(key="shown_previous").click().run()
     assert state_of(app).page(ComparePageState).shown == 2
     assert "Realization 3 of 3" in html(app)
-    assert re.search(r"MDS plot: \d+ \+ \d+ % of the variance", html(app))
+    assert re.search(r"MDS plot: stress 0\.\d\d", html(app))
     app.button(key="shown_next").click().run()
     assert "Realization 1 of 3" in html(app)
 
@@ -218,6 +219,15 @@ def test_sentence_and_table_say_the_same_by_one_rule(found):
         assert describe_grades(row) in describe_against_first(found, k)
         assert describe_grades(row) in describe_ratio(row)
         assert describe_grades(row) in unescape(ratio_table(found))
+
+
+def test_the_table_of_figures_has_the_ratios_of_the_sentences(found):
+    table = unescape(figures_table(found))
+    for k in range(1, len(found.names)):
+        row = found.ratio_of(found.names[k], "A")
+        assert f"{row.within:.2f} × A" in table
+        assert f"{row.between:.2f} × A" in table
+    assert table.count(" bits") == 2  # of A only
 
 
 @pytest.mark.slow
