@@ -37,6 +37,8 @@ N_WARM = 2
 """Number of processes that are kept for the next files."""
 WALL_FACTOR = 6
 """Wall time limit / processor time limit; above 1 because a process may wait for a core."""
+LOST = (OSError, EOFError, pickle.UnpicklingError, MemoryError)
+"""Errors of a parent that does not receive the answer, or has no memory for it."""
 KEPT_RESULTS, KEPT_BYTES = 256, 256 * MIB
 """Maximum number of cached results, and maximum total size of these results in bytes."""
 
@@ -159,9 +161,11 @@ def _read_apart(request: _Request) -> Any:
         try:
             process.send(request)
             answer = pickle.load(process.answers)
-        except (OSError, EOFError, pickle.UnpicklingError):
-            process.kill()
+        except BaseException as error:
+            process.kill()  # what it may still send belongs to no other request
             code = process.end()
+            if not isinstance(error, LOST):
+                raise
             if time.monotonic() - start >= wall_seconds:  # not kept: the file may be innocent
                 raise CCWSIMError(
                     f"{printable(request.name)} takes longer than {wall_seconds:g} s to read on "

@@ -42,7 +42,7 @@ CHARTS = {
     ),
     "lines_chart": lambda draw: draw([Line(EVIL, ONE, ONE, "#000")], LIGHT, **TITLES),
     "mds_chart": lambda draw: draw(
-        np.zeros(2), [Group(EVIL, np.ones((2, 2)), "#000", labels=[EVIL] * 2)], ONE[:2], LIGHT
+        np.zeros(2), [Group(EVIL, np.ones((2, 2)), "#000", labels=[EVIL] * 2)], LIGHT
     ),
     "proportions_chart": lambda draw: draw(
         IMAGE.facies_names, ONE[:2], np.ones((1, 2)), ["#000"] * 2, LIGHT

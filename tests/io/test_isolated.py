@@ -186,3 +186,41 @@ def test_without_another_process_files_are_read_here(monkeypatch):
     monkeypatch.setattr(isolated, "can_start", lambda: False)
     assert isolated_file().read_with(os_pid) == os.getpid()
     assert inspect(isolated_file()).is_table
+
+
+class FailsToArrive:
+    """An answer that the parent process cannot take."""
+
+    def __init__(self, error: type[Exception]) -> None:
+        self.error = error
+
+    def __reduce__(self):
+        return _fail, (self.error,)
+
+
+def _fail(error: type[Exception]) -> None:
+    raise error("the answer does not arrive")
+
+
+def without_memory(file):
+    return FailsToArrive(MemoryError)
+
+
+def with_fault(file):
+    return FailsToArrive(KeyError)
+
+
+def test_a_process_whose_answer_does_not_arrive_is_not_used_again():
+    for reader, error, words in (
+        (without_memory, CCWSIMError, "needs more than 200 MB"),
+        (with_fault, KeyError, "does not arrive"),
+    ):
+        assert isolated_file(CSV * 2).read_with(n_bytes) == 2 * len(CSV)
+        latest = isolated._warm[-1].pid
+        with pytest.raises(error, match=words):
+            isolated_file().read_with(reader)
+        assert latest not in {process.pid for process in isolated._warm}
+
+
+def n_bytes(file):
+    return len(file.read())
