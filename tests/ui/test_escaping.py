@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from html.parser import HTMLParser
 from io import BytesIO
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -29,7 +30,7 @@ from tests.ui.sessions import Session
 
 EVIL = "<img src=x onerror=alert(1)>**b** $x$ :red[r] ![i](//e.vil) </script> `c` [l](//e.vil) &lt;"
 SMALL = "grid=64x48&data=none&template=16&overlap=4&realizations=3&seed=4"
-PAGES = ("validate", "compare", "how_it_works", "data", "sweep", "benchmark", "import", "simulate")
+PAGES = sorted(path.stem for path in (Path(__file__).parents[2] / "pages").glob("*.py"))
 RAW = ("**b**", "$x$", ":red[", "![i]", "[l](")
 """What Markdown would take for its own."""
 
