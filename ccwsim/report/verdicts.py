@@ -53,11 +53,11 @@ MAX_STRESS = 0.2
 
 
 def describe_scaling(stress: float, note: str) -> Verdict:
-    """Return a warning if an MDS plot distorts distances, otherwise the note."""
+    """Return a note below an MDS plot, with a warning if the plot distorts distances."""
     if stress <= MAX_STRESS:
         return Verdict(note, good=None)
     numbers = f"stress {stress:.2f}, above {MAX_STRESS}: two axes cannot show all distances"
-    return Verdict("picture distorts distances", numbers, False)
+    return Verdict(f"distances are distorted; {note}", numbers, None)
 
 
 def way_name(way: Direction) -> str:
@@ -116,19 +116,20 @@ def describe_curve(fit: Fit | None, statistic: Statistic) -> Verdict:
     return Verdict(f"{verdict} {_lags_text(fit)}", f"{numbers} of {size_text(fit)}", False)
 
 
-def describe_curves(fits: Mapping[str, Fit | None], statistic: Statistic) -> str:
-    """Return a text that names the settings inside the band of crops and describes the others."""
+def describe_curves(fits: Mapping[str, Fit | None], statistic: Statistic) -> Verdict:
+    """Describe the settings whose curves are outside the band of crops, and name the others."""
     judged = {name: fit for name, fit in fits.items() if fit is not None and fit.judged}
     if not judged:
-        return str(NOT_JUDGED)
+        return NOT_JUDGED
     inside = [name for name, fit in judged.items() if fit.fits]
     if len(inside) == len(fits):
-        return f"all {describe_curve(next(iter(judged.values())), statistic)}"
-    said = [
-        f"{name}: {describe_curve(fit, statistic)}" for name, fit in judged.items() if not fit.fits
-    ]
+        verdict = describe_curve(next(iter(judged.values())), statistic)
+        return verdict._replace(words=f"all {verdict.words}")
+    off = {name: describe_curve(fit, statistic) for name, fit in judged.items() if not fit.fits}
+    said = [f"{name} {verdict.words}" for name, verdict in off.items()]
     said += [f"{' and '.join(inside)} inside the band"] if inside else []
-    return "; ".join(said)
+    numbers = "; ".join(f"{name}: {verdict.numbers}" for name, verdict in off.items())
+    return Verdict("; ".join(said), numbers, False if off else None)
 
 
 def _around_worst(fit: Fit) -> tuple[int, int]:

@@ -236,7 +236,8 @@ def test_titles_of_curves_say_which_settings_fail():
     for (_, statistic, _), curves in state_of(app).page(ComparePageState).found.curves.items():
         kind = "variogram" if statistic == "variogram" else "connectivity"
         said = describe_curves(dict(zip("ABCD", curves.fits, strict=False)), kind)
-        assert escape(said) in html(app)
+        assert escape(said.words) in html(app)
+        assert escape(said.numbers) in html(app)
     assert "nearest to the training image" not in html(app)
 
 
