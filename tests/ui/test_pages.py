@@ -27,7 +27,7 @@ from ccwsim.jobs.job import Job
 from ccwsim.metrics import diagnose, variogram
 from ccwsim.model.parameters import parameter_table
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Upload
-from ccwsim.ui.page import OFF_MENU, PAGES
+from ccwsim.ui.page import OFF_MENU, PAGES, SIMULATE_PAGE
 from ccwsim.ui.results.tables import curves_csv, realizations_csv
 from ccwsim.ui.session.file_names import study_part
 from ccwsim.ui.session.resolve import (
@@ -224,6 +224,20 @@ def test_an_upload_can_be_taken_turned_and_named():
     named(app.button, "image_rotate").click().run()
     turned = image_of(app.session_state[KEY].choices.image)
     assert turned.array[::-1].tolist() == np.rot90(as_shown).tolist()
+
+
+def test_a_file_with_open_questions_leads_to_import_only_from_where_it_was_given():
+    content = b"4 4 1\n1\nvalue\n" + b"\n".join(f"{k / 16}".encode() for k in range(16))
+    app = launched()
+    app.switch_page(IMPORT_PAGE).run()
+    app.file_uploader(key="import_image_file").upload("grey.dat", content, "text/plain").run()
+    assert app.session_state[KEY].image_draft is not None
+    app.switch_page(SIMULATE_PAGE).run()
+    assert not app.error
+    assert app.button(key="run")
+    assert app.session_state[KEY].image_draft is not None  # the question waits on Import
+    app.file_uploader(key="image_file").upload("other.dat", content, "text/plain").run()
+    assert named(app.button, "image_take")  # the page Import
 
 
 def test_what_a_browser_still_says_of_replaced_widgets_changes_nothing():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import streamlit as st
@@ -31,7 +32,13 @@ from ccwsim.ui.study.image_questions import (
     image_of_file,
     picture_of_file,
 )
-from ccwsim.ui.study.image_step import image_uploader, keep_button, use_advice, use_image
+from ccwsim.ui.study.image_step import (
+    image_uploader,
+    import_image,
+    keep_button,
+    use_advice,
+    use_image,
+)
 from ccwsim.ui.study.run import start_run
 from ccwsim.ui.widgets.fields import bound_to, button, field
 from ccwsim.ui.widgets.text import panel_title, plain, step_note
@@ -94,7 +101,7 @@ def _image_or_problem(choice: ImageChoice) -> tuple[TrainingImage | None, str]:
 
 def _take_file(state: State, choice: ImageChoice) -> None:
     panel_title("Training image", image_name(choice))
-    image_uploader(state, "A file of yours", "import_image_file")
+    image_uploader("A file of yours", "import_image_file", partial(import_image, state))
     start = {"on_click": start_run, "args": (state,), "type": "primary"}
     if state.image_draft is None and button("Simulate", key="import_simulate", **start):
         go_to(SIMULATE_PAGE)

@@ -37,7 +37,7 @@ def file_uploader(
     label: str,
     *,
     key: str,
-    take: Callable[[Upload], None],
+    take: Callable[[Upload], object],
     removed: Callable[[], None] = lambda: None,
     **options: Any,
 ) -> None:

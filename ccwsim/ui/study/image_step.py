@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import partial
+from collections.abc import Callable
 from typing import Any
 
 import streamlit as st
@@ -83,22 +83,22 @@ def _thumbnail(image: TrainingImage, colours: tuple[str, ...], pixels: int) -> b
     return map_png(cells, colours, scale=max(1, pixels // max(cells.shape)))
 
 
-def image_uploader(state: State, label: str, key: str) -> None:
-    """Draw an uploader of training images."""
-    take = partial(import_image, state)
+def image_uploader(label: str, key: str, take: Callable[[Upload], object]) -> None:
+    """Draw an uploader of training images, which are given to `take`."""
     file_uploader(label, key=key, take=take, help=FORMATS)
 
 
-def import_image(state: State, upload: Upload) -> None:
-    """Use the image of a file if no question is open; otherwise open the page Import."""
+def import_image(state: State, upload: Upload) -> bool:
+    """Use the image of a file if no question is open; return whether the page Import has to ask."""
     try:
         choice = image_of_file(upload)
     except CCWSIMError:  # the error is shown with the draft
         choice = ImageChoice(upload=upload)
     if set(asked_of(choice)) <= {"up"}:
         use_image(state, choice)
-    else:
-        state.image_draft, state.visit_import = choice, True
+        return False
+    state.image_draft = choice
+    return True
 
 
 def use_image(state: State, choice: ImageChoice) -> None:
@@ -148,7 +148,11 @@ def _menu(state: State) -> None:
     field(st.selectbox, "Bundled with the program", key="image_bundled", **chosen, **bundled)
     if not current.upload:
         st.caption(datasets.describe(current.bundled))
-    image_uploader(state, "or a file of yours", "image_file")
+
+    def take(upload: Upload) -> None:
+        state.visit_import = import_image(state, upload)
+
+    image_uploader("or a file of yours", "image_file", take)
     if current.upload:
         st.caption(plain(f"From your file {current.upload.name}"))
     preview = thumbnail(image_of(state.choices.image), colours_of(state), 320)
