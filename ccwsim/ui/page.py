@@ -18,6 +18,7 @@ from ccwsim.ui.session.state import KEY, State, session_state
 from ccwsim.ui.session.uploads import bound_uploads
 from ccwsim.ui.share.menu import draw_open, draw_share
 from ccwsim.ui.study.image_step import IMPORT_PAGE
+from ccwsim.ui.study.run import SIMULATE_PAGE
 from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.how_to import how_tos
 from ccwsim.ui.widgets.text import plain
@@ -28,8 +29,6 @@ STYLE = Path(__file__).with_name("style.css")
 MENU_SCRIPT = Path(__file__).with_name("menu.js")
 STUDY_WIDTH = 336
 """Width of the study column in pixels."""
-
-SIMULATE_PAGE = "pages/simulate.py"
 PAGES = (
     ("Simulate", SIMULATE_PAGE),
     ("Examples", "pages/examples.py"),

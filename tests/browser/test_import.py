@@ -115,7 +115,7 @@ def test_boreholes_in_utm_with_names_reach_a_simulation(tab, address, tmp_path):
         lambda wait: tab.get_by_text("30 data of log.csv are in the study").wait_for(timeout=wait),
     )
     tab.screenshot(path=tmp_path / "fitted.png", full_page=True)
-    follow(tab, tab.locator(".st-key-menu").get_by_role("link", name="Simulate"), "simulate")
+    follow(tab, tab.get_by_role("button", name="Simulate", exact=True), "simulate")
     honoured = re.compile(r"30 of 30 data honoured")
     tab.locator(".facts", has_text=honoured).first.wait_for(timeout=SLOW)
     tab.wait_for_selector(".st-key-map_realization canvas", timeout=SLOW)

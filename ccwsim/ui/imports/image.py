@@ -19,7 +19,6 @@ from ccwsim.sharing.choices import ImageChoice
 from ccwsim.ui.frontend.cell_map import CellMap, facies_map, share_map
 from ccwsim.ui.frontend.cells import draw_cells
 from ccwsim.ui.results.maps import middle_layer
-from ccwsim.ui.session.address import go_to
 from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import State
@@ -39,13 +38,12 @@ from ccwsim.ui.study.image_step import (
     use_advice,
     use_image,
 )
-from ccwsim.ui.study.run import start_run
+from ccwsim.ui.study.run import simulate_button
 from ccwsim.ui.widgets.fields import bound_to, button, field
 from ccwsim.ui.widgets.text import panel_title, plain, step_note
 
 MAX_FACIES = 12
 """Maximum number of facies that can be named and coloured one by one."""
-SIMULATE_PAGE = "pages/simulate.py"
 TURNS = {"flip_ew": "Flip E–W", "flip_ns": "Flip N–S", "transpose": "Transpose"}
 Write = Callable[[ImageChoice], None]
 _diagnosed = cached(max_entries=16, show_spinner="Diagnosing the training image …")(diagnose)
@@ -102,9 +100,8 @@ def _image_or_problem(choice: ImageChoice) -> tuple[TrainingImage | None, str]:
 def _take_file(state: State, choice: ImageChoice) -> None:
     panel_title("Training image", image_name(choice))
     image_uploader("A file of yours", "import_image_file", partial(import_image, state))
-    start = {"on_click": start_run, "args": (state,), "type": "primary"}
-    if state.image_draft is None and button("Simulate", key="import_simulate", **start):
-        go_to(SIMULATE_PAGE)
+    if state.image_draft is None:
+        simulate_button(state, "import_simulate")
     if choice.upload is None:
         st.caption(datasets.describe(choice.bundled))
 

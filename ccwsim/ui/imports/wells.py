@@ -39,6 +39,7 @@ from ccwsim.ui.study.questions import (
     say_open,
     summary_of,
 )
+from ccwsim.ui.study.run import simulate_button
 from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.text import panel_title, plain
 
@@ -109,6 +110,7 @@ def _say_state(state: State, tried: Choices) -> None:
         n = report.hard_data.n
         if state.data_draft is None:
             st.success(plain(f"{n} data of {name} are in the study."))
+            simulate_button(state, "wells_simulate")
         else:
             st.info(plain(f"{n} data of {name} fit the grid but are not in the study yet."))
             button("Use them", key="wells_use", on_click=use_data, args=(state, choice))

@@ -26,6 +26,7 @@ from ccwsim.sharing.choices import Choices
 from ccwsim.system.log import reason
 from ccwsim.system.machine import n_cores
 from ccwsim.system.memory import format_bytes
+from ccwsim.ui.session.address import go_to
 from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.progress import format_duration
 from ccwsim.ui.session.resolve import (
@@ -40,6 +41,7 @@ from ccwsim.ui.widgets.errors import problem_in
 from ccwsim.ui.widgets.fields import bound_to, button, field
 from ccwsim.ui.widgets.text import pair, step_note, step_title
 
+SIMULATE_PAGE = "pages/simulate.py"
 ENOUGH_TO_STOP = 1.0
 """Maximum seconds to wait until a stopped run has freed its memory."""
 AT_ONCE = 0.3
@@ -81,6 +83,12 @@ def run_button(state: State, key: str, width: str = "stretch") -> None:
     problem = problem_of(state)
     options = {"type": "primary", "width": width, "disabled": bool(problem)}
     button("Run", key=key, on_click=start_run, args=(state,), help=problem or None, **options)
+
+
+def simulate_button(state: State, key: str) -> None:
+    """Draw a button that starts a run and opens the page Simulate."""
+    if button("Simulate", key=key, on_click=start_run, args=(state,), type="primary"):
+        go_to(SIMULATE_PAGE)
 
 
 def problem_of(state: State) -> str:

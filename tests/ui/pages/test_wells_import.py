@@ -87,6 +87,7 @@ def test_what_fits_is_taken_without_a_question():
     state = state_of(app)
     assert state.data_draft is None
     assert data_of(state.choices).n == 2
+    assert {"wells_simulate", "wells_drop"} & keys(app) == {"wells_simulate"}
     assert {key for key in keys(app) if key.startswith("ask_")} == {
         "ask_column_x", "ask_column_y", "ask_column_facies",
     }  # fmt: skip
