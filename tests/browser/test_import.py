@@ -109,6 +109,9 @@ def test_boreholes_in_utm_with_names_reach_a_simulation(tab, address, tmp_path):
     fit = tab.locator(".st-key-ask_fit").get_by_role("button")
     fit.wait_for(timeout=SLOW)
     at_rest(tab)
+    tab.reload()  # the file and its questions wait here
+    fit.wait_for(timeout=SLOW)
+    at_rest(tab)
     tab.screenshot(path=tmp_path / "asked.png", full_page=True)
     until(
         lambda: fit.click(timeout=GLANCE) if fit.count() else None,

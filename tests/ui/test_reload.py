@@ -17,7 +17,7 @@ from ccwsim.ui.session.resolve import data_of
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.share.menu import open_project, project_of
 from tests.ui.test_pages import SMALL, a_file, settled
-from tests.ui.widgets import opened, texts
+from tests.ui.widgets import named, opened, texts
 
 IMAGE = ImageChoice(upload=Upload("mine.dat", a_file(np.arange(900).reshape(30, 30) // 7 % 2)))
 PLACED = HardData([[k // 40, k % 40] for k in range(300)], [k % 2 for k in range(300)])
@@ -32,9 +32,9 @@ def store(monkeypatch):
     return own
 
 
-def reloaded(query: dict[str, list[str]], browser: str):
+def reloaded(query: dict[str, list[str]], browser: str, page: str = "simulate"):
     """A new session that comes by an address."""
-    app = opened("simulate")
+    app = opened(page)
     app.session_state[kept.COOKIE] = browser
     for name, values in query.items():
         app.query_params[name] = values
@@ -64,6 +64,22 @@ def test_a_reload_keeps_the_answers_to_a_file_of_wells_and_a_project_its_data():
     content = project_as_bytes(project_of(app.session_state[KEY]))
     open_project(state, Upload("study.ccwsim", content))
     assert data_of(state.choices).triples == ((4, 3, 0), (12, 8, 1))
+
+
+def test_a_reload_keeps_what_waits_for_answers_until_it_is_settled():
+    wells = DataChoice("file", upload=Upload("wells.csv", b"x,y,facies\n10,20,1\n900,20,1\n"))
+    image = ImageChoice(upload=Upload("ramp.dat", a_file(np.arange(900).reshape(30, 30))))
+    app = opened("import", State(choices=SMALL, image_draft=image, data_draft=wells))
+    app.session_state[kept.COOKIE] = "ann"
+    app.run()
+    again = reloaded(link_of(SMALL), "ann", "import")
+    state = again.session_state[KEY]
+    assert (state.choices, state.image_draft, state.data_draft) == (SMALL, image, wells)
+    other = reloaded(link_of(replace(SMALL, seed=7)), "ann", "import").session_state[KEY]
+    assert (other.image_draft, other.data_draft) == (None, None)
+    named(again.button, "wells_drop").click().run()
+    third = reloaded(link_of(SMALL), "ann", "import").session_state[KEY]
+    assert (third.image_draft, third.data_draft) == (image, None)
 
 
 def test_another_browser_with_the_same_address_gets_nothing_of_it(store):

@@ -15,9 +15,9 @@ from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_LINK_VALUES, MAX_SEED
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.parameters import Parameters
-from ccwsim.sharing.choices import Choices, DataChoice, Shown
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Shown
 from ccwsim.sharing.link import first_values, link_of, meant, read_link
-from ccwsim.ui.session.kept import keep_for_reload, kept_for_reload
+from ccwsim.ui.session.kept import drafts_for_reload, keep_for_reload, kept_for_reload
 from ccwsim.ui.session.resolve import data_of, fitted_to_image, image_of
 from ccwsim.ui.session.state import State
 
@@ -34,6 +34,9 @@ def take_address(state: State) -> None:
     state.choices, state.notes = choices, (*notes, *more)
     state.needs_confirmation = True
     show(state, shown)
+    image, data = drafts_for_reload(choices)
+    state.image_draft = image if isinstance(image, ImageChoice) else None
+    state.data_draft = data if isinstance(data, DataChoice) else None
 
 
 def own_seed(state: State, choices: Choices) -> Choices:
@@ -81,7 +84,7 @@ def shown_of(state: State) -> Shown:
 
 def follow_study(state: State) -> None:
     """Write the study into the query of the address, without redrawing the page."""
-    keep_for_reload(state.choices)
+    keep_for_reload(state.choices, state.image_draft, state.data_draft)
     query = first_values(_query().items())
     kept = {name: values for name, values in query.items() if not meant(name)}
     wanted = {**kept, **link_of(state.choices, shown_of(state))}

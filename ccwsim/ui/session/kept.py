@@ -1,14 +1,15 @@
 """Images and data that the server stores for some time, so that a page can be reloaded.
 
 A reload starts a new session, and its address contains only digests of images and data. A cookie
-identifies the browser, and the digests identify images and data of this browser.
+identifies the browser, and the digests identify images and data of this browser. Drafts, which the
+address does not mention, belong to the study beside which they waited.
 """
 
 from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from secrets import token_urlsafe
 from threading import Lock
@@ -16,11 +17,14 @@ from threading import Lock
 import streamlit as st
 
 from ccwsim.jobs.limits import limits_of_environment
+from ccwsim.model.arrays import digest
 from ccwsim.sharing.choices import Choices
-from ccwsim.sharing.link import Own, own_choices
+from ccwsim.sharing.link import Own, link_of, own_choices
 from ccwsim.system.lru_cache import n_bytes
 
 COOKIE = "ccwsim_browser"
+DRAFTS = "ccwsim_drafts"
+"""Key in the session of the names of stored drafts."""
 KEPT_SECONDS = 4 * 3600
 """Number of seconds for which images and data are stored after they were last on a page."""
 SHARE_OF_UPLOADS = 4
@@ -53,6 +57,12 @@ class KeptChoices:
             for key in self._of(browser)[:-MAX_OF_BROWSER]:
                 del self._kept[key]
             self._forget()
+
+    def drop(self, browser: str, names: Iterable[str]) -> None:
+        """Remove images and data of a browser."""
+        with self._lock:
+            for name in names:
+                self._kept.pop((browser, name), None)
 
     def of(self, browser: str) -> dict[str, Own]:
         """Return the stored images and data of a browser, by name."""
@@ -100,7 +110,27 @@ def kept_for_reload() -> dict[str, Own]:
     return kept_choices().of(browser())
 
 
-def keep_for_reload(choices: Choices) -> None:
-    """Store the image and data of a study if the address of the page cannot contain them."""
-    if own := own_choices(choices):
+def keep_for_reload(choices: Choices, *drafts: Own | None) -> None:
+    """Store images and data that the address of the page does not contain.
+
+    These are parts of the study and, if there are any, `drafts` of an image and of data; earlier
+    drafts of the session are forgotten.
+    """
+    named = zip(_names_of_drafts(choices), drafts, strict=False)
+    waiting = {name: draft for name, draft in named if draft is not None}
+    earlier = st.session_state.get(DRAFTS, ())
+    st.session_state[DRAFTS] = (*waiting,)
+    kept_choices().drop(browser(), {*earlier} - waiting.keys())
+    if own := own_choices(choices) | waiting:
         kept_choices().keep(browser(), own)
+
+
+def drafts_for_reload(choices: Choices) -> list[Own | None]:
+    """Return the stored drafts of an image and of data beside a study, or None for each."""
+    kept = kept_for_reload()
+    return [kept.get(name) for name in _names_of_drafts(choices)]
+
+
+def _names_of_drafts(choices: Choices) -> tuple[str, str]:
+    study = digest(sorted(link_of(choices).items()))
+    return f"image beside {study}", f"data beside {study}"
