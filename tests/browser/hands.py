@@ -166,8 +166,6 @@ def fill(page, key: str, value: object) -> None:
 def upload(page, key: str, file: Path, note: str) -> None:
     """Give a file to the image or the data of the study, whose note then has other words."""
     menu(page, f"{key}_row")
-    if key == "data":
-        choose(page, "data_source", "a file of yours")
     page.locator(f".st-key-{key}_file input[type=file]").set_input_files(file, timeout=SLOW)
     said = page.locator(f".st-key-{key}_row .note", has_text=note)
     said.first.wait_for(timeout=SLOW)

@@ -116,7 +116,6 @@ def test_a_broken_file_of_an_evil_name_is_told_of_in_its_own_words(session):
     told = [text for text in session.alerts() if "keeps its present image" in text]
     assert told
     assert all_bad(session) == []
-    session.change(data_source="a file of yours")
     session.upload("data_file", f"{EVIL}.csv", b"nothing, of\nuse, here\n")
     assert all_bad(session) == []
     assert session.errors == []

@@ -69,7 +69,6 @@ def test_a_training_image_that_is_refused(kind):
 @pytest.mark.parametrize("kind", BAD["data"])
 def test_hard_data_that_are_refused(kind):
     app = launched()
-    app.selectbox(key="data_source").set_value("file").run()
     file = app.file_uploader(key="data_file")
     file.upload(NAME.format(kind), BAD["data"][kind], "text/plain").run()
     assert "keeps its present data" in told(app)

@@ -135,9 +135,10 @@ def _grown(grid: Grid, survey: str) -> Grid:
     return replace(grid, ny=ny, nx=nx, nz=layers[0] if layers else None)
 
 
-def data_uploader(key: str, take: Callable[[Upload], None]) -> None:
+def data_uploader(
+    key: str, take: Callable[[Upload], None], label: str = "Points or a grid with gaps"
+) -> None:
     """Draw an uploader of hard data."""
-    label = "Points or a grid with gaps"
     file_uploader(label, key=key, take=take, help=FORMATS)
 
 
@@ -215,6 +216,8 @@ def _menu(state: State) -> None:
 
     volume = state.choices.grid.nz is not None
     sources = {k: v for k, v in SOURCES.items() if not volume or k in OF_VOLUMES}
+    if current.source != "file" and not current.files:
+        del sources["file"]  # the uploader below takes a file
     chosen = {"value": current.source, "write": switch, **options_of(sources)}
     field(st.selectbox, "Where from", key="data_source", **chosen)
     if current.source == "bundled":
@@ -222,16 +225,6 @@ def _menu(state: State) -> None:
         survey = bound_to(current, "bundled", change)
         field(st.selectbox, "Survey", key="data_bundled", **survey, **surveys)
         st.caption(datasets.describe_hard_data(current.bundled))
-    if current.source == "file":
-        data_uploader("data_file", use_upload)
-        if current.files:
-            said = "files" if len(current.files) > 1 else "file"
-            st.caption(plain(f"From your {said} {names_of_files(current)}"))
-        elif volume:
-            st.caption(
-                "Wells in tables of collars, intervals and surveys are read on the page Import."
-            )
-            link_to_import("Wells in tables")
     if current.source == "sampled":
         st.caption(
             "The data are the facies in randomly chosen cells of a new unconditional realization, "
@@ -241,6 +234,12 @@ def _menu(state: State) -> None:
         field(st.number_input, "How many data", key="data_n", **number)
         seed = bound_to(current, "seed_sampled", change, min_value=0)
         field(st.number_input, "Their own seed", key="data_seed", **seed)
+    data_uploader("data_file", use_upload, "or a file of yours")
+    if current.source == "file" and current.files:
+        said = "files" if len(current.files) > 1 else "file"
+        st.caption(plain(f"From your {said} {names_of_files(current)}"))
+    elif volume:
+        link_to_import("Wells in tables")
     if current.source != "none" and not current.waits:
         _report(state, current)
 

@@ -172,3 +172,14 @@ def test_data_that_wait_are_what_the_page_opens_with():
     draft = DataChoice("file", upload=Upload("wells.csv", sample.in_utm()))
     app = opened("import", State(choices=NAMED, data_draft=draft)).run()
     assert "ask_fit" in keys(app)
+
+
+def test_a_file_is_given_in_the_study_whatever_the_source():
+    app = opened("simulate", State(choices=NAMED)).run()
+    assert "a file of yours" not in app.selectbox(key="data_source").options
+    app.file_uploader(key="data_file").upload("w.csv", b"x,y,facies\n10,20,1\n", "text/csv").run()
+    assert data_of(state_of(app).choices).triples == ((20, 10, 1),)
+    named(app.selectbox, "data_source").set_value("none").run()
+    assert data_of(state_of(app).choices).n == 0
+    named(app.selectbox, "data_source").set_value("file").run()
+    assert data_of(state_of(app).choices).n == 1
