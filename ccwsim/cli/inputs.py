@@ -71,6 +71,11 @@ IMAGE_OPTIONS: Options = {
         "piece of the image: first column (counted from 0 at the west), first row (counted from 0 "
         "at the south), number of columns, number of rows",
     ),
+    "layers": (
+        "--layers",
+        {"metavar": "Z NZ", "type": int, "nargs": 2},
+        "layers of a volume: first layer (counted from 0 at the bottom), number of layers",
+    ),
     "every": (
         "--every",
         {"metavar": "N", "type": int},

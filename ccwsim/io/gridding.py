@@ -18,6 +18,7 @@ from ccwsim.io.hard_data.column_names import (
     place_columns,
 )
 from ccwsim.io.limits import limits
+from ccwsim.io.part import FilePart
 from ccwsim.model.errors import CCWSIMError
 
 MIN_FILLED = 0.5
@@ -80,6 +81,48 @@ def as_grid(file: DataFile, shape: tuple[int, ...] | None = None) -> DataFile:
         return made
     _, _, sizes, starts = zip(*along[::-1], strict=True)
     return made.at(sizes, starts)
+
+
+def part_of_grid(
+    file: DataFile,
+    part: FilePart,
+    shape: tuple[int, ...] | None = None,
+    *,
+    up: bool | None = None,
+    z_up: bool | None = None,
+) -> DataFile:
+    """Return a file with only a part of its grids, and the cell size and origin of this part.
+
+    `shape`, `up` and `z_up` are as in `read_training_image`. A grid that is one cell wide becomes a
+    vertical section, whose rows are layers.
+
+    Examples
+    --------
+    >>> grid = {"v": np.arange(12).reshape(1, 3, 4)}
+    >>> file = DataFile("a", "a.npy", grid).at((10.0, 10.0), (0.0, 0.0))
+    >>> piece = part_of_grid(file, FilePart((1, 2, 2, 1)))
+    >>> piece.variables["v"].tolist(), piece.origin
+    ([[[6], [10]]], (20.0, 10.0))
+    """
+    south_first = file.south_first if up is None else up
+    rights = ((-2, south_first), (-3, z_up is not False))
+    turned = tuple(axis for axis, right in rights if not right)
+    grids = {key: file.grid_of(key, shape) for key in file.variables}
+    if section := all(len(grid) > 1 and 1 in grid.shape[1:] for grid in grids.values()):
+        grids = {key: grid.reshape(1, len(grid), -1) for key, grid in grids.items()}
+    for key, grid in grids.items():
+        piece = part.of(file.name, np.flip(grid, turned))
+        grids[key] = np.ascontiguousarray(np.flip(piece, turned))  # a view would keep the grid
+    made = replace(file, variables=grids, is_table=False, lines=None, words={}, columns=())
+    if file.cell_size is None or section:
+        return replace(made, cell_size=None, origin=None, along_z=None)
+    k, first = part.every, part.box(file.name, grid.shape)[0]
+    (sx, sy), (x, y) = file.cell_size, file.origin or (0.0, 0.0)
+    if file.along_z is not None:
+        height, bottom = file.along_z
+        made = replace(made, along_z=(height, bottom + first[0] * height))
+    place = (x + first[-1] * sx, y + first[-2] * sy)
+    return replace(made, cell_size=(k * sx, k * sy), origin=place)
 
 
 def _of_rows(file: DataFile) -> DataFile:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import isqrt, prod
+from math import isqrt
 from typing import Any
 
 import numpy as np
@@ -19,15 +19,14 @@ from ccwsim.io.formats.pictures import (
     main_colours,
 )
 from ccwsim.io.gridding import as_grid
-from ccwsim.io.limits import limits
-from ccwsim.io.opening import PathOrFile, open_file, whole_shape
+from ccwsim.io.opening import PathOrFile, open_file, too_large
 from ccwsim.io.part import FilePart, largest_without_gaps, thinning
 from ccwsim.io.training_images import PREFERRED
 from ccwsim.model.classes import are_codes
 from ccwsim.model.errors import CCWSIMError
 
 QUESTIONS = {
-    "part": ("every", "crop"),
+    "part": ("every", "crop", "layers"),
     "variable": ("variable",),
     "shape": ("shape",),
     "slice": ("volume", "slice_index", "z_up"),
@@ -74,13 +73,11 @@ def guess_answers(
     ({'threshold': 0.21}, ('values',))
     """
     known, asked = dict(answers or {}), []
-    whole = whole_shape(path_or_file)
-    if whole is not None and prod(whole) > limits().cells:
+    whole, part, how = too_large(path_or_file), None, {k: known.get(k) for k in ("shape", "z_up")}
+    if whole is not None:
         asked.append("part")
-        if not {"crop", "every"} & set(known):
-            known["every"] = thinning(whole)
-    part = FilePart.answered(known) if asked else None
-    file = open_file(path_or_file, part, up=known.get("up"))
+        part = _guess_part(*whole, known)
+    file = open_file(path_or_file, part, up=known.get("up"), **how)
     if isinstance(file, PictureFile):
         if file.known is not None and "part" not in asked:
             _ask_gaps(file.name, file.known if known.get("up") else file.known[::-1], known, asked)
@@ -91,17 +88,25 @@ def guess_answers(
             if not {"threshold", "classes"} & set(known):
                 known |= _of_colours(file)
         return known, tuple(asked)
-    file = as_grid(file, known.get("shape"))
+    file = file if part else as_grid(file, known.get("shape"))
     values = _layer(file, known, asked)
     asked += ["up"] if file.asks_up else []
     _ask_gaps(file.name, file.known(values), known, asked)
-    taken = FilePart(known.get("crop")).of(file.name, values)
+    taken = values if part else FilePart(known.get("crop")).of(file.name, values)
     taken = taken[file.known(taken)]
     if taken.size and not are_codes(taken):
         asked.append("values")
         if not {"threshold", "classes"} & set(known):
             known["threshold"] = otsu(taken)
     return known, tuple(asked)
+
+
+def _guess_part(shape: tuple[int, ...], copies: float, known: dict[str, Any]) -> FilePart:
+    """Guess `every` such that the part of a grid of this shape is within the limit of cells."""
+    if "every" not in known:
+        _, sides = FilePart.of_answers(known).box("the grid", shape)
+        known["every"] = thinning(sides, copies)
+    return FilePart.of_answers(known)
 
 
 def _layer(file: DataFile, known: dict[str, Any], asked: list[str]) -> NDArray:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, fields, replace
 from math import inf, prod
@@ -87,23 +87,45 @@ def limited(to: FileLimits) -> Iterator[None]:
         _limits.reset(token)
 
 
-def check_cells(name: str, shape: tuple[float, ...], *, whole: bool = False) -> int:
-    """Return the number of values of a shape; raise an error for 0 or too many values.
+class TooManyCells(CCWSIMError):
+    """A file with more cells than the limit: message, largest array's shape, number of values."""
 
-    `whole` means that only a part of an array of this shape is read; the limit is then higher. A
-    size that is not a whole number, as in a damaged header, is an error too.
+    def __str__(self) -> str:
+        return self.args[0]
+
+
+def check_cells(name: str, *shapes: tuple[float, ...]) -> int:
+    """Return the number of values of arrays; raise an error for 0 or too many values.
+
+    A size that is not a whole number, as in a damaged header, is an error too.
+
+    Raises
+    ------
+    TooManyCells
+        If the arrays have too many values.
+    CCWSIMError
+        If a shape is impossible.
     """
-    said = " × ".join(map(shown, shape[:6])) + (" × …" if len(shape) > 6 else "")
-    if min(shape, default=0) < 1 or any(size % 1 != 0 for size in shape):
-        raise CCWSIMError(
-            f"{name}: a grid of {said} cells is empty or impossible; every size must be a whole "
-            "number of 1 or more"
-        )
-    n = prod(shape) if len(shape) <= 32 else inf
-    most = limits().whole if whole else limits().cells
+    said = [" × ".join(map(shown, s[:6])) + (" × …" if len(s) > 6 else "") for s in shapes]
+    for shape, size in zip(shapes, said, strict=True):
+        if min(shape, default=0) < 1 or any(side % 1 != 0 for side in shape):
+            raise CCWSIMError(
+                f"{name}: a grid of {size} cells is empty or impossible; every size must be a "
+                "whole number of 1 or more"
+            )
+    counts = [prod(shape) if len(shape) <= 32 else inf for shape in shapes]
+    n, most = sum(counts), limits().cells
     if n > most:
-        raise CCWSIMError(f"{name}: {said} values are more than {most}; {_SMALLER}")
+        largest = counts.index(max(counts))
+        of_all = f"{n} values in {len(shapes)} arrays" if len(shapes) > 1 else f"{said[0]} values"
+        message = f"{name}: {of_all} are more than {most}; {_SMALLER}"
+        raise TooManyCells(message, shapes[largest], n)
     return int(n)
+
+
+def limited_to_whole() -> AbstractContextManager[None]:
+    """Allow more cells in files of which only a part is used."""
+    return limited(replace(limits(), cells=limits().whole))
 
 
 def check_bytes(name: str, n_bytes: int, *, unpacked: bool = False) -> None:

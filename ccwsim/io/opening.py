@@ -5,9 +5,11 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Mapping
+from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import partial
 from importlib.util import find_spec
+from math import prod
 from pathlib import Path
 from stat import S_ISREG
 from typing import Any, BinaryIO, Protocol
@@ -22,22 +24,23 @@ from ccwsim.io.formats.grdecl import is_grdecl, is_irap, read_grdecl, read_irap
 from ccwsim.io.formats.labelled import read_hdf5, read_netcdf
 from ccwsim.io.formats.matlab import is_matlab4, read_matlab, read_matlab4
 from ccwsim.io.formats.memory_tables import read_memory_table
-from ccwsim.io.formats.numpy_files import npy_shape, read_npy, read_npz
+from ccwsim.io.formats.numpy_files import read_npy, read_npz
 from ccwsim.io.formats.pictures import (
     MAX_COLOURS,
+    PICTURE_OF_NUMBERS,
     PictureFile,
     distinct_colours,
     grey_of,
-    picture_shape,
     read_picture,
 )
-from ccwsim.io.formats.rasters import DRIVERS, is_map, raster_shape, read_raster
+from ccwsim.io.formats.rasters import DRIVERS, is_map, read_raster
 from ccwsim.io.formats.text_grids import is_esri, is_gslib, read_esri, read_gslib
 from ccwsim.io.formats.text_tables import read_delimited
 from ccwsim.io.formats.unread import refusal
 from ccwsim.io.formats.vti import is_vti, read_vti
+from ccwsim.io.gridding import as_grid, part_of_grid
 from ccwsim.io.isolated import IsolatedFile
-from ccwsim.io.limits import check_bytes, limits
+from ccwsim.io.limits import TooManyCells, check_bytes, check_cells, limited_to_whole, limits
 from ccwsim.io.part import FilePart
 from ccwsim.model.arrays import is_table
 from ccwsim.model.classes import are_codes
@@ -195,24 +198,44 @@ _TEXTS = {
 
 
 def open_file(
-    path_or_file: PathOrFile, part: FilePart | None = None, *, up: bool | None = None
+    path_or_file: PathOrFile,
+    part: FilePart | None = None,
+    *,
+    shape: tuple[int, ...] | None = None,
+    up: bool | None = None,
+    z_up: bool | None = None,
 ) -> DataFile | PictureFile:
     """Return the variables or the colours of a file, or the columns of a table in memory.
 
-    With a `part`, only the pixels of this part are read from a picture, and the size limit of NumPy
-    arrays is higher. `up` means that the first row of a picture is the south.
+    With a `part`, only this part of a picture or a grid is returned, and the limit of cells counts
+    for the part. `shape`, `up` and `z_up` are as in `read_training_image`; they matter only with a
+    part.
     """
+    options: tuple[Any, ...] = () if part is None else (part, shape, up, z_up)
     if isinstance(path_or_file, IsolatedFile):
-        return path_or_file.read_with(_open_file, part, up)
-    if is_table(path_or_file):
-        return read_memory_table(path_or_file)
-    return _open_file(path_or_file, part, up)
+        return path_or_file.read_with(_open_file, *options)
+    return _open_file(path_or_file, *options)
 
 
 def _open_file(
-    path_or_file: PathOrFile, part: FilePart | None, up: bool | None
+    path_or_file: PathOrFile,
+    part: FilePart | None = None,
+    shape: tuple[int, ...] | None = None,
+    up: bool | None = None,
+    z_up: bool | None = None,
 ) -> DataFile | PictureFile:
-    return open_content(*read_bytes(path_or_file), part, up=up)
+    with nullcontext() if part is None else limited_to_whole():
+        if is_table(path_or_file):
+            file = read_memory_table(path_or_file)
+        else:
+            file = open_content(*read_bytes(path_or_file), part, up=up)
+        if part is None:
+            return file
+        if isinstance(file, DataFile) and file.kind != PICTURE_OF_NUMBERS:
+            file = part_of_grid(as_grid(file, shape), part, shape, up=up, z_up=z_up)
+    arrays = [file.rgb[..., 0]] if isinstance(file, PictureFile) else file.variables.values()
+    check_cells(file.name, *(array.shape for array in arrays))
+    return file
 
 
 def open_content(
@@ -223,9 +246,8 @@ def open_content(
     if kind in _LAST and (said := refusal(content)):
         raise CCWSIMError(f"{name} is {said}")
     if kind in READERS:
-        whole = {"whole": part is not None}
-        options = {"picture": {"part": part, "up": up}, "npy": whole, "tiff": whole}
-        return READERS[kind](content, name, **options.get(kind, {}))
+        options = {"part": part, "up": up} if kind == "picture" else {}
+        return READERS[kind](content, name, **options)
     raise CCWSIMError(
         f"{name} has an unknown format; use a picture, an SGeMS or GSLIB file, a CSV table, "
         "GeoJSON points, or a NumPy, MATLAB or VTK file"
@@ -249,28 +271,30 @@ def _kind_of_bytes(content: bytes, name: str) -> str:
     return kind
 
 
-def whole_shape(path_or_file: PathOrFile) -> tuple[int, int] | None:
-    """Return rows and columns of a picture or NumPy array, without values; None for other formats.
+def too_large(path_or_file: PathOrFile) -> tuple[tuple[int, ...], float] | None:
+    """Return the shape of the largest grid of a file with too many cells; None for other files.
+
+    The second number is the number of values in all grids of the file, divided by the number of
+    cells. Raises `CCWSIMError` for a file that cannot be opened.
 
     Examples
     --------
     >>> from io import BytesIO
-    >>> content = BytesIO()
-    >>> np.save(content, np.zeros((3, 4)))
-    >>> whole_shape(content)
-    (3, 4)
+    >>> from dataclasses import replace
+    >>> from ccwsim.io.limits import limited
+    >>> with limited(replace(limits(), cells=6)):
+    ...     too_large(BytesIO(b"4 3 1\\n1\\nfacies\\n" + 12 * b"0\\n"))
+    ((3, 4), 1.0)
     """
-    if isinstance(path_or_file, IsolatedFile):
-        return path_or_file.read_with(whole_shape)
-    if is_table(path_or_file):
-        return None
-    content, name = read_bytes(path_or_file)
-    kind = _kind_of_bytes(content, name)
-    if kind == "picture":
-        return picture_shape(content, name)
-    if kind == "tiff":
-        return raster_shape(content, name)
-    return npy_shape(content, name) if kind == "npy" else None
+    try:
+        open_file(path_or_file)
+    except TooManyCells as error:
+        _, shape, n = error.args
+        shape = shape[-3:] if shape[-3:-2] != (1,) else shape[-2:]
+        if len(shape) > 1:
+            return shape, n / prod(shape)
+        raise
+    return None
 
 
 def _plain_text(content: bytes, name: str) -> bytes:

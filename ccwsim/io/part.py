@@ -1,10 +1,11 @@
-"""A part of a grid: all cells of a rectangle, or every second, third, … cell along each side."""
+"""A part of a grid: a rectangle, some layers, or every second, third, … cell along each side."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import ceil, sqrt
+from math import ceil, prod, sqrt
+from operator import add, le
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,8 @@ from ccwsim.model.errors import CCWSIMError, shown
 
 Crop = tuple[int, int, int, int] | None
 """First row from the south, first column, number of rows, number of columns."""
+Layers = tuple[int, int] | None
+"""First layer from the bottom, number of layers."""
 
 
 @dataclass(frozen=True)
@@ -24,52 +27,70 @@ class FilePart:
 
     crop: Crop = None  # the rectangle; None for the whole grid
     every: int = 1  # keep the middle cell of each square of `every` × `every` cells
+    layers: Layers = None  # the layers of a volume; None for all layers
 
     def __post_init__(self) -> None:
-        crop = self.crop
-        if crop is not None and not (
-            isinstance(crop, (tuple, list)) and len(crop) == 4 and all(map(is_whole, crop))
-        ):
-            raise CCWSIMError(
-                f"crop = {shown(crop)} must be (row, column, rows, columns), whole numbers"
-            )
+        for name, words in _NUMBERS.items():
+            given = getattr(self, name)
+            n = words.count(",") + 1
+            if given is not None and not (
+                isinstance(given, (tuple, list)) and len(given) == n and all(map(is_whole, given))
+            ):
+                raise CCWSIMError(f"{name} = {shown(given)} must be {words}, whole numbers")
         check_int("every", self.every, 1, 10**6)
 
     @classmethod
     def answered(cls, answers: Mapping[str, Any]) -> FilePart | None:
-        """Return the part given by the arguments `crop` and `every`; None for the whole grid."""
-        crop, every = answers.get("crop"), answers.get("every", 1)
-        return None if crop is None and every == 1 else cls(crop, every)
+        """Return the part given by arguments of `read_training_image`; None for the whole grid."""
+        part = cls.of_answers(answers)
+        return None if part == cls() else part
 
-    def box(self, name: str, shape: tuple[int, int]) -> tuple[int, int, int, int]:
-        """Return first row and column, and numbers of rows and columns (multiples of `every`)."""
-        row, column, ny, nx = self.crop or (0, 0, *shape)
-        outside = row < 0 or column < 0 or row + ny > shape[0] or column + nx > shape[1]
-        if outside or min(ny, nx) < self.every:
-            said = f"crop = {shown(self.crop)}, every = {self.every}"
+    @classmethod
+    def of_answers(cls, answers: Mapping[str, Any]) -> FilePart:
+        """Return the part given by arguments of `read_training_image`."""
+        return cls(**{name: answers[name] for name in _ARGUMENTS if name in answers})
+
+    def box(self, name: str, shape: tuple[int, ...]) -> tuple[tuple[int, ...], tuple[int, ...]]:
+        """Return the first cell and the sides of this part; both have one element per axis.
+
+        `shape` is (ny, nx) or (nz, ny, nx). The numbers of rows and columns are multiples of
+        `every`.
+        """
+        row, column, ny, nx = self.crop or (0, 0, *shape[-2:])
+        layer, nz = self.layers or (0, *shape[:-2], 1)[:2]
+        first, last = (layer, row, column), (layer + nz, row + ny, column + nx)
+        inside = all(map(le, last, (1, *shape)[-3:])) and min(first) >= 0
+        if not inside or min(ny, nx) < self.every or nz < 1:
+            said = ", ".join(f"{k} = {shown(getattr(self, k))}" for k in _ARGUMENTS)
             raise CCWSIMError(
-                f"{name}: {said} selects no cell, or exceeds the {shape[0]} rows and {shape[1]} "
-                "columns of the grid; correct crop or every"
+                f"{name}: {said} selects no cell, or exceeds the {' × '.join(map(str, shape))} "
+                "cells of the grid, as [layers ×] rows × columns; correct these numbers"
             )
-        return row, column, ny - ny % self.every, nx - nx % self.every
+        k, n = self.every, len(shape)
+        return first[-n:], (nz, ny - ny % k, nx - nx % k)[-n:]
 
     def of(self, name: str, grid: NDArray) -> NDArray:
         """Return this part of a grid of shape (ny, nx) or (nz, ny, nx), row 0 in the south."""
-        row, column, ny, nx = self.box(name, grid.shape[-2:])
-        piece = grid[..., row : row + ny, column : column + nx]
+        first, sides = self.box(name, grid.shape)
+        piece = grid[tuple(map(slice, first, map(add, first, sides)))]
         return piece[..., (self.every - 1) // 2 :: self.every, self.every // 2 :: self.every]
 
 
-def thinning(shape: tuple[int, int]) -> int:
-    """Return the smallest `every` with which a grid of this shape is within the limit of cells.
+_ARGUMENTS = ("crop", "every", "layers")
+_NUMBERS = {"crop": "(row, column, rows, columns)", "layers": "(first layer, number of layers)"}
+"""Arguments of several numbers, and what the numbers are."""
+
+
+def thinning(shape: tuple[int, ...], copies: float = 1.0) -> int:
+    """Return the smallest `every` with which `copies` of a grid are within the limit of cells.
 
     Examples
     --------
     >>> thinning((300, 200))
     1
     """
-    cells, most = shape[0] * shape[1], limits().cells
-    return min(max(1, ceil(sqrt(cells / most))), *shape)
+    cells = prod(shape) * copies
+    return min(max(1, ceil(sqrt(cells / limits().cells))), *shape[-2:])
 
 
 def largest_without_gaps(known: NDArray[np.bool_]) -> tuple[int, int, int, int]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,6 @@ from ccwsim.io.atomic import format_of, write_bytes
 from ccwsim.io.data_file import DataFile
 from ccwsim.io.formats.grdecl import grdecl_as_bytes
 from ccwsim.io.formats.pictures import (
-    PICTURE_OF_NUMBERS,
     PictureFile,
     colours_for,
     facies_colours_of,
@@ -26,9 +24,8 @@ from ccwsim.io.formats.pictures import (
 )
 from ccwsim.io.formats.text_grids import grid_as_bytes
 from ccwsim.io.gridding import as_grid
-from ccwsim.io.limits import check_cells
 from ccwsim.io.opening import PathOrFile, open_file
-from ccwsim.io.part import Crop, FilePart
+from ccwsim.io.part import Crop, FilePart, Layers
 from ccwsim.model.classes import Classes, classify
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
@@ -51,6 +48,7 @@ def read_training_image(
     slice_index: int | None = None,
     crop: Crop = None,
     every: int = 1,
+    layers: Layers = None,
     threshold: float | None = None,
     classes: Classes = None,
     name: str = "",
@@ -85,6 +83,9 @@ def read_training_image(
         cell of the rectangle.
     every : int
         Keep only the middle cell of each square of `every` × `every` cells, in all layers.
+    layers : (first, n), optional
+        Layers to cut from a 3-D grid: the first layer, counted from 0 at the bottom, and their
+        number.
     threshold, classes : optional
         For continuous variables as in `classify`, for pictures as in `picture_facies`.
     name : str
@@ -108,8 +109,10 @@ def read_training_image(
         raise CCWSIMError(
             f"slice_index = {shown(slice_index)} and volume=True exclude each other; give one"
         )
-    part = FilePart.answered({"crop": crop, "every": every})
-    file = open_file(path_or_file, part, up=up)
+    cut = {"crop": crop, "every": every, "layers": layers}
+    how = {"variable": variable, "up": up, "slice_index": slice_index, "volume": volume}
+    how |= {"z_up": z_up, "shape": shape}
+    file, given = _opened(path_or_file, how | cut)
     if isinstance(file, PictureFile):
         if volume:
             raise CCWSIMError(f"{file.name} is a picture with one layer; leave out volume=")
@@ -117,9 +120,7 @@ def read_training_image(
         codes = picture_facies(file, threshold=threshold, classes=classes)
         codes, names = codes if up else codes[::-1], None
     else:
-        how = {"up": up, "slice_index": slice_index, "volume": volume, "z_up": z_up}
-        file = as_grid(file, shape)
-        key, values = _values(file, part, variable=variable, shape=shape, **how)
+        key, values = _values(file, **{name: given.get(name) for name in how})
         _check_known(file.name, file.unknown_note(values))
         codes = classify(values, threshold=threshold, classes=classes, what=f"{file.name}, {key}")
         names = file.labels.get(key)
@@ -182,29 +183,34 @@ def read_geometry(path_or_file: PathOrFile, **answers: Any) -> Grid | None:
     >>> read_geometry(BytesIO(b"2 1 1 10 10 1 500 0 0\\n1\\nfacies\\n0\\n1\\n"))
     Grid(ny=1, nx=2, cell_size=(10.0, 10.0), origin=(500.0, 0.0))
     """
-    part = FilePart.answered(answers)
-    file = open_file(path_or_file, part, up=answers.get("up"))
+    file, answers = _opened(path_or_file, answers)
     if isinstance(file, PictureFile) or answers.get("transpose"):
         return None
-    file = as_grid(file, answers.get("shape"))
     how = {name: answers[name] for name in answers if name in _OF_VALUES}
-    key, values = _values(file, None, **how)
+    key, values = _values(file, **how)
     layers = file.grid_of(key, answers.get("shape"))
     if file.cell_size is None or layers.shape[1:] != values.shape[-2:]:
         return None
-    grid = file.placed(values.shape)
-    if part is None:
-        return grid
-    row, column, ny, nx = part.box(file.name, values.shape[-2:])
-    (sx, sy, *along_z), (ox, oy, *bottom) = grid.cell_size, grid.origin
-    n = part.every
-    place = (ox + column * sx, oy + row * sy, *bottom)
-    size = (sx * n, sy * n, *along_z)
-    return replace(grid, ny=ny // n, nx=nx // n, cell_size=size, origin=place)
+    return file.placed(values.shape)
 
 
-_OF_VALUES = ("variable", "shape", "up", "slice_index", "volume", "z_up")
-"""Parameters of `read_training_image` that choose values before a part is taken."""
+_OF_PART = ("shape", "up", "z_up")
+"""Parameters of `read_training_image` that matter for a part of a grid."""
+_OF_VALUES = ("variable", "slice_index", "volume", *_OF_PART)
+"""Parameters of `read_training_image` that choose values of a grid."""
+
+
+def _opened(
+    path_or_file: PathOrFile, answers: dict[str, Any]
+) -> tuple[DataFile | PictureFile, dict[str, Any]]:
+    """Return the file as a grid or a picture, and the parameters that are still needed."""
+    part = FilePart.answered(answers)
+    file = open_file(path_or_file, part, **{k: answers.get(k) for k in _OF_PART})
+    if part is not None:
+        answers = {name: value for name, value in answers.items() if name != "shape"}
+    if isinstance(file, DataFile):
+        file = as_grid(file, answers.get("shape"))
+    return file, answers
 
 
 def read_grid(path_or_file: PathOrFile, **answers: Any) -> NDArray[np.float64]:
@@ -225,15 +231,13 @@ def read_grid(path_or_file: PathOrFile, **answers: Any) -> NDArray[np.float64]:
     >>> read_grid(BytesIO(b"2 1 1\\n1\\nporosity\\n0.25\\n-999\\n"))
     array([[0.25,  nan]])
     """
-    part = FilePart.answered(answers)
-    file = open_file(path_or_file, part, up=answers.get("up"))
+    file, answers = _opened(path_or_file, answers)
     if isinstance(file, PictureFile):
         grey = grey_of(file.rgb)
         grey = grey if file.known is None else np.where(file.known, grey, np.nan)
         return grey if answers.get("up") else grey[::-1]
-    how = {name: answers[name] for name in answers if name not in ("crop", "every")}
-    file = as_grid(file, answers.get("shape"))
-    _, values = _values(file, part, **how)
+    how = {name: answers[name] for name in answers if name in _OF_VALUES}
+    _, values = _values(file, **how)
     return np.where(file.known(values), values, np.nan).astype(np.float64)
 
 
@@ -301,18 +305,13 @@ def training_image_as_bytes(
 
 def _values(
     file: DataFile,
-    part: FilePart | None,
     *,
     variable: str | None = None,
     shape: tuple[int, ...] | None = None,
     **orientation: Any,
 ) -> tuple[str, NDArray]:
     key = file.chosen(variable, PREFERRED)
-    values = file.oriented(file.grid_of(key, shape), **orientation)
-    if part is not None and file.kind != PICTURE_OF_NUMBERS:  # pictures are already cropped
-        values = part.of(file.name, values)
-        check_cells(file.name, values.shape)
-    return key, values
+    return key, file.oriented(file.grid_of(key, shape), **orientation)
 
 
 def _png(training_image: TrainingImage, colours: Sequence[str] | None) -> bytes:

@@ -13,9 +13,10 @@ from hypothesis.extra.numpy import arrays
 from PIL import Image, ImageFilter
 
 import ccwsim.io as cio
-from ccwsim import CCWSIMError
+from ccwsim import CCWSIMError, Grid
 from ccwsim.io.limits import UPLOAD_LIMITS, limited
 from ccwsim.io.part import FilePart, largest_without_gaps
+from tests.io import every_reader
 from tests.io import sample_files as sample
 from tests.io.sample_files import FACIES
 
@@ -138,6 +139,67 @@ def test_what_is_too_large_is_thinned_or_cut(kind):
         assert both.array.tolist() == codes[12:35:5, 22:60:5].tolist()
     with limited(replace(UPLOAD_LIMITS, cells=1000, whole=2000)), pytest.raises(CCWSIMError):
         cio.guess_answers(BytesIO(content))
+
+
+OF_POINTS = ("excel", "geopackage", "shapefile", "geojson", "table")
+
+
+@pytest.mark.parametrize("kind", sorted({*every_reader.FILES} - {*OF_POINTS}))
+def test_every_reader_of_grids_takes_a_part_of_what_is_too_large(kind):
+    content = every_reader.files().get(kind)
+    if content is None:
+        pytest.skip(f"reading {kind} needs {every_reader.NEEDS[kind]}")
+    cells = every_reader.CELLS
+    up = {"up": True} if kind == "npy" else {}
+    with limited(replace(UPLOAD_LIMITS, cells=20)):
+        found, asked = cio.guess_answers(BytesIO(content), up)
+        assert asked[0] == "part"
+        assert found["every"] == 2
+        thin = cio.read_training_image(BytesIO(content), **found)
+        assert ranks(thin.array) == ranks(cells[::2, 1::2])
+        found, _ = cio.guess_answers(BytesIO(content), {"crop": (1, 2, 4, 5), **up})
+        piece = cio.read_training_image(BytesIO(content), **found)
+        assert ranks(piece.array) == ranks(cells[1:5, 2:7])
+        large, _ = cio.guess_answers(BytesIO(content), {"crop": (0, 1, 6, 7), **up})
+        assert large["every"] == 2  # a piece that is too large is thinned
+
+
+def ranks(codes: np.ndarray) -> list[list[int]]:
+    """Codes from 0: a picture has its own."""
+    return np.unique(codes, return_inverse=True)[1].reshape(codes.shape).tolist()
+
+
+@pytest.mark.parametrize("kind", ["npy", "npz", "sgems", "mat", "vti"])
+def test_layers_of_a_volume_that_is_too_large(kind):
+    cells = np.arange(6 * 10 * 14).reshape(6, 10, 14) % 7 % 3
+    grid = Grid(10, 14, nz=6, cell_size=(10.0, 20.0, 0.5), origin=(500.0, 700.0, -30.0))
+    content = {
+        "npy": lambda: sample.npy(cells),
+        "npz": lambda: sample.npz(ti=cells),
+        "sgems": lambda: b"14 10 6 10 20 .5 500 700 -30\n1\nv\n" + sample.text_values(cells),
+        "mat": lambda: sample.mat(ti=np.moveaxis(cells, 0, 2)),
+        "vti": lambda: cio.maps_as_bytes({"facies": cells}, grid, "vti"),
+    }[kind]()
+    with limited(replace(UPLOAD_LIMITS, cells=300)):
+        found, asked = cio.guess_answers(BytesIO(content))
+        assert asked[:2] == ("part", "slice")
+        assert found == {"every": 2, "volume": True}
+        thin = cio.read_training_image(BytesIO(content), **found)
+        assert thin.array.tolist() == cells[:, ::2, 1::2].tolist()
+        part = {"crop": (1, 2, 5, 9), "layers": (1, 3)}
+        found, _ = cio.guess_answers(BytesIO(content), part)
+        piece = cio.read_training_image(BytesIO(content), **found)
+        assert piece.array.tolist() == cells[1:4, 1:6, 2:11].tolist()
+        turned = cio.read_training_image(BytesIO(content), **found, z_up=False, up=False)
+        assert turned.array.tolist() == cells[::-1, ::-1][1:4, 1:6, 2:11].tolist()
+        if kind in ("sgems", "vti"):
+            place = cio.read_geometry(BytesIO(content), **found)
+            assert place == replace(grid, ny=5, nx=9, nz=3, origin=(520.0, 720.0, -29.5))
+        one, _ = cio.guess_answers(BytesIO(content), part | {"layers": (2, 1)})
+        layer = cio.read_training_image(BytesIO(content), **one)
+        assert layer.array.tolist() == cells[2, 1:6, 2:11].tolist()
+        with pytest.raises(CCWSIMError, match=r"layers = \(4, 3\)"):
+            cio.read_training_image(BytesIO(content), **part | {"layers": (4, 3)})
 
 
 @pytest.mark.parametrize("crop", [(0, 0, 4, 4), (-1, 0, 2, 2), (0, 3, 1, 2), "all", (1, 2)])

@@ -18,7 +18,7 @@ from ccwsim.io import inspect, isolated, read_training_image
 from ccwsim.io.data_file import broken as broken_file
 from ccwsim.io.isolated import IsolatedFile
 from ccwsim.io.limits import MIB, UPLOAD_LIMITS
-from ccwsim.io.opening import open_file, whole_shape
+from ccwsim.io.opening import open_file, too_large
 
 CSV = b"x,y,facies\n1,2,0\n3,4,1\n"
 SMALL = replace(UPLOAD_LIMITS, memory=200 * MIB, seconds=3.0)
@@ -62,7 +62,9 @@ def test_a_file_is_read_as_in_this_process():
     np.save(buffer, np.arange(12).reshape(3, 4) % 3)
     apart = isolated_file(buffer.getvalue(), "ti.npy")
     assert np.array_equal(read_training_image(apart).array, read_training_image(buffer).array)
-    assert whole_shape(apart) == (3, 4)
+    few = isolated_file(buffer.getvalue(), "ti.npy", replace(UPLOAD_LIMITS, cells=6))
+    assert too_large(apart) is None
+    assert too_large(few) == ((3, 4), 1.0)
     assert inspect(isolated_file()) == replace(inspect(io.BytesIO(CSV)), name="a.csv")
 
 

@@ -84,7 +84,7 @@ def test_arrays_together_hold_no_more_than_one():
     half = np.zeros((100, 60), np.uint8)
     for content in (sample.npz(a=half, b=half), sample.mat(a=half, b=half)):
         few = limited(replace(UPLOAD_LIMITS, cells=10_000))
-        with few, pytest.raises(CCWSIMError, match="12000 values are more than 10000"):
+        with few, pytest.raises(CCWSIMError, match="12000 values in 2 arrays are more than 10000"):
             cio.inspect(io.BytesIO(content))
 
 

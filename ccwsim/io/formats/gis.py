@@ -116,7 +116,7 @@ def read_gis(content: bytes, name: str, kind: str) -> DataFile:
                 f"{name}: {n} points with {len(fields)} columns exceed the limits of "
                 f"{limits().points} points or {MAX_VARIABLES} columns; leave some out"
             )
-        check_cells(name, (max(n, 1), len(fields) + 2))
+        check_cells(name, (max(n, 1) * (len(fields) + 2),))
         meta, _, shapes, columns = raw.read(content, max_features=limits().points + 1)
         places = [_point(shape, name, k) for k, shape in enumerate(shapes, start=1)]
     keys = [str(key) for key in meta["fields"]]
@@ -167,7 +167,7 @@ def _table(kind: str, name: str, points: list[Point]) -> DataFile:
     keys = distinct_names(["x", "y", *properties])
     if len(keys) > MAX_VARIABLES:
         raise CCWSIMError(f"{name}: {len(keys)} columns exceed the limit of {MAX_VARIABLES}")
-    check_cells(name, (len(points), len(keys)))
+    check_cells(name, (len(points) * len(keys),))
     variables = {"x": np.array([p.x for p in points]), "y": np.array([p.y for p in points])}
     words: dict[str, tuple[str, ...]] = {}
     for key, label in zip(keys[2:], properties, strict=True):

@@ -148,18 +148,19 @@ def read_irap(content: bytes, name: str) -> DataFile:
     >>> file.variables["grid"].tolist(), file.origin
     ([[[0.0, 1.0]]], (0.0, 0.0))
     """
-    values = numbers_in(content, name)
-    if len(values) < 19:
+    head = numbers_in(b" ".join(content.split(None, 19)[:19]), name).tolist()
+    if len(head) < 19:
         raise CCWSIMError(f"{name}: the header is incomplete; get the complete file")
-    n = check_cells(name, (float(values[1]), float(values[8])))
-    ny, nx, dx, dy = int(values[1]), int(values[8]), float(values[2]), float(values[3])
-    if len(values) != n + 19 or values[9]:
+    n = check_cells(name, (head[1], head[8]))
+    ny, nx, dx, dy = int(head[1]), int(head[8]), head[2], head[3]
+    values = numbers_in(content, name)[19:]
+    if len(values) != n or head[9]:
         raise CCWSIMError(
             f"{name}: {n} values of a grid without rotation are needed, but the file has "
-            f"{max(len(values) - 19, 0)} values and a rotation of {values[9]:g}°"
+            f"{len(values)} values and a rotation of {head[9]:g}°"
         )
-    origin = float(values[4]) - dx / 2, float(values[6]) - dy / 2
-    grid = {"grid": values[19:].reshape(1, ny, nx)}
+    origin = head[4] - dx / 2, head[6] - dy / 2
+    grid = {"grid": values.reshape(1, ny, nx)}
     file = DataFile("IRAP ASCII grid", name, grid, missing=(IRAP_UNKNOWN,))
     return file.at((dx, dy), origin)
 

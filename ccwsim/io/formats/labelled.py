@@ -66,7 +66,7 @@ def _file_of(arrays: dict[str, Any], name: str) -> DataFile:
         raise CCWSIMError(
             f"{name}: {len(arrays)} variables have rows and columns; save 1 to {MAX_VARIABLES}"
         )
-    check_cells(name, (sum(array.size for array in arrays.values()),))
+    check_cells(name, *(array.shape for array in arrays.values()))
     with broken(f"{name}: the NetCDF file cannot be read", remedy="save it again"):
         grids = {key: oriented_values(array) for key, array in arrays.items()}
     if too_many := next((key for key, grid in grids.items() if grid.ndim > 3), None):
@@ -116,9 +116,14 @@ def _arrays(file: Any, h5py: Any, name: str) -> dict[str, Any]:
     links = file.visititems_links(lambda _, link: isinstance(link, h5py.ExternalLink) or None)
     if links or any(array.external or array.is_virtual for array in arrays.values()):
         raise CCWSIMError(f"{name} refers to other files; save all arrays in one file")
-    sizes = [max(array.size or 0, prod(array.chunks or ())) for array in arrays.values()]
-    check_cells(name, (max(sum(sizes), 1),))
+    check_cells(name, *(_stored(array) for array in arrays.values()))
     return arrays
+
+
+def _stored(array: Any) -> tuple[int, ...]:
+    """Return the shape of an array, or of one of its chunks if a chunk is larger."""
+    shape, chunk = array.shape or (1,), array.chunks or ()
+    return chunk if prod(chunk) > prod(shape) else tuple(max(side, 1) for side in shape)
 
 
 def _grid(array: NDArray, is_matlab: bool) -> NDArray:

@@ -63,7 +63,7 @@ def read_matlab(content: bytes, name: str) -> DataFile:
         array = _named_array(element, order, name) if kind == _MATRIX else None
         if array is not None:
             grids[array[0]] = _as_grid(array[1])
-            check_cells(name, (sum(grid.size for grid in grids.values()),))
+            check_cells(name, *(grid.shape for grid in grids.values()))
     if not grids:
         raise CCWSIMError(f"{name}: the file has no array of real numbers with rows and columns")
     return DataFile("MATLAB file", name, grids, asks_up=True)
@@ -151,7 +151,7 @@ def _shape_and_name(
     key = printable(bytes(label[:800]).decode("latin-1"))
     if prod(shape) == 0:
         return None
-    check_cells(f"{name}, {key}", shape)
+    check_cells(f"{name}, {key}", (*shape[2:], *shape[:2]))  # the order of our axes
     return shape, key, at
 
 
@@ -204,7 +204,7 @@ def read_matlab4(content: bytes, name: str) -> DataFile:
     [[[1.0, 0.0], [0.0, 1.0]]]
     """
     grids: dict[str, NDArray] = {}
-    at = n_cells = n_variables = 0
+    at = n_variables = 0
     while at + 20 <= len(content):
         order = "<" if content[at + 3] == 0 and content[at : at + 2] != b"\0\0" else ">"
         order = "<" if content[at : at + 4] == bytes(4) else order
@@ -218,8 +218,7 @@ def read_matlab4(content: bytes, name: str) -> DataFile:
         if start + size > len(content):
             raise CCWSIMError(f"{name} ends in the middle of a variable; get a complete file")
         if kind % 10 == 0 and not imaginary and ny * nx:
-            n_cells += check_cells(name, (ny, nx))
-            check_cells(name, (n_cells,))
+            check_cells(name, *(grid.shape for grid in grids.values()), (ny, nx))
             values = np.frombuffer(content, dtype, ny * nx, start).reshape(nx, ny).T
             label = printable(content[at + 20 : start].decode("latin-1").rstrip("\0"))
             grids[label] = values.astype(dtype.newbyteorder("="))[None]

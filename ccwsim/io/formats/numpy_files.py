@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ccwsim.io.archive import Archive, opened_archive
 from ccwsim.io.data_file import DataFile, broken, distinct_names
-from ccwsim.io.limits import MAX_VARIABLES, check_cells
+from ccwsim.io.limits import MAX_VARIABLES, TooManyCells, check_cells
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
 
@@ -23,10 +23,9 @@ MAX_NPY_HEADER = 10_000
 """Maximum number of bytes of an array header, equal to NumPy's limit."""
 
 
-def read_npy(content: bytes, name: str, *, whole: bool = False, stacked: bool = False) -> DataFile:
+def read_npy(content: bytes, name: str, *, stacked: bool = False) -> DataFile:
     """Return the array of an `.npy` file; its shape is (ny, nx), or (n, ny, nx) with n slices.
 
-    With `whole`, larger arrays are accepted, because the caller then uses only a part of the array.
     With `stacked`, the shape may also be (n, nz, ny, nx).
 
     Examples
@@ -36,22 +35,8 @@ def read_npy(content: bytes, name: str, *, whole: bool = False, stacked: bool = 
     >>> read_npy(content.getvalue(), "a.npy").variables["array"].shape
     (1, 2, 2)
     """
-    grid = _grid(content, name, whole, (2, 3, 4) if stacked else (2, 3))
+    grid = _grid(content, name, (2, 3, 4) if stacked else (2, 3))
     return DataFile("NumPy array", name, {"array": grid}, asks_up=True)
-
-
-def npy_shape(content: bytes, name: str) -> tuple[int, int] | None:
-    """Return rows and columns of the array in an `.npy` file; None if the array is no grid.
-
-    Examples
-    --------
-    >>> content = BytesIO()
-    >>> np.save(content, np.zeros((9, 3, 4)))
-    >>> npy_shape(content.getvalue(), "a.npy")
-    (3, 4)
-    """
-    shape = _Array.of_numbers(content, name, whole=True).shape
-    return (shape[-2], shape[-1]) if len(shape) in (2, 3) else None
 
 
 def read_npz(content: bytes, name: str) -> DataFile:
@@ -120,10 +105,8 @@ def npz_arrays(content: bytes, name: str, kinds: Mapping[str, str]) -> dict[str,
         return arrays
 
 
-def _grid(
-    content: bytes, name: str, whole: bool = False, dimensions: tuple[int, ...] = (2, 3)
-) -> NDArray:
-    array = _Array.of_numbers(content, name, whole)
+def _grid(content: bytes, name: str, dimensions: tuple[int, ...] = (2, 3)) -> NDArray:
+    array = _Array.of_numbers(content, name)
     if len(array.shape) not in dimensions:
         raise CCWSIMError(
             f"{name}: an array of shape {shown(array.shape)} is not a grid of rows and columns"
@@ -144,7 +127,7 @@ def _cells_and_facies(archive: Archive, name: str) -> DataFile | None:
         return None
     if arrays[0].dtype.kind not in "uif" or arrays[1].dtype.kind not in "buifU":
         return None
-    check_cells(name, (shape[0], shape[1] + 1))
+    check_cells(name, (shape[0] * (shape[1] + 1),))
     cells, facies = (array.values() for array in arrays)
     places = ("layer", "row", "col")[-shape[1] :]
     columns: dict[str, NDArray] = dict(zip(places, cells.T, strict=True))
@@ -169,12 +152,15 @@ def _grids(archive: Archive, name: str) -> tuple[dict[str, bytes], list[str]]:
         try:
             start = archive.start(key, MAX_NPY_HEADER + 20)
             shape = _Array.of_numbers(start, f"{name}, {label.removesuffix('.npy')}").shape
-            if len(shape) in (2, 3):
-                shapes[key] = shape
+        except TooManyCells as error:  # the sizes of all arrays are checked together below
+            shape = error.args[1]
         except CCWSIMError as error:
             reasons.append(str(error))
+            continue
+        if len(shape) in (2, 3):
+            shapes[key] = shape
     if shapes:
-        check_cells(name, (sum(prod(shape) for shape in shapes.values()),))
+        check_cells(name, *shapes.values())
     return {key: archive.read(key) for key in shapes}, reasons
 
 
@@ -198,14 +184,14 @@ class _Array(NamedTuple):
         return cls(file, name, tuple(map(int, shape)), by_columns, dtype)
 
     @classmethod
-    def of_numbers(cls, content: bytes, name: str, whole: bool = False) -> _Array:
+    def of_numbers(cls, content: bytes, name: str) -> _Array:
         """Read the header; raise an error for too many values or a non-numeric type."""
         array = cls.opened(content, name)
         if array.dtype.kind not in "buif" or array.dtype.itemsize > 16:
             raise CCWSIMError(
                 f"{name}: values of type {array.dtype} are not numbers; save real numbers"
             )
-        check_cells(name, array.shape or (1,), whole=whole)
+        check_cells(name, array.shape or (1,))
         return array
 
     def values(self) -> NDArray:

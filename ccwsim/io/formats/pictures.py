@@ -62,7 +62,7 @@ def read_picture(
     (2, 3, 3)
     """
     image = _opened(content, name)
-    check_cells(name, (image.height, image.width), whole=part is not None)
+    check_cells(name, (image.height, image.width))
     with broken(f"{name}: the picture is broken; save it again as PNG"):
         if part is not None:
             image = _part_of(image, part, name, up)
@@ -73,20 +73,6 @@ def read_picture(
         says_codes = image.mode == "P" and image.info.get(_TAG) == _CODES
         rgb, known = _on_white(image)
         return PictureFile(name, rgb, numbers, says_codes, known)
-
-
-def picture_shape(content: bytes, name: str) -> tuple[int, int]:
-    """Return the numbers of rows and columns of a picture without reading its pixels.
-
-    Examples
-    --------
-    >>> content = BytesIO()
-    >>> Image.new("1", (3, 2)).save(content, "PNG")
-    >>> picture_shape(content.getvalue(), "a.png")
-    (2, 3)
-    """
-    image = _opened(content, name)
-    return image.height, image.width
 
 
 def picture_facies(
@@ -170,10 +156,9 @@ def _opened(content: bytes, name: str) -> Image.Image:
 
 def _part_of(image: Image.Image, part: FilePart, name: str, up: bool | None) -> Image.Image:
     """Return the pixels of a part; keep the palette and the transparency."""
-    row, column, ny, nx = part.box(name, (image.height, image.width))
+    (row, column), (ny, nx) = part.box(name, (image.height, image.width))
     top = row if up else image.height - row - ny
     size = nx // part.every, ny // part.every
-    check_cells(name, size)
     return image.resize(size, Image.Resampling.NEAREST, (column, top, column + nx, top + ny))
 
 

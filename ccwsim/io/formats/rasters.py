@@ -39,16 +39,8 @@ def is_map(content: bytes, name: str) -> bool:
     return False
 
 
-def raster_shape(content: bytes, name: str) -> tuple[int, int]:
-    """Return the numbers of rows and columns of a TIFF."""
-    with _opened(content, name, "tiff") as file:
-        return file.shape
-
-
-def read_raster(content: bytes, name: str, kind: str, *, whole: bool = False) -> DataFile:
+def read_raster(content: bytes, name: str, kind: str) -> DataFile:
     """Return the bands of a raster as variables, or its pages as the layers of volumes.
-
-    With `whole`, the limit of cells is higher, because only a part is used.
 
     Raises
     ------
@@ -70,7 +62,7 @@ def read_raster(content: bytes, name: str, kind: str, *, whole: bool = False) ->
             (p.shape, p.count, p.dtypes) != (first.shape, first.count, first.dtypes) for p in pages
         ):
             raise CCWSIMError(f"{name}: its {len(pages)} pages differ in size; save one of them")
-        check_cells(name, (first.count, len(pages), *first.shape), whole=whole)
+        check_cells(name, (first.count, len(pages), *first.shape))
         with broken(f"{name}: the raster cannot be read", remedy="save it without compression"):
             bands = np.stack([page.read() for page in pages], axis=1)
         missing = tuple({float(v) for p in pages for v in p.nodatavals if v is not None and v == v})

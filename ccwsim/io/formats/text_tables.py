@@ -257,7 +257,7 @@ def read_delimited(content: bytes, name: str) -> DataFile:
     n = len(names) if headed else len(marks.fields(body[0]))
     if headed and n > MAX_VARIABLES:
         raise CCWSIMError(f"{name}: {n} columns exceed the limit of {MAX_VARIABLES}")
-    check_cells(name, (len(body), n))
+    check_cells(name, (len(body) * n,) if headed else (len(body), n))
     at = np.array(numbers, dtype=np.int64)
     values, words = _fast(body, name, n, marks), {}
     if values is None:

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from ccwsim.io import class_edges, guess_answers, read_colours, read_grid
 from ccwsim.io.formats.pictures import MAX_COLOURS, PictureFile, few_colours
 from ccwsim.io.guesses import QUESTIONS
-from ccwsim.io.opening import FileSummary, open_file, whole_shape
+from ccwsim.io.opening import FileSummary, open_file, too_large
 from ccwsim.io.part import FilePart, thinning
+from ccwsim.model.arrays import describe_shape
 from ccwsim.sharing.choices import Answers, ImageChoice, Upload
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.session.cached import cached
@@ -82,11 +83,12 @@ def _colours(upload: Upload, answers: Answers) -> tuple[tuple[int, str], ...]:
 
 
 @cached(max_entries=32)
-def _whole(upload: Upload) -> tuple[tuple[int, int] | None, int]:
-    """Return the shape of a picture or an array, and the factor by which it must be thinned."""
+def _too_large(upload: Upload) -> tuple[tuple[int, ...], int]:
+    """Return the shape of a grid with too many cells, and the factor by which it is thinned."""
     with opened(upload) as file:
-        shape = whole_shape(file)
-        return shape, thinning(shape) if shape else 1
+        found = too_large(file)
+        assert found is not None
+        return found[0], thinning(*found)
 
 
 @cached(max_entries=8)
@@ -150,22 +152,31 @@ def ask_about_image(choice: ImageChoice, write: Write, *, volume: bool = True) -
 
 
 def _ask_part(upload: Upload, known: Mapping[str, Any], answer: Callable[..., None]) -> None:
-    shape, every = _whole(upload)
-    assert shape is not None
-    ny, nx = shape
-    step_note(f"{nx} × {ny} cells are more than the dashboard accepts.")
+    shape, every = _too_large(upload)
+    ny, nx = shape[-2:]
+    step_note(f"{describe_shape(shape)} cells are more than the dashboard accepts.")
 
     def choose(way: str) -> None:
         side = min(ny // every, nx // every)
         middle = ((ny - side) // 2, (nx - side) // 2, side, side)
         answer("part", **({"crop": middle} if way == PIECE else {"every": every}))
 
-    way = PIECE if "crop" in known else ALL
+    way = PIECE if {"crop", "layers"} & set(known) else ALL
     chosen = {"value": way, "write": choose, "options": [ALL, PIECE]}
-    chosen["help"] = f"Thinned: only the middle cell of each {every} × {every} cells is used."
     field(st.segmented_control, "Take", key="ask_part", **chosen)
     if way == PIECE:
-        _crop(known["crop"], shape, lambda crop: answer("part", crop=crop))
+        taken = {name: known[name] for name in ("crop", "layers") if name in known}
+        crop = taken.get("crop", (0, 0, ny, nx))
+        _crop(crop, shape, lambda crop: answer("part", **taken | {"crop": crop}))
+        if len(shape) > 2:
+            layers = taken.get("layers", (0, shape[0]))
+
+            def choose_layers(k: int, n: int) -> None:
+                answer("part", **taken | {"layers": (k, n)})
+
+            _range("Lowest layer", "Number of layers", layers, shape[0], choose_layers)
+    if (k := known.get("every", 1)) > 1:
+        step_note(f"Only the middle cell of each {k} × {k} cells is used.")
 
 
 def _crop(
@@ -173,19 +184,25 @@ def _crop(
 ) -> None:
     """Ask for the south-west cell and the size of a piece of the image."""
     row, column, ny, nx = crop
-    places = st.columns(4, gap="small")
-    fields = (
-        ("West cell", column, 1, lambda v: (row, v, ny, min(nx, shape[1] - v)), shape[1]),
-        ("South cell", row, 0, lambda v: (v, column, min(ny, shape[0] - v), nx), shape[0]),
-        ("Cells E–W", nx, 3, lambda v: (row, column, ny, v), shape[1] - column + 1),
-        ("Cells N–S", ny, 2, lambda v: (row, column, v, nx), shape[0] - row + 1),
-    )
-    for place, (label, value, k, made, end) in zip(places, fields, strict=True):
-        with place:
-            low = 0 if k < 2 else 1
-            number: dict[str, Any] = {"min_value": low, "max_value": end - 1, "value": value}
-            number["write"] = lambda v, made=made: write(made(v))
-            field(st.number_input, label, key=f"ask_crop_{k}", **number)
+    _range("West cell", "Cells E–W", (column, nx), shape[-1], lambda c, n: write((row, c, ny, n)))
+    _range("South cell", "Cells N–S", (row, ny), shape[-2], lambda r, n: write((r, column, n, nx)))
+
+
+def _range(
+    of_first: str, of_length: str, now: tuple[int, int], n_all: int, write: Callable[..., None]
+) -> None:
+    """Ask for the first cell and the number of cells along one of `n_all` cells."""
+    first, n = now
+    fields: dict[str, dict[str, Any]] = {
+        of_first: {"value": first, "min_value": 0, "max_value": n_all - 1},
+        of_length: {"value": n, "min_value": 1, "max_value": n_all - first},
+    }
+    fields[of_first]["write"] = lambda first: write(first, min(n, n_all - first))
+    fields[of_length]["write"] = lambda n: write(first, n)
+    with st.container(horizontal=True, gap="small"):
+        for label, number in fields.items():
+            key = f"ask_{label.lower().replace(' ', '_').replace('–', '')}"
+            field(st.number_input, label, key=key, **number)
 
 
 def _ask_gaps(upload: Upload, known: Mapping[str, Any], answer: Callable[..., None]) -> None:

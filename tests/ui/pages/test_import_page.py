@@ -121,8 +121,25 @@ def test_a_slice_a_piece_and_classes_can_be_chosen():
     row, column, ny, nx = dict(app.session_state[KEY].image_draft.answers)["crop"]
     assert 0 <= row < row + ny <= 2400
     assert 0 <= column < column + nx <= 3200
-    named(app.number_input, "ask_crop_3").set_value(100).run()
+    named(app.number_input, "ask_cells_ew").set_value(100).run()
     assert image_of(app.session_state[KEY].image_draft).shape == (ny, 100)
+
+
+@pytest.mark.slow
+def test_a_volume_that_is_too_large_is_thinned_or_cut_right_there():
+    volume = np.zeros((30, 400, 400), np.uint8)
+    volume[:, :, 200:] = 1
+    app = opened("import", imported("large.npy", sample.npy(volume))).run()
+    assert image_of(app.session_state[KEY].image_draft).shape == (30, 200, 200)
+    app.button_group(key="ask_part").set_value("a piece").run()
+    assert image_of(app.session_state[KEY].image_draft).shape == (30, 200, 200)
+    named(app.number_input, "ask_number_of_layers").set_value(4).run()
+    named(app.number_input, "ask_cells_ew").set_value(250).run()
+    named(app.number_input, "ask_lowest_layer").set_value(28).run()
+    assert not app.exception
+    assert image_of(app.session_state[KEY].image_draft).shape == (2, 200, 250)
+    named(app.button, "image_take").click().run()
+    assert app.session_state[KEY].choices.grid.nz == 2
 
 
 def test_advised_values_take_the_image_with_them():
