@@ -11,6 +11,7 @@ import click
 
 from ccwsim.cli.options import (
     classes,
+    code_and_code,
     edges_or_codes,
     in_group,
     name_and_code,
@@ -54,6 +55,12 @@ IMAGE_OPTIONS: Options = {
         {"metavar": "N|E1,E2…|codes", "type": classes},
         "for continuous values: N classes with equal numbers of cells, or the edges of classes; "
         "'codes' reads integers as facies codes, even if there are many",
+    ),
+    "merge": (
+        "--merge",
+        {"metavar": "CODE=CODE|none", "type": code_and_code, "multiple": True},
+        "facies of the image to merge with another; cells of a facies merged with none take the "
+        "facies of the nearest other cell; repeat for each facies",
     ),
     "shape": (
         "--shape",
@@ -263,7 +270,7 @@ def _of_project(options: Any) -> SimulationInputs:
 def _given(options: Any, names: Iterable[str]) -> dict[str, Any]:
     """Return the options that were given, by name."""
     values = {name: getattr(options, name) for name in names}
-    return {name: value for name, value in values.items() if value is not None}
+    return {name: value for name, value in values.items() if value not in (None, ())}
 
 
 def parameters_of(options: Any, usual: Parameters) -> Parameters:

@@ -134,6 +134,15 @@ def name_and_code(text: str) -> tuple[str, int]:
     return name.strip(), int(code)
 
 
+def code_and_code(text: str) -> tuple[int, int | None]:
+    """Convert the text `CODE=CODE` or `CODE=none` to two facies codes."""
+    matches = re.fullmatch(r"\s*([+-]?\d{1,15})=([+-]?\d{1,15}|none)\s*", text, re.ASCII)
+    if not matches:
+        raise _refused(text, "a facies code and the code it becomes, such as 3=1 or 3=none")
+    code, to = matches.groups()
+    return int(code), None if to == "none" else int(to)
+
+
 def edges_or_codes(text: str) -> Classes:
     """Convert a text to the inner edges of classes, or to "codes"."""
     if text == "codes":

@@ -32,7 +32,7 @@ QUESTIONS = {
     "slice": ("volume", "slice_index", "z_up"),
     "up": ("up",),
     "gaps": ("crop",),
-    "values": ("threshold", "classes"),
+    "values": ("threshold", "classes", "merge"),
 }
 """Arguments of `read_training_image` that answer each question. The order of the questions matters,
 because later questions depend on earlier answers."""

@@ -26,7 +26,7 @@ from ccwsim.io.formats.text_grids import grid_as_bytes
 from ccwsim.io.gridding import as_grid
 from ccwsim.io.opening import PathOrFile, open_file
 from ccwsim.io.part import Crop, FilePart, Layers
-from ccwsim.model.classes import Classes, classify
+from ccwsim.model.classes import Classes, Merge, classify, merge_facies
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
 from ccwsim.model.training_image import TrainingImage
@@ -51,6 +51,7 @@ def read_training_image(
     layers: Layers = None,
     threshold: float | None = None,
     classes: Classes = None,
+    merge: Merge = (),
     name: str = "",
     volume: bool = False,
     z_up: bool | None = None,
@@ -88,6 +89,8 @@ def read_training_image(
         number.
     threshold, classes : optional
         For continuous variables as in `classify`, for pictures as in `picture_facies`.
+    merge : mapping, or pairs, of int to int or None
+        Facies to merge with others, as in `merge_facies`.
     name : str
         Name of the image; by default, the name of the file.
     volume : bool
@@ -124,6 +127,7 @@ def read_training_image(
         _check_known(file.name, file.unknown_note(values))
         codes = classify(values, threshold=threshold, classes=classes, what=f"{file.name}, {key}")
         names = file.labels.get(key)
+    codes = merge_facies(codes, merge) if merge else codes
     codes = np.swapaxes(codes, -1, -2) if transpose else codes
     names = [names[code] for code in np.unique(codes)] if names else None
     return TrainingImage(codes, name=name or Path(file.name).stem, facies_names=names)

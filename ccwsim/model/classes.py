@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.model.arrays import as_array, as_floats, as_integers, check_int, is_whole
+from ccwsim.model.arrays import (
+    as_array,
+    as_floats,
+    as_integers,
+    check_int,
+    codes_of,
+    is_whole,
+)
 from ccwsim.model.bounds import MAX_FACIES
 from ccwsim.model.errors import CCWSIMError, shown
 
@@ -17,6 +24,9 @@ MAX_CODES = 32
 
 Classes = int | Sequence[float] | Literal["codes"] | None
 """Classes: a number, a sequence of inner edges, or "codes" to keep the values unchanged."""
+
+Merge = Mapping[int, int | None] | Iterable[tuple[int, int | None]]
+"""The new code of each merged facies, or None, as a mapping or as pairs."""
 
 
 def classify(
@@ -66,6 +76,48 @@ def classify(
         return as_integers(array, label)
     edges = class_edges(array, int(classes)) if is_whole(classes) else _edges(classes)
     return np.searchsorted(edges, array, side="right").astype(np.int64)
+
+
+def merge_facies(codes: NDArray[np.integer], merge: Merge) -> NDArray[np.integer]:
+    """Return facies codes in which some facies are merged with others.
+
+    Parameters
+    ----------
+    codes : ndarray of integers
+    merge : mapping, or pairs, of int to int or None
+        The new code of each merged facies. With None, each of its cells takes the code of the
+        nearest cell of another facies that is not merged in this way.
+
+    Raises
+    ------
+    CCWSIMError
+        If `merge` names a code that does not occur, or no facies would be left.
+
+    Examples
+    --------
+    >>> merge_facies(np.array([[0, 2, 2, 9, 5, 5]]), {2: 0, 9: None})
+    array([[0, 0, 0, 0, 5, 5]])
+    """
+    try:
+        changed = {int(code): None if to is None else int(to) for code, to in dict(merge).items()}
+    except (TypeError, ValueError, OverflowError):
+        raise CCWSIMError(f"merge = {shown(merge)} must map facies codes to codes") from None
+    there = codes_of(codes).tolist()
+    if lost := [code for code in changed if code not in there]:
+        raise CCWSIMError(f"merge: code {lost[0]} does not occur; the codes are {shown(there)}")
+    merged = codes.copy()
+    for code, to in changed.items():
+        if to is not None:
+            merged[codes == code] = to
+    dropped = np.isin(codes, [code for code, to in changed.items() if to is None])
+    if dropped.all():
+        raise CCWSIMError(f"merge = {shown(merge)} leaves no facies; keep at least one")
+    if dropped.any():
+        from scipy.ndimage import distance_transform_edt
+
+        nearest = distance_transform_edt(dropped, return_distances=False, return_indices=True)
+        merged = merged[tuple(nearest)]
+    return merged
 
 
 def asks_for_codes(classes: Classes) -> bool:

@@ -226,13 +226,29 @@ def test_columns_names_and_a_piece_are_chosen_by_options(tmp_path):
     assert set(np.unique(found)) == {0, 1}
 
 
-def test_layers_of_a_volume_are_chosen_by_an_option(tmp_path):
+def test_layers_and_merged_facies_are_chosen_by_options(tmp_path):
     ti, out = tmp_path / "ti.npy", tmp_path / "out.npz"
     layers = np.arange(9)[:, None, None] // 3
     np.save(ti, np.broadcast_to(layers, (9, 24, 24)).astype(np.uint8))
-    line = ["simulate", ti, "--layers", 4, 4, "--grid", "24x24x4", "--template", 4, "--overlap", 1]
+    line = [
+        "simulate",
+        ti,
+        "--layers",
+        2,
+        6,
+        "--merge",
+        "2=none",
+        "--merge",
+        "1=5",
+        "--grid",
+        "24x24x6",
+        "--template",
+        4,
+        "--overlap",
+        1,
+    ]
     assert run(*line, "--level", 0, "--realizations", 1, "-o", out) == 0
-    assert set(np.unique(loaded(out)["realizations"])) == {1, 2}
+    assert set(np.unique(loaded(out)["realizations"])) == {0, 5}
 
 
 @pytest.mark.parametrize("text", ["Sand", "=1", "Sand=one", "Sand=1.5"])

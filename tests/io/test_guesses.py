@@ -141,6 +141,23 @@ def test_what_is_too_large_is_thinned_or_cut(kind):
         cio.guess_answers(BytesIO(content))
 
 
+@pytest.mark.parametrize("make", [dict, tuple])
+def test_facies_are_merged_with_another_or_with_the_nearest(make):
+    cells = np.repeat([4, 7, 2, 7, 9, 9], 3)[None].repeat(3, axis=0)
+    merge = make([(7, 4), (9, None)])
+    image = cio.read_training_image(BytesIO(sample.npy(cells)), merge=merge)
+    assert image.array[0].tolist() == [4] * 6 + [2] * 3 + [4] * 9
+    both = cio.read_training_image(BytesIO(sample.npy(cells)), merge={7: None, 9: 2})
+    assert both.array[0].tolist() == [4] * 4 + [2] * 14
+    for wrong, said in (
+        ({5: 4}, "5 does not occur"),
+        ("a", "must map"),
+        (dict.fromkeys([2, 4, 7, 9]), "leaves no"),
+    ):
+        with pytest.raises(CCWSIMError, match=said):
+            cio.read_training_image(BytesIO(sample.npy(cells)), merge=wrong)
+
+
 OF_POINTS = ("excel", "geopackage", "shapefile", "geojson", "table")
 
 

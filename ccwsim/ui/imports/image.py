@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 import streamlit as st
@@ -16,11 +17,12 @@ from ccwsim.model.arrays import describe_shape
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.sharing.choices import ImageChoice
+from ccwsim.sharing.codec import MAX_LETTERS
 from ccwsim.ui.frontend.cell_map import CellMap, facies_map, share_map
 from ccwsim.ui.frontend.cells import draw_cells
 from ccwsim.ui.results.maps import middle_layer
 from ccwsim.ui.session.cached import cached
-from ccwsim.ui.session.resolve import image_of
+from ccwsim.ui.session.resolve import image_of, points_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.changes import image_name
 from ccwsim.ui.study.diagnosis_panel import draw_advice
@@ -38,12 +40,16 @@ from ccwsim.ui.study.image_step import (
     use_advice,
     use_image,
 )
+from ccwsim.ui.study.questions import answered
 from ccwsim.ui.study.run import simulate_button
-from ccwsim.ui.widgets.fields import bound_to, button, field
+from ccwsim.ui.widgets.errors import if_possible
+from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
 from ccwsim.ui.widgets.text import panel_title, plain, step_note
 
 MAX_FACIES = 12
 """Maximum number of facies that can be named and coloured one by one."""
+NEAREST = "nearest"
+"""Choice of the nearest facies in a menu of the codes of other facies."""
 TURNS = {"flip_ew": "Flip E–W", "flip_ns": "Flip N–S", "transpose": "Transpose"}
 Write = Callable[[ImageChoice], None]
 _diagnosed = cached(max_entries=16, show_spinner="Diagnosing the training image …")(diagnose)
@@ -82,7 +88,7 @@ def draw_image_import(state: State) -> None:
         if image is not None:
             if waits:
                 _decide(state, choice)
-            draw_facies(choice, image, write)
+            draw_facies(choice, image, write, _words_of_data(state))
             draw_turns(choice, write)
         elif waits:
             keep_button(state)
@@ -174,11 +180,24 @@ def rotated(choice: ImageChoice) -> ImageChoice:
     )
 
 
-def draw_facies(choice: ImageChoice, image: TrainingImage, write: Write) -> None:
-    """Draw the name, colour and share of each facies."""
+def _words_of_data(state: State) -> tuple[str, ...]:
+    """Return the facies names in the user's file of hard data."""
+    data = state.data_draft or state.choices.data
+    points = if_possible(lambda: points_of(data)) if data.files else None
+    return () if points is None else points.words[:MAX_FACIES]
+
+
+def draw_facies(
+    choice: ImageChoice, image: TrainingImage, write: Write, words: tuple[str, ...] = ()
+) -> None:
+    """Draw the name, colour and share of each facies; offer names that hard data have, `words`.
+
+    Facies of an uploaded image can be merged.
+    """
     colours = facies_colours(image, dict(choice.colours))
-    hidden = {"label_visibility": "collapsed"}
+    hidden: dict[str, Any] = {"label_visibility": "collapsed"}
     for k, code in enumerate(image.codes[:MAX_FACIES].tolist()):
+        own = image.facies_names[k]
 
         def recolour(colour: str, code: int = code) -> None:
             changed = {**dict(choice.colours), code: colour}
@@ -186,17 +205,46 @@ def draw_facies(choice: ImageChoice, image: TrainingImage, write: Write) -> None
 
         def rename(name: str, k: int = k) -> None:
             names = list(image.facies_names)
-            names[k] = name.strip() or names[k]
+            names[k] = name.strip()[:MAX_LETTERS] or names[k]
             write(replace(choice, names=tuple(names)))
 
         with st.container(horizontal=True, vertical_alignment="center", gap="small"):
             colour = {"value": colours[k], "write": recolour, **hidden}
-            name = {"value": image.facies_names[k], "write": rename, "max_chars": 40, **hidden}
             field(st.color_picker, f"Colour of code {code}", key=f"image_colour_{code}", **colour)
-            field(st.text_input, f"Name of code {code}", key=f"image_name_{code}", **name)
+            name: dict[str, Any] = {"value": own, "write": rename, **hidden}
+            if words:
+                name |= {"options": [*dict.fromkeys((own, *words))], "accept_new_options": True}
+            else:
+                name["max_chars"] = MAX_LETTERS
+            widget = st.selectbox if words else st.text_input
+            field(widget, f"Name of code {code}", key=f"image_name_{code}", **name)
             st.html(f'<div class="note">{100 * image.proportions[k]:.1f} %</div>')
+            if choice.upload is not None and image.n_facies > 2:
+                _merge(choice, image, k, write)
     if image.n_facies > MAX_FACIES:
         step_note(f"and {image.n_facies - MAX_FACIES} more facies")
+    if "merge" in dict(choice.answers):
+        apart = replace(choice, answers=answered(choice.answers, merge=None), names=())
+        button("Undo merging", key="image_apart", on_click=write, args=(apart,))
+
+
+def _merge(choice: ImageChoice, image: TrainingImage, k: int, write: Write) -> None:
+    """Draw a menu that merges facies `k` with another facies, or each cell with the nearest."""
+    known, code = dict(dict(choice.answers).get("merge", ())), int(image.codes[k])
+
+    def merge(to: int | str) -> None:
+        new = None if to == NEAREST else to
+        merged = {old: new if at == code else at for old, at in known.items()} | {code: new}
+        names = (*image.facies_names[:k], *image.facies_names[k + 1 :])
+        answers = answered(choice.answers, merge=tuple(sorted(merged.items())))
+        write(replace(choice, answers=answers, names=names))
+
+    facies = zip(image.codes.tolist(), image.facies_names, strict=True)
+    others: dict[Any, str] = {to: f"with {name}" for to, name in facies if to != code}
+    into: dict[str, Any] = options_of(others | {NEAREST: "with the nearest"})
+    into |= {"value": None, "write": merge, "placeholder": "merge", "width": 130}
+    label = f"Merge code {code}"
+    field(st.selectbox, label, key=f"image_merge_{code}", label_visibility="collapsed", **into)
 
 
 def draw_image_advice(state: State, choice: ImageChoice, image: TrainingImage) -> None:

@@ -61,7 +61,8 @@ def field(
         replaced = _versions()[key][0] != version
         chosen = new if isinstance(new, list) else [new]
         offered = options.get("options", chosen)
-        if not replaced and new is not None and all(one in offered for one in chosen):
+        own = options.get("accept_new_options")
+        if not replaced and new is not None and (own or all(one in offered for one in chosen)):
             write(new)
 
     options = starting_at(widget, value, within(value, options))

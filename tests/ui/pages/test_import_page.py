@@ -152,6 +152,39 @@ def test_advised_values_take_the_image_with_them():
     assert state.choices.parameters.template_size == found.advised("template_size")
 
 
+def test_facies_of_a_file_can_be_merged():
+    stripes = np.repeat(np.arange(4), 12)[:, None].repeat(40, axis=1)
+    app = opened("import", imported("four.npy", sample.npy(stripes))).run()
+    named(app.text_input, "image_name_3").set_value("gravel").run()
+    named(app.selectbox, "image_merge_0").select("with facies 1").run()
+    named(app.selectbox, "image_merge_1").select("with facies 2").run()
+    image = image_of(app.session_state[KEY].choices.image)
+    assert not app.exception
+    assert image.facies_names == ("facies 2", "gravel")
+    assert image.proportions.tolist() == [0.75, 0.25]
+    named(app.button, "image_apart").click().run()
+    image = image_of(app.session_state[KEY].choices.image)
+    assert image.n_facies == 4
+    named(app.selectbox, "image_merge_1").select("with the nearest").run()
+    image = image_of(app.session_state[KEY].choices.image)
+    assert image.proportions.tolist() == [0.375, 0.375, 0.25]
+
+
+def test_names_of_wells_are_offered_for_the_facies_of_the_image():
+    rows = b"x,y,facies\n" + b"".join(
+        b"%d.5,%d.5,%s\n" % (k, k, b"clay" if k % 2 else b"sand") for k in range(8)
+    )
+    state = imported("two.npy", sample.npy(np.indices((32, 32)).sum(axis=0) // 8 % 2))
+    state.data_draft = DataChoice("file", upload=Upload("wells.csv", rows))
+    app = opened("import", state).run()
+    app.button_group(key="import_subject").set_value("Training image").run()
+    assert named(app.selectbox, "image_name_1").options == ["facies 1", "clay", "sand"]
+    named(app.selectbox, "image_name_1").select("sand").run()
+    named(app.selectbox, "image_name_0").select("clay").run()
+    assert image_of(app.session_state[KEY].choices.image).facies_names == ("clay", "sand")
+    assert not app.exception
+
+
 def test_facies_of_a_draft_keep_their_names_and_colours():
     app = opened("import", imported("grey.sgems", FILES["grey.sgems"][0])).run()
     named(app.text_input, "image_name_1").set_value("gravel").run()
