@@ -78,7 +78,7 @@ def classify(
     return np.searchsorted(edges, array, side="right").astype(np.int64)
 
 
-def merge_facies(codes: NDArray[np.integer], merge: Merge) -> NDArray[np.integer]:
+def merge_facies(codes: NDArray[np.int64], merge: Merge) -> NDArray[np.int64]:
     """Return facies codes in which some facies are merged with others.
 
     Parameters
@@ -116,7 +116,7 @@ def merge_facies(codes: NDArray[np.integer], merge: Merge) -> NDArray[np.integer
         from scipy.ndimage import distance_transform_edt
 
         nearest = distance_transform_edt(dropped, return_distances=False, return_indices=True)
-        merged = merged[tuple(nearest)]
+        merged = merged[tuple(np.asarray(nearest))]
     return merged
 
 

@@ -86,6 +86,7 @@ def test_hard_data_that_are_refused_in_the_editor(kind):
 
 def test_the_owners_limit_is_held(monkeypatch):
     monkeypatch.setenv("CCWSIM_MAX_UPLOAD_CELLS", "1000")
+    monkeypatch.setenv("CCWSIM_MAX_UPLOAD_WHOLE_CELLS", "1000")
     app = launched()
     content = sample.sgems(np.eye(41, dtype=np.uint8))
     app.file_uploader(key="image_file").upload("eye.dat", content, "text/plain").run()
