@@ -11,7 +11,9 @@ from PIL import Image, ImageFilter
 from scipy.io import savemat
 from scipy.ndimage import gaussian_filter
 
-from tests.browser.hands import GLANCE, SLOW, at_rest, follow, menu, settled, soon, until
+from ccwsim import Grid
+from ccwsim.io import maps_as_bytes
+from tests.browser.hands import GLANCE, SLOW, at_rest, choose, follow, menu, settled, soon, until
 from tests.browser.served import CHROMIUM
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -124,6 +126,57 @@ def test_boreholes_in_utm_with_names_reach_a_simulation(tab, address, tmp_path):
     tab.wait_for_selector(".st-key-map_realization canvas", timeout=SLOW)
     at_rest(tab)
     tab.screenshot(path=tmp_path / "simulated.png", full_page=True)
+
+
+def test_an_image_and_wells_in_utm_give_a_geotiff_without_a_number_typed(tab, address, tmp_path):
+    rasterio = pytest.importorskip("rasterio")
+    place = {"cell_size": (25.0, 25.0), "origin": (413000.0, 5294000.0), "crs": "EPSG:32632"}
+    codes = np.digitize(FIELD, [0.4, 0.6])
+    grid = Grid(*codes.shape, **place)
+    image, wells = tmp_path / "facies.tif", tmp_path / "wells.csv"
+    image.write_bytes(maps_as_bytes({"facies": codes}, grid, "tif"))
+    cells = np.random.default_rng(4).choice(codes.size, 40, replace=False)
+    rows, columns = np.unravel_index(cells, codes.shape)
+    places = zip(
+        413000 + 25 * columns + 9, 5294000 + 25 * rows + 9, codes[rows, columns], strict=True
+    )
+    lines = [f"{x},{y},{code}" for x, y, code in places]
+    wells.write_text("\n".join(["easting,northing,facies", *lines, "500000,5294100,1"]))
+    tab.goto(f"{address}/import?{STUDY}")
+    tab.locator(".st-key-import_image_file input[type=file]").set_input_files(image, timeout=SLOW)
+    tab.wait_for_selector(".st-key-map_import canvas", timeout=SLOW)
+    at_rest(tab)
+    kind = tab.locator(".st-key-import_subject").get_by_text("Hard data", exact=True)
+    given = tab.locator(".st-key-wells_file input[type=file]")
+    until(
+        lambda: None if given.count() else kind.click(timeout=GLANCE),
+        lambda wait: given.wait_for(state="attached", timeout=wait),
+    )
+    given.set_input_files(wells, timeout=SLOW)
+    tab.get_by_text("1 of 41 data outside the grid").first.wait_for(timeout=SLOW)
+    at_rest(tab)
+    tab.screenshot(path=tmp_path / "asked.png", full_page=True)
+    choose(tab, "ask_on_outside", "leave them out")
+    tab.get_by_text("40 data of wells.csv are in the study").wait_for(timeout=SLOW)
+    follow(tab, tab.get_by_role("button", name="Simulate", exact=True), "simulate")
+    honoured = re.compile(r"40 of 40 data honoured")
+    tab.locator(".facts", has_text=honoured).first.wait_for(timeout=SLOW)
+    at_rest(tab)
+    tab.screenshot(path=tmp_path / "simulated.png", full_page=True)
+    opens = tab.locator(".st-key-facts_row").get_by_role("button", name="Download")
+    file = tab.locator(".st-key-download_realizations_tif button").first
+    until(
+        lambda: None if file.is_visible() else opens.click(timeout=GLANCE),
+        lambda wait: file.wait_for(timeout=wait),
+    )
+    with tab.expect_download(timeout=SLOW) as waiting:
+        file.click()
+    with rasterio.open(waiting.value.path()) as made, rasterio.open(image) as given:
+        assert made.crs == given.crs
+        assert made.transform == given.transform
+        assert made.shape == given.shape
+        for at in range(1, made.count + 1):
+            assert (made.read(at)[::-1][rows, columns] == codes[rows, columns]).all()
 
 
 def test_the_line_on_the_histogram_is_dragged_and_moved_with_a_key(tab, address):
