@@ -11,6 +11,7 @@ import pytest
 from ccwsim import CCWSIMError, Grid, TrainingImage
 from ccwsim.cli.program import main
 from ccwsim.io import (
+    fit_grid,
     guess_answers,
     import_hard_data,
     preview_wells,
@@ -178,6 +179,8 @@ def test_image_grid_and_wells_in_utm_meet(cases):
     inside = grid.holds(grid.cells_of(*points.places.T))
     assert image.n_facies == 3
     assert (~inside).sum() == 2
+    own = fit_grid(points, shape=(100, 100))  # the two do not stretch a grid of their own
+    assert (~own.holds(own.cells_of(*points.places.T))).sum() == 2
 
 
 def test_an_image_in_utm_gives_realizations_in_utm(cases, tmp_path):

@@ -155,9 +155,10 @@ def fit_grid(
     shape: Sequence[int] | None = None,
     cell_size: float | Sequence[float] | None = None,
 ) -> Grid:
-    """Return a grid that contains all points of a file.
+    """Return a grid that contains all points of a file, except those that are far away.
 
-    Raises the errors of `Grid.fit`.
+    Far away are points in world coordinates that are farther from the others than the extent of the
+    others, as in `far_away`. Raises the errors of `Grid.fit`.
 
     Parameters
     ----------
@@ -176,10 +177,11 @@ def fit_grid(
     Grid(ny=512, nx=512, cell_size=(10.0, 10.0), origin=(435400.0, 4504600.0))
     """
     if points.world:
-        places = points.places
+        near = ~far_away(points.places)
+        places = points.places[near]
         if points.spans is not None:  # the grid must contain both ends of each interval
             places = np.repeat(places, 2, axis=0)
-            places[:, 2] = points.spans.ravel()
+            places[:, 2] = points.spans[near].ravel()
         return Grid.fit(places, shape=shape, cell_size=cell_size)
     if points.grid is not None:
         return points.grid
@@ -188,6 +190,26 @@ def fit_grid(
         return least
     most = _cells(points, None)[0].max(axis=0) + 1
     return Grid.of(np.maximum(least.shape, most))
+
+
+def far_away(places: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return a mask of places, shape (n, 2 or 3), whose x or y is far from those of the others.
+
+    The distance is more than the extent of all places without the outer tenth along an axis.
+
+    Examples
+    --------
+    >>> x = np.append(np.arange(30.0), 5000)
+    >>> np.flatnonzero(far_away(np.column_stack([x, x])))
+    array([30])
+    """
+    far = np.zeros(len(places), bool)
+    if not len(places) or not np.isfinite(places).all():
+        return far
+    low, high = np.quantile(places[:, :2], (0.05, 0.95), axis=0)
+    if extent := float((high - low).max()):
+        far = ((places[:, :2] < low - extent) | (places[:, :2] > high + extent)).any(axis=1)
+    return far
 
 
 def _cells(

@@ -31,6 +31,7 @@ from ccwsim.io import (
     read_well_points,
     resolve_points,
 )
+from ccwsim.io.hard_data.placing import far_away
 from ccwsim.io.isolated import IsolatedFile
 from ccwsim.io.limits import limited, upload_limits
 from ccwsim.jobs.job import result_in_turn
@@ -200,7 +201,8 @@ def grid_for_data(choices: Choices) -> Grid | None:
         points = points_of(choice, own) if file else placed_data(choices).points
         if points.grid is None:
             cells = grid.cells_of(*points.places.T) if points.world else points.places.astype(int)
-            if grid.holds(cells).all():
+            far = far_away(points.places) if points.world else False
+            if (grid.holds(cells) | far).all():
                 return None
         fitting = fit_grid(points, shape=grid.shape)
     except CCWSIMError:
