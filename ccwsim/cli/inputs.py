@@ -142,6 +142,20 @@ COLUMN_OPTIONS = {
     ),
 }
 """Options for the names of columns of hard data; their help starts with "which column"."""
+ROW_OPTIONS = {
+    "overlap": ("error upper lower drop", "intervals that overlap: keep one whole, or drop both"),
+    "no_collar": ("error drop", "wells that have no collar"),
+    "bad_row": ("error drop", "rows that cannot be used, such as those without a name or depth"),
+    "one_depth": (
+        "neighbour drop error",
+        "intervals with one depth: take the other from the neighbouring row, or drop them",
+    ),
+    "no_facies": (
+        "drop above error",
+        "intervals without facies: drop them, or take the facies of the interval above",
+    ),
+}
+"""Options for rows of tables of wells: the possible values, the default first, and a help text."""
 DATA_OPTIONS: Options = {
     **{key: (o, NAME, f"which column {text}") for key, (o, text) in COLUMN_OPTIONS.items()},
     "facies": (
@@ -185,6 +199,14 @@ DATA_OPTIONS: Options = {
         {"type": click.Choice(["error", "drop"])},
         "what to do with data of a facies not in the TI (default: error)",
     ),
+    **{
+        f"on_{key}": (
+            f"--on-{key.replace('_', '-')}",
+            {"type": click.Choice(choices.split())},
+            f"with --collars: what to do with {text} (default: {choices.split()[0]})",
+        )
+        for key, (choices, text) in ROW_OPTIONS.items()
+    },
 }
 READING_DATA = {o[2:].replace("-", "_"): name for name, (o, *_) in DATA_OPTIONS.items()}
 """Argument of the hard data reader, for each parameter of the command."""

@@ -208,10 +208,6 @@ def test_data_of_deviated_wells_are_honoured(seed):
             {"intervals": b"well,from,to,facies\nC,1,2,1\n"},
             "line 2: there is no collar of the well 'C'",
         ),
-        (
-            {"intervals": b"well,from,facies\nB,1,1\n"},
-            "at one end of intervals; add a column 'to'",
-        ),
         ({"intervals": b"well,facies\nB,1\n"}, "no column of depths; it has 'well', 'facies'"),
         ({"intervals": b"well,from,to,facies\nB,5,2,1\n"}, "depth 5 is below the lower depth 2"),
         ({"intervals": b"well,from,to,facies\nB,-1,2,1\n"}, "the depth -1 is above the collar"),
@@ -232,7 +228,7 @@ def test_data_of_deviated_wells_are_honoured(seed):
         ),
         (
             {"surveys": b"well,depth,azimuth,inclination\nB,9,200,80\nB,1,20,100\n"},
-            "lines 3 and 2: 'B' reverses its direction",
+            "lines 2 and 3: 'B' reverses its direction",
         ),
         (
             {"surveys": b"well,depth,azimuth,dip\nB,1,2,-95\n"},
@@ -333,7 +329,6 @@ def test_an_empty_name_says_that_there_is_no_such_column():
         ({"x": "East", "y": "east"}, "x and y are both 'East'; name two columns"),
         ({"facies": "To", "depth_to": "To"}, "facies and depth_to are both 'To'"),
         ({"depth": "From", "depth_to": "To"}, "depth and depth_to are both named"),
-        ({"depth_from": "From", "depth_to": ""}, "add a column 'to', or set depth_to= to a column"),
         ({"z": ""}, "no column of the elevations of the collars"),
         ({"collar_well": ""}, "rename a column to 'well', or set collar_well= to a column"),
         ({"well": 3}, "file has no variable 3"),

@@ -244,5 +244,3 @@ def _check_well_columns(file: DataFile, table: str, columns: Mapping[str, str]) 
                 f"{file.name} has no column of {roles[role].what}; it has {listed(file.names)}; "
                 f"rename a column to '{roles[role].call}', or set {role}= to a column of the file"
             )
-    if table == "intervals":
-        _check_depths(file, columns)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.formats.text_tables import is_number
-from ccwsim.io.hard_data.points import ImportedPoints, along_wells
+from ccwsim.io.hard_data.points import ROW_CHOICES, ImportedPoints, RowProblem, along_wells
 from ccwsim.model.arrays import as_integers, is_whole
 from ccwsim.model.classes import Classes, asks_for_codes, classify
 from ccwsim.model.errors import CCWSIMError, shown
@@ -20,9 +20,32 @@ from ccwsim.model.training_image import TrainingImage
 
 _FAR = 2.0**40
 """Maximum distance of points from the grid, in cells; a larger distance is an error."""
+_LISTED = 6
+"""Maximum number of problems of a kind that a message lists."""
 Treatment = Literal["error", "drop"]
 CollisionTreatment = Literal["error", "drop", "majority", "nearest"]
-COLLISION_CHOICES: tuple[CollisionTreatment, ...] = get_args(CollisionTreatment)
+CHOICES: dict[str, tuple[str, ...]] = {
+    "on_collision": get_args(CollisionTreatment),
+    "on_outside": get_args(Treatment),
+    "on_unknown": get_args(Treatment),
+    **ROW_CHOICES,
+}
+"""The possible values of each option for data that do not fit."""
+KINDS_OF_ROWS = {
+    "on_overlap": "Pairs of intervals that overlap",
+    "on_no_collar": "Wells without a collar",
+    "on_bad_row": "Rows that cannot be used",
+    "on_one_depth": "Intervals with only one depth",
+    "on_no_facies": "Intervals without a facies",
+}
+"""The problems with rows of tables of wells, by the option that decides."""
+_DECIDED = {
+    "upper": "the lower one begins where the upper one ends",
+    "lower": "the upper one ends where the lower one begins",
+    "drop": "left out",
+    "neighbour": "the other depth is that of the neighbouring row",
+    "above": "the facies is that of the interval above",
+}
 FaciesNames = Mapping[str, int] | Sequence[tuple[str, int]]
 """Facies codes by name."""
 
@@ -44,6 +67,16 @@ class Conversion:
     on_outside: Treatment = "error"
     on_unknown: Treatment = "error"
     """Treatment of data outside the grid and of unknown facies: "error" or "drop"."""
+    on_overlap: Literal["error", "upper", "lower", "drop"] = "error"
+    on_no_collar: Treatment = "error"
+    on_bad_row: Treatment = "error"
+    on_one_depth: Literal["neighbour", "drop", "error"] = "neighbour"
+    on_no_facies: Literal["drop", "above", "error"] = "drop"
+    """Treatment of rows in tables of wells. Of overlapping intervals, keep the "upper" or "lower"
+    one whole, or "drop" both. Leave out wells without a collar and rows that cannot be used (no
+    name, no coordinates, exchanged depths, a second collar, …). If an interval has only one depth,
+    take the other from the "neighbour" above or below. If an interval has no facies, leave it out,
+    or take the facies of the interval "above"."""
 
     def __post_init__(self) -> None:
         if isinstance(self.classes, (int, np.integer)):
@@ -51,9 +84,8 @@ class Conversion:
                 f"classes = {shown(self.classes)} would give hard data other classes than the "
                 "training image; give the class edges of the training image"
             )
-        for name in ("on_collision", "on_outside", "on_unknown"):
+        for name, allowed in CHOICES.items():
             value = getattr(self, name)
-            allowed = COLLISION_CHOICES if name == "on_collision" else COLLISION_CHOICES[:2]
             if value not in allowed:
                 raise CCWSIMError(f"{name} = {shown(value)} must be one of {', '.join(allowed)}")
 
@@ -350,7 +382,7 @@ class HardDataImport:
 def resolve_points(placed: PlacedPoints, conversion: Conversion = STRICT) -> HardDataImport:
     """Return hard data, with conflicts resolved by the options of the conversion.
 
-    Raises `CCWSIMError`, with line numbers, for a conflict whose option is "error".
+    Raises one `CCWSIMError`, with line numbers, for all conflicts whose option is "error".
 
     Parameters
     ----------
@@ -370,15 +402,18 @@ def resolve_points(placed: PlacedPoints, conversion: Conversion = STRICT) -> Har
     ([1], 1)
     """
     points = placed.points
+    problems = _said_rows(points.problems, conversion)
     if len(placed.outside) and conversion.on_outside == "error":
-        raise CCWSIMError(
+        problems.append(
             f"{points.name}, {points.named(placed.outside)}: {len(placed.outside)} of {points.n} "
             "data lie outside the grid; drop them, or correct the grid or the coordinates"
         )
     if len(placed.unknown) and conversion.on_unknown == "error":
-        raise CCWSIMError(_said_unknown(placed))
+        problems.append(_said_unknown(placed))
     if placed.collisions and conversion.on_collision == "error":
-        raise CCWSIMError(_said_collision(placed))
+        problems.append(_said_collision(placed))
+    if problems:
+        raise CCWSIMError("\n".join(problems))
     keep = np.ones(points.n, bool)
     keep[placed.outside] = keep[placed.unknown] = False
     ties = 0
@@ -387,7 +422,32 @@ def resolve_points(placed: PlacedPoints, conversion: Conversion = STRICT) -> Har
         code, tied = settled(facies, offsets, conversion.on_collision)
         keep[members] &= facies == code if code is not None else False
         ties += tied
-    return _report(placed, keep, ties)
+    return _report(placed, keep, ties, _notes_on_rows(points.problems, conversion))
+
+
+def _said_rows(problems: Sequence[RowProblem], conversion: Conversion) -> list[str]:
+    """Return a sentence for each problem without a decision, up to a limit for each kind."""
+    found = []
+    for option, choices_of_it in ROW_CHOICES.items():
+        there = [problem for problem in problems if problem.option == option]
+        if there and getattr(conversion, option) == "error":
+            found += [f"{p.where}: {p.said}; {p.remedy}" for p in there[:_LISTED]]
+            choices = " or ".join(f"'{choice}'" for choice in choices_of_it if choice != "error")
+            found[-1] += f", or choose what to do ({option}={choices})"
+            if len(there) > _LISTED:
+                found[-1] += f"; {len(there) - _LISTED} more of this kind"
+    return found
+
+
+def _notes_on_rows(problems: Sequence[RowProblem], conversion: Conversion) -> tuple[str, ...]:
+    notes = []
+    for option, kind in KINDS_OF_ROWS.items():
+        where = [problem.where for problem in problems if problem.option == option]
+        choice = getattr(conversion, option)
+        if where and (option, choice) != ("on_no_facies", "drop"):  # these rows are counted
+            said = "; ".join(where[:_LISTED]) + ("; …" if len(where) > _LISTED else "")
+            notes.append(f"{kind}: {len(where)} ({said}); {_DECIDED[choice]}.")
+    return tuple(notes)
 
 
 def _said_unknown(placed: PlacedPoints) -> str:
@@ -416,7 +476,9 @@ def _said_collision(placed: PlacedPoints) -> str:
     )
 
 
-def _report(placed: PlacedPoints, keep: NDArray[np.bool_], ties: int) -> HardDataImport:
+def _report(
+    placed: PlacedPoints, keep: NDArray[np.bool_], ties: int, notes_on_rows: tuple[str, ...]
+) -> HardDataImport:
     points = placed.points
     hard_data = HardData(placed.cells[keep], placed.facies[keep])
     n_outside, n_unknown = len(placed.outside), len(placed.unknown)
@@ -448,7 +510,7 @@ def _report(placed: PlacedPoints, keep: NDArray[np.bool_], ties: int) -> HardDat
             "were moved there.",
         ),
     )
-    notes = points.notes + tuple(text for count, text in sentences if count)
+    notes = points.notes + notes_on_rows + tuple(text for count, text in sentences if count)
     counts = points.n, points.n_missing, placed.n_off_centre, n_outside, n_unknown
     counts = *counts, len(placed.collisions), n_repeated, n_dropped
     return HardDataImport(hard_data, *counts, notes, _cells_of_wells(placed, keep))

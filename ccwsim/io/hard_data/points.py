@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from ccwsim.io.data_file import DataFile
 from ccwsim.io.limits import limits
 from ccwsim.model.arrays import frozen
 from ccwsim.model.classes import are_codes
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
 
 _FAR = 2.0**40
@@ -50,6 +51,8 @@ class ImportedPoints:
     contains the middle of each interval."""
     wells: Mapping[int, str] = field(default_factory=dict)
     """Well names by line number, only for a volume; empty if the file has no well names."""
+    problems: tuple[RowProblem, ...] = ()
+    """Rows of tables of wells that need a decision, with those that are decided."""
 
     @property
     def n(self) -> int:
@@ -76,12 +79,7 @@ class ImportedPoints:
         >>> points.named(np.array([0, 1]))
         'lines 2 and 3'
         """
-        different = np.unique(self.lines[which])  # many cells of a well have one line number
-        numbers = [str(line) for line in different[:6]]
-        if len(numbers) < 2:
-            return f"{self.counted} {''.join(numbers)}"
-        last = f"{len(different) - 6} more" if len(different) > 6 else numbers.pop()
-        return f"{self.counted}s {', '.join(numbers)} and {last}"
+        return _named_lines(self.counted, self.lines[which])
 
     def taken(self, which: NDArray | list[int]) -> ImportedPoints:
         """Return the data selected by a mask or by indices."""
@@ -92,6 +90,80 @@ class ImportedPoints:
             lines=self.lines[which],
             spans=None if self.spans is None else self.spans[which],
         )
+
+
+def _named_lines(counted: str, lines: NDArray[np.integer]) -> str:
+    different = np.unique(lines)  # many cells of a well have one line number
+    numbers = [str(line) for line in different[:6]]
+    if len(numbers) < 2:
+        return f"{counted} {''.join(numbers)}"
+    last = f"{len(different) - 6} more" if len(different) > 6 else numbers.pop()
+    return f"{counted}s {', '.join(numbers)} and {last}"
+
+
+class RowProblem(NamedTuple):
+    """Rows of a table of wells that need a decision."""
+
+    option: str  # the field of `Conversion` that decides
+    where: str  # file and line numbers
+    said: str  # what is wrong
+    remedy: str
+
+
+ROW_CHOICES: dict[str, tuple[str, ...]] = {
+    "on_overlap": ("error", "upper", "lower", "drop"),
+    "on_no_collar": ("error", "drop"),
+    "on_bad_row": ("error", "drop"),
+    "on_one_depth": ("neighbour", "drop", "error"),
+    "on_no_facies": ("drop", "above", "error"),
+}
+"""Decisions about rows of tables of wells; the first is the default."""
+
+
+class RowProblems:
+    """Problems with rows of tables of wells, which are collected, and the decisions on them."""
+
+    def __init__(self, decisions: Mapping[str, str] | None = None) -> None:
+        self._decisions = decisions or {}
+        self.found: list[RowProblem] = []
+
+    def decided(self, option: str) -> str:
+        """Return the decision on a kind of problem."""
+        return self._decisions.get(option, ROW_CHOICES[option][0])
+
+    def add(
+        self, option: str, file: DataFile, rows: Sequence[int | np.integer], said: str, remedy: str
+    ) -> None:
+        """Note a problem with some rows of a table, by their indices."""
+        assert file.lines is not None
+        where = f"{file.name}, {_named_lines(file.counted, file.lines[np.array(rows)])}"
+        self.found.append(RowProblem(option, where, said, remedy))
+
+    def bad(self, file: DataFile, rows: NDArray[np.bool_], said: str, remedy: str) -> None:
+        """Note the rows of a mask, which cannot be used, one by one."""
+        for k in np.flatnonzero(rows):
+            self.add("on_bad_row", file, [k], said, remedy)
+
+    def named(self, file: DataFile, names: Sequence[str]) -> NDArray[np.bool_]:
+        """Return a mask of the rows with the name of a well, and note the others."""
+        there = np.array([bool(name) for name in names], bool)
+        self.bad(file, ~there, "the name of the well is missing", "add it")
+        return there
+
+    def with_collar(
+        self, file: DataFile, names: Sequence[str], collars: Collection[str]
+    ) -> NDArray[np.bool_]:
+        """Return a mask of the rows whose well has a collar, and note the others."""
+        there = self.named(file, names)
+        rows_of_lost: dict[str, list[int]] = {}
+        for k in np.flatnonzero(there).tolist():
+            if names[k] not in collars:
+                rows_of_lost.setdefault(names[k], []).append(k)
+        for name, rows in rows_of_lost.items():
+            said = f"there is no collar of the well {shown(name)}"
+            self.add("on_no_collar", file, rows, said, "add it to the collars")
+            there[rows] = False
+        return there
 
 
 def known_points(

@@ -200,14 +200,23 @@ def points_of_rows(
     spans: NDArray[np.float64] | None = None,
 ) -> ImportedPoints:
     """Return the points of a table; the column of facies contains codes or names."""
-    lines, values, words = lines_of(file), file.variables.get(column), ()
-    if values is None:
-        values, words = _indices_of_names(file, column)
-        file = replace(file, missing=())  # indices of names are never codes for missing values
+    lines = lines_of(file)
+    values, words, file = facies_of_rows(file, column)
     how = {"world": world, "counted": file.counted, "notes": notes, "spans": spans}
     points = known_points(file, column, places, values, lines, **how)
     names = zip(lines.tolist(), wells, strict=True) if wells else ()
     return replace(points, words=words, wells=dict(names))
+
+
+def facies_of_rows(
+    file: DataFile, column: str
+) -> tuple[NDArray[np.float64], tuple[str, ...], DataFile]:
+    """Return the values of facies, their names if values are indices, and the file of values."""
+    values = file.variables.get(column)
+    if values is not None:
+        return values.astype(np.float64), (), file
+    values, words = _indices_of_names(file, column)
+    return values, words, replace(file, missing=())  # an index is never a code for missing values
 
 
 def lines_of(file: DataFile) -> NDArray[np.int64]:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,15 +13,30 @@ from ccwsim.io.data_file import DataFile
 from ccwsim.io.formats.pictures import PictureFile
 from ccwsim.io.hard_data.column_names import SURVEYS, WELL_TABLES
 from ccwsim.io.hard_data.columns import GUESSED_WELLS, WellColumns, assign_well_columns
+from ccwsim.io.hard_data.intervals import usable_intervals
 from ccwsim.io.hard_data.paths import Stations, bend_between, positions
-from ccwsim.io.hard_data.placing import Conversion, HardDataImport, place_points, resolve_points
-from ccwsim.io.hard_data.points import ImportedPoints, along_wells, heights_below
+from ccwsim.io.hard_data.placing import (
+    STRICT,
+    Conversion,
+    HardDataImport,
+    place_points,
+    resolve_points,
+)
+from ccwsim.io.hard_data.points import (
+    ROW_CHOICES,
+    ImportedPoints,
+    RowProblems,
+    along_wells,
+    check_few,
+    heights_below,
+    known_points,
+)
 from ccwsim.io.hard_data.reading import (
     PointsPreview,
+    facies_of_rows,
     lines_of,
     names_of_wells,
     numbers_of,
-    points_of_rows,
     preview_of,
 )
 from ccwsim.io.limits import limits
@@ -99,7 +113,10 @@ def import_wells(
     5
     """
     grid, conversion = Grid.of(grid), Conversion.taken_from(options)
-    points = read_well_points(collars, intervals, grid, WellColumns(**options), surveys=surveys)
+    columns = WellColumns(**options)
+    points = read_well_points(
+        collars, intervals, grid, columns, surveys=surveys, conversion=conversion
+    )
     return resolve_points(place_points(points, grid, training_image, conversion), conversion)
 
 
@@ -131,8 +148,12 @@ def read_well_points(
     columns: WellColumns = GUESSED_WELLS,
     *,
     surveys: PathOrFile | None = None,
+    conversion: Conversion = STRICT,
 ) -> ImportedPoints:
     """Read the data of wells as points: one per single depth, or one per cell of each interval.
+
+    Rows that need a decision are noted in `problems`; `resolve_points` raises an error for those
+    without a decision.
 
     Parameters
     ----------
@@ -140,6 +161,8 @@ def read_well_points(
         As in `import_wells`; the errors are the same.
     columns : WellColumns
         Names of columns, which are guessed by default.
+    conversion : Conversion
+        Decisions on rows, such as `on_overlap="upper"`.
 
     Examples
     --------
@@ -153,15 +176,16 @@ def read_well_points(
     grid = Grid.of(grid)
     if grid.nz is None:
         raise CCWSIMError(f"wells need a grid with layers, but {grid} is a map; give nz")
-    wells = _collars(_table(collars), columns)
+    found = RowProblems({name: getattr(conversion, name) for name in ROW_CHOICES})
+    wells = _collars(_table(collars), columns, found)
     if surveys is not None:
-        _add_stations(_table(surveys), wells, columns)
+        _add_stations(_table(surveys), wells, columns, found)
     elif lost := next((name for name in SURVEYS if getattr(columns, name)), None):
         named = shown(getattr(columns, lost))
         raise CCWSIMError(
             f"{lost} = {named} belongs to a table of surveys; give surveys, or leave the column out"
         )
-    return _points(_table(intervals), wells, grid, columns)
+    return _points(_table(intervals), wells, grid, columns, found)
 
 
 def preview_wells(
@@ -199,7 +223,7 @@ def preview_wells(
 class Well(NamedTuple):
     """A well: its collar, its length (infinite if unknown), and its stations."""
 
-    line: int  # line number in the table of collars
+    row: int  # index of its row in the table of collars
     collar: NDArray[np.float64]  # x, y, z
     length: float
     stations: list[Stations]  # empty for a vertical well
@@ -212,112 +236,121 @@ def _table(path_or_file: PathOrFile) -> DataFile:
     return file
 
 
-def _known_numbers(file: DataFile, column: str) -> NDArray[np.float64]:
-    """Return a column of numbers; raise an error if a number is missing."""
-    values = numbers_of(file, column).astype(np.float64)
-    bad = lines_of(file)[~np.isfinite(values)]
-    if len(bad):
-        raise CCWSIMError(f"{file.name}, line {bad[0]}: {column} is missing; add it")
-    return values
+def _complete_rows(
+    file: DataFile, columns: Sequence[str], found: RowProblems
+) -> tuple[list[NDArray[np.float64]], NDArray[np.bool_]]:
+    """Return columns of numbers and a mask of the rows with all of them; note other rows."""
+    numbers = [numbers_of(file, column).astype(np.float64) for column in columns]
+    usable = np.ones(len(lines_of(file)), bool)
+    for column, values in zip(columns, numbers, strict=True):
+        found.bad(file, ~np.isfinite(values), f"{column} is missing", "add it")
+        usable &= np.isfinite(values)
+    return numbers, usable
 
 
-def _collars(file: DataFile, asked: WellColumns) -> dict[str, Well]:
+def _collars(file: DataFile, asked: WellColumns, found: RowProblems) -> dict[str, Well]:
     """Return the wells in a table of collars, by name of the well."""
     columns = assign_well_columns(file, "collars", asked).complete().columns
-    places = np.column_stack([_known_numbers(file, columns[name]) for name in ("x", "y", "z")])
-    lengths = np.full(len(places), np.nan)
+    places, usable = _complete_rows(file, [columns[name] for name in ("x", "y", "z")], found)
+    lengths = np.full(len(usable), np.nan)
     if "collar_length" in columns:
         lengths = numbers_of(file, columns["collar_length"])
     lengths = np.where(np.isnan(lengths), np.inf, lengths)
     wells: dict[str, Well] = {}
-    names, lines = names_of_wells(file, columns["collar_well"]), lines_of(file).tolist()
-    for line, name, place, length in zip(lines, names, places, lengths, strict=True):
-        if not name:
-            raise CCWSIMError(f"{file.name}, line {line}: the name of the well is missing; add it")
-        if name in wells:
-            raise CCWSIMError(
-                f"{file.name}, lines {wells[name].line} and {line}: the well {shown(name)} has two "
-                "collars; leave one out"
-            )
-        wells[name] = Well(line, place, float(length), [])
+    names = names_of_wells(file, columns["collar_well"])
+    usable &= found.named(file, names)
+    for k, place in enumerate(np.column_stack(places)):
+        if usable[k] and (name := names[k]) in wells:
+            said = f"the well {shown(name)} has two collars"
+            found.add("on_bad_row", file, [wells[name].row, k], said, "leave one out")
+        elif usable[k]:
+            wells[name] = Well(k, place, float(lengths[k]), [])
     return wells
 
 
-def _add_stations(file: DataFile, wells: dict[str, Well], asked: WellColumns) -> None:
+def _add_stations(
+    file: DataFile, wells: dict[str, Well], asked: WellColumns, found: RowProblems
+) -> None:
     """Add the stations of a table of surveys to the wells."""
     assigned = assign_well_columns(file, "surveys", asked).complete()
     well, depth, azimuth = assigned.of("survey_well", "survey_depth", "survey_azimuth")
     (tilt,) = assigned.of("survey_inclination", "survey_dip")
     is_dip = "survey_dip" in assigned.columns
-    depths, bearings, tilts = (_known_numbers(file, name) for name in (depth, azimuth, tilt))
-    lines = lines_of(file)
-    if is_dip and tilts.max(initial=0) > 0 and tilts.min() >= 0:
+    (depths, bearings, tilts), usable = _complete_rows(file, (depth, azimuth, tilt), found)
+    if is_dip and usable.any() and tilts[usable].max() > 0 and tilts[usable].min() >= 0:
         raise CCWSIMError(
-            f"{file.name}: {tilt} is {tilts.min():g} to {tilts.max():g}, above the horizon; give "
-            "downward dips as negative numbers, or call the column inclination if 0 is straight "
-            "down"
+            f"{file.name}: {tilt} is {tilts[usable].min():g} to {tilts[usable].max():g}, above "
+            "the horizon; give downward dips as negative numbers, or call the column inclination "
+            "if 0 is straight down"
         )
     least, most = (-90, 90) if is_dip else (0, 180)
     for what, values, low, high in ((azimuth, bearings, -180, 360), (tilt, tilts, least, most)):
-        bad = np.flatnonzero((values < low) | (values > high))
-        if len(bad):
-            raise CCWSIMError(
-                f"{file.name}, line {lines[bad[0]]}: {what} {values[bad[0]]:g} is not from {low} "
-                f"to {high} degrees; correct it"
-            )
+        out = (values < low) | (values > high)
+        usable &= ~out
+        for k in np.flatnonzero(out):
+            said = f"{what} {values[k]:g} is not from {low} to {high} degrees"
+            found.add("on_bad_row", file, [k], said, "correct it")
+    for k in np.flatnonzero(depths < 0):
+        said = f"a station at depth {depths[k]:g} is above the collar"
+        found.add("on_bad_row", file, [k], said, "correct it")
+    usable &= ~(depths < 0)
     # after subtracting `least`, dips and inclinations are both angles from straight down
     radians, bearing = np.radians(tilts - least), np.radians(bearings)
     flat = np.sin(radians)
     ways = np.column_stack([flat * np.sin(bearing), flat * np.cos(bearing), -np.cos(radians)])
     names = np.array(names_of_wells(file, well))
-    for name in dict.fromkeys(names.tolist()):
-        rows = np.flatnonzero(names == name)
-        _check_collar(file, int(lines[rows[0]]), name, wells)
+    usable &= found.with_collar(file, names.tolist(), wells)
+    for name in dict.fromkeys(names[usable].tolist()):
+        rows = np.flatnonzero(usable & (names == name))
         rows = rows[np.argsort(depths[rows], kind="stable")]
-        twice = np.flatnonzero(np.diff(depths[rows]) == 0)
-        if depths[rows[0]] < 0 or len(twice):
-            k, said = (rows[twice[0] + 1], "twice") if len(twice) else (rows[0], "above the collar")
-            raise CCWSIMError(
-                f"{file.name}, line {lines[k]}: a station of {shown(name)} at depth {depths[k]:g} "
-                f"is {said}; correct it"
-            )
-        for k, after in pairwise(rows):
-            if bend_between(ways[k], ways[after]) > MAX_BEND:
-                raise CCWSIMError(
-                    f"{file.name}, lines {lines[k]} and {lines[after]}: {shown(name)} reverses "
-                    f"its direction between these stations; correct {azimuth} or {tilt}"
-                )
-        stations = Stations(depths[rows], ways[rows])
-        if depths[rows[0]] > 0:  # above its first station, a well keeps this station's direction
-            stations = Stations(np.r_[0.0, depths[rows]], ways[np.r_[rows[0], rows]])
+        used = rows[:1].tolist()
+        for k in rows[1:].tolist():
+            before = used[-1]
+            if depths[k] == depths[before]:
+                said = f"a station of {shown(name)} at depth {depths[k]:g} is twice"
+                found.add("on_bad_row", file, [k], said, "correct it")
+            elif bend_between(ways[before], ways[k]) > MAX_BEND:
+                said = f"{shown(name)} reverses its direction between these stations"
+                found.add("on_bad_row", file, [before, k], said, f"correct {azimuth} or {tilt}")
+            else:
+                used.append(k)
+        stations = Stations(depths[used], ways[used])
+        if depths[used[0]] > 0:  # above its first station, a well keeps this station's direction
+            stations = Stations(np.r_[0.0, depths[used]], ways[np.r_[used[0], used]])
         wells[name].stations.append(stations)
 
 
-def _check_collar(file: DataFile, line: int, name: str, wells: Mapping[str, Well]) -> None:
-    if name not in wells:
-        raise CCWSIMError(
-            f"{file.name}, line {line}: there is no collar of the well {shown(name)}; "
-            "add it to the collars"
-        )
-
-
 def _points(
-    file: DataFile, wells: dict[str, Well], grid: Grid, asked: WellColumns
+    file: DataFile, wells: dict[str, Well], grid: Grid, asked: WellColumns, found: RowProblems
 ) -> ImportedPoints:
     """Return the points of all wells: one per single depth, or one per cell of each interval."""
     assigned = assign_well_columns(file, "intervals", asked).complete()
-    depths = assigned.of("depth_from", "depth_to", "depth")
-    columns = [_known_numbers(file, name) for name in depths]
-    start, end, lines = columns[0], columns[-1], lines_of(file)
-    below, spans = heights_below(file.name, lines, np.zeros(len(lines)), columns)
-    names = names_of_wells(file, assigned.columns["well"])
-    _check(file, names, start, end, wells)
-    collars = np.array([wells[name].collar for name in names]).reshape(-1, 3)
+    columns, column = assigned.columns, assigned.columns["facies"]
+    check_few(file.name, len(lines_of(file)), "rows")
+    missing = np.full(len(lines_of(file)), np.nan)
+    depths = [
+        numbers_of(file, columns[role]).astype(np.float64) if role in columns else missing
+        for role in (("depth", "depth") if "depth" in columns else ("depth_from", "depth_to"))
+    ]
+    names = names_of_wells(file, columns["well"])
+    lengths = {name: well.length for name, well in wells.items()}
+    rows, start, end = usable_intervals(file, names, depths, lengths, found)
+    names = np.array(names)[rows]
+    collars = np.array([wells[name].collar for name in names.tolist()]).reshape(-1, 3)
+    single = "depth" in columns
+    below, spans = heights_below(
+        file.name, lines_of(file)[rows], np.zeros(len(rows)), [start] if single else [start, end]
+    )
     places = collars + np.outer(below, [0, 0, 1])
     spans = None if spans is None else spans + collars[:, 2:]
-    points = points_of_rows(file, assigned.columns["facies"], places, names, spans=spans)
-    known = np.isin(lines, points.lines)
-    names, start, end = np.array(names)[known], start[known], end[known]
+    values, words, file_of_values = facies_of_rows(file, column)
+    values = _with_facies(file, values, file_of_values.known(values), rows, names, found)
+    lines = lines_of(file)
+    points = known_points(file_of_values, column, places, values, lines[rows], spans=spans)
+    pairs = zip(lines[rows].tolist(), names.tolist(), strict=True)
+    points = replace(points, words=words, wells=dict(pairs), problems=tuple(found.found))
+    known = np.isin(lines[rows], points.lines)
+    names, start, end = names[known], start[known], end[known]
     bent = np.array([bool(wells[name].stations) for name in names.tolist()], bool)
     parts = [along_wells(points.taken(~bent), grid)]
     parts += [
@@ -364,33 +397,22 @@ def _notes_on_paths(
     return tuple(notes)
 
 
-def _check(
+def _with_facies(
     file: DataFile,
-    names: list[str],
-    start: NDArray[np.float64],
-    end: NDArray[np.float64],
-    wells: dict[str, Well],
-) -> None:
-    """Raise an error, with line numbers, for impossible intervals."""
-    lines = lines_of(file).tolist()
-    for k, name in enumerate(names):
-        where = f"{file.name}, line {lines[k]}"
-        _check_collar(file, lines[k], name, wells)
-        if start[k] < 0:
-            raise CCWSIMError(f"{where}: the depth {start[k]:g} is above the collar; correct it")
-        if end[k] > wells[name].length:
-            raise CCWSIMError(
-                f"{where}: the depth {end[k]:g} is below the end of {shown(name)} at "
-                f"{wells[name].length:g}; correct one of them"
-            )
-    order = np.lexsort((start, np.array(names)))
-    for a, b in pairwise(order):
-        if names[a] == names[b] and start[b] < end[a]:
-            first, second = sorted((lines[a], lines[b]))
-            raise CCWSIMError(
-                f"{file.name}, lines {first} and {second}: two intervals of {shown(names[a])} "
-                f"overlap below the depth {start[b]:g}; correct one of them"
-            )
+    values: NDArray[np.float64],
+    known: NDArray[np.bool_],
+    rows: NDArray[np.int64],
+    names: NDArray[np.str_],
+    found: RowProblems,
+) -> NDArray[np.float64]:
+    """Return the values of rows; if asked for, a missing one is that of the interval above."""
+    values, known = values[rows].copy(), known[rows]
+    for k in np.flatnonzero(~known).tolist():
+        said = f"an interval of {shown(str(names[k]))} has no facies"
+        found.add("on_no_facies", file, [rows[k]], said, "add it")
+        if found.decided("on_no_facies") == "above" and k and names[k] == names[k - 1]:
+            values[k] = values[k - 1]
+    return values
 
 
 def _along_path(

@@ -33,6 +33,7 @@ from ccwsim.ui.study.questions import (
     IN_SCRIPTS,
     ask_columns_of_wells,
     ask_data,
+    ask_troubles,
     described,
     offer_fit,
     role_of,
@@ -75,6 +76,7 @@ def draw_wells_import(state: State, tables: bool = False) -> None:
     tried = replace(state.choices, data=choice)
     _say_state(state, tried)
     use = partial(use_data, state)
+    ask_troubles(tried, use, wide=True)
     if tables:
         for table, preview in previews_of_wells(choice).items():
             if isinstance(preview, PointsPreview):
@@ -147,7 +149,7 @@ def _draw_map(state: State, tried: Choices) -> None:
     except CCWSIMError:  # the error is reported above
         return
     panel_title(title, f"grid of {described(tried.grid)}")
-    step = -(-placed.points.n // MAX_DRAWN)
+    step = max(1, -(-placed.points.n // MAX_DRAWN))
     colours = _colours(state, tried, placed)[::step]
     above = placed.cells[::step, -2:]  # the map shows the data of a volume from above
     svg = placement_svg(above, colours, tried.grid.shape[-2:])

@@ -31,7 +31,8 @@ from ccwsim.io import (
     read_well_points,
     resolve_points,
 )
-from ccwsim.io.hard_data.placing import far_away
+from ccwsim.io.hard_data.placing import CHOICES, far_away
+from ccwsim.io.hard_data.points import ROW_CHOICES
 from ccwsim.io.isolated import IsolatedFile
 from ccwsim.io.limits import limited, upload_limits
 from ccwsim.jobs.job import result_in_turn
@@ -168,7 +169,8 @@ def wells_of(choices: Choices) -> CellsOfWells:
 def points_of(choice: DataChoice, grid: Grid | None = None) -> ImportedPoints:
     """Return the points in files of hard data; a grid in a file may differ from `grid`."""
     if choice.tables is not None:
-        return _well_points(choice.tables, choice.upload, _well_columns(choice), grid)
+        decisions = tuple(answer for answer in choice.answers if answer[0] in ROW_CHOICES)
+        return _well_points(choice.tables, choice.upload, _well_columns(choice), decisions, grid)
     shape = None if grid is None else grid.shape
     return _points(choice.upload, _columns(choice, shape), shape)
 
@@ -236,7 +238,7 @@ def _well_columns(choice: DataChoice) -> WellColumns:
 
 def _settled(placed: PlacedPoints, answers: Answers) -> HardDataImport:
     """Return points placed on the grid; the user's answers resolve conflicts."""
-    settling = {name: answer for name, answer in answers if name in SETTLING}
+    settling = {name: answer for name, answer in answers if name in CHOICES}
     return resolve_points(placed, Conversion(**settling))
 
 
@@ -260,7 +262,11 @@ def _points(upload: Upload | None, columns: PointColumns, shape: Shape | None) -
 
 @cached(max_entries=32)
 def _well_points(
-    tables: WellTables, intervals: Upload | None, columns: WellColumns, grid: Grid | None
+    tables: WellTables,
+    intervals: Upload | None,
+    columns: WellColumns,
+    decisions: Answers,
+    grid: Grid | None,
 ) -> ImportedPoints:
     if grid is None or grid.nz is None:
         raise CCWSIMError(
@@ -272,7 +278,8 @@ def _well_points(
             raise CCWSIMError(f"there is no table of {what} yet; choose a file")
     surveys: Any = nullcontext() if tables.surveys is None else opened(tables.surveys)
     with opened(tables.collars) as collars, opened(intervals) as log, surveys as stations:
-        return read_well_points(collars, log, grid, columns, surveys=stations)
+        how: dict[str, Any] = {"surveys": stations, "conversion": Conversion(**dict(decisions))}
+        return read_well_points(collars, log, grid, columns, **how)
 
 
 @cached(max_entries=32)

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
+from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -15,6 +17,8 @@ from numpy.typing import NDArray
 
 from ccwsim.io import FileSummary, ImportedPoints, PlacedPoints, PointsPreview, inspect
 from ccwsim.io.hard_data.column_names import ALTERNATIVE_ROLES, DEPTHS, WELL_TABLES
+from ccwsim.io.hard_data.placing import KINDS_OF_ROWS
+from ccwsim.io.hard_data.points import RowProblem
 from ccwsim.io.part import FilePart
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.errors import CCWSIMError
@@ -40,12 +44,20 @@ MAX_NAMES = 24
 """Maximum number of names or codes of facies for which the page asks one by one."""
 AS_READ = {None: "as usual in the format"}
 STOP = {None: "stop with an error"}
+OUT = {"drop": "leave them out"}
 WAYS: dict[str, dict[Any, str]] = {
     "up": AS_READ | {True: "the south", False: "the north"},
     "z_up": AS_READ | {True: "the bottom", False: "the top"},
     "coordinates": {None: "world coordinates", "cells": "column and row of a cell"},
-    "on_outside": STOP | {"drop": "leave them out"},
-    "on_unknown": STOP | {"drop": "leave them out"},
+    **dict.fromkeys(("on_outside", "on_unknown", "on_no_collar", "on_bad_row"), STOP | OUT),
+    "on_overlap": STOP
+    | {
+        "upper": "keep the upper interval whole",
+        "lower": "keep the lower interval whole",
+        "drop": "leave out both intervals",
+    },
+    "on_one_depth": {None: "take the other depth from the neighbouring row"} | OUT,
+    "on_no_facies": {None: OUT["drop"], "above": "take the facies of the interval above"},
     "on_collision": STOP
     | {
         "majority": "keep the majority facies",
@@ -87,7 +99,7 @@ NO_COLUMN = ""
 WIDTH = 232
 """Width of a question in pixels if several questions are side by side."""
 KEPT = "The study keeps its present data."
-IN_SCRIPTS = re.compile(r" \(\w+=\)")
+IN_SCRIPTS = re.compile(r" \(\w+=[^)]*\)")
 """Pattern of hints in error messages that are only useful in scripts."""
 OPEN: dict[str, Any] = {"placeholder": "choose one"}
 Use = Callable[..., None]
@@ -113,13 +125,19 @@ def say_open(choices: Choices, problem: str) -> None:
     if choice.source == "file" and any(summary_of(file) is None for file in choice.files):
         st.error(plain(f"{problem}. {KEPT}"))
         return
-    if placed is not None and (troubles := troubles_of(placed)):
-        problem = f"{placed.points.name} does not fit yet: {', '.join(troubles)}"
+    troubles = troubles_of(placed) if placed is not None else {}
+    undecided = [
+        words
+        for name, words in troubles.items()
+        if WAYS[name].items() >= STOP.items() and name not in dict(choice.answers)
+    ]
+    if placed is not None and undecided:
+        problem = f"{placed.points.name} does not fit yet: {', '.join(undecided)}"
     st.warning(plain(f"{IN_SCRIPTS.sub('', problem)}. {KEPT}"))
 
 
-def troubles_of(placed: PlacedPoints) -> list[str]:
-    """Return a short phrase for each kind of problem that the data have.
+def troubles_of(placed: PlacedPoints) -> dict[str, str]:
+    """Return a short phrase for each kind of problem that the data have, by question in `WAYS`.
 
     Examples
     --------
@@ -128,15 +146,19 @@ def troubles_of(placed: PlacedPoints) -> list[str]:
     ...     np.array([[9.0, 9.0]]), np.ones(1), np.ones(1, int), False, "line", "a", "b"
     ... )
     >>> troubles_of(place_points(found, Grid(4, 4)))
-    ['1 of 1 data outside the grid']
+    {'on_outside': '1 of 1 data outside the grid'}
     """
-    n, unknown = placed.points.n, len(placed.unknown)
-    counts = {
-        f"{len(placed.outside)} of {n} data outside the grid": len(placed.outside),
-        f"{unknown} of {n} data of facies that the image does not have": unknown,
-        f"cells with more than one facies: {len(placed.collisions)}": len(placed.collisions),
+    n, rows = placed.points.n, Counter(problem.option for problem in placed.points.problems)
+    outside, unknown, cells = map(len, (placed.outside, placed.unknown, placed.collisions))
+    kinds = {
+        name: (rows[name], f"{kind[:1].lower()}{kind[1:]}: {rows[name]}")
+        for name, kind in KINDS_OF_ROWS.items()
+    } | {
+        "on_outside": (outside, f"{outside} of {n} data outside the grid"),
+        "on_unknown": (unknown, f"{unknown} of {n} data of facies that the image does not have"),
+        "on_collision": (cells, f"cells with more than one facies: {cells}"),
     }
-    return [words for words, count in counts.items() if count]
+    return {name: words for name, (count, words) in kinds.items() if count}
 
 
 def answered(answers: Answers, **new: Any) -> Answers:
@@ -165,8 +187,8 @@ def rounded(value: float) -> float:
 def ask_data(choices: Choices, use: Use, *, wide: bool = False) -> None:
     """Ask the open questions about the hard data of a study.
 
-    If `wide`, all columns and names are shown with their guesses, and a table lists rows that do
-    not fit. Other functions offer a larger grid and draw the columns of tables of wells.
+    If `wide`, all columns and names are shown with their guesses. Other functions then offer a
+    larger grid, ask about rows that do not fit, and draw the columns of tables of wells.
     """
     choice, grid, points = choices.data, choices.grid, None
     write = writer(choice, use)
@@ -195,8 +217,7 @@ def ask_data(choices: Choices, use: Use, *, wide: bool = False) -> None:
         _ask_names(choices, placed, write, wide)
     if not wide:
         offer_fit(choices, use)
-    if placed is not None:
-        _ask_troubles(placed, dict(choice.answers), write, wide)
+        ask_troubles(choices, use)
 
 
 def writer(choice: DataChoice, use: Use) -> Write:
@@ -341,8 +362,6 @@ def with_column(taken: Mapping[str, str | None], role: str, column: str) -> dict
     for ones, others in (*EITHER_ROLES, *(sides[::-1] for sides in EITHER_ROLES)):
         if role in ones and column:
             new |= dict.fromkeys(other for other in others if other in new)
-        elif role in ones:  # intervals have both end depths or neither
-            new |= {other: NO_COLUMN for other in ones if other in new}
     return new
 
 
@@ -442,14 +461,41 @@ def described(grid: Grid) -> str:
     return f"{describe_shape(grid.shape)} cells of {size} from ({corner})"
 
 
-def _ask_troubles(placed: PlacedPoints, known: Mapping[str, Any], write: Write, wide: bool) -> None:
-    """List the rows that do not fit, and ask how to handle these rows."""
+def ask_troubles(choices: Choices, use: Use, *, wide: bool = False) -> None:
+    """List the rows that do not fit, in tables if `wide`, and ask how to handle these rows."""
+    choice, placed = choices.data, if_possible(lambda: placed_data(choices))
+    if placed is None:
+        return
+    write, known, troubles = writer(choice, use), dict(choice.answers), troubles_of(placed)
     clashing = np.concatenate(placed.collisions) if placed.collisions else np.empty(0, np.int64)
     kinds = {"on_outside": placed.outside, "on_unknown": placed.unknown, "on_collision": clashing}
-    open_ones = {name: rows for name, rows in kinds.items() if len(rows)}
-    for label, (name, rows) in zip(troubles_of(placed), open_ones.items(), strict=True):
-        ask_way(name, known, write, label[:1].upper() + label[1:])
-        _list_rows(placed, rows, wide)
+    places = st.columns(2, gap="large") if wide and troubles else [st.container()]
+    for place, (name, label) in zip(cycle(places), troubles.items(), strict=False):
+        with place:
+            ask_way(name, known, write, label[:1].upper() + label[1:])
+            if name in kinds:
+                _list_rows(placed, kinds[name], wide)
+            else:
+                _list_problems([p for p in placed.points.problems if p.option == name], wide)
+
+
+def _list_problems(problems: Sequence[RowProblem], wide: bool) -> None:
+    """List problems with rows of tables of wells."""
+    first = problems[: MAX_LISTED if wide else 3]
+    if wide:
+        rows = {"rows": [p.where for p in first], "problem": [p.said for p in first]}
+        _draw_table(rows, len(problems))
+    else:
+        more = " …" if len(problems) > len(first) else ""
+        st.caption(plain("; ".join(f"{p.where}: {p.said}" for p in first) + more))
+
+
+def _draw_table(rows: Mapping[str, Any], n: int) -> None:
+    """Draw the first of `n` rows as a table, by column."""
+    table = pd.DataFrame(rows)
+    st.dataframe(table, hide_index=True, height="content" if len(table) < 8 else 280)
+    if n > len(table):
+        st.caption(f"The first {len(table)} of {n} rows.")
 
 
 def _list_rows(placed: PlacedPoints, which: NDArray[np.int64], wide: bool) -> None:
@@ -461,12 +507,12 @@ def _list_rows(placed: PlacedPoints, which: NDArray[np.int64], wide: bool) -> No
     names = ("x", "y", "z")[:n] if points.world else axes[-n:]
     first = which[:MAX_LISTED]
     rows: dict[str, Any] = {points.counted: points.lines[first]}
+    if points.wells:
+        rows["well"] = [points.wells.get(line, "") for line in points.lines[first].tolist()]
     rows |= {name: points.places[first, k] for k, name in enumerate(names)}
     rows["facies"] = [points.said(int(k)) for k in first]
     rows["cell"] = [
         ", ".join(f"{axis} {k}" for axis, k in zip(axes[-len(cell) :], cell, strict=True))
         for cell in placed.cells[first].tolist()
     ]
-    st.dataframe(pd.DataFrame(rows), hide_index=True, height="content" if len(first) < 8 else 280)
-    if len(which) > len(first):
-        st.caption(f"The first {len(first)} of {len(which)} rows.")
+    _draw_table(rows, len(which))

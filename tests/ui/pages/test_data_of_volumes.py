@@ -198,7 +198,7 @@ def test_tables_that_contradict_each_other_change_nothing():
     app = with_tables(opened("data", state_of()).run(), {"collars": COLLARS})
     with_tables(app, {"intervals": LOG + b"C,0,3,1\n"})
     state = app.session_state[KEY]
-    assert "line 5: there is no collar of the well 'C'" in texts(app)
+    assert "line 5: there is no collar of the well 'C'" in captions(app)
     assert data_of(state.choices).n == 0
     with_tables(app, {"intervals": b"%PDF-1.7\x00"})
     assert "is a PDF file" in " ".join(e.value for e in app.error)

@@ -50,7 +50,7 @@ def test_a_german_spreadsheet_in_utm_needs_two_answers():
     assert [named(app.selectbox, f"ask_column_{role}").value for role in ("x", "y", "facies")] == [
         "Rechtswert", "Hochwert", "Fazies",
     ]  # fmt: skip
-    frame = app.dataframe[0].value
+    frame = app.dataframe[-1].value
     assert list(frame.columns)[1:3] == ["Rechtswert → x", "Hochwert → y"]
     assert frame.iloc[0].tolist()[1] == "436120.5"
     assert named(app.selectbox, "ask_name_1").value is None  # Ton
@@ -121,9 +121,9 @@ def test_a_continuous_log_asks_for_a_threshold_and_nothing_else_does():
 def test_rows_that_do_not_fit_are_listed_with_a_choice():
     rows = "x,y,facies\n10,20,1\n10,20,0\n900,20,1\n30,40,7\n"
     app = launched(rows)
-    lists = [frame.value for frame in app.dataframe[1:]]
-    assert [frame.iloc[:, 0].tolist() for frame in lists] == [[4], [5], [2, 3]]
-    assert lists[1]["facies"].tolist() == ["7"]
+    lists = [frame.value for frame in app.dataframe[:-1]]
+    assert [frame.iloc[:, 0].tolist() for frame in lists] == [[4], [2, 3], [5]]
+    assert lists[2]["facies"].tolist() == ["7"]
     named(app.selectbox, "ask_on_outside").set_value(1).run()
     named(app.selectbox, "ask_name_0").set_value(1).run()
     named(app.selectbox, "ask_on_collision").set_value(1).run()

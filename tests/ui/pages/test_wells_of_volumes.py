@@ -72,6 +72,12 @@ def state_of(app: AppTest) -> State:
     return app.session_state[KEY]
 
 
+def listed(app: AppTest) -> str:
+    """All rows that are listed with a problem."""
+    frames = [frame.value for frame in app.dataframe if "problem" in frame.value]
+    return "; ".join(f"{r['rows']}: {r['problem']}" for f in frames for _, r in f.iterrows())
+
+
 def value(app: AppTest, role: str) -> str | None:
     return named(app.selectbox, f"ask_column_{role}").value
 
@@ -145,7 +151,7 @@ def test_every_column_of_every_table_can_be_chosen():
     assert [len(frame.value) for frame in app.dataframe[:3]] == [2, 3, 1]
     assert "p → well" in app.dataframe[2].value.columns
     choose(app, survey_inclination="s")  # −80 from straight down cannot be
-    assert "line 2: s -80 is not from 0 to 180" in texts(app)
+    assert "line 2: s -80 is not from 0 to 180" in listed(app)
     assert "survey_dip" not in dict(state_of(app).data_draft.answers)
     choose(app, survey_dip="s")
     assert state_of(app).data_draft is None
@@ -160,8 +166,8 @@ def test_names_troubles_and_the_grid_are_asked_as_of_maps():
     assert "3 of 12 data outside the grid" in said
     assert "3 of 12 data of facies that the image does not have" in said
     assert "cells with more than one facies: 3" in said
-    lists = [frame.value.iloc[:, 0].tolist() for frame in app.dataframe[2:]]
-    assert lists == [[4, 4, 4], [5, 5, 5], [2, 3, 2, 3, 2, 3]]
+    lists = [frame.value.iloc[:, 0].tolist() for frame in app.dataframe[:3]]
+    assert lists == [[4, 4, 4], [2, 3, 2, 3, 2, 3], [5, 5, 5]]
     ton = next(box for box in app.selectbox if box.label == "Ton is")
     ton.set_value(0).run()
     named(app.selectbox, "ask_on_collision").set_value(2).run()
@@ -171,6 +177,34 @@ def test_names_troubles_and_the_grid_are_asked_as_of_maps():
     data = data_of(state.choices)
     assert len({*map(tuple, data.cells[:, 1:].tolist())}) == 2
     assert sorted(data.facies.tolist()).count(0) >= 3
+
+
+def test_problems_of_tables_of_wells_are_listed_together_each_with_a_choice():
+    app = launched(tables=True)
+    bring(app, "collars", "well,x,y,z,td\nA,10.5,2.5,12,12\nB,20.5,9.5,12,\n")
+    log = "well,from,to,facies\nA,0,4,sand\nA,3,,clay\nB,0,2,sand\nB,2,3,\nC,0,1,clay\nB,9,6,clay\n"
+    bring(app, "intervals", log)
+    said = texts(app)
+    assert "pairs of intervals that overlap: 1" in said
+    assert "wells without a collar: 1" in said
+    assert "rows that cannot be used: 1" in said
+    assert "only one depth" not in said  # the neighbouring row has it
+    assert "intervals.csv, lines 2 and 3: two intervals of 'A' overlap below the dep" in listed(app)
+    assert "intervals.csv, line 5: an interval of 'B' has no facies" in listed(app)
+    assert data_of(state_of(app).choices).n == 0
+    named(app.selectbox, "ask_on_overlap").set_value(2).run()
+    assert "overlap" not in texts(app)
+    named(app.selectbox, "ask_on_no_collar").set_value(1).run()
+    named(app.selectbox, "ask_on_bad_row").set_value(1).run()
+    state = state_of(app)
+    assert not app.exception
+    assert state.data_draft is None
+    assert data_of(state.choices).n == 12 + 2
+    assert named(app.selectbox, "ask_on_overlap").value == 2
+    named(app.selectbox, "ask_on_no_facies").set_value(1).run()
+    assert data_of(state_of(app).choices).n == 12 + 3
+    named(app.selectbox, "ask_on_one_depth").set_value(1).run()
+    assert data_of(state_of(app).choices).n == 4 + 3
 
 
 def test_a_porosity_log_asks_for_a_threshold():
@@ -189,7 +223,7 @@ def test_a_porosity_log_asks_for_a_threshold():
         ("collars", "well,x,y,z\nA,1,b,12\n", "line 2: 'b'"),
         ("collars", "well,x,y,z\nA,1,2,12\nA,1,2,12\n", "lines 2 and 3: the well 'A' has two coll"),
         ("intervals", "well,from,to,facies\nA,5,3,1\n", "line 2: the upper depth 5 is below"),
-        ("intervals", "well,from,facies\nA,5,1\n", "add a column 'to'"),
+        ("intervals", "well,from,facies\nA,5,1\n", "line 2: the lower depth is missing"),
         ("intervals", "well,from,to\nA,5,6\n", "no column that looks like facies"),
         ("surveys", "well,depth,azimuth\nA,5,3\n", "no column of the tilt of wells"),
         ("surveys", "well,depth,azimuth,dip\nZ,5,3,-80\n", "no collar of the well 'Z'"),
@@ -204,7 +238,7 @@ def test_what_is_wrong_with_a_table_is_said_and_changes_nothing(name, content, s
     for other in (*tables, "surveys"):
         if other == name or other in tables:
             bring(app, other, content if other == name else tables[other])
-    assert said in texts(app)
+    assert said in f"{texts(app)} {listed(app)}"
     before = state_of(app).choices.data
     assert data_of(state_of(app).choices).n == (3 if name == "surveys" else 0)
     named(app.button, "wells_drop").click().run()

@@ -1,0 +1,143 @@
+"""Intervals of wells: complete missing depths, find rows that cannot be used, resolve overlaps."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.io.data_file import DataFile
+from ccwsim.io.hard_data.points import RowProblems
+from ccwsim.model.errors import shown
+
+
+class Intervals(NamedTuple):
+    """Rows of a table of intervals that can be used, sorted by well and depth."""
+
+    rows: NDArray[np.int64]  # indices of rows
+    start: NDArray[np.float64]
+    end: NDArray[np.float64]  # upper and lower depths along the well
+
+
+def usable_intervals(
+    file: DataFile,
+    names: Sequence[str],
+    depths: Sequence[NDArray[np.float64]],
+    lengths: Mapping[str, float],
+    found: RowProblems,
+) -> Intervals:
+    """Return the intervals that can be used; every problem is added to `found`.
+
+    Parameters
+    ----------
+    file : DataFile
+        The table of intervals.
+    names : sequence of str
+        The well of each row.
+    depths : pair of array
+        Upper and lower depths; a missing depth is NaN.
+    lengths : mapping of str to float
+        The length of each well; infinite if unknown.
+    found : RowProblems
+        Takes the problems, and contains the user's decisions.
+
+    Examples
+    --------
+    >>> file = DataFile("table", "a.csv", {}, is_table=True, lines=np.array([2, 3]))
+    >>> depths = np.array([0.0, np.nan]), np.array([8.0, 14.0])
+    >>> usable_intervals(file, ["A", "A"], depths, {"A": 20.0}, RowProblems()).start
+    array([0., 8.])
+    """
+    start, end = depths[0].copy(), depths[1].copy()
+    keep = found.with_collar(file, names, lengths)
+    empty = keep & np.isnan(start) & np.isnan(end)
+    found.bad(file, empty, "the depth is missing", "add it")
+    keep &= ~empty
+    wells = {name: k for k, name in enumerate(lengths)}
+    ids = np.array([wells.get(name, -1) for name in names], np.int64)
+    ends_of_wells = np.array([*lengths.values(), np.nan])[ids]
+
+    def sorted_rows() -> NDArray[np.int64]:
+        begins = ~np.isnan(start)
+        order = np.lexsort((begins, np.where(begins, start, end), ids))
+        return order[keep[order]]
+
+    order = sorted_rows()
+    _complete(file, order, ids, start, end, ends_of_wells, keep, found)
+    for k in np.flatnonzero(keep & (start > end)):
+        said = f"the upper depth {start[k]:g} is below the lower depth {end[k]:g}"
+        found.add("on_bad_row", file, [k], said, "exchange them")
+    for k in np.flatnonzero(keep & (start < 0)):
+        said = f"the depth {start[k]:g} is above the collar"
+        found.add("on_bad_row", file, [k], said, "correct it")
+    for k in np.flatnonzero(keep & (end > ends_of_wells)).tolist():
+        said = f"the depth {end[k]:g} is below the end of {shown(names[k])} at {ends_of_wells[k]:g}"
+        found.add("on_bad_row", file, [k], said, "correct one of them")
+    keep &= (start <= end) & (start >= 0) & (end <= ends_of_wells)
+    order = sorted_rows()
+    _resolve_overlaps(file, order, names, start, end, keep, found)
+    order = order[keep[order]]
+    return Intervals(order, start[order], end[order])
+
+
+def _complete(
+    file: DataFile,
+    order: NDArray[np.int64],
+    ids: NDArray[np.int64],
+    start: NDArray[np.float64],
+    end: NDArray[np.float64],
+    ends_of_wells: NDArray[np.float64],
+    keep: NDArray[np.bool_],
+    found: RowProblems,
+) -> None:
+    """Replace a missing depth by that of the row above or below, the collar, or the well's end."""
+    wells = ids[order]
+    first, last = np.diff(wells, prepend=-1) != 0, np.diff(wells, append=-1) != 0
+    above = np.where(first, 0.0, np.roll(end[order], 1))
+    below = np.where(last, ends_of_wells[order], np.roll(start[order], -1))
+    for values, others, which in ((start, above, "upper"), (end, below, "lower")):
+        lacking = np.isnan(values[order])
+        filled = lacking & np.isfinite(others)
+        for k in order[filled]:
+            found.add("on_one_depth", file, [k], f"the {which} depth is missing", "add it")
+        values[order[filled]] = others[filled]
+        if found.decided("on_one_depth") == "drop":
+            keep[order[filled]] = False
+        lost = np.zeros(len(keep), bool)
+        lost[order[lacking & ~filled]] = True
+        found.bad(file, lost, f"the {which} depth is missing, and no other row has it", "add it")
+        keep &= ~lost
+
+
+def _resolve_overlaps(
+    file: DataFile,
+    order: NDArray[np.int64],
+    names: Sequence[str],
+    start: NDArray[np.float64],
+    end: NDArray[np.float64],
+    keep: NDArray[np.bool_],
+    found: RowProblems,
+) -> None:
+    """Shorten or leave out intervals that overlap; without a decision, the upper is kept."""
+    decided = found.decided("on_overlap")
+    upper = -1
+    for k in order.tolist():
+        if upper < 0 or names[upper] != names[k]:
+            upper = k
+            continue
+        if start[k] < end[upper]:
+            said = f"two intervals of {shown(names[k])} overlap below the depth {start[k]:g}"
+            found.add("on_overlap", file, [upper, k], said, "correct one of them")
+            if decided == "drop":
+                keep[[upper, k]] = False
+            elif decided == "lower":
+                end[upper] = start[k]
+                upper = k
+                continue
+            else:
+                start[k] = end[upper]
+                end[k] = max(end[k], start[k])
+        if end[k] > end[upper]:
+            upper = k
