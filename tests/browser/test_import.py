@@ -180,6 +180,42 @@ def test_an_image_and_wells_in_utm_give_a_geotiff_without_a_number_typed(tab, ad
             assert (made.read(at)[::-1][rows, columns] == codes[rows, columns]).all()
 
 
+WELLS = {
+    "collars": "hole_id,x,y,elevation,depth\nW1,20.5,20.5,24,24\nW2,70.5,30.5,24,24\n"
+    "W3,50.5,40.5,24,24\n",
+    "intervals": "hole_id,from,to,lith\nW1,0,8,0\nW1,8,14,1\nW1,14,24,0\nW2,0,5,0\nW2,5,24,1\n"
+    "W3,0,10,0\nW3,10,22,1\nW3,20,24,0\nW5,0,10,1\n",
+    "surveys": "hole_id,depth,azimuth,dip\nW3,0,90,-60\nW3,24,90,-50\n",
+}
+OF_VOLUME = "ti=sinuous_channels&grid=96x64x24&data=none&realizations=1"
+
+
+def test_problems_of_tables_of_wells_are_said_at_once_each_with_a_choice(tab, address, tmp_path):
+    tab.goto(f"{address}/import?{OF_VOLUME}")
+    given = tab.locator(".st-key-wells_collars input[type=file]")
+    for key, label in (("import_subject", "Hard data"), ("import_tables", "tables of collars")):
+        kind = tab.locator(f".st-key-{key}").get_by_text(label)
+        kind.wait_for(timeout=SLOW)
+        at_rest(tab)
+        kind.click(timeout=SLOW)
+    given.wait_for(state="attached", timeout=SLOW)
+    for name, text in WELLS.items():
+        file = {"name": f"{name}.csv", "mimeType": "text/csv", "buffer": text.encode()}
+        box = tab.locator(f".st-key-wells_{name} input[type=file]")
+        box.set_input_files(file, timeout=SLOW)
+        tab.locator(f".st-key-wells_{name}").get_by_text(f"{name}.csv").wait_for(timeout=SLOW)
+        at_rest(tab)
+    said = "pairs of intervals that overlap: 1, wells without a collar: 1"
+    tab.get_by_text(said).first.wait_for(timeout=SLOW)
+    at_rest(tab)
+    tab.screenshot(path=tmp_path / "asked.png", full_page=True)
+    choose(tab, "ask_on_overlap", "keep the upper interval whole")
+    choose(tab, "ask_on_no_collar", "leave them out")
+    tab.get_by_text("collars.csv, surveys.csv are in the study").wait_for(timeout=SLOW)
+    tab.screenshot(path=tmp_path / "answered.png", full_page=True)
+    follow(tab, tab.get_by_role("button", name="Simulate", exact=True), "simulate")
+
+
 def test_the_line_on_the_histogram_is_dragged_and_moved_with_a_key(tab, address):
     tab.goto(f"{address}/import?{STUDY}")
     box = tab.locator(".st-key-import_image_file input[type=file]")
