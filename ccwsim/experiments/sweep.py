@@ -98,7 +98,8 @@ class Sweep:
     def alike(self, kind: str, among: NDArray[np.int64], tolerance: float) -> NDArray[np.int64]:
         """Return the settings in `among` whose error is close to the smallest error in `among`.
 
-        A close error exceeds the smallest error by at most `tolerance` or `DOUBT` standard errors.
+        An error is close if it exceeds the smallest error by at most `tolerance`, or by at most
+        `DOUBT` standard errors.
         """
         n = np.array([row.quality.n for row in self.rows])
         errors, doubts = self.errors(kind), np.nan_to_num(self.spreads(kind)) / np.sqrt(n)

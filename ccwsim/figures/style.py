@@ -1,6 +1,6 @@
 """Style of all charts (typeface, thin lines, transparent background) in a light and a dark theme.
 
-The module also has the colours and symbols of compared settings, and charts as JSON.
+The module also defines the colours and symbols of compared settings, and converts charts to JSON.
 """
 
 from __future__ import annotations

@@ -79,7 +79,7 @@ class FieldSpec:
         return format_number(value) if isinstance(value, float) else str(value)
 
     def read(self, text: str) -> Any:
-        """Convert a text to a value; error messages begin with "is", to follow the name."""
+        """Convert a text to a value; error messages begin with "is" and follow the name."""
         if self.words:
             if text not in self.words:
                 raise CCWSIMError(f"is none of {', '.join(self.words)}")

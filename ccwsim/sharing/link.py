@@ -366,8 +366,8 @@ def packed(data: HardData) -> str:
     """Return hard data as a word of letters, digits, - and _.
 
     The word contains the number of data; then, for each facies, the code, the number of data, and
-    the steps from cell to cell along (layers,) rows and columns. Data of a volume begin with -3,
-    which cannot be a number of data.
+    the steps from cell to cell along (layers,) rows and columns. For a volume, the
+    word begins with -3, which cannot be a number of data.
 
     Raises `CCWSIMError` for more than `MAX_LINK_DATA` data.
 

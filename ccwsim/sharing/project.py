@@ -244,7 +244,9 @@ def _colours(given: list[Any], name: str) -> tuple[tuple[int, str], ...]:
     for pair in given:
         ok = isinstance(pair, list) and len(pair) == 2 and type(pair[0]) is int
         if not ok or not re.fullmatch("#[0-9a-fA-F]{6}", str(pair[1])):
-            raise CCWSIMError(f"{name}: {shown(pair)} is not a code and a colour; save it again")
+            raise CCWSIMError(
+                f"{name}: {shown(pair)} is not a pair of code and colour; save the project again"
+            )
     return tuple((code, colour) for code, colour in given)
 
 

@@ -16,7 +16,8 @@ UNLIMITED = 1 << 60
 """In control groups of version 1, a limit of at least this many bytes means "no limit"."""
 VERSION_1 = "memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"
 VERSION_2 = "memory.max", "memory.current", "inactive_file"
-"""For each version of control groups: limit file, usage file, name of reclaimable memory."""
+"""For each version of control groups: the file with the limit, the file with the usage, and the
+name of the entry for reclaimable memory."""
 
 
 def free_memory(root: Path = ROOT) -> int | None:

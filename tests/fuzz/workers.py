@@ -71,7 +71,7 @@ class Outcome:
 def outcomes(
     cases: Sequence[Any], acts_of: Callable[[Any], Acts], n_workers: int
 ) -> Iterator[Outcome]:
-    """Yield what became of each case, in any order.
+    """Yield the outcome of each case, in any order.
 
     Parameters
     ----------

@@ -42,7 +42,7 @@ def same(one: Ensemble, other: Ensemble) -> bool:
 
 
 class InLine(Executor):
-    """Does what it is given at once."""
+    """An executor that runs each task immediately."""
 
     def submit(self, fn, /, *args, **kwargs):
         future: Future = Future()

@@ -58,7 +58,7 @@ class Flag(Protocol):
     def is_set(self) -> bool: ...
 
     def report(self, number: int, share: float) -> None:
-        """Send the finished share of a realization."""
+        """Report which share of a realization is finished."""
         ...
 
 
@@ -81,7 +81,7 @@ class FileFlag:
         return self.host == socket.gethostname() and not os.path.exists(self.path)
 
     def report(self, number: int, share: float) -> None:
-        """Write the finished share of a realization to the folder, if the folder exists."""
+        """Write to the folder which share of a realization is finished, if the folder exists."""
         with suppress(FileNotFoundError):
             (Path(self.path) / str(number)).write_text(str(share))
 

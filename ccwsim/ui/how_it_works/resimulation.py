@@ -26,7 +26,7 @@ from ccwsim.ui.widgets.fields import field
 from ccwsim.ui.widgets.text import pair, panel_title, step_note
 
 MAX_TERMS = 3_000_000_000
-"""Maximum number of score terms for which the page places the remaining patches without asking."""
+"""If the remaining patches need more score terms, the page asks before it places these patches."""
 PIXELS = 204
 """Side in pixels of a picture that shows one window of a map."""
 MAX_HEIGHT = 360

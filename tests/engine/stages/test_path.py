@@ -119,7 +119,7 @@ def test_a_new_patch_begins_when_one_cell_is_left(length, n):
 
 
 def test_the_orders_of_a_volume_go_along_each_axis_as_the_fastest_or_the_slowest():
-    """Layers are the slowest, the middle or the fastest axis; turning swaps the other two."""
+    """Layers are the slowest, the middle or the fastest axis; a turned path swaps the others."""
     ways = set()
     for order, orientation in product(range(len(ORDERS)), range(2 * FROM_ABOVE)):
         path = make_path((6, 7, 8), orientation, (4, 4, 4), (1, 1, 1), order)

@@ -76,7 +76,7 @@ def image() -> TrainingImage:
 
 @pytest.fixture(scope="module")
 def ensemble(image) -> Ensemble:
-    """Two wells of which one has all facies against what is around it."""
+    """Two wells; all data of one of them differ from the cells around the well."""
     well = [(k, 5, 6) for k in range(2, 10)]
     other = [(k, 14, 18) for k in range(10)]
     facies = [*image.array[2:10, 5, 6], *([3, 7] * 5)]
