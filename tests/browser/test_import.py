@@ -216,6 +216,16 @@ def test_problems_of_tables_of_wells_are_said_at_once_each_with_a_choice(tab, ad
     follow(tab, tab.get_by_role("button", name="Simulate", exact=True), "simulate")
 
 
+def test_a_bundled_image_is_chosen_by_its_picture(tab, address):
+    tab.goto(f"{address}/simulate?{STUDY}")
+    tab.wait_for_selector(".st-key-map_realization canvas", timeout=SLOW)
+    menu(tab, "image_row")
+    picture = tab.locator(".st-key-image_sheet").get_by_role("button", name="barchans")
+    picture.wait_for(timeout=SLOW)
+    note = tab.locator(".st-key-image_row .note", has_text="400 × 400, 3 facies")
+    until(lambda: picture.click(timeout=GLANCE), lambda wait: note.wait_for(timeout=wait))
+
+
 def test_the_line_on_the_histogram_is_dragged_and_moved_with_a_key(tab, address):
     tab.goto(f"{address}/import?{STUDY}")
     box = tab.locator(".st-key-import_image_file input[type=file]")

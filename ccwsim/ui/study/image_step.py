@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from base64 import b64encode
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import streamlit as st
+from numpy.typing import NDArray
 
 from ccwsim import datasets
-from ccwsim.figures import map_png
+from ccwsim.figures import contact_sheet, facies_colours, map_png
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.sharing.choices import DataChoice, ImageChoice, Upload
+from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.results.maps import colours_of, middle_layer, pretty
 from ccwsim.ui.session.address import go_to, page_link
 from ccwsim.ui.session.cached import cached
@@ -26,6 +30,8 @@ from ccwsim.ui.widgets.fields import button, field, options_of
 from ccwsim.ui.widgets.text import plain, step_note, step_title
 
 THUMB = 76
+MIDDLE = 128
+"""Side in cells, and in pixels of a sharp screen, of the part of a bundled image in the menu."""
 FORMATS = (
     "A picture; SGeMS, GSLIB, MPSLIB, ESRI ASCII, GeoTIFF, Surfer, ZMap, NetCDF, GRDECL, IRAP, "
     "VTI, NumPy, MATLAB; a CSV or Excel table with one row per cell, or a matrix"
@@ -56,6 +62,27 @@ def image_step(state: State) -> None:
     if state.visit_import:
         state.visit_import = False
         go_to(IMPORT_PAGE)
+
+
+@cached()
+def _bundled_sheet() -> dict[str, Any]:
+    """Return the middles of the bundled images, at equal scale, as the data of a sheet."""
+    images = [datasets.load(name) for name in datasets.all_image_names()]
+    maps = [_fullest_layer(image) for image in images]
+    corners = [[(side - MIDDLE) // 2 for side in cells.shape] for cells in maps]
+    parts = [c[y : y + MIDDLE, x : x + MIDDLE] for c, (y, x) in zip(maps, corners, strict=True)]
+    colours = facies_colours(max(images, key=lambda image: image.n_facies))
+    png, columns = contact_sheet(np.stack(parts), colours, longest=MIDDLE)
+    data = {"png": b64encode(png).decode(), "n": len(images), "columns": columns}
+    return data | {"width": MIDDLE // 2, "height": MIDDLE // 2}
+
+
+def _fullest_layer(image: TrainingImage) -> NDArray[np.uint8]:
+    """Return the layer with the fewest cells of the most frequent facies."""
+    if image.n_dimensions == 2:
+        return image.indices
+    others = image.indices != np.argmax(image.proportions)
+    return image.indices[np.argmax(others.mean(axis=(1, 2)))]
 
 
 def keep_button(state: State) -> None:
@@ -139,12 +166,18 @@ def _part_from_data(state: State, data: DataChoice) -> None:
 def _menu(state: State) -> None:
     current = state.image_draft or state.choices.image
 
+    def choose(name: str) -> None:
+        use_image(state, ImageChoice(bundled=name))
+
     chosen: dict[str, Any] = {"value": None if current.upload else current.bundled}
-    chosen["write"] = lambda name: use_image(state, ImageChoice(bundled=name))
-    maps = {name: pretty(name) for name in datasets.names()}
-    volumes = {name: f"{pretty(name)} (volume)" for name in datasets.volume_names()}
-    bundled = options_of(maps | volumes)
-    bundled |= {"placeholder": "choose one"}
+    chosen["write"] = choose
+    labels = {name: pretty(name) for name in datasets.names()}
+    labels |= {name: f"{pretty(name)} (volume)" for name in datasets.volume_names()}
+    names = list(labels)
+    sheet = _bundled_sheet() | {"names": list(labels.values()), "label": "Bundled images"}
+    sheet["shown"] = None if current.upload else names.index(current.bundled)
+    draw_component("sheet", "image_sheet", sheet, "chosen", lambda k: choose(names[int(k)]))
+    bundled: dict[str, Any] = options_of(labels) | {"placeholder": "choose one"}
     field(st.selectbox, "Bundled with the program", key="image_bundled", **chosen, **bundled)
     if not current.upload:
         st.caption(datasets.describe(current.bundled))

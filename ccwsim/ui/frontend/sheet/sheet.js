@@ -1,12 +1,14 @@
-// Small maps of all realizations: each button shows a part of one picture; arrow keys change the choice.
+// Small maps of all realizations or images: each button shows a part of one picture; arrow keys change the choice.
 export default inOrder(({ data, parentElement, setTriggerValue }) => {
   const sheet = parentElement.querySelector('.sheet');
-  const { png, n, columns, width, height, shown } = data;
+  const { png, n, columns, width, height, shown, label, names } = data;
   const hadFocus = sheet.contains(parentElement.activeElement || document.activeElement);
   sheet.classList.toggle('small', width < 64);
-  buttonsIn(sheet, 'Realizations; arrow keys choose', n, 'number').forEach((button, r) => {
-    button.firstChild.textContent = r + 1;
-    button.setAttribute('aria-label', `Realization ${r + 1}`);
+  sheet.classList.toggle('named', !!names);
+  buttonsIn(sheet, label || 'Realizations; arrow keys choose', n, 'number').forEach((button, r) => {
+    button.firstChild.textContent = names ? '' : r + 1;
+    button.setAttribute('aria-label', names ? names[r] : `Realization ${r + 1}`);
+    button.title = names ? names[r] : '';
     button.style.width = width + 'px';
     button.style.height = height + 'px';
     show(button, png);
