@@ -12,6 +12,7 @@ import ccwsim
 import ccwsim.io as cio
 from ccwsim import Ensemble, Grid, HardData, Parameters, TrainingImage
 from ccwsim.io import maps, realizations, training_images
+from ccwsim.io.data_file import printable
 from ccwsim.io.formats.rasters import code_and_wkt
 from ccwsim.io.hard_data.files import FORMATS as HARD_FORMATS
 
@@ -98,6 +99,50 @@ def test_hard_data_are_read_back(kind):
         data = HardData(cells, [5, -3])
         content = cio.hard_data_as_bytes(data, kind, grid)
         assert cio.read_hard_data(BytesIO(content), grid, image).triples == data.triples
+
+
+EVIL = (
+    "=1+1\n9 9 9\n\"'`<b onload=x>,;\t",
+    "-5 /\n/\x1a\x00END",
+    "</VTKFile>]]>&lt;%n{x}$x$",
+)
+"""Names that end a line, a record, a tag or a text."""
+
+
+@pytest.mark.parametrize("kind", realizations.FORMATS)
+def test_names_of_users_break_no_file_of_realizations(kind):
+    for grid in grids_of(kind):
+        ensemble = ensemble_of(grid, 1)
+        array = ensemble.training_image.array
+        image = TrainingImage(array, name=EVIL[0], facies_names=EVIL)
+        ensemble = replace(ensemble, training_image=image)
+        content = BytesIO(cio.realizations_as_bytes(ensemble, kind))
+        if kind == "png":
+            picture = cio.read_training_image(content, classes="codes")
+            assert np.array_equal(picture.array, ensemble.indices[0])
+        else:
+            back = cio.read_realizations(content, image)
+            assert np.array_equal(back.realizations, ensemble.realizations)
+
+
+@pytest.mark.parametrize("kind", maps.MAP_FORMATS)
+def test_names_of_users_break_no_file_of_maps(kind):
+    for grid in grids_of(kind):
+        cells = np.arange(np.prod(grid.shape)).reshape(grid.shape) % 7
+        given = {printable(name): cells + k for k, name in enumerate(EVIL)}
+        content = cio.maps_as_bytes(given, grid, kind)
+        names = [variable.name for variable in cio.inspect(BytesIO(content)).variables]
+        assert len(names) == len(EVIL)
+        for k, name in enumerate(names):
+            how = {"variable": name, "volume": grid.nz is not None}
+            assert np.array_equal(cio.read_grid(BytesIO(content), **how), cells + k)
+
+
+@pytest.mark.parametrize("kind", training_images.FORMATS)
+def test_names_of_users_break_no_file_of_an_image(kind):
+    image = TrainingImage(IMAGE.array + 3, name=EVIL[1], facies_names=EVIL)
+    content = cio.training_image_as_bytes(image, kind)
+    assert np.array_equal(cio.read_training_image(BytesIO(content)).array, image.array)
 
 
 def test_parameters_are_read_back():
