@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import inspect
+import logging
 from dataclasses import replace
 from threading import Event
 
 import pytest
+from streamlit.runtime import app_session
+from streamlit.runtime.scriptrunner_utils import script_run_context
 from streamlit.testing.v1 import AppTest
 
 from ccwsim import CCWSIMError, Grid, datasets
@@ -20,6 +24,7 @@ from ccwsim.ui.benchmark.run import Benchmark, TimingRun
 from ccwsim.ui.compare.settings import ComparePageState
 from ccwsim.ui.paper.page import PaperState
 from ccwsim.ui.session.resolve import data_of
+from ccwsim.ui.session.server import NO_NEWS, is_news
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study.run import start_run
 from ccwsim.ui.sweep.plan import SweepState
@@ -244,3 +249,11 @@ def test_times_that_others_disturbed_are_told(monkeypatch, alone):
     app = AppTest.from_file(str(ROOT / "pages/benchmark.py"), default_timeout=SLOW)
     app.session_state[KEY] = state
     assert ("Other sessions were computing" in html(app.run())) is not alone
+
+
+def test_only_lines_that_report_no_problem_are_left_out_of_the_log():
+    said = [inspect.getsource(module) for module in (app_session, script_run_context)]
+    for text, source in zip(NO_NEWS, said, strict=True):
+        assert text in source, "Streamlit says this in other words; look at is_news again"
+        assert not is_news(logging.makeLogRecord({"msg": f"{text} Ignoring."}))
+    assert is_news(logging.makeLogRecord({"msg": "Uncaught app exception"}))
