@@ -79,7 +79,7 @@ class PairRatio:
     other: str
     between: float  # above 1 if `name` is more varied
     within: float  # above 1 if `name` is farther from the training image
-    ratio: float  # between / within: above 1 if `name` is better
+    ratio: float  # of between / within, above 1 if `name` is better
     errors: tuple[float, float, float]  # standard errors of the logarithms of the three ratios
 
     @property

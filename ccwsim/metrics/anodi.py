@@ -151,9 +151,9 @@ class Anodi:
         return self.ratio @ self.weights
 
     def relative(self, name: str, other: str) -> tuple[float, float, float]:
-        """Return the ratios `name` / `other` of `between` and of `within`, and their quotient.
+        """Return the ratios `name` / `other` of `between`, of `within` and of between / within.
 
-        The two ratios are weighted means over resolutions. A quotient above 1 means that the
+        Each ratio is a weighted mean over resolutions. A third ratio above 1 means that the
         ensemble `name` is better: its realizations vary more relative to their distance from the
         image (Tan et al. 2014). Raises `CCWSIMError` for an unknown name.
         """
@@ -185,11 +185,12 @@ class Anodi:
         return first, second, third
 
     def _relative(self, one: Part, other: Part) -> tuple[float, float, float]:
-        """Return the weighted ratios of `between` and `within`, and the quotient of the ratios."""
+        """Return the weighted ratios of `between`, `within` and between / within."""
         with np.errstate(divide="ignore", invalid="ignore"):
-            between = float(self.weights @ (one[0] / other[0]))
-            within = float(self.weights @ (one[1] / other[1]))
-            return between, within, float(np.divide(between, within))
+            between, within = one[0] / other[0], one[1] / other[1]
+            three = (self.weights @ each for each in (between, within, between / within))
+            first, second, third = map(float, three)
+        return first, second, third
 
     def _without_each(self, k: int) -> Part:
         """Return `between` and `within`, shape (n, factors); row k omits realization k."""

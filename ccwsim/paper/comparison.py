@@ -31,7 +31,6 @@ LIKE_TAU = 0.02  # relative connectivities count as alike up to this difference
 LIKE_SHARE = 0.03  # shares of wrong data count as alike up to this difference
 LIKE_DISTANCE = 1.1  # pattern distances count as alike if their ratio is at most this
 ANODI_LEVEL = 2
-COMPARABLE = 1.15  # distances count as comparable if their ratio is at most this
 SYMBOLS = (
     "circle", "square", "triangle-up", "cross", "x", "star", "diamond", "triangle-down",
 )  # fmt: skip
@@ -170,7 +169,6 @@ def _methods(study: Sampled) -> list[Judgement]:
     claim = "CCWSIM enhances facies connectivity and pattern reproduction (abstract)."
     for whose, who in (
         ("published", "The authors' codes"),
-        ("ours", "Our engine, as published"),
         ("exact", "Our engine, data exact"),
         ("default", f"Our engine, {DEFAULT}"),
     ):
@@ -192,13 +190,13 @@ def _against_published(study: Sampled) -> list[Judgement]:
         (tau, near), (other_tau, other_near) = (case.score for case in pair)
         wrong, theirs = map(study.wrong, pair)
         found = (
-            f"Ours: connectivity {tau:.2f}, pattern distance {near:.4f}, "
-            f"data wrong {percent(wrong)}; theirs: {other_tau:.2f}, {other_near:.4f}, "
+            f"Level {level}: ours has connectivity {tau:.2f}, pattern distance {near:.4f}, "
+            f"data wrong {percent(wrong)}; theirs {other_tau:.2f}, {other_near:.4f}, "
             f"{percent(theirs)}."
         )
         orders = *pair[0].compare(pair[1]), int(wrong < theirs) - int(wrong > theirs)
         low, high = min(orders), max(orders)
-        claim = f"The authors' CCWSIM code at level {level}, same data."
+        claim = "The authors' CCWSIM code, same data."
         in_part = verdicts.judged(claim, found, verdicts.PART)
         other = verdicts.of_order(claim, found, low or high)
         judgements.append(in_part if low < 0 < high else other)
@@ -211,10 +209,13 @@ def _in_search_only(study: Sampled) -> list[Judgement]:
     for method in METHODS:
         for level, *pair in study.pairs((method, "ours"), (method, "published")):
             ours, theirs = map(study.wrong, pair)
-            claim = f"The published {TITLES[method]} code at level {level} misses {percent(theirs)}"
-            found = f"Our engine, as published, misses {percent(ours)}."
+            claim = f"The share of data that the published {TITLES[method]} code misses."
+            found = (
+                f"Level {level}: the authors' code misses {percent(theirs)}, our engine with data "
+                f"in the search only {percent(ours)}."
+            )
             alike = abs(ours - theirs) <= LIKE_SHARE
-            judgements.append(verdicts.of_claim(f"{claim} of the data.", found, alike))
+            judgements.append(verdicts.of_claim(claim, found, alike))
     return judgements
 
 
@@ -270,9 +271,9 @@ def _patterns(study: Sampled) -> list[Judgement]:
             judgements.append(verdicts.of_claim(claim, found, near <= LIKE_DISTANCE * far))
     for level, *pair in study.pairs(("ccwsim", "ours"), ("ccwsim", "published")):
         near, far = (float(case.distances.mean()) for case in pair)
-        found = f"Mean pattern distance {near:.4f} against {far:.4f} bits."
+        found = f"Level {level}: mean pattern distance {near:.4f} against {far:.4f} bits."
         word = verdicts.compared(near, far, more_is_better=False, alike=LIKE_DISTANCE)
-        claim = f"The authors' CCWSIM code at level {level}, same data."
+        claim = "The authors' CCWSIM code, same data."
         judgements.append(verdicts.judged(claim, found, word))
     return judgements
 
@@ -347,7 +348,7 @@ def _anodi_table(found: Anodi, title: str) -> Table:
         by_resolution = " ".join(f"{v:.2f}" for v in found.ratio[0] / found.ratio[k])
         n = int(np.count_nonzero(found.owner == k))
         rows.append(
-            (name, str(n), *each, by_resolution, f"{paper_ratio(found, 'CCWSIM', name):.2f}")
+            (name, str(n), *each, by_resolution, f"{found.relative('CCWSIM', name)[2]:.2f}")
         )
     at = (f"{what}, at 1, 1/2, 1/3" for what in ("between", "within"))
     header = ("method", "n", *at, "ratio of CCWSIM to this method", "r")
@@ -366,7 +367,7 @@ def table_1(found: Anodi, image: str) -> Table:
     for who, name, other in _pairs(found):
         a, b = found.names.index(name), found.names.index(other)
         each = (_each(row[a] / row[b]) for row in (found.between, found.within))
-        rows.append((who, *each, f"{paper_ratio(found, name, other):.2f}"))
+        rows.append((who, *each, f"{found.relative(name, other)[2]:.2f}"))
     header = ("CCWSIM relative to MS-CCSIM", "between", "within", "r")
     caption = (
         f"Table 1 · {image} image. Ratios at three resolutions, full resolution first; r = Σ w · "
@@ -392,12 +393,6 @@ def _pairs(found: Anodi) -> list[tuple[str, str, str]]:
     return [p for p in pairs if p[1] in found.names and p[2] in found.names]
 
 
-def paper_ratio(found: Anodi, name: str, other: str) -> float:
-    """Return r of section 5.5, Σ w · between ratio / within ratio, for `name` against `other`."""
-    a, b = found.names.index(name), found.names.index(other)
-    return float(found.weights @ (found.ratio[a] / found.ratio[b]))
-
-
 def _mds(found: Anodi, image: str) -> Chart:
     scaling, colours = found.scaling(), [methods.colour_of(name) for name in found.names]
     groups = [
@@ -413,20 +408,21 @@ def _mds(found: Anodi, image: str) -> Chart:
 def _anodi_judgements(found: Anodi, image: str) -> list[Judgement]:
     """Judge Table 1 for each engine, and our CCWSIM against the authors' code."""
     judgements, paper = [], TABLE_1[image]
-    stated = float(np.mean(paper.within))
+    stated = float(found.weights @ paper.within), paper.ratio
     for whose, name, other in _pairs(found):
-        a, b = found.names.index(name), found.names.index(other)
-        own = f"{image.capitalize()}, {whose}:"
-        within = float(np.mean(found.within[a] / found.within[b]))
-        claim = f"Table 1, {image}: mean “within” of CCWSIM is {stated:.2f} times that of MS-CCSIM."
-        judgements.append(verdicts.of_ratio(claim, f"{own} {within:.2f} times.", within, stated))
-        claim = f"Table 1, {image}: r = {paper.ratio:.2f} of CCWSIM relative to MS-CCSIM."
-        ratio = paper_ratio(found, name, other)
-        judgements.append(verdicts.of_ratio(claim, f"{own} r = {ratio:.2f}.", ratio, paper.ratio))
+        ratios, errors = found.relative(name, other)[1:], found.relative_errors(name, other)[1:]
+        for what, theirs, ours, error in zip(("within", "r"), stated, ratios, errors, strict=True):
+            claim = f"Table 1: {what} of CCWSIM relative to MS-CCSIM, stone wall and channel image."
+            words = (
+                f"{image.capitalize()} image, {whose}: {ours:.2f} ± {ours * error:.2f}, in the "
+                f"paper {theirs:.2f}."
+            )
+            judgements.append(verdicts.of_ratio(claim, words, ours, theirs, error))
     if "published CCWSIM" in found.names:
-        ratio = paper_ratio(found, "CCWSIM", "published CCWSIM")
-        words = f"r = {ratio:.2f} for our CCWSIM relative to the authors' code."
-        claim = f"The authors' CCWSIM code on the {image} image."
-        order = verdicts.order_of(ratio, COMPARABLE)
+        ratio = found.relative("CCWSIM", "published CCWSIM")[2]
+        error = found.relative_errors("CCWSIM", "published CCWSIM")[2]
+        words = f"{image.capitalize()} image: r = {ratio:.2f} ± {ratio * error:.2f}."
+        claim = "The authors' CCWSIM code: r of our CCWSIM relative to this code."
+        order = verdicts.order_of(ratio, float(np.exp(2 * error)))
         judgements.append(verdicts.of_order(claim, words, order))
     return judgements

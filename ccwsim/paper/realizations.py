@@ -260,9 +260,9 @@ def _against_codes(tau: dict[str, dict[int, float]]) -> list[Judgement]:
         if name == "CCWSIM":
             continue
         theirs = found[lag]
-        words = f"τ({lag}) divided by the image's τ({lag}): ours {ours:.2f}, {name} {theirs:.2f}."
+        words = f"Relative to the image's τ({lag}): ours {ours:.2f}, {name} {theirs:.2f}."
         order = int(ours - theirs > SLACK) - int(theirs - ours > SLACK)
-        claim = f"Connectivity of {name}, same study."
+        claim = "Connectivity of the authors' codes, same study."
         judgements.append(verdicts.of_order(claim, words, order))
     return judgements
 

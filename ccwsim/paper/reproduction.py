@@ -23,7 +23,7 @@ from ccwsim.paper.realizations import (
     unconditional,
 )
 from ccwsim.paper.times import grid_size, times_with_data
-from ccwsim.paper.verdicts import ALIKE, NOISE
+from ccwsim.paper.verdicts import NOISE, by_claim
 from ccwsim.report.document import Block, Document, Facts, Judgements, Section, Text, surroundings
 
 EXPERIMENTS = (
@@ -132,12 +132,13 @@ QUICK_RUN = (
 WORDS = (
     "“agrees”, “differs”: the paper's statement holds or does not hold in this run. “better”, "
     "“behind”: our number is better or worse than the other. “in part”: the statement holds for "
-    "one of two measures, or for some lags. “surrounded”: the image's curve is among the "
-    "realizations' curves. “less time”: our run is faster, but the paper's machine differs. “not "
-    "comparable”: our grid differs from the paper's grid. Two ratios have the “same order” if both "
-    f"are below 1, above 1 or within {100 * NOISE - 100:.0f} % of 1. Ratios agree if they have the "
-    f"same order and differ by less than a factor of {ALIKE}, or if they differ by less than "
-    f"{100 * NOISE - 100:.0f} %."
+    "one of two measures, for some lags or for some of the listed cases. “surrounded”: the image's "
+    "curve is among the realizations' curves. “less time”: our run is faster, but the paper's "
+    "machine differs. “not comparable”: our grid differs from the paper's grid, or realizations "
+    "are too few. Two ratios have the “same order” if both "
+    f"are below 1, above 1 or within {100 * NOISE - 100:.0f} % of 1. Ratios agree if they "
+    "differ by less than two standard errors: jackknife errors of ANODI ratios, and "
+    f"{100 * NOISE - 100:.0f} % for CPU times."
 )
 
 
@@ -164,9 +165,10 @@ class Reproduction:
 
     @property
     def words(self) -> Counter[str]:
-        """Number of verdicts for each word, such as "agrees"."""
+        """Number of claims for each verdict, such as "agrees"; a claim counts once."""
         outcomes = [f.outcome for f in self.finished if f.outcome is not None]
-        return Counter(j.word for outcome in outcomes for j in outcome.judgements)
+        every = by_claim(j for outcome in outcomes for j in outcome.judgements)
+        return Counter(judgement.word for judgement in every)
 
 
 def reproduce(
@@ -237,6 +239,7 @@ def _tried(experiment: Experiment, run: ExperimentRun) -> Finished:
     outcome, problem = None, ""
     try:
         outcome = experiment.run(run)
+        outcome = replace(outcome, judgements=by_claim(outcome.judgements))
     except Cancelled:
         raise
     except CCWSIMError as error:

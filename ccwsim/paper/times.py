@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
@@ -22,9 +23,11 @@ from ccwsim.paper.published_times import (
     TABLE_2_DATA,
     published_time,
 )
+from ccwsim.paper.verdicts import AGREES, DIFFERS, NOISE, PART
 from ccwsim.report.document import Chart, Judgement, Row, Table, Text
 
 LEVELS = (1, 2, 3)
+LEVELS_OF_TABLE_2 = (1, 3)
 PAPER_SIDE = 5000
 N_TIMED = 3
 LINEAR = 0.15
@@ -113,9 +116,12 @@ def level_change(taken: dict[int, list[float]], a: int, b: int) -> Judgement:
     """
     theirs = LEVEL_CHANGES[a, b]
     ours = float(np.mean(np.divide(taken[b], taken[a]))) - 1
-    claim = f"Fig. 13: {_change(theirs)} CPU time from level {a} to {b}, averaged over five sizes."
+    each = " and ".join(
+        f"{_change(v)} from level {m} to {n}" for (m, n), v in LEVEL_CHANGES.items()
+    )
+    claim = f"Fig. 13: the CPU time changes by {each}, averaged over five sizes."
     largest = f"{seconds(taken[a][-1])} and {seconds(taken[b][-1])} at the largest"
-    found = f"{_change(ours)}, averaged over {len(taken[a])} sizes; {largest}."
+    found = f"Level {a} to {b}: {_change(ours)}, averaged over {len(taken[a])} sizes; {largest}."
     return verdicts.of_ratio(claim, found, 1 + ours, 1 + theirs)
 
 
@@ -153,7 +159,8 @@ def times_with_data(run: ExperimentRun) -> Outcome:
     caption = (
         f"CPU time of a realization (median of {n}, one thread), {side} × {side} cells, data "
         "sampled from an unconditional realization. “As published”: condition on data in the "
-        "search only; “exact”: every datum honoured at full resolution."
+        "search only; “exact”: every datum honoured at full resolution. The verdicts compare exact "
+        "runs: the authors' MS-CCSIM also conditions the finer images, unlike ours “as published”."
     )
     remark = f"Octave: {OCTAVE.reference}; {OCTAVE.machine}. The paper: {PAPER.machine}."
     table = Table(header, tuple(_row(p, times) for p in settings), caption)
@@ -211,50 +218,58 @@ def _paper(method: str, level: int, k: int) -> float:
 
 
 def _methods(times: Times) -> list[Judgement]:
-    """Judge whether CCWSIM or MS-CCSIM is faster at levels 1 and 3."""
+    """Judge whether CCWSIM or MS-CCSIM is faster at levels 1 and 3.
+
+    Both methods honour all data here. With data in the search only, our MS-CCSIM misses a quarter
+    of 1000 data at level 3; the authors' code also conditions the finer images, and misses .4 %.
+    """
     judgements = []
-    for level in (1, 3):
+    claim = "Table 2: CCWSIM takes less time than MS-CCSIM at level 1, about the same at level 3."
+    shares = []
+    for level in LEVELS_OF_TABLE_2:
         for k, n in enumerate(TABLE_2_DATA):
-            theirs = [_paper(method, level, k) for method in ("ms-ccsim", "ccwsim")]
-            ours = [times[method, level, False, k].seconds for method in ("ms-ccsim", "ccwsim")]
-            claim = (
-                f"Table 2, level {level}, {n} data: MS-CCSIM takes {theirs[0]:.2f} s and CCWSIM "
-                f"{theirs[1]:.2f} s; CCWSIM takes {theirs[1] / theirs[0]:.2f} times as long."
-            )
-            exact = [times[method, level, True, k].seconds for method in ("ms-ccsim", "ccwsim")]
-            found = (
-                f"As published: MS-CCSIM {seconds(ours[0])}, CCWSIM {seconds(ours[1])}, "
-                f"ratio {ours[1] / ours[0]:.2f}. Exact: MS-CCSIM {seconds(exact[0])}, "
-                f"CCWSIM {seconds(exact[1])}, ratio {exact[1] / exact[0]:.2f}."
-            )
-            judgements.append(
-                verdicts.of_ratio(claim, found, ours[1] / ours[0], theirs[1] / theirs[0])
-            )
-    return judgements
+            theirs, ours = (_quotient(t, level, k) for t in (_paper, _exact(times)))
+            shares.append(ours)
+            found = f"Level {level}, {n} data: {ours:.2f} times as long, in the paper {theirs:.2f}."
+            judgements.append(verdicts.of_ratio(claim, found, ours, theirs))
+    less = [f"{share:.2f}" for share in shares]
+    efficient = (
+        f"With all data honoured, CCWSIM takes {', '.join(less[:-1])} and {less[-1]} times as long "
+        "as MS-CCSIM in these four cases of Table 2."
+    )
+    word = AGREES if max(shares) < 1 / NOISE else PART if min(shares) < 1 / NOISE else DIFFERS
+    claim = "CCWSIM is efficient: it takes less time than MS-CCSIM (title, section 5.6)."
+    return [*judgements, verdicts.judged(claim, efficient, word)]
+
+
+Taken = Callable[[str, int, int], float]
+"""CPU time by method, level and index of the number of data."""
+
+
+def _exact(times: Times) -> Taken:
+    return lambda method, level, k: times[method, level, True, k].seconds
+
+
+def _quotient(taken: Taken, level: int, k: int) -> float:
+    return taken("ccwsim", level, k) / taken("ms-ccsim", level, k)
 
 
 def _ratios(times: Times) -> list[Judgement]:
-    """Judge the cost of twice the data and the gain of level 3 with the published settings."""
+    """Judge the cost of twice the data and the gain of level 3, with all data honoured."""
+    twice = "Table 2: cost of twice the data, 2000 instead of 1000."
+    coarser = "Table 2: CPU time of CCWSIM at level 1 relative to level 3."
     pairs = [
-        (
-            f"with twice the data, {TITLES[method]} at level {level} takes {{:.2f}} times as long.",
-            *((method, level, 1), (method, level, 0)),
-        )
+        (twice, f"{TITLES[method]}, level {level}", (method, level, 1), (method, level, 0))
         for method in ("ccwsim", "ms-ccsim")
-        for level in (1, 3)
+        for level in LEVELS_OF_TABLE_2
     ]
     pairs += [
-        (
-            f"with {n} data CCWSIM at level 1 takes {{:.2f}} times as long as at level 3.",
-            *(("ccwsim", 1, k), ("ccwsim", 3, k)),
-        )
+        (coarser, f"{n} data", ("ccwsim", 1, k), ("ccwsim", 3, k))
         for k, n in enumerate(TABLE_2_DATA)
     ]
-    as_published = {(*key[:2], key[3]): t.seconds for key, t in times.items() if not key[2]}
     judgements = []
-    for words, first, second in pairs:
-        theirs = _paper(*first) / _paper(*second)
-        ours = as_published[first] / as_published[second]
-        claim = f"Table 2: {words.format(theirs)}"
-        judgements.append(verdicts.of_ratio(claim, f"Here {ours:.2f} times.", ours, theirs))
+    for claim, case, first, second in pairs:
+        theirs, ours = (taken(*first) / taken(*second) for taken in (_paper, _exact(times)))
+        found = f"{case}: {ours:.2f} times, in the paper {theirs:.2f}."
+        judgements.append(verdicts.of_ratio(claim, found, ours, theirs))
     return judgements

@@ -1,15 +1,15 @@
 """Verdicts that compare our numbers with the paper's numbers.
 
-Two numbers are *alike* if they differ by less than a factor of `ALIKE`. The *order* of a ratio is
+Two times are *alike* if they differ by less than a factor of `ALIKE`. The *order* of a ratio is
 below 1, above 1, or equal to 1 up to a factor of `NOISE`, which is the precision of our median CPU
-times. Two ratios agree if they are alike and of equal order, or differ by less than a factor of
-`NOISE`.
+times. Two ratios agree if their logarithms differ by less than two standard errors.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from itertools import pairwise
+from math import isnan, log
 
 from ccwsim.model.numbers import seconds
 from ccwsim.report.document import Judgement, Tone
@@ -31,6 +31,29 @@ def judged(claim: str, found: str, word: str) -> Judgement:
     'bad'
     """
     return Judgement(claim, found, word, TONES.get(word, "plain"))
+
+
+def by_claim(judgements: Iterable[Judgement]) -> tuple[Judgement, ...]:
+    """Return one judgement a claim: several cases agree, differ, or bear the claim out in part.
+
+    Examples
+    --------
+    >>> one, other = judged("r > 1.", "Level 1: 1.2.", AGREES), judged("r > 1.", "2: .9.", DIFFERS)
+    >>> by_claim([one, other])[0].word, by_claim([one, one])[0].word
+    ('in part', 'agrees')
+    """
+    cases: dict[str, list[Judgement]] = {}
+    for judgement in judgements:
+        cases.setdefault(judgement.claim, []).append(judgement)
+    return tuple(each[0] if len(each) == 1 else _merged(each) for each in cases.values())
+
+
+def _merged(cases: list[Judgement]) -> Judgement:
+    words = {case.word for case in cases}
+    if len(words) == 1:
+        return judged(cases[0].claim, " ".join(case.found for case in cases), cases[0].word)
+    found = " ".join(f"{case.found.removesuffix('.')}: {case.word}." for case in cases)
+    return judged(cases[0].claim, found, PART)
 
 
 def of_claim(claim: str, found: str, holds: bool) -> Judgement:
@@ -79,12 +102,19 @@ def of_time(
     return judged(claim, found, shown)
 
 
-def of_ratio(claim: str, found: str, ours: float, theirs: float) -> Judgement:
-    """Judge a ratio of two numbers of our run against the corresponding ratio in the paper."""
-    apart = max(ours, theirs) / min(ours, theirs)
-    if apart > NOISE and order_of(ours) != order_of(theirs):
+def of_ratio(
+    claim: str, found: str, ours: float, theirs: float, error: float = log(NOISE)
+) -> Judgement:
+    """Judge a ratio of two numbers of our run against the corresponding ratio in the paper.
+
+    `error` is the standard error of the logarithm of our ratio; by default, that of CPU times.
+    """
+    if isnan(error):  # too few realizations
+        return judged(claim, found, OPEN)
+    apart = abs(log(ours / theirs))
+    if not apart <= error and order_of(ours) != order_of(theirs):
         return judged(claim, found, DIFFERS)
-    return judged(claim, found, AGREES if apart <= ALIKE else SAME_ORDER)
+    return judged(claim, found, AGREES if apart <= 2 * error else SAME_ORDER)
 
 
 def of_levels(times: Mapping[int, float]) -> Judgement:

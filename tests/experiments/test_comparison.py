@@ -94,7 +94,9 @@ def test_the_table_of_ratios_by_brute_force(image, found):
     for row in found.ratios:
         b = weights @ (between[row.name] / between[row.other])
         w = weights @ (within[row.name] / within[row.other])
-        assert (row.between, row.within, row.ratio) == pytest.approx((b, w, b / w))
+        ratio = {name: between[name] / within[name] for name in (row.name, row.other)}
+        r = weights @ (ratio[row.name] / ratio[row.other])
+        assert (row.between, row.within, row.ratio) == pytest.approx((b, w, r))
     assert found.distance == pytest.approx([weights @ within[name] for name in found.names])
     assert found.distance == pytest.approx([each.mean() for each in found.distances])
     assert found.variety == pytest.approx([weights @ between[name] for name in found.names])

@@ -59,7 +59,7 @@ def test_the_better_ensemble_has_the_larger_ratio(images):
     assert found.weights.tolist() == [0.25, 0.25, 0.5]
     assert within == pytest.approx(found.weights @ (found.within[0] / found.within[1]))
     assert between == pytest.approx(found.weights @ (found.between[0] / found.between[1]))
-    assert ratio == pytest.approx(between / within)
+    assert ratio == pytest.approx(found.weights @ (found.ratio[0] / found.ratio[1]))
     assert within < 1
     assert found.relative("far", "far") == pytest.approx((1, 1, 1))
 

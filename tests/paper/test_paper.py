@@ -150,7 +150,8 @@ def test_words_follow_the_numbers():
         (0.82, 1.33, "differs"),  # less here, more there
         (0.83, 1.03, "differs"),  # less here, alike there
         (1.30, 1.33, "agrees"),
-        (3.3, 4.0, "agrees"),
+        (3.4, 4.0, "agrees"),
+        (3.3, 4.0, "same order"),
         (2.0, 4.2, "same order"),
         (0.9, 0.4, "same order"),
         (1.0, 4.0, "differs"),
@@ -198,8 +199,8 @@ def test_table_1_is_set_beside_what_is_found(small):
     assert "0.95 0.92 1.02" in page
     assert "0.78 0.77 0.99" in page
     claims = [j.claim for j in outcome.judgements]
-    assert "Table 1, stone wall: r = 1.19 of CCWSIM relative to MS-CCSIM." in claims
-    assert "Table 1, channel: r = 1.01 of CCWSIM relative to MS-CCSIM." in claims
+    assert "Table 1: r of CCWSIM relative to MS-CCSIM, stone wall and channel image." in claims
+    assert len(claims) == len(set(claims))  # one line a claim
     weights = np.array([4, 2, 1]) / 7  # of the resolutions, as in the definition of r
     for paper in TABLE_1.values():
         r = float(weights @ np.divide(paper.between, paper.within))
@@ -220,7 +221,7 @@ def test_both_methods_are_compared_as_published_and_again_by_default(small):
             assert any(method in row and row.endswith("by default") for row in first)
             assert any(method in row and "default" not in row for row in first)
         found = [j.found for j in judgements if "by default" in j.found]
-        assert 1 <= len(found) < len(judgements)
+        assert 1 <= len(found) <= len(judgements)
         words = [b.words for b in blocks if isinstance(b, Text)]
         assert any("and seams are repaired" in text for text in words)
 

@@ -33,7 +33,7 @@ ODD = "<b>&"
 def quick(run) -> Outcome:
     run.step()
     verdicts = (("agrees", "good"), ("differs", "bad"))
-    judgements = tuple(Judgement("claim", "found", word, tone) for word, tone in verdicts)
+    judgements = tuple(Judgement(f"not {w}?", "found", w, tone) for w, tone in verdicts)
     return Outcome((Text("words"),), judgements)
 
 
@@ -159,7 +159,7 @@ def test_experiments_to_come_are_quiet():
     said = verdict_list([done])
     assert said.count("<details>") == 1
     assert said.count('class="coming"') == len(reproduction.EXPERIMENTS) - 1
-    assert "<td>claim</td><td>found</td>" in said
+    assert "<td>not agrees?</td><td>found</td>" in said
 
 
 class _Silent:
