@@ -19,7 +19,8 @@ Shows = Literal["realization", "second", "data", "probability", "variogram", "la
 class Example:
     """A study that demonstrates one aspect of the method.
 
-    `name` is used in keys and addresses. `text` says which features to look for. `others` are
+    `name` is used in keys and addresses. `task` asks what to predict before the pictures are seen;
+    `text` is the answer, and says which features to look for. `others` are
     settings to compare with the study. `source` is the section of the paper, if there is one.
     `shows` lists the pictures beside the training image; with `others`, the pictures are one
     realization of each setting.
@@ -27,6 +28,7 @@ class Example:
 
     name: str
     title: str
+    task: str
     text: str
     choices: Choices
     others: tuple[Parameters, ...] = ()
@@ -41,9 +43,10 @@ class Example:
 
 @dataclass(frozen=True)
 class LecturePart:
-    """A part of the lecture: a title and its examples."""
+    """A part of the lecture: a title, the time that it takes, and its examples."""
 
     title: str
+    minutes: int
     examples: tuple[Example, ...]
 
 
@@ -70,7 +73,7 @@ def _example(row: dict[str, Any]) -> Example:
 
 
 PARTS = tuple(
-    LecturePart(part["title"], tuple(map(_example, part["example"])))
+    LecturePart(part["title"], part["minutes"], tuple(map(_example, part["example"])))
     for part in tomllib.loads(CATALOGUE.read_text("utf-8"))["part"]
 )
 EXAMPLES = tuple(example for part in PARTS for example in part.examples)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 from html import escape
 from typing import Literal
@@ -100,11 +101,30 @@ def draw_opened(state: State, *, compared: bool = False) -> None:
             st.html(f'<p class="opened">{text}</p>')
 
 
+def task_html(example: Example) -> str:
+    """Return the task of an example as HTML, with the answer behind a word to press."""
+    return (
+        f'<details class="example"><summary>{as_html(example.task)} <u>Answer</u></summary>'
+        f"{as_html(example.text)}</details>"
+    )
+
+
+def as_html(text: str) -> str:
+    """Return a text as HTML: code between backticks, emphasis between asterisks.
+
+    Examples
+    --------
+    >>> as_html("a < `b`, *c*")
+    'a &lt; <code>b</code>, <em>c</em>'
+    """
+    text = re.sub("`([^`]*)`", r"<code>\1</code>", escape(text))
+    return re.sub(r"\*([^*]*)\*", r"<em>\1</em>", text)
+
+
 def _draw_example(state: State, example: Example, compared: bool) -> None:
     seed = "" if state.own_seed is None else f" Your own seed is {state.own_seed}."
     title = f"Example {EXAMPLES.index(example) + 1}: {escape(example.title)}."
-    text = f"{escape(example.text.replace('`', ''))}{seed}"
-    st.html(f'<p class="opened"><b>{title}</b> {text}</p>')
+    st.html(f'<div class="opened"><b>{title}</b>{seed} {task_html(example)}</div>')
 
     def action(label: str, key: str, act, *args, note: str) -> bool:
         return button(label, key=key, on_click=act, args=(state, *args), help=note)

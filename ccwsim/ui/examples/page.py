@@ -35,6 +35,7 @@ from ccwsim.ui.examples.opened import (
     back_to_own,
     compare_example,
     open_example,
+    task_html,
 )
 from ccwsim.ui.examples.quiz import draw_quiz
 from ccwsim.ui.results.maps import middle_layer
@@ -136,7 +137,7 @@ def _draw_card(state: State, number: int, example: Example, deadline: float) -> 
     st.html(
         f"{pictures_html(example, found)}"
         f'<h3 class="example"><b>{number}</b>{escape(example.title)}{source}</h3>'
-        f'<p class="example">{_html(example.text)}</p>'
+        f"{task_html(example)}"
     )
     if isinstance(found, Failure):
         step_note(f"No pictures: {found.reason}.")
@@ -156,12 +157,6 @@ def _draw_card(state: State, number: int, example: Example, deadline: float) -> 
     if is_opened or is_compared:
         go_to(COMPARE if is_compared else SIMULATE, TAKEN)
     return found is not None
-
-
-def _html(text: str) -> str:
-    """Return a text as HTML; text between backticks becomes code."""
-    parts = escape(text).split("`")
-    return "".join(f"<code>{p}</code>" if k % 2 else p for k, p in enumerate(parts))
 
 
 def pictures_html(example: Example, found: tuple[CardPicture, ...] | Failure | None) -> str:

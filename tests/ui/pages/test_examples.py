@@ -129,7 +129,9 @@ def test_an_example_says_what_to_look_at_and_fits_into_an_address(name):
     e = example(name)
     assert e.title
     assert 1 <= e.text.count(". ") + 1 <= 3
-    assert len(e.text) < 260
+    assert len(e.text) < 300
+    assert e.task.endswith("?")
+    assert len(e.task) < 110
     found, _, notes = read_link(link_of(e.choices))
     assert (found, notes) == (e.choices, ())
     assert len(set(e.settings)) == len(e.others) + 1
