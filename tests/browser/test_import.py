@@ -214,6 +214,9 @@ def test_problems_of_tables_of_wells_are_said_at_once_each_with_a_choice(tab, ad
     tab.get_by_text("collars.csv, surveys.csv are in the study").wait_for(timeout=SLOW)
     tab.screenshot(path=tmp_path / "answered.png", full_page=True)
     follow(tab, tab.get_by_role("button", name="Simulate", exact=True), "simulate")
+    tab.wait_for_selector(".st-key-volume_realization canvas", timeout=SLOW)
+    at_rest(tab)
+    tab.screenshot(path=tmp_path / "simulated.png", full_page=True)
 
 
 def test_a_bundled_image_is_chosen_by_its_picture(tab, address):

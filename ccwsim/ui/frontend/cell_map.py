@@ -13,6 +13,7 @@ from ccwsim.figures import CIVIDIS, ramp
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.sharing.choices import CellsOfWells
 
 N_STEPS = 200
 """Number of colour steps of a probability map; shares of 200 realizations are not rounded."""
@@ -36,6 +37,7 @@ class CellMap:
     # width, colour and label
     marks: list[dict[str, Any]] = field(default_factory=list)
     trail: list[list[float]] = field(default_factory=list)  # line of cells with an arrow
+    wells: CellsOfWells = ()  # named wells of a volume
 
 
 def facies_map(

@@ -37,7 +37,7 @@ from ccwsim.ui.results.maps import (
     uncertainty_map,
 )
 from ccwsim.ui.session.fragments import error_boundary
-from ccwsim.ui.session.resolve import data_of, image_of
+from ccwsim.ui.session.resolve import data_of, image_of, wells_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.data_step import problem_of_data
 from ccwsim.ui.study.news import draw_news
@@ -194,7 +194,8 @@ def draw_canvas(
         [*point[:-1], int(how == WRONG), 0 if how == WRONG else how]
         for point, how in zip(points_of(data, image), status, strict=True)
     ]
-    shown = replace(shown, point_colours=colours, alt=alt, points=points)
+    wells = wells_of(state.choices)
+    shown = replace(shown, point_colours=colours, alt=alt, points=points, wells=wells)
     history, named = page_state.history, zip(image.facies_names, colours, strict=True)
     editing: dict[str, Any] = {
         "brushes": [{"label": name, "colour": colour} for name, colour in named],

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from base64 import b64encode
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from html import escape
 from typing import Any
 
@@ -16,12 +17,13 @@ from ccwsim.figures import ENTROPY, contact_sheet, facies_colours, tile_size
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.grid import Grid
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.sharing.choices import CellsOfWells
 from ccwsim.ui.frontend.cell_map import CellMap, facies_map, points_of, share_map
 from ccwsim.ui.frontend.cells import draw_cells
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.results.curves import e_type_of
 from ccwsim.ui.session.cached import cached
-from ccwsim.ui.session.resolve import image_of
+from ccwsim.ui.session.resolve import image_of, wells_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.fields import button, field, options_of
 from ccwsim.ui.widgets.text import panel_title, step_note
@@ -98,13 +100,18 @@ def colours_of_ran(state: State) -> list[str]:
     return facies_colours(image, chosen)
 
 
+def wells_of_run(state: State) -> CellsOfWells:
+    """Return the named wells of the study that gave the results on the page."""
+    return wells_of(state.ensemble_choices) if state.ensemble_choices else ()
+
+
 def draw_e_type(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
     """Draw the uncertainty map or volume, and the field that chooses its statistic."""
     names = ensemble.training_image.facies_names
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="e_type_row"):
         panel_title("E-type")
         e_type_field(state, names, lambda option: choose(state, option))
-    shown = uncertainty_map(state, ensemble, colours)
+    shown = replace(uncertainty_map(state, ensemble, colours), wells=wells_of_run(state))
     shown.points.extend(points_of(ensemble.hard_data, ensemble.training_image))
     name = f"{state.e_type}_{names[state.facies]}".replace(" ", "_")
     # a map below a realization also has coordinates, so that the edges of the maps are aligned
@@ -166,12 +173,16 @@ def draw_training_image(image: TrainingImage, colours: Sequence[str]) -> None:
 
 
 def draw_realization(
-    ensemble: Ensemble, colours: Sequence[str], r: int, grid: Grid | None = None
+    ensemble: Ensemble,
+    colours: Sequence[str],
+    r: int,
+    grid: Grid | None = None,
+    wells: CellsOfWells = (),
 ) -> None:
     """Draw realization `r` with the data on top and the coordinates of `grid` along the edges."""
     image, title = ensemble.training_image, f"Realization {r + 1}"
     panel_title(f"{title} of {ensemble.n}")
-    shown = facies_map(ensemble.indices[r], image, colours, title)
+    shown = replace(facies_map(ensemble.indices[r], image, colours, title), wells=wells)
     shown.points.extend(points_of(ensemble.hard_data, image, ensemble.realizations[r]))
     options: dict[str, Any] = {"link": "grid", "scale": "maps", "name": f"realization_{r + 1}"}
     draw_cells(shown, "realization", grid=grid, **options)

@@ -26,6 +26,7 @@ from ccwsim.ui.results.maps import (
     is_wide,
     map_columns,
     middle_layer,
+    wells_of_run,
 )
 from ccwsim.ui.results.tables import curves_csv, realizations_csv
 from ccwsim.ui.session.file_names import study_part
@@ -81,7 +82,7 @@ def _results(state: State, ensemble: Ensemble) -> None:
             beside = left.container(key="image_beside")
         shares = beside if room_below_image(ensemble) else None
     with middle:  # drawn first, so that the map appears first
-        draw_realization(ensemble, colours, state.shown, ensemble.grid)
+        draw_realization(ensemble, colours, state.shown, ensemble.grid, wells_of_run(state))
     with right:
         draw_e_type(state, ensemble, colours)
     draw_gallery(state, ensemble, colours)

@@ -127,6 +127,39 @@ def holds(condition: Callable[[], object]) -> None:
     soon(is_so)
 
 
+# What is written on each canvas in the next drawing, by the panel's axis.
+WRITTEN = """async () => {
+  const own = CanvasRenderingContext2D.prototype.fillText, found = {};
+  CanvasRenderingContext2D.prototype.fillText = function write(text, ...rest) {
+    (found[this.canvas.closest('[data-panel]').dataset.panel] ??= []).push(text);
+    return own.call(this, text, ...rest);
+  };
+  for (let n = 0; n < 2; n++) {
+    document.querySelector('[data-do=data]').click();
+    await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+  }
+  CanvasRenderingContext2D.prototype.fillText = own;
+  return found;
+}"""
+
+
+def test_a_deviated_well_has_one_name_in_each_view_and_under_the_pointer(tab):
+    deviated = [[z, 4, 9 - z] for z in range(NZ)]
+    upright = [[z, 1, 2] for z in range(NZ)]
+    alone = [[z, 8, 10] for z in range(NZ)]
+    points = [[*cell, 1, 0] for cell in (*deviated, *upright, *alone)]
+    wells = tuple((name, tuple(map(tuple, w))) for name, w in (("B-2", deviated), ("A-1", upright)))
+    show(tab, replace(VOLUME, points=points, wells=wells), cursor=(2, 4, 6))
+    at(tab, 6, 4, 2)
+    written = tab.evaluate(WRITTEN)
+    assert [text for text in written["body"] if "-" in text] == ["B-2", "A-1"]
+    assert sorted(text for text in written["z"] if "-" in text) == ["A-1", "B-2"]
+    assert [text for text in written["y"] if "-" in text] == ["B-2"]
+    assert [text for text in written["x"] if "-" in text] == ["B-2"]  # its datum in this column
+    tab.mouse.move(*spot(tab, "y", 9, 0))
+    tab.locator(".readout").get_by_text("· B-2").wait_for(timeout=SOON)
+
+
 def all_slices_show(tab, cells: np.ndarray, x: int, y: int, z: int) -> None:
     shows(tab, "z", cells[z], (x, y))
     shows(tab, "y", cells[:, y], (x, z))

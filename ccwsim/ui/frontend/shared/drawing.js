@@ -15,6 +15,20 @@ function drawData(pen, marks, wrongColour) {
 
 function ringOf(radius) { return Math.min(RING, radius * 0.4); }
 
+// Write a name above a position, readable on every background.
+function drawName(pen, name, x, y) {
+  pen.save();
+  pen.textAlign = 'center';
+  pen.textBaseline = 'bottom';
+  pen.lineJoin = 'round';
+  pen.lineWidth = 3;
+  pen.strokeStyle = PAPER;
+  pen.strokeText(name, x, Math.max(y - 6, 14));
+  pen.fillStyle = INK;
+  pen.fillText(name, x, Math.max(y - 6, 14));
+  pen.restore();
+}
+
 // Stroke a path in several colours [colour, width, alpha]; later strokes are narrower.
 function strokeIn(pen, layers, path) {
   for (const [colour, wide, alpha = 1] of layers) {

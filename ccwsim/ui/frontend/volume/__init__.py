@@ -40,6 +40,7 @@ def volume_content(
         "digest": digest,
         "shape": list(indices.shape[::-1]),  # the browser's axis order is x, y, z
         "key": key,
+        "wells": [[name, list(map(list, path))] for name, path in cells.wells],
         "cursor": list(cursor[::-1]) if cursor else None,
         **OPTIONS,
         **options,

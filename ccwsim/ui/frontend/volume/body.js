@@ -394,7 +394,9 @@ class Body {
     const { shape } = view.data;
     const [, base] = toCanvas(0, 0, 0), [, top] = toCanvas(0, 0, shape[2]);
     const stem = Math.max(12, 0.12 * (base - top));
-    for (const { x, y, high } of view.wells.values()) {
+    pen.font = fontOf(view.root);
+    for (const well of view.wells) {
+      const [high, y, x] = well.top;
       const open = !block || (side[2] > 0 && (x - view.at[0]) * side[0] > 0 && (y - view.at[1]) * side[1] > 0);
       const [px, py] = toCanvas(x + 0.5, y + 0.5, open ? high + 1 : shape[2]);
       const [, head] = toCanvas(x + 0.5, y + 0.5, shape[2]);
@@ -404,6 +406,7 @@ class Body {
       pen.lineTo(px, head - stem);
       pen.stroke();
       disc(pen, px, head - stem, 2.2, pen.strokeStyle);
+      if (view.named.includes(well)) drawName(pen, well.name, px, head - stem);
     }
   }
 

@@ -80,7 +80,7 @@ class Slice {
   }
 
   // Draw data in the slice as circles; in a section, draw data of a well as a strip of cells. In the map, a
-  // well with data near the layer, but none in the layer, is a dot.
+  // well with data near the layer, but none in the layer, is a dot. The name of a well is at its highest datum.
   drawData(pen, wrongColour) {
     const { view, here } = this;
     const { data, wells } = view;
@@ -88,10 +88,11 @@ class Slice {
     const inside = data.points.filter((point) => point[2 - this.across] === here);
     const room = Math.sqrt((this.wide * this.high) / Math.max(inside.length, 1));
     const radius = Math.max(SMALLEST_MARK, Math.min(MARK, room * 0.13));
-    const circles = [], strips = [];
+    const circles = [], strips = [], heads = new Map();
     for (const point of inside) {
-      const strip = this.axis !== 'z' && wells.has(view.columnOf(point));
+      const well = view.wellAt(point), strip = this.axis !== 'z' && well;
       const [x, y] = this.toCanvas(point[2 - this.right] + 0.5, point[2 - this.up] + 0.5);
+      if (well && !(heads.get(well)?.[1] <= y)) heads.set(well, [x, y]);
       (strip ? strips : circles).push({ x, y, radius, colour: colours[point[3]], wrong: point[4] });
     }
     const high = this.view.scale[this.up], half = Math.max(2.5, this.view.scale[this.right] / 2);
@@ -105,15 +106,22 @@ class Slice {
     for (const strip of strips) box(strip, 0, strip.colour);
     if (this.axis === 'z') {
       const reach = Math.max(1, Math.round(WELL_REACH * data.shape[2]));
-      const seen = new Set(inside.map((point) => view.columnOf(point)));
-      for (const [column, { x, y, low, high: top }] of wells) {
-        if (seen.has(column) || here < low - reach || here > top + reach) continue;
-        const [px, py] = this.toCanvas(x + 0.5, y + 0.5);
+      for (const well of wells) {
+        if (heads.has(well)) continue;
+        const off = ([layer]) => Math.abs(layer - here);
+        const near = well.cells.reduce((one, other) => (off(other) < off(one) ? other : one));
+        if (off(near) > reach) continue;
+        const [px, py] = this.toCanvas(near[2] + 0.5, near[1] + 0.5);
+        heads.set(well, [px, py]);
         disc(pen, px, py, 2.4, PAPER);
         disc(pen, px, py, 1.4, INK);
       }
     }
     drawData(pen, circles, wrongColour);
+    pen.font = fontOf(view.root);
+    for (const well of view.named) {
+      if (heads.has(well)) drawName(pen, well.name, ...heads.get(well));
+    }
   }
 
   say() {

@@ -4,6 +4,7 @@ const LINK = 'ccwsim-volume';
 const GAP = 24, TWO_COLUMNS = 600, THREE_COLUMNS = 660; // gap, and minimum widths of two and three columns, in pixels
 const STEPS_UP = [1, 2, 3, 5, 10, 20, 50, 100, 200]; // choices of the vertical exaggeration
 const LOWEST = 0.2, HIGHEST = 1.5; // limits of a section's height, as shares of the longer horizontal side
+const MAX_NAMES = 40; // maximum number of wells whose names are written
 const CACHED = 8; // number of unpacked volumes in memory
 // State of several or of removed components, stored in the window because each component has a copy of this
 // module.
@@ -64,18 +65,30 @@ class VolumeView {
 
   get exaggeration() { return this.shared.exaggeration ?? this.usual; }
 
-  // Return the columns of cells with several data.
+  // Find the named wells, which may deviate, and the columns of cells with several data outside these wells.
   findWells() {
+    const { points, wells = [], shape } = this.data;
+    const there = new Set(points.map((point) => this.idOf(point)));
+    const named = wells.map(([name, cells]) => ({ name, cells: cells.filter((cell) => there.has(this.idOf(cell))) }));
+    const taken = new Set(named.flatMap(({ cells }) => cells.map((cell) => this.idOf(cell))));
     const columns = new Map();
-    for (const point of this.data.points) {
-      const [z, y, x] = point, id = this.columnOf(point);
-      const well = columns.get(id) || { x, y, low: z, high: z, count: 0 };
-      columns.set(id, { x, y, low: Math.min(well.low, z), high: Math.max(well.high, z), count: well.count + 1 });
+    for (const point of points.filter((one) => !taken.has(this.idOf(one)))) {
+      const id = point[1] * shape[0] + point[2];
+      columns.set(id, [...columns.get(id) ?? [], point]);
     }
-    this.wells = new Map([...columns].filter(([, well]) => well.count > 1));
+    const unnamed = [...columns.values()].map((cells) => ({ name: '', cells })).filter(({ cells }) => cells.length > 1);
+    this.wells = [...named.filter(({ cells }) => cells.length), ...unnamed];
+    this.wellOf = new Map();
+    for (const well of this.wells) {
+      well.top = well.cells.reduce((one, other) => (other[0] > one[0] ? other : one));
+      for (const cell of well.cells) this.wellOf.set(this.idOf(cell), well);
+    }
+    this.named = this.wells.length > MAX_NAMES ? [] : this.wells.filter(({ name }) => name);
   }
 
-  columnOf([, row, column]) { return row * this.data.shape[0] + column; }
+  idOf([layer, row, column]) { return (layer * this.data.shape[1] + row) * this.data.shape[0] + column; }
+
+  wellAt(cell) { return this.wellOf.get(this.idOf(cell)); }
 
   // Choose a vertical exaggeration with readable sections that are not higher than wide.
   offerExaggerations() {
@@ -161,8 +174,9 @@ class VolumeView {
     const { shape, labels } = this.data;
     const there = hover && hover.every((k, axis) => k < shape[axis]);
     const [x, y, z] = there ? hover : [];
+    const well = there && this.wellAt([z, y, x])?.name;
     this.readout.textContent = there
-      ? `(${x}, ${y}, ${z}) ${labels[this.cells[(z * shape[1] + y) * shape[0] + x]]}` : '';
+      ? `(${x}, ${y}, ${z}) ${labels[this.cells[this.idOf([z, y, x])]]}${well ? ` · ${well}` : ''}` : '';
   }
 
   // Send cells (x, y, z) in a slice across an axis, or an undo or redo, to the page.
