@@ -19,12 +19,7 @@ if TYPE_CHECKING:
     from ccwsim import io as io
     from ccwsim import metrics as metrics
     from ccwsim.engine.revision import revise
-    from ccwsim.io import (
-        read_hard_data,
-        read_realizations,
-        read_training_image,
-        write_realizations,
-    )
+    from ccwsim.io import read_hard_data, read_realizations, read_training_image, write_realizations
     from ccwsim.model.ensemble import Ensemble, concatenate
     from ccwsim.model.errors import Cancelled, CCWSIMError
     from ccwsim.model.grid import Grid

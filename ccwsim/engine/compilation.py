@@ -25,13 +25,7 @@ from numba import config
 from numba.core import event
 
 from ccwsim.engine import numba_hooks
-from ccwsim.engine.kernel_cache import (
-    FOLDER,
-    FOLDER_VARIABLE,
-    NAME,
-    note_use,
-    remove_unused,
-)
+from ccwsim.engine.kernel_cache import FOLDER, FOLDER_VARIABLE, NAME, note_use, remove_unused
 from ccwsim.jobs.child import ChildProcess, can_start, connect_to_parent
 from ccwsim.jobs.workers import without_cores
 from ccwsim.system.machine import n_cores

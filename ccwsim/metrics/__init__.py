@@ -36,13 +36,7 @@ from ccwsim.metrics.connectivity import (
 from ccwsim.metrics.copying import Copying, copying
 from ccwsim.metrics.data_fit import DataFit, ImageRank, fit_data, rank_images
 from ccwsim.metrics.data_match import DataMatch, data_match
-from ccwsim.metrics.diagnosis import (
-    Advice,
-    Diagnosis,
-    diagnose,
-    templates_that_fit,
-    warn_of_level,
-)
+from ccwsim.metrics.diagnosis import Advice, Diagnosis, diagnose, templates_that_fit, warn_of_level
 from ccwsim.metrics.etype import (
     EType,
     entropy,

@@ -9,13 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.distance import pdist, squareform
 
-from ccwsim.metrics.patterns import (
-    FACTORS,
-    divergences,
-    layers_of,
-    pyramid_histograms,
-    size_of,
-)
+from ccwsim.metrics.patterns import FACTORS, divergences, layers_of, pyramid_histograms, size_of
 from ccwsim.metrics.stack import Codes, Fraction, Images, as_image, as_stack
 from ccwsim.model.arrays import as_floats, check_int, ratio
 from ccwsim.model.errors import CCWSIMError, shown

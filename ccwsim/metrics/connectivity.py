@@ -10,14 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from ccwsim.engine.kernels import allocating_kernel
 from ccwsim.metrics.labelling import euler_number, label, neighbours_of
 from ccwsim.metrics.lags import Direction, Lags, count_pairs, lags_within
-from ccwsim.metrics.stack import (
-    Fraction,
-    Images,
-    as_image,
-    as_stack,
-    in_pieces,
-    map_parallel,
-)
+from ccwsim.metrics.stack import Fraction, Images, as_image, as_stack, in_pieces, map_parallel
 from ccwsim.model.arrays import as_floats, ratio
 
 

@@ -11,15 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from ccwsim.engine.kernels import kernel, part_of_kernel
 from ccwsim.metrics.coarsening import coarsened_volume
 from ccwsim.metrics.pattern_codes import are_unknown, codes_in, count_patterns, table_of
-from ccwsim.metrics.stack import (
-    Codes,
-    Fraction,
-    Images,
-    Stack,
-    as_image,
-    as_stack,
-    map_parallel,
-)
+from ccwsim.metrics.stack import Codes, Fraction, Images, Stack, as_image, as_stack, map_parallel
 from ccwsim.model.arrays import as_array, as_integers, check_int
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.training_image import TrainingImage

@@ -8,14 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.model.arrays import (
-    as_array,
-    as_floats,
-    as_integers,
-    check_int,
-    codes_of,
-    is_whole,
-)
+from ccwsim.model.arrays import as_array, as_floats, as_integers, check_int, codes_of, is_whole
 from ccwsim.model.bounds import MAX_FACIES
 from ccwsim.model.errors import CCWSIMError, shown
 

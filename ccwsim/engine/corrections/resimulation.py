@@ -16,14 +16,7 @@ from numpy.typing import NDArray
 
 from ccwsim.engine.corrections.unseen_patterns import Patterns, is_known, known_patterns
 from ccwsim.engine.kernels import allocating_kernel, kernel, part_of_kernel
-from ccwsim.engine.stages.bits import (
-    Strips,
-    make_strips,
-    n_bits,
-    n_different,
-    nth_bit,
-    take_strips,
-)
+from ccwsim.engine.stages.bits import Strips, make_strips, n_bits, n_different, nth_bit, take_strips
 from ccwsim.engine.stages.candidates import draw_index
 from ccwsim.engine.stages.cut import CutWorkspace, keep_old, make_cut, paste
 from ccwsim.engine.stages.path import (

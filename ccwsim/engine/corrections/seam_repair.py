@@ -31,25 +31,9 @@ from ccwsim.engine.corrections.unseen_patterns import (
 )
 from ccwsim.engine.kernels import kernel, part_of_kernel
 from ccwsim.engine.stages.bits import Strips, make_strips, take_strips
-from ccwsim.engine.stages.candidates import (
-    Ranking,
-    best_places,
-    draw_index,
-    make_ranking,
-    place_of,
-)
+from ccwsim.engine.stages.candidates import Ranking, best_places, draw_index, make_ranking, place_of
 from ccwsim.engine.stages.cut import CutWorkspace, keep_old, make_cut, paste
-from ccwsim.engine.stages.path import (
-    ABOVE,
-    BELOW,
-    BOTTOM,
-    LEFT,
-    RIGHT,
-    TOP,
-    UNKNOWN,
-    Box,
-    Triple,
-)
+from ccwsim.engine.stages.path import ABOVE, BELOW, BOTTOM, LEFT, RIGHT, TOP, UNKNOWN, Box, Triple
 from ccwsim.engine.stages.pyramid import build_pyramid
 from ccwsim.engine.stages.similarity import (
     Terms,

@@ -14,13 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile, printable
-from ccwsim.io.limits import (
-    MAX_VARIABLES,
-    check_bytes,
-    check_cells,
-    check_packing,
-    limits,
-)
+from ccwsim.io.limits import MAX_VARIABLES, check_bytes, check_cells, check_packing, limits
 from ccwsim.model.errors import CCWSIMError
 
 _TYPES = {

@@ -25,14 +25,7 @@ from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.how_it_works import maps, words
 from ccwsim.ui.how_it_works.maps import ColourScale, PatchView
 from ccwsim.ui.how_it_works.resimulation import draw_resimulation
-from ccwsim.ui.how_it_works.run import (
-    How,
-    forget_own,
-    parameters_of,
-    set_own,
-    trace_of,
-    use_own,
-)
+from ccwsim.ui.how_it_works.run import How, forget_own, parameters_of, set_own, trace_of, use_own
 from ccwsim.ui.how_it_works.words import say
 from ccwsim.ui.results.maps import colours_of
 from ccwsim.ui.session.cached import cached

@@ -13,12 +13,7 @@ import streamlit as st
 from numpy.typing import NDArray
 
 from ccwsim.figures import Bundle, Theme, curves_chart, proportions_chart, times_chart
-from ccwsim.metrics import (
-    EType,
-    Fit,
-    etype,
-    fit_curve,
-)
+from ccwsim.metrics import EType, Fit, etype, fit_curve
 from ccwsim.metrics.bands import Statistic, curves_of
 from ccwsim.metrics.lags import DirectionName, axes_of, max_lag
 from ccwsim.metrics.stack import Stack

@@ -29,13 +29,7 @@ from ccwsim.system.memory import format_bytes
 from ccwsim.ui.session.address import go_to
 from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.progress import format_duration
-from ccwsim.ui.session.resolve import (
-    data_of,
-    image_of,
-    same_realizations,
-    study_of,
-    what_decides,
-)
+from ccwsim.ui.session.resolve import data_of, image_of, same_realizations, study_of, what_decides
 from ccwsim.ui.session.state import PastRun, State
 from ccwsim.ui.widgets.errors import problem_in
 from ccwsim.ui.widgets.fields import bound_to, button, field

@@ -24,12 +24,7 @@ from ccwsim.ui.results.charts import titled_chart
 from ccwsim.ui.results.maps import pretty
 from ccwsim.ui.session.cached import as_task
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.data_fit import (
-    data_fit,
-    minus,
-    numbers,
-    verdict,
-)
+from ccwsim.ui.study.data_fit import data_fit, minus, numbers, verdict
 from ccwsim.ui.study.image_step import thumbnail
 from ccwsim.ui.validate.statistics import panel
 from ccwsim.ui.widgets.fields import button
