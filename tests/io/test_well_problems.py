@@ -9,7 +9,14 @@ import pytest
 
 from ccwsim import CCWSIMError, Grid, TrainingImage
 from ccwsim.cli.program import main
-from ccwsim.io import Conversion, import_wells, place_points, read_well_points, resolve_points
+from ccwsim.io import (
+    Conversion,
+    import_wells,
+    place_points,
+    preview_wells,
+    read_well_points,
+    resolve_points,
+)
 from ccwsim.io.hard_data.placing import CHOICES
 from ccwsim.io.hard_data.points import ROW_CHOICES
 
@@ -176,3 +183,19 @@ def test_the_command_line_has_each_choice(tmp_path, capsys):
         assert main([*line.split(), f"--{option.replace('_', '-')}", "maybe"]) != 0
         said = capsys.readouterr().err
         assert all(f"'{choice}'" in said for choice in choices)
+
+
+def test_a_german_height_of_the_collar_is_one():
+    for name in ("Ansatzhöhe", "Ansatzhoehe [m NN]"):
+        collars = f"Bohrung;Rechtswert;Hochwert;{name};Endteufe\nA;1,5;1,5;30;20\n"
+        guess = preview_wells(BytesIO(collars.encode()), "collars").guess
+        assert (guess["z"], guess["collar_length"]) == (name, "Endteufe")
+
+
+def test_well_tops_of_petrel_are_tops_of_intervals():
+    heads = ["X", "Y", "Z", "MD", "Type", "Surface", "Well"]
+    rows = '1.5 1.5 30 0 Horizon "mud" "A"', '1.5 1.5 25 5 Horizon "sand" "A"'
+    tops = "\n".join(["# Petrel well tops", "BEGIN HEADER", *heads, "END HEADER", *rows, ""])
+    report = imported(tops.encode(), depth_from="MD", depth="", facies="Surface")
+    assert report.hard_data.n == 20
+    assert sorted(report.hard_data.facies.tolist()) == [0] * 5 + [1] * 15

@@ -27,6 +27,11 @@ UNREAD = (
         rb"\xc3[\x40\xf0]\xf1|C[ 0]1.{3197}.{0,60}\0",
         "save a slice as CSV or GSLIB",
     ),
+    (
+        "a Petrel well trace",
+        rb"\s*# WELL TRACE FROM PETREL",
+        "save MD, AZIM and INCL as CSV, with a column of the well's name",
+    ),
     ("a DLIS well log", rb".{4}V[12]\.\d\dRECORD", "save it as LAS or CSV"),
     ("a LAS point cloud (lidar)", rb"LASF", "save its points as CSV"),
     ("an ERDAS Imagine raster", rb"EHFA_HEADER_TAG", "save it as GeoTIFF"),

@@ -35,6 +35,7 @@ FILES = {
     "an IRAP binary grid": b"\0\0\0\x20\xff\xff\xfc\x1c" + bytes(40),
     "an SGeMS binary file": b"\xb2\x11\x17\x5d\0\0\0\x06Cgrid\0",
     "an SEG-Y file": CARD.decode().encode("cp037") + bytes(400),
+    "a Petrel well trace": b"# WELL TRACE FROM PETREL\n MD X Y Z AZIM INCL\n0 1 2 3 0 0\n",
     "a DLIS well log": b"0001V1.00RECORD08192Default" + bytes(60),
     "a LAS point cloud (lidar)": b"LASF\0\0" + bytes(200),
     "an ERDAS Imagine raster": b"EHFA_HEADER_TAG\0",
