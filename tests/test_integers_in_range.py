@@ -278,7 +278,7 @@ FREE: dict[str, Act] = {
 NO_INTEGERS = re.compile(
     r"Grid\.(cells_of|fit\.places)|\.plot\.|HardData\.n_mismatched|entropy|\.probability|band\.curves"
     r"|class_edges|classify|\.maps$|\.grid_shape$|\.grid$|\.which$|RunningCurves|share_in|compare\."
-    r"|_chart\.|sparkline|tile_size|slices_of\.indices|fit_data\.shape|_png\.shape|_svg\.shape"
+    r"|_chart\.|sparkline|tile_size|slices_of\.indices|fit_data\.shape|_png\.shape|_svg\.(shape|wells)"
 )
 """Real numbers, indices as NumPy takes them, numbers of a chart, and what `Grid.of` takes."""
 INTEGERS = re.compile(

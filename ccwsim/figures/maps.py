@@ -6,8 +6,9 @@ shape of the grid, and `longest` is the length in pixels of the longer side of a
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from html import escape
 from io import BytesIO
 from typing import Any
 
@@ -130,10 +131,16 @@ def data_png(
     return png_of(picture)
 
 
-def placement_svg(cells: NDArray[np.integer], colours: Sequence[str | None], shape: Shape) -> str:
+def placement_svg(
+    cells: NDArray[np.integer],
+    colours: Sequence[str | None],
+    shape: Shape,
+    wells: Mapping[str, Sequence[int]] | None = None,
+) -> str:
     """Return an SVG sketch of hard data inside and outside the outline of a grid.
 
     `cells`, shape (n, 2), may be outside the grid. A datum without a colour is drawn as a ring.
+    `wells` has the indices of each named well's data, from the top down, which a line joins.
 
     Examples
     --------
@@ -162,6 +169,13 @@ def placement_svg(cells: NDArray[np.integer], colours: Sequence[str | None], sha
         look = f'fill="{colour}" stroke="#fff"' if colour else 'fill="none" stroke="#B3402A"'
         circle = f'cx="{x:.2f}" cy="{y:.2f}" r="{radius:.2f}"'
         parts.append(f'<circle {circle} {look} stroke-width="1.5"/>')
+    for name, path in (wells or {}).items():
+        ends = [at(*places[k]) for k in path]
+        line = " ".join(f"{x:.2f},{y:.2f}" for x, y in ends)
+        parts.append(f'<polyline points="{line}" fill="none" stroke="#777" stroke-width="2"/>')
+        place = f'x="{ends[0][0]:.2f}" y="{max(ends[0][1] - radius - 3, 11):.2f}"'
+        font = 'font-family="sans-serif" font-size="11" text-anchor="middle" fill="#777"'
+        parts.append(f"<text {place} {font}>{escape(name)}</text>")
     head = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:.1f} {height:.1f}">'
     return head + "".join(parts) + "</svg>"
 

@@ -24,6 +24,7 @@ from ccwsim.figures import (
     facies_colours,
     index_png,
     map_png,
+    placement_svg,
     proportions_chart,
     ramp,
     theme_named,
@@ -189,3 +190,13 @@ def test_proportions_are_percent_and_the_image_is_marked():
 def test_an_unknown_theme_is_light():
     assert theme_named(None) is LIGHT
     assert theme_named("dark") is DARK
+
+
+def test_a_well_is_one_line_with_its_name_as_it_is_written():
+    path = np.array([[1, 1], [1, 2], [2, 3]])
+    cells, colours = np.vstack([path, [[8, 8]]]), ["#173F6B", None, "#173F6B", "#F0AD2E"]
+    svg = placement_svg(cells, colours, (10, 20), {"<b>W&1": [0, 1, 2], "W2": [3]})
+    assert [svg.count(f"<{tag} ") for tag in ("circle", "polyline", "text")] == [4, 2, 2]
+    assert "&lt;b&gt;W&amp;1</text>" in svg
+    assert len(svg.split('<polyline points="')[1].split('"')[0].split()) == 3
+    assert "<polyline" not in placement_svg(cells, colours, (10, 20))

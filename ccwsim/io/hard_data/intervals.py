@@ -30,18 +30,8 @@ def usable_intervals(
 ) -> Intervals:
     """Return the intervals that can be used; every problem is added to `found`.
 
-    Parameters
-    ----------
-    file : DataFile
-        The table of intervals.
-    names : sequence of str
-        The well of each row.
-    depths : pair of array
-        Upper and lower depths; a missing depth is NaN.
-    lengths : mapping of str to float
-        The length of each well; infinite if unknown.
-    found : RowProblems
-        Takes the problems, and contains the user's decisions.
+    `names` and `depths` (upper and lower, NaN if missing) belong to the rows; `lengths` are those
+    of the wells, infinite if unknown. The user's decisions are in `found` too.
 
     Examples
     --------
@@ -122,20 +112,17 @@ def _resolve_overlaps(
 ) -> None:
     """Shorten or leave out intervals that overlap; without a decision, the upper is kept."""
     decided = found.decided("on_overlap")
-    upper = -1
+    upper = order[0] if len(order) else -1
     for k in order.tolist():
-        if upper < 0 or names[upper] != names[k]:
+        if names[upper] != names[k]:
             upper = k
-            continue
-        if start[k] < end[upper]:
+        if upper != k and start[k] < end[upper]:
             said = f"two intervals of {shown(names[k])} overlap below the depth {start[k]:g}"
             found.add("on_overlap", file, [upper, k], said, "correct one of them")
             if decided == "drop":
                 keep[[upper, k]] = False
             elif decided == "lower":
-                end[upper] = start[k]
-                upper = k
-                continue
+                end[upper], upper = start[k], k
             else:
                 start[k] = end[upper]
                 end[k] = max(end[k], start[k])

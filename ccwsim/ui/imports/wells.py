@@ -46,6 +46,8 @@ from ccwsim.ui.widgets.text import panel_title, plain
 
 MAX_DRAWN = 2000
 """Maximum number of data on the map."""
+MAX_NAMED = 40
+"""Maximum number of wells with names on the map."""
 HELP = (
     "Import wells or other points: a table with columns of x, y and facies, in any order. The "
     "page guesses the roles of the columns; you can change them."
@@ -152,7 +154,12 @@ def _draw_map(state: State, tried: Choices) -> None:
     step = max(1, -(-placed.points.n // MAX_DRAWN))
     colours = _colours(state, tried, placed)[::step]
     above = placed.cells[::step, -2:]  # the map shows the data of a volume from above
-    svg = placement_svg(above, colours, tried.grid.shape[-2:])
+    wells: dict[str, list[int]] = {}
+    for k, line in enumerate(placed.points.lines[::step].tolist()):
+        if name := placed.points.wells.get(line):
+            wells.setdefault(name, []).append(k)
+    wells = wells if len(wells) <= MAX_NAMED else {}
+    svg = placement_svg(above, colours, tried.grid.shape[-2:], wells)
     st.image(svg, alt="Positions of the data in the grid", width=520)
     if fitting is not None and n_out == n:
         st.caption("No datum is in the study's grid. The frame shows a larger grid.")
