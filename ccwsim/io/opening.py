@@ -198,41 +198,33 @@ _TEXTS = {
 
 
 def open_file(
-    path_or_file: PathOrFile,
-    part: FilePart | None = None,
-    *,
-    shape: tuple[int, ...] | None = None,
-    up: bool | None = None,
-    z_up: bool | None = None,
+    path_or_file: PathOrFile, part: FilePart | None = None, **how: Any
 ) -> DataFile | PictureFile:
     """Return the variables or the colours of a file, or the columns of a table in memory.
 
     With a `part`, only this part of a picture or a grid is returned, and the limit of cells counts
-    for the part. `shape`, `up` and `z_up` are as in `read_training_image`; they matter only with a
-    part.
+    for the part. The parameters `shape`, `up` and `z_up` are as in `read_training_image`; they have
+    no effect without a part.
     """
-    options: tuple[Any, ...] = () if part is None else (part, shape, up, z_up)
+    options: tuple[Any, ...] = () if part is None else (part, tuple(how.items()))
     if isinstance(path_or_file, IsolatedFile):
         return path_or_file.read_with(_open_file, *options)
     return _open_file(path_or_file, *options)
 
 
 def _open_file(
-    path_or_file: PathOrFile,
-    part: FilePart | None = None,
-    shape: tuple[int, ...] | None = None,
-    up: bool | None = None,
-    z_up: bool | None = None,
+    path_or_file: PathOrFile, part: FilePart | None = None, how: tuple[tuple[str, Any], ...] = ()
 ) -> DataFile | PictureFile:
+    known = dict(how)
     with nullcontext() if part is None else limited_to_whole():
         if is_table(path_or_file):
             file = read_memory_table(path_or_file)
         else:
-            file = open_content(*read_bytes(path_or_file), part, up=up)
+            file = open_content(*read_bytes(path_or_file), part, up=known.get("up"))
         if part is None:
             return file
         if isinstance(file, DataFile) and file.kind != PICTURE_OF_NUMBERS:
-            file = part_of_grid(as_grid(file, shape), part, shape, up=up, z_up=z_up)
+            file = part_of_grid(as_grid(file, known.get("shape")), part, **known)
     arrays = [file.rgb[..., 0]] if isinstance(file, PictureFile) else file.variables.values()
     check_cells(file.name, *(array.shape for array in arrays))
     return file

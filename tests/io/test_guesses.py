@@ -148,7 +148,7 @@ def test_facies_are_merged_with_another_or_with_the_nearest(make):
     image = cio.read_training_image(BytesIO(sample.npy(cells)), merge=merge)
     assert image.array[0].tolist() == [4] * 6 + [2] * 3 + [4] * 9
     both = cio.read_training_image(BytesIO(sample.npy(cells)), merge={7: None, 9: 2})
-    assert both.array[0].tolist() == [4] * 4 + [2] * 14
+    assert both.array[0].tolist() == [4] * 5 + [2] * 13
     for wrong, said in (
         ({5: 4}, "5 does not occur"),
         ("a", "must map"),
