@@ -5,14 +5,13 @@ from __future__ import annotations
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from ccwsim.model.grid import Grid
 from ccwsim.model.parameters import Parameters
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 
 CATALOGUE = Path(__file__).with_name("catalogue.toml")
-Shows = Literal["realization", "second", "data", "probability", "variogram", "layer", "section"]
 
 
 @dataclass(frozen=True)
@@ -33,7 +32,7 @@ class Example:
     choices: Choices
     others: tuple[Parameters, ...] = ()
     source: str = ""
-    shows: tuple[Shows, ...] = ("realization", "second")
+    shows: tuple[str, ...] = ("realization", "second")
 
     @property
     def settings(self) -> tuple[Parameters, ...]:

@@ -15,10 +15,11 @@ import numpy as np
 import streamlit as st
 from numpy.typing import NDArray
 
+from ccwsim.experiments.two_point import simulate_two_point
 from ccwsim.figures import LIGHT, Dots, Theme, data_map_png, facies_colours, share_png, sparkline
 from ccwsim.jobs.job import PATIENCE
 from ccwsim.jobs.statistics import Failure, StatisticsWorker, Task
-from ccwsim.metrics import variogram
+from ccwsim.metrics import connectivity, variogram
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.run.simulation import simulate
 from ccwsim.sharing.choices import Choices
@@ -169,7 +170,8 @@ def pictures_html(example: Example, found: tuple[CardPicture, ...] | Failure | N
         for p in pictures
     )
     busy = "" if found else ' aria-busy="true"'
-    columns = " ".join(f"minmax(0, {p.nx}fr)" for p in pictures)  # all pictures have the same scale
+    row = pictures[: 3 if len(pictures) == 6 else None]  # six pictures are in two rows
+    columns = " ".join(f"minmax(0, {p.nx}fr)" for p in row)  # all pictures have the same scale
     return (
         f'<div class="pictures n{len(pictures)}" style="grid-template-columns: {columns}"{busy}>'
         f"{figures}</div>"
@@ -253,6 +255,10 @@ SHOWN = {
     "data": "the data",
     "probability": f"probability, {N_TOGETHER} realizations",
     "variogram": "variogram E–W",
+    "connectivity": "CCWSIM: connectivity N–S",
+    "two-point realization": "two-point simulation",
+    "two-point variogram": "two-point: variogram E–W",
+    "two-point connectivity": "two-point: connectivity N–S",
     "layer": "realization 1, a layer",
     "section": "realization 1, a section",
 }
@@ -261,7 +267,7 @@ SHOWN = {
 def _drawn(example: Example, choices: Choices, theme: Theme) -> tuple[CardPicture, ...]:
     image, data = image_of(choices.image), data_of(choices)
     colours = facies_colours(image)
-    many = {"probability", "variogram"} & set(example.shows) and not example.others
+    many = {"probability", "variogram", "connectivity"} & set(example.shows) and not example.others
     ensembles = [
         simulate(image, choices.grid, p, data, N_TOGETHER if many else 2, choices.seed)
         for p in example.settings
@@ -272,7 +278,11 @@ def _drawn(example: Example, choices: Choices, theme: Theme) -> tuple[CardPictur
     if example.others:
         shown = [_realization(e, 0, colours, first) for e in ensembles]
     else:
-        shown = [_shown(name, ensembles[0], colours, theme) for name in example.shows]
+        sources = {"": ensembles[0]}
+        if "two-point realization" in example.shows:
+            sources["two-point"] = simulate_two_point(image, choices.grid, N_TOGETHER, choices.seed)
+        parts = (name.rpartition(" ") for name in example.shows)
+        shown = [_shown(kind, sources[of], colours, theme) for of, _, kind in parts]
     sizes = expected(example)
     return tuple(CardPicture(html, *size) for html, size in zip([own, *shown], sizes, strict=True))
 
@@ -286,6 +296,9 @@ def _shown(name: str, e: Ensemble, colours: list[str], theme: Theme) -> str:
         own = variogram(e, code, lags=N_LAGS).gamma
         reference = variogram(e.training_image, code, lags=N_LAGS).gamma[0]
         return _img(sparkline(own, reference, theme), "Variograms along E–W", "svg+xml")
+    if name == "connectivity":
+        own, (ref,) = (connectivity(i, code, "N-S", N_LAGS).tau for i in (e, e.training_image))
+        return _img(sparkline(own, ref, theme), "Connectivity along N–S", "svg+xml")
     if name == "data":
         known = np.full(e.grid.shape, len(colours), np.uint8)
         rows, columns = e.hard_data.cells.T

@@ -229,7 +229,7 @@ def test_one_candidate_copies_longer_pieces():
 
 @pytest.mark.slow
 def test_pictures_are_of_the_study_and_keep_their_room():
-    for name in ("unconditional", "variograms", "dense", "candidates"):
+    for name in ("two-point", "unconditional", "variograms", "dense", "candidates"):
         e = example(name)
         pictures = pictures_of(e, LIGHT).work(lambda share: None)
         assert [(p.label, p.nx, p.ny) for p in pictures] == expected(e)
