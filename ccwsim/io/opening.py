@@ -283,7 +283,7 @@ def too_large(path_or_file: PathOrFile) -> tuple[tuple[int, ...], float] | None:
     except TooManyCells as error:
         _, shape, n = error.args
         shape = shape[-3:] if shape[-3:-2] != (1,) else shape[-2:]
-        if len(shape) > 1:
+        if len(shape) > 1 and n <= limits().whole:
             return shape, n / prod(shape)
         raise
     return None

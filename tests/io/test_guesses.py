@@ -181,6 +181,20 @@ def test_every_reader_of_grids_takes_a_part_of_what_is_too_large(kind):
         assert large["every"] == 2  # a piece that is too large is thinned
 
 
+@pytest.mark.parametrize("side", [10**4, 10**9, 2**40])
+def test_what_is_too_large_even_for_a_part_is_refused(side):
+    sizes = f"{side} {side} 2\n1\nv\n".encode()
+    with limited(UPLOAD_LIMITS), pytest.raises(CCWSIMError):
+        cio.guess_answers(BytesIO(sizes + b"0\n1\n"))
+    header = BytesIO()
+    shape = (side, side)
+    np.lib.format.write_array_header_1_0(
+        header, {"descr": "<f8", "fortran_order": False, "shape": shape}
+    )
+    with limited(UPLOAD_LIMITS), pytest.raises(CCWSIMError):
+        cio.guess_answers(BytesIO(header.getvalue()))
+
+
 def ranks(codes: np.ndarray) -> list[list[int]]:
     """Codes from 0: a picture has its own."""
     return np.unique(codes, return_inverse=True)[1].reshape(codes.shape).tolist()
