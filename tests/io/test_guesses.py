@@ -181,16 +181,11 @@ def test_every_reader_of_grids_takes_a_part_of_what_is_too_large(kind):
         assert large["every"] == 2  # a piece that is too large is thinned
 
 
-@pytest.mark.parametrize("side", [10**4, 10**9, 2**40])
-def test_what_is_too_large_even_for_a_part_is_refused(side):
-    sizes = f"{side} {side} 2\n1\nv\n".encode()
-    with limited(UPLOAD_LIMITS), pytest.raises(CCWSIMError):
-        cio.guess_answers(BytesIO(sizes + b"0\n1\n"))
+@pytest.mark.parametrize("shape", [(10**4, 10**4), (2**40, 2**40), (2,) * 40])
+def test_what_is_too_large_even_for_a_part_is_refused(shape):
     header = BytesIO()
-    shape = (side, side)
-    np.lib.format.write_array_header_1_0(
-        header, {"descr": "<f8", "fortran_order": False, "shape": shape}
-    )
+    said = {"descr": "<f8", "fortran_order": False, "shape": shape}
+    np.lib.format.write_array_header_1_0(header, said)
     with limited(UPLOAD_LIMITS), pytest.raises(CCWSIMError):
         cio.guess_answers(BytesIO(header.getvalue()))
 
