@@ -19,7 +19,8 @@ from ccwsim.io.formats.pictures import (
     main_colours,
 )
 from ccwsim.io.gridding import as_grid
-from ccwsim.io.opening import PathOrFile, open_file, too_large
+from ccwsim.io.limits import TooManyCells
+from ccwsim.io.opening import PathOrFile, open_file
 from ccwsim.io.part import FilePart, largest_without_gaps, thinning
 from ccwsim.io.training_images import PREFERRED
 from ccwsim.model.classes import are_codes
@@ -73,11 +74,13 @@ def guess_answers(
     ({'threshold': 0.21}, ('values',))
     """
     known, asked = dict(answers or {}), []
-    whole, part, how = too_large(path_or_file), None, {k: known.get(k) for k in ("shape", "z_up")}
-    if whole is not None:
+    try:
+        file, part = open_file(path_or_file), None
+    except TooManyCells as error:
         asked.append("part")
-        part = _guess_part(*whole, known)
-    file = open_file(path_or_file, part, up=known.get("up"), **how)
+        part = _guess_part(*error.grid(), known)
+        how = {name: known.get(name) for name in ("shape", "up", "z_up")}
+        file = open_file(path_or_file, part, **how)
     if isinstance(file, PictureFile):
         if file.known is not None and "part" not in asked:
             _ask_gaps(file.name, file.known if known.get("up") else file.known[::-1], known, asked)

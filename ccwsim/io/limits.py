@@ -93,6 +93,23 @@ class TooManyCells(CCWSIMError):
     def __str__(self) -> str:
         return self.args[0]
 
+    def grid(self) -> tuple[tuple[int, ...], float]:
+        """Return the shape of the largest array, and the number of all values per value of it.
+
+        Raises this error itself if the file is too large for a part of it to be read.
+
+        Examples
+        --------
+        >>> with limited(UPLOAD_LIMITS):
+        ...     TooManyCells("a.npy", (1, 3000, 2000), 12_000_000).grid()
+        ((3000, 2000), 2.0)
+        """
+        _, shape, n = self.args
+        shape = shape[-3:] if shape[-3:-2] != (1,) else shape[-2:]
+        if len(shape) < 2 or n > limits().whole:
+            raise self
+        return shape, n / prod(shape)
+
 
 def check_cells(name: str, *shapes: tuple[float, ...]) -> int:
     """Return the number of values of arrays; raise an error for 0 or too many values.
@@ -106,21 +123,23 @@ def check_cells(name: str, *shapes: tuple[float, ...]) -> int:
     CCWSIMError
         If a shape is impossible.
     """
-    said = [" × ".join(map(shown, s[:6])) + (" × …" if len(s) > 6 else "") for s in shapes]
-    for shape, size in zip(shapes, said, strict=True):
+    for shape in shapes:
         if min(shape, default=0) < 1 or any(side % 1 != 0 for side in shape):
             raise CCWSIMError(
-                f"{name}: a grid of {size} cells is empty or impossible; every size must be a "
-                "whole number of 1 or more"
+                f"{name}: a grid of {_sides(shape)} cells is empty or impossible; every size must "
+                "be a whole number of 1 or more"
             )
     counts = [prod(shape) if len(shape) <= 32 else inf for shape in shapes]
     n, most = sum(counts), limits().cells
     if n > most:
-        largest = counts.index(max(counts))
-        of_all = f"{n} values in {len(shapes)} arrays" if len(shapes) > 1 else f"{said[0]} values"
-        message = f"{name}: {of_all} are more than {most}; {_SMALLER}"
-        raise TooManyCells(message, shapes[largest], n)
+        largest, several = shapes[counts.index(max(counts))], len(shapes) > 1
+        of_all = f"{n} values in {len(shapes)} arrays" if several else f"{_sides(largest)} values"
+        raise TooManyCells(f"{name}: {of_all} are more than {most}; {_SMALLER}", largest, n)
     return int(n)
+
+
+def _sides(shape: tuple[float, ...]) -> str:
+    return " × ".join(map(shown, shape[:6])) + (" × …" if len(shape) > 6 else "")
 
 
 def limited_to_whole() -> AbstractContextManager[None]:

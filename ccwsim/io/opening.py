@@ -9,7 +9,6 @@ from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import partial
 from importlib.util import find_spec
-from math import prod
 from pathlib import Path
 from stat import S_ISREG
 from typing import Any, BinaryIO, Protocol
@@ -40,7 +39,7 @@ from ccwsim.io.formats.unread import refusal
 from ccwsim.io.formats.vti import is_vti, read_vti
 from ccwsim.io.gridding import as_grid, part_of_grid
 from ccwsim.io.isolated import IsolatedFile
-from ccwsim.io.limits import TooManyCells, check_bytes, check_cells, limited_to_whole, limits
+from ccwsim.io.limits import check_bytes, check_cells, limited_to_whole, limits
 from ccwsim.io.part import FilePart
 from ccwsim.model.arrays import is_table
 from ccwsim.model.classes import are_codes
@@ -261,32 +260,6 @@ def _kind_of_bytes(content: bytes, name: str) -> str:
     if kind == "tiff" and not (find_spec("rasterio") and is_map(content, name)):
         return "picture"
     return kind
-
-
-def too_large(path_or_file: PathOrFile) -> tuple[tuple[int, ...], float] | None:
-    """Return the shape of the largest grid of a file with too many cells; None for other files.
-
-    The second number is the number of values in all grids of the file, divided by the number of
-    cells. Raises `CCWSIMError` for a file that cannot be opened.
-
-    Examples
-    --------
-    >>> from io import BytesIO
-    >>> from dataclasses import replace
-    >>> from ccwsim.io.limits import limited
-    >>> with limited(replace(limits(), cells=6)):
-    ...     too_large(BytesIO(b"4 3 1\\n1\\nfacies\\n" + 12 * b"0\\n"))
-    ((3, 4), 1.0)
-    """
-    try:
-        open_file(path_or_file)
-    except TooManyCells as error:
-        _, shape, n = error.args
-        shape = shape[-3:] if shape[-3:-2] != (1,) else shape[-2:]
-        if len(shape) > 1 and n <= limits().whole:
-            return shape, n / prod(shape)
-        raise
-    return None
 
 
 def _plain_text(content: bytes, name: str) -> bytes:

@@ -17,8 +17,8 @@ from ccwsim import CCWSIMError
 from ccwsim.io import inspect, isolated, read_training_image
 from ccwsim.io.data_file import broken as broken_file
 from ccwsim.io.isolated import IsolatedFile
-from ccwsim.io.limits import MIB, UPLOAD_LIMITS
-from ccwsim.io.opening import open_file, too_large
+from ccwsim.io.limits import MIB, UPLOAD_LIMITS, TooManyCells
+from ccwsim.io.opening import open_file
 
 CSV = b"x,y,facies\n1,2,0\n3,4,1\n"
 SMALL = replace(UPLOAD_LIMITS, memory=200 * MIB, seconds=3.0)
@@ -55,6 +55,14 @@ def n_calls(file):
 def refuses(file):
     n_calls(file)
     raise CCWSIMError("the file is refused")
+
+
+def too_large(file):
+    try:
+        open_file(file)
+    except TooManyCells as error:
+        return error.grid()
+    return None
 
 
 def test_a_file_is_read_as_in_this_process():

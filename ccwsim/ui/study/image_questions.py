@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from ccwsim.io import class_edges, guess_answers, read_colours, read_grid
 from ccwsim.io.formats.pictures import MAX_COLOURS, PictureFile, few_colours
 from ccwsim.io.guesses import QUESTIONS
-from ccwsim.io.opening import FileSummary, open_file, too_large
+from ccwsim.io.limits import TooManyCells
+from ccwsim.io.opening import FileSummary, open_file
 from ccwsim.io.part import FilePart, thinning
 from ccwsim.model.arrays import describe_shape
 from ccwsim.sharing.choices import Answers, ImageChoice, Upload
@@ -86,9 +87,12 @@ def _colours(upload: Upload, answers: Answers) -> tuple[tuple[int, str], ...]:
 def _too_large(upload: Upload) -> tuple[tuple[int, ...], int]:
     """Return the shape of a grid with too many cells, and the factor by which it is thinned."""
     with opened(upload) as file:
-        found = too_large(file)
-        assert found is not None
-        return found[0], thinning(*found)
+        try:
+            open_file(file)
+        except TooManyCells as error:
+            shape, copies = error.grid()
+            return shape, thinning(shape, copies)
+    raise AssertionError("the file is not too large")
 
 
 @cached(max_entries=8)
