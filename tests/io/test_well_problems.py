@@ -17,8 +17,7 @@ from ccwsim.io import (
     read_well_points,
     resolve_points,
 )
-from ccwsim.io.hard_data.placing import CHOICES
-from ccwsim.io.hard_data.points import ROW_CHOICES
+from ccwsim.io.hard_data.placing import CHOICES, ROW_CHOICES
 
 GRID = Grid(8, 8, nz=30)
 IMAGE = TrainingImage(np.array([[0, 1]]), facies_names=("mud", "sand"))

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from typing import Any, Literal, get_args
+from typing import Any, Literal, get_args, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.formats.text_tables import is_number
-from ccwsim.io.hard_data.points import ROW_CHOICES, ImportedPoints, RowProblem, along_wells
+from ccwsim.io.hard_data.points import ImportedPoints, RowProblem, along_wells
 from ccwsim.model.arrays import as_integers, is_whole
 from ccwsim.model.classes import Classes, asks_for_codes, classify
 from ccwsim.model.errors import CCWSIMError, shown
@@ -24,13 +24,6 @@ _LISTED = 6
 """Maximum number of problems of a kind that a message lists."""
 Treatment = Literal["error", "drop"]
 CollisionTreatment = Literal["error", "drop", "majority", "nearest"]
-CHOICES: dict[str, tuple[str, ...]] = {
-    "on_collision": get_args(CollisionTreatment),
-    "on_outside": get_args(Treatment),
-    "on_unknown": get_args(Treatment),
-    **ROW_CHOICES,
-}
-"""The possible values of each option for data that do not fit."""
 KINDS_OF_ROWS = {
     "on_overlap": "Pairs of intervals that overlap",
     "on_no_collar": "Wells without a collar",
@@ -94,6 +87,16 @@ class Conversion:
         """Remove the options of a conversion from `options`, and return the conversion."""
         names = [field.name for field in fields(cls) if field.name in options]
         return cls(**{name: options.pop(name) for name in names})
+
+
+CHOICES: dict[str, tuple[str, ...]] = {
+    name: get_args(hint)
+    for name, hint in get_type_hints(Conversion).items()
+    if name.startswith("on_")
+}
+"""The possible values of each option for data that do not fit."""
+ROW_CHOICES = {name: CHOICES[name] for name in KINDS_OF_ROWS}
+"""Those for rows of tables of wells; the first is the default."""
 
 
 STRICT = Conversion()

@@ -110,16 +110,6 @@ class RowProblem(NamedTuple):
     remedy: str
 
 
-ROW_CHOICES: dict[str, tuple[str, ...]] = {
-    "on_overlap": ("error", "upper", "lower", "drop"),
-    "on_no_collar": ("error", "drop"),
-    "on_bad_row": ("error", "drop"),
-    "on_one_depth": ("neighbour", "drop", "error"),
-    "on_no_facies": ("drop", "above", "error"),
-}
-"""Decisions about rows of tables of wells; the first is the default."""
-
-
 class RowProblems:
     """Problems with rows of tables of wells, which are collected, and the decisions on them."""
 
@@ -128,8 +118,8 @@ class RowProblems:
         self.found: list[RowProblem] = []
 
     def decided(self, option: str) -> str:
-        """Return the decision on a kind of problem."""
-        return self._decisions.get(option, ROW_CHOICES[option][0])
+        """Return the decision on a kind of problem; an empty text if there is none."""
+        return self._decisions.get(option, "")
 
     def add(
         self, option: str, file: DataFile, rows: Sequence[int | np.integer], said: str, remedy: str

@@ -16,6 +16,7 @@ from ccwsim.io.hard_data.columns import GUESSED_WELLS, WellColumns, assign_well_
 from ccwsim.io.hard_data.intervals import usable_intervals
 from ccwsim.io.hard_data.paths import Stations, bend_between, positions
 from ccwsim.io.hard_data.placing import (
+    ROW_CHOICES,
     STRICT,
     Conversion,
     HardDataImport,
@@ -23,7 +24,6 @@ from ccwsim.io.hard_data.placing import (
     resolve_points,
 )
 from ccwsim.io.hard_data.points import (
-    ROW_CHOICES,
     ImportedPoints,
     RowProblems,
     along_wells,

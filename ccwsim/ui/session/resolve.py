@@ -31,8 +31,7 @@ from ccwsim.io import (
     read_well_points,
     resolve_points,
 )
-from ccwsim.io.hard_data.placing import CHOICES, far_away
-from ccwsim.io.hard_data.points import ROW_CHOICES
+from ccwsim.io.hard_data.placing import CHOICES, ROW_CHOICES, far_away
 from ccwsim.io.isolated import IsolatedFile
 from ccwsim.io.limits import limited, upload_limits
 from ccwsim.jobs.job import result_in_turn
