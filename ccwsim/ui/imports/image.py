@@ -22,7 +22,7 @@ from ccwsim.ui.frontend.cell_map import CellMap, facies_map, share_map
 from ccwsim.ui.frontend.cells import draw_cells
 from ccwsim.ui.results.maps import middle_layer
 from ccwsim.ui.session.cached import cached
-from ccwsim.ui.session.resolve import image_of, points_of
+from ccwsim.ui.session.resolve import image_of, points_in_files
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.changes import image_name
 from ccwsim.ui.study.diagnosis_panel import draw_advice
@@ -182,8 +182,8 @@ def rotated(choice: ImageChoice) -> ImageChoice:
 
 def _words_of_data(state: State) -> tuple[str, ...]:
     """Return the facies names in the user's file of hard data."""
-    data = state.data_draft or state.choices.data
-    points = if_possible(lambda: points_of(data)) if data.files else None
+    tried = replace(state.choices, data=state.data_draft or state.choices.data)
+    points = if_possible(lambda: points_in_files(tried)) if tried.data.files else None
     return () if points is None else points.words[:MAX_FACIES]
 
 

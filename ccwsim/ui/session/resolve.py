@@ -174,6 +174,12 @@ def points_of(choice: DataChoice, grid: Grid | None = None) -> ImportedPoints:
     return _points(choice.upload, _columns(choice, shape), shape)
 
 
+def points_in_files(choices: Choices) -> ImportedPoints:
+    """Return the points in files of hard data; a grid in a file may differ from a study's map."""
+    grid = choices.grid
+    return points_of(choices.data, None if grid.nz is None else grid)  # heights need its layers
+
+
 def preview_of(choice: DataChoice, grid: Grid) -> PointsPreview:
     """Return the columns of a file of hard data, with guessed roles."""
     return _preview(choice.upload, _columns(choice, grid.shape), grid.shape)
@@ -198,8 +204,7 @@ def grid_for_data(choices: Choices) -> Grid | None:
     choice, grid = choices.data, choices.grid
     try:
         file = choice.source == "file" and choice.files
-        own = None if grid.nz is None else grid  # a table contains heights; the grid has layers
-        points = points_of(choice, own) if file else placed_data(choices).points
+        points = points_in_files(choices) if file else placed_data(choices).points
         if points.grid is None:
             cells = grid.cells_of(*points.places.T) if points.world else points.places.astype(int)
             far = far_away(points.places) if points.world else False

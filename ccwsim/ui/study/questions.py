@@ -30,7 +30,7 @@ from ccwsim.ui.session.resolve import (
     image_of,
     opened,
     placed_data,
-    points_of,
+    points_in_files,
     preview_of,
     previews_of_wells,
 )
@@ -196,7 +196,7 @@ def ask_data(choices: Choices, use: Use, *, wide: bool = False) -> None:
         if not wide:
             for table, preview in previews_of_wells(choice).items():
                 ask_columns_of_wells(choice, table, preview, use)
-        points = if_possible(lambda: points_of(choice, grid))
+        points = if_possible(lambda: points_in_files(choices))
     elif choice.source == "file" and choice.upload is not None:
         summary = summary_of(choice.upload)
         if summary is None:
@@ -209,7 +209,7 @@ def ask_data(choices: Choices, use: Use, *, wide: bool = False) -> None:
             _ask_coordinates(choice, preview, write)
         else:
             _ask_grid(summary, choice, grid.nz is not None, write)
-        points = if_possible(lambda: points_of(choice, None if grid.nz is None else grid))
+        points = if_possible(lambda: points_in_files(choices))
     if points is not None and points.continuous:
         _ask_threshold(points, dict(choice.answers).get("threshold"), write)
     placed = if_possible(lambda: placed_data(choices))

@@ -12,7 +12,7 @@ from scipy.ndimage import gaussian_filter
 
 from ccwsim import Grid, Parameters
 from ccwsim.metrics import diagnose
-from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Upload
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Upload, WellTables
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study.image_questions import asked_of
@@ -183,6 +183,22 @@ def test_names_of_wells_are_offered_for_the_facies_of_the_image():
     named(app.selectbox, "image_name_0").select("clay").run()
     assert image_of(app.session_state[KEY].choices.image).facies_names == ("clay", "sand")
     assert not app.exception
+
+
+def test_names_of_wells_are_offered_for_the_facies_of_a_volume():
+    cells = np.indices((8, 32, 32)).sum(axis=0) // 8 % 2
+    state = imported("two.npy", sample.npy(cells))
+    app = opened("import", state).run()
+    named(app.button, "image_take").click().run()
+    collars = Upload("collars.csv", b"well,x,y,z\nA,1.5,1.5,8\n")
+    rows = b"well,from,to,facies\nA,0,2,sand\nA,2,5,clay\n"
+    state = app.session_state[KEY]
+    assert state.choices.grid.nz is not None
+    intervals, tables = Upload("intervals.csv", rows), WellTables(collars)
+    state.data_draft = DataChoice("file", upload=intervals, tables=tables)
+    app = opened("import", state).run()
+    app.button_group(key="import_subject").set_value("Training image").run()
+    assert named(app.selectbox, "image_name_1").options == ["facies 1", "clay", "sand"]
 
 
 def test_facies_of_a_draft_keep_their_names_and_colours():
