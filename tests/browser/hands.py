@@ -170,3 +170,16 @@ def upload(page, key: str, file: Path, note: str) -> None:
     said = page.locator(f".st-key-{key}_row .note", has_text=note)
     said.first.wait_for(timeout=SLOW)
     close_menu(page)
+
+
+def downloaded(page, key: str):
+    """Open the menu of downloads above the results, and return the download of this key."""
+    opens = page.locator(".st-key-facts_row").get_by_role("button", name="Download")
+    file = page.locator(f".st-key-download_{key} button").first
+    until(
+        lambda: None if file.is_visible() else opens.click(timeout=GLANCE),
+        lambda wait: file.wait_for(timeout=wait),
+    )
+    with page.expect_download(timeout=SLOW) as waiting:
+        file.click(timeout=SLOW)
+    return waiting.value

@@ -13,7 +13,18 @@ from scipy.ndimage import gaussian_filter
 
 from ccwsim import Grid
 from ccwsim.io import maps_as_bytes
-from tests.browser.hands import GLANCE, SLOW, at_rest, choose, follow, menu, settled, soon, until
+from tests.browser.hands import (
+    GLANCE,
+    SLOW,
+    at_rest,
+    choose,
+    downloaded,
+    follow,
+    menu,
+    settled,
+    soon,
+    until,
+)
 from tests.browser.served import CHROMIUM
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -92,14 +103,8 @@ def test_a_file_reaches_a_simulation(tab, address, name, tmp_path):
     tab.screenshot(path=tmp_path / "simulated.png")
 
 
-def test_boreholes_in_utm_with_names_reach_a_simulation(tab, address, tmp_path):
-    rng = np.random.default_rng(8)
-    corners = np.indices((6, 5)).reshape(2, -1).T * (500.0, 400.0) + np.array((436000, 4505000))
-    places = (corners + rng.uniform(0, 200, (30, 2))).round(1).tolist()
-    rows = [f"B {k};{x};{y};{rng.choice(['Sand', 'mud'])}" for k, (x, y) in enumerate(places)]
-    text = "\n".join(["Well;Easting [m];Northing [m];Lithology", *rows])
-    file = {"name": "log.csv", "mimeType": "text/csv", "buffer": text.encode()}
-    tab.goto(f"{address}/import?{STUDY}")
+def bring_wells(tab, file) -> None:
+    """Bring a file of hard data to the page Import."""
     kind = tab.locator(".st-key-import_subject").get_by_text("Hard data", exact=True)
     given = tab.locator(".st-key-wells_file input[type=file]")
     kind.wait_for(timeout=SLOW)
@@ -108,6 +113,17 @@ def test_boreholes_in_utm_with_names_reach_a_simulation(tab, address, tmp_path):
         lambda wait: given.wait_for(state="attached", timeout=wait),
     )
     given.set_input_files(file, timeout=SLOW)
+
+
+def test_boreholes_in_utm_with_names_reach_a_simulation(tab, address, tmp_path):
+    rng = np.random.default_rng(8)
+    corners = np.indices((6, 5)).reshape(2, -1).T * (500.0, 400.0) + np.array((436000, 4505000))
+    places = (corners + rng.uniform(0, 200, (30, 2))).round(1).tolist()
+    rows = [f"B {k};{x};{y};{rng.choice(['Sand', 'mud'])}" for k, (x, y) in enumerate(places)]
+    text = "\n".join(["Well;Easting [m];Northing [m];Lithology", *rows])
+    file = {"name": "log.csv", "mimeType": "text/csv", "buffer": text.encode()}
+    tab.goto(f"{address}/import?{STUDY}")
+    bring_wells(tab, file)
     fit = tab.locator(".st-key-ask_fit").get_by_role("button")
     fit.wait_for(timeout=SLOW)
     at_rest(tab)
@@ -146,13 +162,7 @@ def test_an_image_and_wells_in_utm_give_a_geotiff_without_a_number_typed(tab, ad
     tab.locator(".st-key-import_image_file input[type=file]").set_input_files(image, timeout=SLOW)
     tab.wait_for_selector(".st-key-map_import canvas", timeout=SLOW)
     at_rest(tab)
-    kind = tab.locator(".st-key-import_subject").get_by_text("Hard data", exact=True)
-    given = tab.locator(".st-key-wells_file input[type=file]")
-    until(
-        lambda: None if given.count() else kind.click(timeout=GLANCE),
-        lambda wait: given.wait_for(state="attached", timeout=wait),
-    )
-    given.set_input_files(wells, timeout=SLOW)
+    bring_wells(tab, wells)
     tab.get_by_text("1 of 41 data outside the grid").first.wait_for(timeout=SLOW)
     at_rest(tab)
     tab.screenshot(path=tmp_path / "asked.png", full_page=True)
@@ -164,15 +174,8 @@ def test_an_image_and_wells_in_utm_give_a_geotiff_without_a_number_typed(tab, ad
     tab.locator(".facts", has_text=honoured).first.wait_for(timeout=SLOW)
     at_rest(tab)
     tab.screenshot(path=tmp_path / "simulated.png", full_page=True)
-    opens = tab.locator(".st-key-facts_row").get_by_role("button", name="Download")
-    file = tab.locator(".st-key-download_realizations_tif button").first
-    until(
-        lambda: None if file.is_visible() else opens.click(timeout=GLANCE),
-        lambda wait: file.wait_for(timeout=wait),
-    )
-    with tab.expect_download(timeout=SLOW) as waiting:
-        file.click()
-    with rasterio.open(waiting.value.path()) as made, rasterio.open(image) as given:
+    saved = downloaded(tab, "realizations_tif")
+    with rasterio.open(saved.path()) as made, rasterio.open(image) as given:
         assert made.crs == given.crs
         assert made.transform == given.transform
         assert made.shape == given.shape

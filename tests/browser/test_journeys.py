@@ -18,6 +18,7 @@ from tests.browser.hands import (
     at_rest,
     choose,
     close_menu,
+    downloaded,
     fill,
     menu,
     run,
@@ -123,7 +124,8 @@ def test_own_image_and_data_to_realizations_and_back_home(page, address, image_f
     sees(page.locator(".st-key-map_e_type canvas"))
     sees(page.locator(".st-key-chart_times .js-plotly-plot"))
 
-    saved = downloaded(page, "realizations_npz")
+    at_rest(page)
+    saved = np.load(downloaded(page, "realizations_npz").path())
     assert int(saved["seed"]) == 42
     assert '"wavelet_level": 0' in str(saved["parameters"])
     image = read_training_image(image_file)
@@ -137,19 +139,6 @@ def test_own_image_and_data_to_realizations_and_back_home(page, address, image_f
     sees(page.locator(".st-key-image_row .note", has_text=image_file.stem))
     sees(page.locator(".st-key-data_row .note", has_text="60 data"))
     assert not page.locator("[data-testid=stAlert]").count()
-
-
-def downloaded(page, key):
-    opens = page.locator(".st-key-facts_row").get_by_role("button", name="Download")
-    file = page.locator(f".st-key-download_{key} button").first
-    at_rest(page)
-    until(
-        lambda: None if file.is_visible() else opens.click(timeout=GLANCE),
-        lambda wait: file.wait_for(timeout=wait),
-    )
-    with page.expect_download(timeout=SLOW) as waiting:
-        file.click()
-    return np.load(waiting.value.path())
 
 
 @pytest.mark.slow

@@ -11,7 +11,18 @@ import pytest
 
 from ccwsim import Grid, HardData, Parameters, TrainingImage, simulate
 from ccwsim.io import read_hard_data, read_training_image, write_training_image
-from tests.browser.hands import GLANCE, SLOW, at_rest, follow, menu, run, soon, until, upload
+from tests.browser.hands import (
+    GLANCE,
+    SLOW,
+    at_rest,
+    downloaded,
+    follow,
+    menu,
+    run,
+    soon,
+    until,
+    upload,
+)
 from tests.browser.served import CHROMIUM
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -103,16 +114,8 @@ def test_a_published_volume_goes_from_its_file_to_paraview(tab, address, image_f
 
     soon(slices_are_of_the_run, SLOW)
 
-    opens = tab.locator(".st-key-facts_row").get_by_role("button", name="Download")
-    file = tab.locator(".st-key-download_realizations_vti button").first
-    until(
-        lambda: None if file.is_visible() else opens.click(timeout=GLANCE),
-        lambda wait: file.wait_for(timeout=wait),
-    )
-    with tab.expect_download(timeout=SLOW) as waiting:
-        file.click()
-    saved = Path(waiting.value.path()).with_suffix(".vti")
-    Path(waiting.value.path()).rename(saved)
+    file = Path(downloaded(tab, "realizations_vti").path())
+    saved = file.rename(file.with_suffix(".vti"))
     np.testing.assert_array_equal(vti_cells(saved), own.realizations[0])
     tab.keyboard.press("Escape")
 
