@@ -208,7 +208,8 @@ def draw_facies(
             names[k] = name.strip()[:MAX_LETTERS] or names[k]
             write(replace(choice, names=tuple(names)))
 
-        with st.container(horizontal=True, vertical_alignment="center", gap="small"):
+        row: dict[str, Any] = {"horizontal": True, "vertical_alignment": "center", "gap": "small"}
+        with st.container(key=f"facies_row_{code}", **row):
             colour = {"value": colours[k], "write": recolour, **hidden}
             field(st.color_picker, f"Colour of code {code}", key=f"image_colour_{code}", **colour)
             name: dict[str, Any] = {"value": own, "write": rename, **hidden}
@@ -242,7 +243,7 @@ def _merge(choice: ImageChoice, image: TrainingImage, k: int, write: Write) -> N
     facies = zip(image.codes.tolist(), image.facies_names, strict=True)
     others: dict[Any, str] = {to: f"with {name}" for to, name in facies if to != code}
     into: dict[str, Any] = options_of(others | {NEAREST: "with the nearest"})
-    into |= {"value": None, "write": merge, "placeholder": "merge", "width": 130}
+    into |= {"value": None, "write": merge, "placeholder": "merge", "width": 104}
     label = f"Merge code {code}"
     field(st.selectbox, label, key=f"image_merge_{code}", label_visibility="collapsed", **into)
 
