@@ -176,3 +176,21 @@ def test_an_image_in_utm_is_written_in_utm():
     for kind in KEEP_CRS:
         again = cio.maps_as_bytes({"facies": np.zeros(MAP.shape)}, grid, kind)
         assert cio.read_geometry(BytesIO(again)) == grid
+
+
+@pytest.mark.parametrize("kind", HARD_FORMATS)
+@pytest.mark.parametrize("grid", [MAP, VOLUME])
+def test_names_of_users_break_no_file_of_hard_data(kind, grid):
+    array = IMAGE.array if grid.nz is None else IMAGE.array[None]
+    image = TrainingImage(array, name=EVIL[0], facies_names=EVIL)
+    data = HardData([[1, 0, 3], [0, 2, 1]] if grid.nz else [[0, 3], [2, 1]], [5, -3])
+    content = BytesIO(cio.hard_data_as_bytes(data, kind, grid))
+    assert cio.read_hard_data(content, grid, image).triples == data.triples
+
+
+@pytest.mark.parametrize("kind", training_images.FORMATS)
+def test_names_of_users_break_no_file_of_a_training_image(kind):
+    image = TrainingImage(IMAGE.array, name=EVIL[0], facies_names=EVIL)
+    content = BytesIO(cio.training_image_as_bytes(image, kind))
+    back = cio.read_training_image(content, volume=False)
+    assert np.array_equal(back.array, image.indices if kind == "png" else image.array)

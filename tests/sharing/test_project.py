@@ -24,6 +24,7 @@ from ccwsim import (
     save_project,
 )
 from ccwsim.cli.program import main
+from ccwsim.io.data_file import printable
 from ccwsim.io.limits import UPLOAD_LIMITS, limited
 from ccwsim.model.study import Study
 from ccwsim.sharing.choices import Shown
@@ -178,3 +179,14 @@ def test_the_file_of_a_map_says_nothing_of_layers():
     assert "nz" not in json.loads(settings())["grid"]
     with pytest.raises(CCWSIMError, match="3 hard data are expected"):
         read_project(changed(study=settings(grid={"ny": 24, "nx": 40, "nz": 2})))
+
+
+def test_a_project_keeps_what_is_printable_of_names():
+    names = ("=1+1\n9 9\n\"'`<b onload=x>,;\t", "-5 /\n/\x1a**b** $x$ \\input{x}", "]]>&lt;%n{x}")
+    project = a_project()
+    image = TrainingImage(project.study.training_image.array, name="../x\n=1", facies_names=names)
+    study = replace(project.study, training_image=image)
+    again = read_project(BytesIO(project_as_bytes(replace(project, study=study))))
+    assert again.study.training_image.facies_names == tuple(printable(name) for name in names)
+    assert again.study.training_image.name == "../x=1"
+    assert again.simulate().digest == project.simulate().digest
