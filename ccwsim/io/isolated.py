@@ -124,6 +124,11 @@ def _answers() -> _Answers:
     return _Answers()
 
 
+def forget_results() -> None:
+    """Remove all cached results of files."""
+    _answers.cache_clear()
+
+
 @cache
 def _places(memory: int) -> threading.Semaphore:
     """Return a semaphore for as many processes as fit into half of the free memory, at least 2."""

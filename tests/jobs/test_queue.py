@@ -238,10 +238,11 @@ def test_memory_is_given_back_once_and_what_all_shared_goes_with_the_last(monkey
     monkeypatch.setattr("ccwsim.ui.session.server.give_back_memory", lambda: given.append(True))
     monkeypatch.setattr("streamlit.cache_data.clear", lambda: cleared.append("data"))
     monkeypatch.setattr("streamlit.cache_resource.clear", lambda: cleared.append("resource"))
+    monkeypatch.setattr("ccwsim.ui.session.server.forget_results", lambda: cleared.append("files"))
     room = Room()
     room.attendance.give_back()
     assert not given
-    for session, expected in (("a", []), ("b", ["data", "resource"])):
+    for session, expected in (("a", []), ("b", ["data", "resource", "files"])):
         room.open.remove(session)
         room.look(room.clock.now)
         room.look(room.clock.now + 120)

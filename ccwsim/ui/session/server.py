@@ -17,6 +17,7 @@ from streamlit.runtime.scriptrunner import get_script_run_ctx
 from streamlit.runtime.scriptrunner_utils import script_run_context
 
 from ccwsim.experiments.warm_up import compile_in_background
+from ccwsim.io.isolated import forget_results
 from ccwsim.jobs.job import Queue, server_queue
 from ccwsim.system.machine import n_cores
 from ccwsim.system.memory import give_back_memory, settle_memory
@@ -151,6 +152,7 @@ class SessionMonitor:
         if not self._sessions:
             st.cache_data.clear()
             st.cache_resource.clear()
+            forget_results()
         gc.collect()
         give_back_memory()
 
