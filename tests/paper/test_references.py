@@ -203,7 +203,7 @@ def test_the_weights_in_the_docs_are_those_of_the_engine():
     from ccwsim.engine.stages.conditioning import DENSE, MAX_DATA, SPARSE
 
     text = " ".join((ROOT / "docs" / "method.md").read_text("utf-8").split())
-    assert f"{SPARSE.missed} wrong cells of the overlap, of {SPARSE.held} cells if" in text
+    assert f"{SPARSE.missed} wrong cells of the overlap. The weight is {SPARSE.held} cells" in text
     assert f"{DENSE.missed}, {DENSE.held} and {DENSE.ahead}" in text
     assert f"within {SPARSE.slack} wrong cells of the best ({DENSE.slack} in a split" in text
     assert f"more than {MAX_DATA} data per patch" in text
