@@ -1,7 +1,7 @@
-"""What a reader's hands do in a browser: open a menu, choose, type, give a file.
+"""User actions in a browser: open a menu, choose an option, type, upload a file.
 
-A page that is drawn anew under the mouse swallows a click now and then, the more the slower the
-machine is. A reader sees it and does it again; so do these.
+A page that is redrawn under the mouse may lose a click, especially on a slow machine. A user then
+repeats the click, and so do these functions.
 """
 
 from __future__ import annotations
@@ -12,20 +12,20 @@ from time import monotonic, sleep
 from typing import Any
 
 SOON, SLOW = 30_000, 180_000
-"""Milliseconds to wait for an answer that is at hand, and for one that is worked out."""
+"""Milliseconds to wait for an immediate effect, and for the result of a computation."""
 GLANCE = 8_000
-"""Milliseconds after which a reader does again what had no effect."""
+"""Milliseconds after which an action without effect is repeated."""
 TRIES = 4
 
 
 def at_rest(page) -> None:
-    """Wait until the page has been drawn with what was asked last."""
+    """Wait until the page has been redrawn after the last action."""
     page.wait_for_timeout(150)  # for the question to be on its way
     page.wait_for_selector("[data-test-script-state=notRunning]", timeout=SLOW)
 
 
 def until(act: Callable[[], None], seen: Callable[[int], None]) -> None:
-    """Act until the effect is seen; `seen` takes milliseconds and raises where it is not there."""
+    """Repeat an action until its effect is seen; `seen(milliseconds)` raises without the effect."""
     from playwright.sync_api import Error
 
     for attempt in range(TRIES):
@@ -39,7 +39,7 @@ def until(act: Callable[[], None], seen: Callable[[int], None]) -> None:
 
 
 def soon(holds: Callable[[], object], within: float = SOON) -> None:
-    """Repeat a function of asserts until they hold; what a page draws comes a moment later."""
+    """Repeat a function with assertions until all hold, because pages are drawn with a delay."""
     from playwright.sync_api import Error
 
     end = monotonic() + within / 1000
@@ -54,7 +54,7 @@ def soon(holds: Callable[[], object], within: float = SOON) -> None:
 
 
 def settled(page, read: Callable[[], Any], pause: float = 500) -> Any:
-    """Return what is read of a page, once it is something and stays so for a moment."""
+    """Return the result of `read` once it is not empty and does not change for a moment."""
     found: list[Any] = [None]
 
     def stays() -> None:
@@ -68,7 +68,7 @@ def settled(page, read: Callable[[], Any], pause: float = 500) -> Any:
 
 
 def run(page) -> None:
-    """Press Run until the page no longer says that its results are out of date."""
+    """Press Run until the results are no longer out of date."""
     from playwright.sync_api import expect
 
     outdated = page.locator("i.results-outdated")
@@ -81,7 +81,7 @@ def run(page) -> None:
 
 
 def fits_a_phone(page, title: str) -> None:
-    """See that a page with this title is no wider than a phone, and warns of nothing."""
+    """Check that a page with this title is not wider than a phone and shows no warning."""
 
     def fits() -> None:
         assert page.title() == title
@@ -109,7 +109,7 @@ def close_menu(page) -> None:
 
 
 def choose(page, key: str, option: str) -> None:
-    """Choose from a list."""
+    """Choose an option of a list."""
     from playwright.sync_api import expect
 
     box = page.locator(f".st-key-{key} input").first
@@ -125,7 +125,7 @@ def choose(page, key: str, option: str) -> None:
 
 
 def switch_on(page, key: str) -> None:
-    """Switch on what is off."""
+    """Switch a toggle on."""
     from playwright.sync_api import expect
 
     box, label = page.locator(f".st-key-{key} input"), page.locator(f".st-key-{key} label")
@@ -138,7 +138,7 @@ def switch_on(page, key: str) -> None:
 
 
 def follow(page, link, to: str) -> None:
-    """Click a link until the page of this name is there."""
+    """Click a link until the page with the name `to` is open."""
     until(
         lambda: None if f"/{to}" in page.url else link.click(timeout=SOON),
         lambda wait: page.wait_for_url(f"**/{to}*", timeout=wait),
@@ -146,7 +146,7 @@ def follow(page, link, to: str) -> None:
 
 
 def fill(page, key: str, value: object) -> None:
-    """Type into a box, press Enter, and look whether it stays."""
+    """Type a value into a box, press Enter, and check that the value stays."""
     from playwright.sync_api import expect
 
     box = page.locator(f".st-key-{key} input").first
@@ -164,7 +164,7 @@ def fill(page, key: str, value: object) -> None:
 
 
 def upload(page, key: str, file: Path, note: str) -> None:
-    """Give a file to the image or the data of the study, whose note then has other words."""
+    """Upload the image or the data of the study, and wait until the note contains `note`."""
     menu(page, f"{key}_row")
     page.locator(f".st-key-{key}_file input[type=file]").set_input_files(file, timeout=SLOW)
     said = page.locator(f".st-key-{key}_row .note", has_text=note)
@@ -173,7 +173,7 @@ def upload(page, key: str, file: Path, note: str) -> None:
 
 
 def downloaded(page, key: str):
-    """Open the menu of downloads above the results, and return the download of this key."""
+    """Open the menu of downloads above the results, and return the download with a key."""
     opens = page.locator(".st-key-facts_row").get_by_role("button", name="Download")
     file = page.locator(f".st-key-download_{key} button").first
     until(

@@ -1,7 +1,7 @@
 """Make the pictures of the how-to pages, or some: python -m tests.browser.pictures [NAME ...]
 
-Each is the part of a page that its text speaks of, in the light theme, as a PNG of few colours in
-docs/images/how-to. Numbers of times are those of this machine.
+Each picture is the part of a page that the text describes, in the light theme, as a PNG with few
+colours in docs/images/how-to. Times in the pictures are those of this machine.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ OUT = ROOT / "docs/images/how-to"
 WIDTH = 1280
 MAX_BYTES = 100_000
 COLOURS = (160, 128, 96, 64, 48, 32, 24)
-"""A picture has as many as fit into its bytes."""
+"""Numbers of colours to try, until the size of a picture is within its limit."""
 REST = 2500
-"""Milliseconds in which charts come to rest."""
+"""Milliseconds to wait until charts no longer move."""
 WELLS = """well;easting;northing;top;lithology
 W1;36,5;40,5;1210;sand
 W2;120,5;88,5;1190;mud
@@ -39,7 +39,7 @@ W10;655,5;90,5;1220;mud
 
 
 def fill_with_wells(page: Any) -> None:
-    """Give a table of wells that asks for the name of a facies and has a row outside the grid."""
+    """Upload a table of wells with an unknown facies name and a row outside the grid."""
     page.locator(".st-key-import_subject button", has_text="Hard data").click(timeout=SLOW)
     file = {"name": "wells.csv", "mimeType": "text/csv", "buffer": WELLS.encode()}
     box = page.locator(".st-key-wells_file input[type=file]")
@@ -48,7 +48,7 @@ def fill_with_wells(page: Any) -> None:
 
 
 def draw_a_well(page: Any) -> None:
-    """Draw a line of data on the map, as the map shows them, and wait for the run."""
+    """Draw a line of data on the map, and wait for the run."""
     fill_with_maps(page)
     page.wait_for_function(SETTLED, timeout=SLOW)
     for choice in ("[data-tool=straight]", "[data-brush='-2']"):
@@ -87,17 +87,17 @@ def open_share(page: Any) -> None:
 
 
 def unfold_experiments(page: Any) -> None:
-    """Run the paper's experiments, quickly, and unfold two of them."""
+    """Run the quick version of the paper's experiments, and unfold two of them."""
     FILLED["paper"](page)
     for k in (0, 6):
         page.locator(".verdicts details summary").nth(k).click(timeout=SLOW)
 
 
 class Picture(NamedTuple):
-    """A picture: the page with its study, what fills it, and the part that is taken.
+    """A picture: the address of its page, the function that fills the page, and the shown part.
 
-    `top` is a selector of what is at the top of the picture, empty for the top of the page; `left`
-    are pixels that are cut away at the left, `width` are those of the window.
+    `top` is a selector of the element at the top of the picture; empty for the top of the page.
+    `left` is the number of pixels cut off at the left, and `width` the width of the window.
     """
 
     address: str
@@ -131,7 +131,7 @@ PICTURES = {
 
 
 def taken(page: Any, picture: Picture) -> bytes:
-    """Return a picture as the PNG of a browser."""
+    """Return a screenshot of the part of a page as PNG."""
     page.wait_for_selector(".st-key-menu", timeout=60_000)
     picture.fill(page)
     page.wait_for_function(SETTLED, timeout=SLOW)
@@ -152,7 +152,7 @@ def taken(page: Any, picture: Picture) -> bytes:
 
 
 def few_colours(png: bytes, max_bytes: int = MAX_BYTES) -> bytes:
-    """Return a picture with a palette, as small as asked for."""
+    """Return a picture with a palette of fewer colours, at most `max_bytes` long if possible."""
     picture = Image.open(BytesIO(png)).convert("RGB")
     picture.thumbnail((WIDTH, picture.height), Image.Resampling.LANCZOS)
     content = b""
@@ -167,7 +167,7 @@ def few_colours(png: bytes, max_bytes: int = MAX_BYTES) -> bytes:
 
 
 def make(names: Sequence[str] = (), address: str = "") -> None:
-    """Write pictures; without an address the dashboard is served for them."""
+    """Write pictures; without an address, start a dashboard first."""
     if not address:
         with served() as there:
             make(names, there)

@@ -1,8 +1,8 @@
 """Take pictures of pages: python -m tests.browser.screenshots [--volume] OUT [PAGE ...]
 
-Of all pages or of those named, at 1440, 1024 and 390 pixels, light and dark: empty (as the page
-first shows itself), the first screen with results, and the whole page; with --volume of a volume
-with wells.
+Pictures are taken of the named pages, by default of all pages, at widths of 1440, 1024 and 390
+pixels, light and dark. They show the empty page (before any results), the first screen with
+results, and the whole page. With --volume, the study is a volume with wells.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def fill_with_maps(page) -> None:
 
 
 def press(page, button: str, begun: str) -> None:
-    """Click a button until what it begins is there."""
+    """Click a button until the effect of the click is visible."""
     found = page.locator(button).locator("visible=true").first
     found.wait_for(timeout=SLOW)
     until(
@@ -46,7 +46,7 @@ def press(page, button: str, begun: str) -> None:
 
 
 def fill_with_times(page) -> None:
-    """Take both measurements of the page of times."""
+    """Run both measurements of the page Benchmark."""
     for kind, end in (
         ("grids", ".st-key-download_times"),
         ("data", ".st-key-part_data .note:has-text('median time of')"),
@@ -58,7 +58,7 @@ def fill_with_times(page) -> None:
 
 
 def fill_with_experiments(page) -> None:
-    """Run the paper's experiments, quickly."""
+    """Run the quick version of the paper's experiments."""
     page.locator(".st-key-paper_extent button", has_text="Quick").click(timeout=SLOW)
     page.wait_for_function("() => document.body.innerText.includes('under a minute')", timeout=SLOW)
     press(page, ".st-key-paper_start button", ".st-key-paper_cancel, .st-key-download_paper")
@@ -66,7 +66,7 @@ def fill_with_experiments(page) -> None:
 
 
 def fill_with_settings(page) -> None:
-    """Sweep the settings that suit the study."""
+    """Sweep the suggested settings of the study."""
     start = ".st-key-sweep_first button, .st-key-sweep_below button"
     press(page, start, ".st-key-sweep_progress, .st-key-sweep_table")
     page.wait_for_selector(".st-key-sweep_table", timeout=SLOW)
@@ -79,7 +79,7 @@ def fill_with_pictures(page) -> None:
 
 
 def fill_with_file(page) -> None:
-    """Give a file of grey values, which asks how they become facies."""
+    """Upload a file of grey values, about which the page asks a question."""
     values = np.add.outer(np.sin(np.arange(60) / 5), np.cos(np.arange(80) / 7))
     lines = "\n".join(f"{value:.3f}" for value in values.ravel())
     content = f"80 60 1\n1\ngrey\n{lines}\n".encode()
@@ -96,11 +96,12 @@ FILLED = {
     "paper": fill_with_experiments,
     "sweep": fill_with_settings,
 }
-"""What fills a page that does not fill itself with maps, by the name of its file."""
+"""Functions that fill pages that do not fill themselves with maps, by the name of the page's
+file."""
 
 
 def take_share(page, path: Path) -> None:
-    """Take a picture of the menu to share a study, and close it again."""
+    """Take a picture of the menu that shares a study, and close the menu."""
     page.locator(".st-key-share button").first.click(timeout=SLOW)
     page.wait_for_selector(".st-key-share_body .stCode", timeout=SLOW)
     page.wait_for_timeout(500)
@@ -111,7 +112,7 @@ def take_share(page, path: Path) -> None:
 
 
 def take_whole(page, width: int, path: Path) -> None:
-    """Take a picture of the whole page, once the parts that were out of sight are drawn too."""
+    """Take a picture of the whole page after the parts outside the screen are drawn."""
     from playwright.sync_api import TimeoutError as Overdue
 
     tall = 0
@@ -126,7 +127,7 @@ def take_whole(page, width: int, path: Path) -> None:
 
 
 def take_all(out: Path, names: Sequence[str] = (), volume: bool = False) -> None:
-    """Write the PNGs of each page, width and theme into a folder; of all pages without names."""
+    """Write pictures of each page, width and theme into a folder; without names, of all pages."""
     from ccwsim.ui.page import OFF_MENU, PAGES
 
     out.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""The dashboard served on a free port, and a browser to look at it."""
+"""Start the dashboard on a free port, and a browser to view it."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ PATIENCE = 180.0
 
 
 class Server(NamedTuple):
-    """A server that runs: where it is, and its process."""
+    """A running server: its address and its process."""
 
     address: str
     process: subprocess.Popen
@@ -37,7 +37,7 @@ class Server(NamedTuple):
 
 @contextmanager
 def served(root: Path = ROOT) -> Iterator[str]:
-    """Start the dashboard of a checkout, yield its address, and stop it again."""
+    """Start the dashboard of a checkout, yield its address, and stop the dashboard."""
     with started(root) as server:
         yield server.address
 
@@ -46,18 +46,18 @@ def served(root: Path = ROOT) -> Iterator[str]:
 def started(
     root: Path = ROOT, *options: str, port: int = 0, log: Path | None = None
 ) -> Iterator[Server]:
-    """Start the dashboard with options of Streamlit, yield it, and stop it again.
+    """Start the dashboard with options of Streamlit, yield the server, and stop it.
 
     Parameters
     ----------
     root : Path
-        Of the checkout.
+        Folder of the checkout.
     options : str
-        Such as "--server.disconnectedSessionTTL=5".
+        Options of Streamlit, such as "--server.disconnectedSessionTTL=5".
     port : int
-        0 for a free one.
+        Port of the server; 0 for a free port.
     log : Path, optional
-        Takes what the server says.
+        File for the output of the server.
     """
     port = port or free_port()
     with open(log or os.devnull, "ab") as said:
@@ -82,7 +82,7 @@ def started(
 
 @contextmanager
 def browser() -> Iterator[Any]:
-    """Start a headless browser and close it again."""
+    """Start a headless browser, yield it, and close it."""
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as playwright:
@@ -108,7 +108,7 @@ def _wait_until_healthy(server: subprocess.Popen, address: str) -> None:
 
 
 def free_port() -> int:
-    """Return a port that nothing listens on."""
+    """Return the number of a free port."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return probe.getsockname()[1]

@@ -1,4 +1,4 @@
-"""Times as a reader measures them: the smallest run is seen as a figure, a long one is stopped."""
+"""Test the page Benchmark in a browser: a short run gives a chart, a long run can be cancelled."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def page(desktop, address):
 
 
 def plan(page, largest: int, n: int, words: str) -> None:
-    """Ask for a run and wait until the page says what it will do."""
+    """Set up a run and wait until the page describes it."""
     choose(page, "largest", f"{largest} × {largest}")
     fill(page, "grids_realizations", n)
     page.locator(".note", has_text=words).first.wait_for(timeout=SLOW)

@@ -1,4 +1,4 @@
-"""Settings compared in a real browser: its figures are the core's, and one goes to Simulate."""
+"""Test the page Compare in a browser: its numbers are correct, and Simulate accepts a setting."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ OWN_NAME = """() => {
 
 @pytest.fixture(scope="module")
 def core():
-    """What the core says of the settings; it also compiles what the server needs."""
+    """Return the comparison that the library computes; this also compiles the kernels."""
     image, data = datasets.load("channels"), datasets.load_hard_data("channels_400_data")
     return compare(image, (512, 512), SETTINGS, data, N, seed=0)
 
@@ -70,7 +70,7 @@ def see(locator, wait: float = SLOW):
 
 
 def compared(page, address: str) -> None:
-    """Go to the page, set the settings and compare them."""
+    """Open the page, choose the settings and compare them."""
     page.goto(f"{address}/compare")
     see(page.locator(".st-key-chart_compared_mds .js-plotly-plot"))
     choose(page, "C_wavelet_level", "1")
@@ -139,7 +139,7 @@ def curves_are_those_of(page, core) -> None:
 
 
 def clicked_point_shows_its_realization(page) -> None:
-    """Click the point of B that lies farthest from all others."""
+    """Click the point of setting B that is farthest from all other points."""
     points = page.evaluate(SERIES, "compared_mds")
     places = [
         (x, y) for name in ("A", "B", "C", "training image")

@@ -1,6 +1,8 @@
-"""Our parts of a page hold through the calls that Streamlit makes: it calls a part again for new
-data without an end of the call before; where calls come fast it may end one late, or make the older
-one last, and then ends it at once."""
+"""Test that our components survive the ways in which Streamlit calls them.
+
+Streamlit calls a component again for new data without ending the previous call. If calls follow
+quickly, Streamlit may end a call late, or make an older call last and end it at once.
+"""
 
 from __future__ import annotations
 
@@ -49,7 +51,7 @@ EMPTY = CellMap(
 
 @pytest.fixture(params=list(CALLS))
 def put_up(tab, request):
-    """Put up a part on an empty page: it is called twice, and the first call ended so."""
+    """Return a function that shows a component on an empty page, with a certain order of calls."""
 
     def put(name: str, data: dict) -> None:
         begin(tab, name, data)
@@ -59,7 +61,7 @@ def put_up(tab, request):
 
 
 def begin(tab, name: str, data: dict) -> None:
-    """Make a page of one part, which has not been called yet."""
+    """Make a page with one component that has not been called yet."""
     html, css, js = component_parts(name)
     if name not in ("editor", "volume"):
         css = ""  # what others have is of a part alone, and would hold for the whole page here
@@ -157,8 +159,11 @@ def test_a_click_and_an_undo_are_told_once(tab, put_up):
 
 @pytest.fixture
 def editing(tab):
-    """Put up the editor of a grid of 16 × 8 with data [row, column, facies, wrong, help]; return
-    where the middle of a cell is."""
+    """Return a function that shows the editor of a grid of 16 × 8 cells with the given data.
+
+    A datum is [row, column, facies, wrong, help]. The result is a function that returns the middle
+    of a cell on the screen.
+    """
 
     def put(*points: list[int]):
         colours = {"mud": "#888888", "sand": "#ffcc00"}
@@ -182,7 +187,7 @@ def editing(tab):
 
 
 def drag(tab, *spots: tuple[float, float]) -> None:
-    """Press at the first, move over the others; the button stays down."""
+    """Press the mouse button at the first spot and move over the others; the button stays down."""
     tab.mouse.move(*spots[0])
     tab.mouse.down()
     for spot in spots[1:]:
@@ -190,12 +195,12 @@ def drag(tab, *spots: tuple[float, float]) -> None:
 
 
 def sets(tab) -> list:
-    """The cells of each edit that the page has been told of."""
+    """Return the cells of each edit that the page has received."""
     return tab.evaluate("told.length ? told.at(-1)[1].map((edit) => edit.set || edit.do) : []")
 
 
 def has_sets(tab, *expected: list, since: int = 0) -> None:
-    """See that these are the cells of each edit that was told of, since some."""
+    """Check the cells of the received edits, from number `since` on."""
 
     def has() -> None:
         assert sets(tab)[since:] == list(expected)
@@ -208,7 +213,7 @@ def press_tool(tab, name: str) -> None:
 
 
 def is_told(tab, *expected: list) -> None:
-    """See what the page is told, once it is told something."""
+    """Check the messages that the page receives, after the first message arrives."""
 
     def is_so() -> None:
         assert tab.evaluate("told") == list(expected)

@@ -1,4 +1,4 @@
-"""Hard data placed by hand in a real browser: exactly those cells reach the core."""
+"""Test that data placed by hand in a browser are exactly the data of the simulation."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ pytestmark = [
 ]
 
 LEFT, TOP, BOTTOM = 40, 1, 20
-"""Pixels around the cells of a map with axes."""
+"""Pixels beside the cells of a map with axes."""
 LARGEST = 48
-"""Pixels of a cell beyond which the map zooms no further in."""
+"""Maximum size of a cell in pixels, at which zooming ends."""
 MUD, SAND = 0, 1
 ROW_HEIGHT = 35
-"""Pixels of a row of the table."""
+"""Height of a row of the table in pixels."""
 BACKGROUND = "(e) => getComputedStyle(e).backgroundColor"
 
 
@@ -39,7 +39,7 @@ def page(tab):
 
 @dataclass
 class Editor:
-    """The canvas on the page, and how far it is zoomed around its middle."""
+    """The canvas on the page, and its zoom factor around the middle."""
 
     page: Any
     nx: int
@@ -51,7 +51,7 @@ class Editor:
         return self.page.locator(".st-key-editor canvas")
 
     def box(self) -> dict[str, float] | None:
-        """Where the canvas is, once its cells are the square cells of the study's grid."""
+        """Return the box of the canvas once its cells are square, as on the grid of the study."""
         box = self.canvas.bounding_box()
         if box is None:
             return None
@@ -59,13 +59,13 @@ class Editor:
         return box if wide == pytest.approx(high, rel=0.02) else None
 
     def frame(self) -> tuple[float, float, float]:
-        """Where the map's south-west corner is, and the pixels of a cell at zoom 1."""
+        """Return the south-west corner of the map, and the pixels of a cell at zoom 1."""
         box = settled(self.page, self.box, pause=100)
         cell = (box["width"] - LEFT - 1) / self.nx
         return box["x"] + LEFT, box["y"] + TOP + cell * self.ny, cell
 
     def spot(self, share_x: float, share_y: float) -> tuple[int, int]:
-        """Whole pixels of the page at shares of the canvas from its south-west."""
+        """Return the pixels of a point, given by shares of the canvas from the south-west."""
         west, south, cell = self.frame()
         return (
             round(west + share_x * cell * self.nx),
@@ -73,7 +73,7 @@ class Editor:
         )
 
     def cell(self, spot: tuple[int, int]) -> tuple[int, int]:
-        """The (row, column) under a pixel, worked out from the page's geometry."""
+        """Return the row and column under a pixel, computed from the layout of the page."""
         west, south, cell = self.frame()
         half_x, half_y = cell * self.nx / 2, cell * self.ny / 2
         column = self.nx / 2 + (spot[0] - west - half_x) / (cell * self.zoom)
@@ -110,7 +110,7 @@ class Editor:
         self.zoom = min(self.zoom * 1.6**times, LARGEST / self.frame()[2])
 
     def honours(self, n: int) -> None:
-        """Wait until a run honours all n data, and the table has them."""
+        """Wait until a run honours all n data and the table contains the data."""
         from playwright.sync_api import expect
 
         title = "1 datum" if n == 1 else f"{n} data"  # what the study has
@@ -121,7 +121,7 @@ class Editor:
         at_rest(self.page)
 
     def data(self) -> dict[tuple[int, int], int]:
-        """The data as the exported CSV has them."""
+        """Return the data in the exported CSV file."""
         menu = self.page.locator(".st-key-export_menu button").first
         file = self.page.get_by_role("button", name=re.compile("^CSV"))
         until(
@@ -138,7 +138,7 @@ class Editor:
         return dict(zip(cells, data.facies.tolist(), strict=True))
 
     def holds(self, data: dict[tuple[int, int], int]) -> None:
-        """See that the data are these; they may be as many as before an edit."""
+        """Check that the study has these data, even if their number is unchanged."""
 
         def same() -> None:
             self.honours(len(data))
@@ -148,7 +148,7 @@ class Editor:
 
 
 def idle(page):
-    """Wait until the page has been drawn with what was asked last."""
+    """Wait until the page has been redrawn after the last action."""
     at_rest(page)
     # what is being replaced has gone
     replaced = "[data-stale=true], .st-key-clear ~ .st-key-clear"
@@ -156,7 +156,7 @@ def idle(page):
 
 
 def opened(page, address, nx, ny) -> Editor:
-    """The editor over a study without data, of three realizations."""
+    """Return the editor of a study without data, with three realizations."""
     page.goto(f"{address}/simulate?data=none&grid={nx}x{ny}&realizations=3")
     page.wait_for_selector(".st-key-results .st-key-map_e_type canvas", timeout=SLOW)
     idle(page)
@@ -167,7 +167,7 @@ def opened(page, address, nx, ny) -> Editor:
 
 
 def ready(editor: Editor) -> None:
-    """Wait until the canvas has the study's grid and realizations answer."""
+    """Wait until the canvas shows the grid of the study and its realizations."""
     from playwright.sync_api import expect
 
     expect(editor.page.locator(".st-key-editor")).to_be_visible(timeout=SLOW)
@@ -178,7 +178,7 @@ def ready(editor: Editor) -> None:
 
 
 def straight(cells: set[tuple[int, int]], a: tuple[int, int], b: tuple[int, int]) -> bool:
-    """Whether cells are a line from a to b: one a step, none more than half a cell beside it."""
+    """Return whether cells form a line from a to b: one cell per step, at most half a cell off."""
     high, wide = b[0] - a[0], b[1] - a[1]
     n = max(abs(high), abs(wide))
     steps = [
@@ -192,7 +192,7 @@ def straight(cells: set[tuple[int, int]], a: tuple[int, int], b: tuple[int, int]
 
 
 def length(a: tuple[int, int], b: tuple[int, int]) -> int:
-    """Cells of a line from a to b."""
+    """Return the number of cells of a line from a to b."""
     return max(abs(b[0] - a[0]), abs(b[1] - a[1])) + 1
 
 
@@ -315,7 +315,7 @@ def test_rows_pasted_over_and_below_the_table_are_data(page, address):
 
 
 def row_colours(page, n: int) -> list[tuple[int, int, int]]:
-    """The colour at the right end of each of the first n rows of the table."""
+    """Return the colour at the right end of each of the first n rows of the table."""
     table = page.locator(".st-key-editing [data-testid=stDataFrame]")
     table.scroll_into_view_if_needed()
     picture = Image.open(BytesIO(table.screenshot())).convert("RGB")
@@ -346,7 +346,7 @@ def test_rows_of_the_table_have_the_colours_of_their_facies(page, address):
 
 
 def set_facies(page, row: int, value: str) -> None:
-    """Type over a cell of the table; its editor opens some time after the first key."""
+    """Type a facies into a cell of the table, whose editor opens some time after the first key."""
 
     def write() -> None:
         at_rest(page)
@@ -439,7 +439,7 @@ def test_on_a_phone_a_tap_places_and_a_finger_draws_a_line(chromium, address):
 
 
 def stroke(session, start, end):
-    """One finger along a straight line."""
+    """Move one finger along a straight line on the touch screen."""
     touch(session, "touchStart", start)
     for k in range(1, 6):
         touch(session, "touchMove", [a + (b - a) * k // 5 for a, b in zip(start, end, strict=True)])

@@ -1,4 +1,4 @@
-"""Examples in a real browser: one opens as the study, and a round of the quiz is told."""
+"""Test the page Examples in a browser: open an example, and play a round of the quiz."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The algorithm followed in a real browser: each step says what the core says."""
+"""Test that How it works shows, for each patch, the values that the engine computes."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ pytestmark = [
 ]
 
 AXES, EDGE = 40, 1
-"""Pixels left of a map with coordinates, and around one without."""
+"""Pixels to the left of a map with coordinates, and around a map without coordinates."""
 WHERE = ".st-key-how_player .where"
 
 
@@ -49,7 +49,7 @@ def trace_of(number: int = 0, parameters: Parameters | None = None) -> Trace:
 
 @pytest.fixture(scope="module")
 def trace():
-    """The realization that the page shows first; it also compiles what the server needs."""
+    """Return the trace of the realization that the page shows first; this also compiles kernels."""
     assert Choices().data != DataChoice()
     return trace_of()
 
@@ -63,7 +63,7 @@ def page(tab, address):
 
 
 def shows(page, number: int, n: int):
-    """Return what waits until a patch is shown."""
+    """Return a function that waits until a patch is shown."""
     from playwright.sync_api import expect
 
     said = page.locator(WHERE)
@@ -82,7 +82,7 @@ def number_of(page) -> int:
 
 
 def move(page, act, number: int, n: int) -> None:
-    """Act, after which this patch is shown."""
+    """Act until a patch is shown."""
     at_rest(page)
     before = page.locator(WHERE).inner_text()
 
@@ -96,7 +96,7 @@ def move(page, act, number: int, n: int) -> None:
 
 
 def own_cell(trace: Trace, number: int) -> tuple[int, int]:
-    """A cell of the grid in the world that a patch covers first, well inside."""
+    """Return row and column of a cell of the grid that a patch simulates first."""
     p = trace.patches[number]
     y, x = p.y0 + p.size - 4, p.x0 + p.size - 4
     ends = zip((y, x), trace.path.offset[1:], trace.path.shape[1:], strict=True)
@@ -107,7 +107,7 @@ def own_cell(trace: Trace, number: int) -> tuple[int, int]:
 
 
 def click_grid(page, trace: Trace, number: int) -> None:
-    """Jump to a patch by a click on the grid."""
+    """Click a cell of the grid to jump to the patch of this cell."""
     row, column = own_cell(trace, number)
     canvas = page.locator(".st-key-map_how_grid canvas")
 
@@ -124,7 +124,7 @@ def click_grid(page, trace: Trace, number: int) -> None:
 
 
 def beyond(page, number: float):
-    """Return what waits until a patch after this one is shown."""
+    """Return a function that waits until a patch with a larger number is shown."""
     return lambda wait: page.wait_for_function(
         "([where, k]) => +document.querySelector(where)?.innerText.match(/Patch (\\d+)/)?.[1] > k",
         arg=[WHERE, number], timeout=wait,
@@ -132,7 +132,7 @@ def beyond(page, number: float):
 
 
 def kinds(trace: Trace) -> dict[str, int]:
-    """A patch of each kind."""
+    """Return one patch of each kind."""
     shapes = [p.shape for p in trace.patches]
     inner = [k for k, shape in enumerate(shapes) if shape == L_SHAPE]
     steps = ((k, trace.at(k)) for k in inner[30:])
@@ -154,7 +154,7 @@ def text_of(page, selector: str) -> str:
 
 
 def check_step(page, trace: Trace, number: int) -> None:
-    """Compare everything that is said of a patch with the core, and point at the drawn place."""
+    """Compare all values on the page for a patch with the engine; point at the drawn location."""
     step = trace.at(number)
     soon(lambda: says_step(page, trace, number, step), SLOW)
     hover_drawn(page, trace, number)
@@ -193,7 +193,7 @@ def says_step(page, trace: Trace, number: int, step) -> None:
 
 
 def hover_drawn(page, trace: Trace, number: int) -> None:
-    """Point at the drawn place on the score map and read what it says."""
+    """Point at the drawn location on the score map and return the tooltip."""
     from playwright.sync_api import expect
 
     step = trace.at(number)

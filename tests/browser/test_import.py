@@ -1,4 +1,4 @@
-"""Files of several origins reach a simulation in a real browser, with three answers at most."""
+"""Test in a browser that files of several programs can be simulated after at most three answers."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ def test_a_file_reaches_a_simulation(tab, address, name, tmp_path):
 
 
 def bring_wells(tab, file) -> None:
-    """Bring a file of hard data to the page Import."""
+    """Upload a file of hard data on the page Import."""
     kind = tab.locator(".st-key-import_subject").get_by_text("Hard data", exact=True)
     given = tab.locator(".st-key-wells_file input[type=file]")
     kind.wait_for(timeout=SLOW)

@@ -1,4 +1,4 @@
-"""The dashboard as a reader meets it: a real browser against a real server."""
+"""Test the dashboard as a whole, with a real browser and a real server."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def sees(locator, timeout=SOON):
 
 @pytest.fixture
 def image_file(request, tmp_path) -> Path:
-    """A published training image where it is at hand, else a bundled one in the same format."""
+    """Return a published training image, or a bundled image in the same format."""
     folder = Path(__file__).resolve().parents[3] / "shared" / "data"
     try:
         folder = request.getfixturevalue("data_dir")
@@ -78,7 +78,7 @@ def image_file(request, tmp_path) -> Path:
 
 @pytest.fixture
 def data_file(tmp_path) -> Path:
-    """Sixty wells on 512 × 512 cells."""
+    """Return a file of sixty wells on 512 × 512 cells."""
     rng = np.random.default_rng(5)
     cells = rng.choice(512 * 512, 60, replace=False)
     rows = [f"{c // 512},{c % 512},{rng.integers(2)}" for c in cells]

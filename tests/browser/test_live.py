@@ -1,4 +1,4 @@
-"""Live in a real browser: quick changes end in the last picture, and a click goes back."""
+"""Test Live in a browser: after quick changes the last picture stays, and a click goes back."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def own(seed: int, level: int = 2):
 
 @pytest.fixture(scope="module")
 def page(desktop, address):
-    """A small study with its results, Live on."""
+    """Yield the page of a small study with results, with Live on."""
     page = desktop.new_page()
     page.goto(f"{address}/simulate")
     page.wait_for_selector(".st-key-map_e_type canvas", timeout=SLOW)
@@ -80,7 +80,7 @@ def page(desktop, address):
 
 
 def complete(page) -> None:
-    """Wait until all realizations are there and the page is at rest."""
+    """Wait until all realizations are shown and the page is at rest."""
     from playwright.sync_api import expect
 
     now = page.locator(".facts", has_text=re.compile(f"no hard data.*{N} realizations in"))
@@ -90,7 +90,7 @@ def complete(page) -> None:
 
 
 def downloaded(page, level: int = 2) -> np.ndarray:
-    """The realizations of the file called by this level; a page may still offer the last."""
+    """Return the downloaded realizations of a level; the page may first offer the previous file."""
     found: list[np.ndarray] = []
     opens = page.locator(".st-key-facts_row").get_by_role("button", name="Download")
     file = page.locator(".st-key-download_realizations_npz button").first
@@ -111,7 +111,7 @@ def downloaded(page, level: int = 2) -> np.ndarray:
 
 
 def type_quickly(page, seeds) -> None:
-    """Type seed after seed, as a hand does that does not wait for results."""
+    """Type several seeds quickly, without waiting for results."""
     box = page.locator(".st-key-seed input")
     for seed in seeds:
         box.fill(str(seed))

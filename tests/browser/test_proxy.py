@@ -1,4 +1,4 @@
-"""The dashboard behind nginx, as deploy/ has it: it works, and what should be closed is closed."""
+"""Test the dashboard behind nginx, configured as in deploy/: pages open, private paths do not."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ HEADERS = {
 
 @pytest.fixture(scope="module")
 def proxy(address, tmp_path_factory):
-    """The address of nginx, on free ports, with a certificate of our own."""
+    """Yield the address of nginx, which runs on free ports with its own certificate."""
     folder = tmp_path_factory.mktemp("nginx")
     plain, secure = free_port(), free_port()
     key, certificate = folder / "key.pem", folder / "cert.pem"
@@ -60,7 +60,7 @@ def proxy(address, tmp_path_factory):
 
 
 def site(address: str, plain: int, secure: int, key: Path, certificate: Path) -> str:
-    """The configuration of deploy/ with our own name, ports and certificate."""
+    """Return the configuration of deploy/ with the host name, ports and certificate of the test."""
     text = (ROOT / "deploy" / "nginx.conf").read_text("utf-8")
     for old, new in (
         ("listen 80;", f"listen 127.0.0.1:{plain};"),
@@ -145,7 +145,7 @@ def test_plain_http_leads_to_https(proxy):
 
 
 class Secure(Session):
-    """A session through the proxy."""
+    """A session of the dashboard through the proxy."""
 
     def _connect(self, url: str, **options):
         for tries_left in (2, 1, 0):

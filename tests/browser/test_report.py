@@ -1,4 +1,4 @@
-"""A report in a browser: charts are drawn, nothing is fetched, nothing is wider than a phone."""
+"""Test a report in a browser: charts are drawn, nothing is downloaded, and it fits a phone."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A server that dies in the middle of a run takes nothing with it that a link cannot bring back."""
+"""Test that a link restores the study after the server dies during a run."""
 
 from __future__ import annotations
 

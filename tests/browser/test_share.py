@@ -1,4 +1,4 @@
-"""A study given away: by its address, as a project over a restart, and as a report offline."""
+"""Test sharing a study: as a link, as a project after a restart, and as a report offline."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def opened(context, address: str):
 
 
 def large(page, number: int, of: int) -> None:
-    """Wait until a realization is the large one."""
+    """Wait until a realization is shown large."""
     page.locator(".panel", has_text=f"Realization {number} of {of}").wait_for(timeout=SLOW)
 
 
@@ -70,7 +70,7 @@ def open_share(page) -> None:
 
 
 def taken(page, key: str, path: Path) -> Path:
-    """A file of one of the buttons for it."""
+    """Click a download button, save the file at `path`, and return `path`."""
     button = page.locator(f".st-key-{key} button:visible").first
     with page.expect_download(timeout=SLOW) as download:
         button.click(timeout=SOON)
@@ -79,7 +79,7 @@ def taken(page, key: str, path: Path) -> Path:
 
 
 def cells(page, folder: Path) -> str:
-    """The digest of all realizations of a page."""
+    """Return a digest of all realizations on a page."""
     at_rest(page)
     button = page.locator(".st-key-downloads button").first
     file = page.locator(".st-key-download_realizations_npz button:visible").first
@@ -94,7 +94,7 @@ def cells(page, folder: Path) -> str:
 
 
 def picture(page) -> str:
-    """The large realization as it is drawn, once it stays so."""
+    """Return the pixels of the large realization once it no longer changes."""
     return settled(page, lambda: page.evaluate(PIXELS, "map_realization"), pause=700)
 
 
@@ -144,7 +144,7 @@ def test_an_opened_link_shows_the_same_picture(chromium, address, tmp_path):
 
 
 def show_third(page) -> None:
-    """Choose a realization in the contact sheet, whereupon only a part of the page is drawn."""
+    """Choose a realization in the contact sheet, which redraws only a part of the page."""
     until(
         lambda: page.get_by_role("button", name="Realization 3").first.click(timeout=SOON),
         lambda wait: page.wait_for_function(

@@ -1,4 +1,4 @@
-"""A sweep as a reader meets it: tried, stopped half-way, looked through, and one setting taken."""
+"""Test the page Sweep in a browser: run, cancel, view the results, and use a setting."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def page(tab, address):
 
 
 def press(page, name: str, value: str, then: str) -> None:
-    """Switch a value of a range on or off, and wait for what the button then says."""
+    """Switch a value of a range on or off, and wait for the new text `then` of the button."""
     pill = page.locator(f".st-key-range_{name}").get_by_role("button", name=value, exact=True)
     button = page.locator(".st-key-sweep").get_by_role("button", name=then, exact=True)
     at_rest(page)
@@ -56,7 +56,7 @@ def setting(page) -> str:
 
 
 def shows(page, label: str, timeout: int = SLOW) -> None:
-    """Wait until the setting of a tile is the large one."""
+    """Wait until the setting of a tile is shown large."""
     parts = label.split(" · ")
     page.wait_for_function(
         "(parts) => { const p = document.querySelector('.setting');"
@@ -100,7 +100,7 @@ def test_a_sweep_is_stopped_half_way_and_one_setting_is_taken(page):
 
 
 def look_through(page, n: int) -> None:
-    """Click a small multiple, then a point of the chart."""
+    """Click a tile, then a point of the chart."""
     shown = setting(page)
     labels = [label_of(page, k) for k in range(n)]
     other = next(k for k in range(n) if not is_of(labels[k], shown))
@@ -128,7 +128,7 @@ def is_of(label: str, shown: str) -> bool:
 
 
 def farthest(places: list[list[float]], but: int) -> int:
-    """The point that no other one lies near."""
+    """Return the point that is farthest from all other points."""
 
     def room(k: int) -> float:
         return min(
@@ -140,7 +140,7 @@ def farthest(places: list[list[float]], but: int) -> int:
 
 
 def take(page, n: int) -> None:
-    """Take the large setting into the study, find it there, and come back to the sweep."""
+    """Use the large setting for the study, check Simulate, and return to the sweep."""
     from playwright.sync_api import expect
 
     found = re.search(r"T (\d+) · OR (\d+) · level (\d+) · K (\d+)", setting(page))

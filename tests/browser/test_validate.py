@@ -1,4 +1,4 @@
-"""Validation as a reader meets it: every figure drawn with data in it, and a click shows one."""
+"""Test the page Validate in a browser: charts contain data, and a click shows a realization."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ INK = """(key) => {
 
 @pytest.fixture(scope="module")
 def judged(desktop, address, request):
-    """The page with some realizations of channels that honour four hundred data."""
+    """Yield the page with realizations of channels that honour 400 data."""
     page = desktop.new_page()
     files = published(request)
     if files:
@@ -85,7 +85,7 @@ def judged(desktop, address, request):
 
 
 def published(request) -> tuple[Path, Path] | None:
-    """The paper's channels and its 400 data, where they are at hand."""
+    """Return the files of the paper's channel image and its 400 data, or None if missing."""
     try:
         folder = request.getfixturevalue("data_dir") / "paper"
     except pytest.skip.Exception:
@@ -95,13 +95,13 @@ def published(request) -> tuple[Path, Path] | None:
 
 
 def drawn(page, key: str, timeout: int = SLOW) -> dict[str, int]:
-    """How many points each series of a chart has, once it is there."""
+    """Return the number of points of each series of a chart, once the chart is drawn."""
     page.wait_for_function(f"() => ({DRAWN})('{key}')", timeout=timeout)
     return page.evaluate(DRAWN, key)
 
 
 def show(page, section: str) -> None:
-    """Go to a section by its link; what is drawn above may still push it away."""
+    """Go to a section by its link, again if drawing the page moves the section."""
     from playwright.sync_api import expect
 
     link = page.get_by_role("navigation", name="On this page").get_by_role("link", name=section)
@@ -182,7 +182,7 @@ def test_a_click_in_the_mds_plot_shows_that_realization(judged):
 
 
 def free_point(page) -> int:
-    """A realization that no other one covers in the plot, and that is not shown now."""
+    """Return a realization that is not shown, and whose point in the plot is not covered."""
     places = np.array([page.evaluate(PLACE, ["mds", k]) for k in range(N)])
     apart = np.linalg.norm(places[:, None] - places[None], axis=2)
     np.fill_diagonal(apart, np.inf)

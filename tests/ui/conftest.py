@@ -1,4 +1,4 @@
-"""What all pages that are drawn without a browser have in common."""
+"""Fixtures for tests of pages without a browser."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ccwsim.ui.study.run import shared_runs
 
 @pytest.fixture(scope="session", autouse=True)
 def _components_are_looked_for_once():
-    """Streamlit reads about all installed packages for each page, which is half of its time."""
+    """Let Streamlit scan the installed packages once; otherwise each page takes twice as long."""
     with pytest.MonkeyPatch.context() as patch:
         looked_for = cache(manifest_scanner.scan_component_manifests)
         patch.setattr(manifest_scanner, "scan_component_manifests", looked_for)
@@ -22,7 +22,7 @@ def _components_are_looked_for_once():
 
 @pytest.fixture(autouse=True)
 def _no_job_outlives_its_test():
-    """Jobs that a test leaves behind would lengthen the estimates of the next ones."""
+    """Cancel the jobs of a test at its end; they would affect the estimates of later tests."""
     yield
     queue = server_queue()
     jobs = [*queue._active, *queue._waiting]
@@ -33,5 +33,5 @@ def _no_job_outlives_its_test():
 
 @pytest.fixture
 def no_kept_run():
-    """No earlier test has simulated the study of this one."""
+    """Forget the runs of earlier tests, so that this test simulates its study."""
     shared_runs.clear()

@@ -1,7 +1,8 @@
-"""Sessions of the dashboard without a browser: the messages that a browser would send and get.
+"""Sessions of the dashboard without a browser, which exchange the messages of a browser.
 
-A session asks for a page, changes its widgets, gives it files, and draws again the parts that say
-so, until the page is at rest. What was drawn is there to look at: pictures of maps, errors, words.
+A session opens pages, changes widgets, uploads files, and repeats the runs that the page requests,
+until the page is at rest. The content of the page can then be read: pictures of maps, errors,
+texts.
 """
 
 from __future__ import annotations
@@ -27,12 +28,12 @@ from websockets.typing import Subprotocol
 from ccwsim.system.memory import used_memory
 
 PATIENCE = 300.0
-"""Seconds after which a page that does not come to rest is given up."""
+"""Seconds after which a page that is not at rest is given up."""
 COOKIE = "_streamlit_xsrf"
 
 
 class Stuck(RuntimeError):
-    """A page did not come to rest, or lacks what was looked for."""
+    """Error raised if a page does not come to rest, or lacks a requested element."""
 
 
 @dataclass
@@ -42,20 +43,20 @@ class Session:
     Parameters
     ----------
     address : str
-        Of the server, such as http://127.0.0.1:8501.
+        Address of the server, such as http://127.0.0.1:8501.
     page : str
-        The name of a page in the address, such as "validate".
+        Name of a page in the address, such as "validate".
     query : str
-        What stands behind the address.
+        Query of the address.
 
     Attributes
     ----------
     elements : dict of tuple to Element
-        What is on the page, by its place.
+        Elements of the page, by position.
     errors : list of str
-        Errors that Streamlit itself showed, since the session began.
+        Errors that Streamlit itself has shown since the session began.
     received : list of bytes, optional
-        Takes every message as it came.
+        List to which every received message is appended.
     """
 
     address: str
@@ -85,7 +86,7 @@ class Session:
         self._opened.close()
 
     def open(self, page: str | None = None, query: str | None = None) -> Session:
-        """Ask for a page and wait until it is at rest."""
+        """Open a page and wait until it is at rest."""
         self.page = self.page if page is None else page
         self.query = self.query if query is None else query
         self._script = ""
@@ -94,7 +95,7 @@ class Session:
         return self.settle()
 
     def change(self, **values: object) -> Session:
-        """Set widgets by their keys, all at once, and wait until the page is at rest."""
+        """Set several widgets at once by their keys, and wait until the page is at rest."""
         for name, value in values.items():
             self._set(name, value)
         self._ask()
@@ -106,7 +107,7 @@ class Session:
         return self.change(**{name: "pressed"})
 
     def upload(self, name: str, file_name: str, content: bytes) -> Session:
-        """Give a file to an uploader."""
+        """Upload a file to an uploader."""
         widget = self.widget(name)
         urls = self.send(file_name, content)
         state = WidgetState(id=widget.id)
@@ -118,7 +119,7 @@ class Session:
         return self.settle()
 
     def send(self, file_name: str, content: bytes) -> Any:
-        """Leave a file on the server, for no widget; return its addresses and name there."""
+        """Upload a file for no widget; return its addresses and its name on the server."""
         message = BackMsg()
         message.file_urls_request.request_id = uuid.uuid4().hex
         message.file_urls_request.file_names.append(file_name)
@@ -129,7 +130,7 @@ class Session:
         return urls
 
     def settle(self) -> Session:
-        """Draw what asks to be drawn again, until nothing does."""
+        """Repeat the runs that the page requests until the page requests none."""
         end = time.monotonic() + PATIENCE
         self._finish()
         while self._repeats:
@@ -145,29 +146,29 @@ class Session:
     # what is on the page
 
     def widget(self, name: str) -> Any:
-        """Return a widget by its key; one that took the place of another has spaces after it."""
+        """Return a widget by its key; a widget that replaced another has spaces after its key."""
         found = [w for w in map(_content, self.elements.values()) if _key(w) == name]
         if not found:
             raise Stuck(f"there is no {name} on {self.page}; it says {self.words()[:20]}")
         return found[-1]
 
     def part(self, name: str) -> dict[str, Any]:
-        """Return what a component of the page was given, by its key."""
+        """Return the data of a component of the page, by its key."""
         return json.loads(self.widget(name).json)
 
     def words(self) -> list[str]:
-        """Return all that is said in alerts and HTML."""
+        """Return all texts in alerts and HTML."""
         kinds = {"alert": "body", "html": "body", "markdown": "body"}
         contents = ((e.WhichOneof("type"), _content(e)) for e in self.elements.values())
         said = [getattr(c, kinds[kind]).lstrip() for kind, c in contents if kind in kinds]
         return [text for text in said if not text.startswith(("<style", "<script", "<i></i>"))]
 
     def alerts(self) -> list[str]:
-        """Return what errors and warnings say."""
+        """Return the texts of errors and warnings."""
         return [e.alert.body for e in self.elements.values() if e.HasField("alert")]
 
     def styles(self) -> list[str]:
-        """Return what style sheets and style attributes of the page say."""
+        """Return the content of style sheets and style attributes of the page."""
         bodies = [e.html.body for e in self.elements.values() if e.HasField("html")]
         return [body for body in bodies if "style" in body]
 
@@ -206,7 +207,7 @@ class Session:
         self._states[widget.id] = state
 
     def _finish(self) -> None:
-        """Wait until nothing runs; a run that asks for another one is not the last."""
+        """Wait until no run is active; a run that requests another run is not the last."""
         while self._running:
             self._until("script_finished")
 
@@ -308,13 +309,13 @@ def _content(element: Element) -> Any:
 
 
 def _key(content: Any) -> str:
-    """Return the key that the page gave a widget; its id ends with it."""
+    """Return the key of a widget, which is the end of its id."""
     whole = str(getattr(content, "id", ""))
     return whole.split("-", 2)[2].rstrip() if whole.startswith("$$ID-") else ""
 
 
 def resident(pid: int) -> int:
-    """Return the bytes that a process holds."""
+    """Return the resident memory of a process in bytes."""
     held = used_memory(process=pid)
     assert held is not None, f"process {pid} has ended"
     return held

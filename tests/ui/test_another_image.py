@@ -1,4 +1,4 @@
-"""Another training image: what it has no room for comes back, and nothing old is shown under it."""
+"""Test a change of the training image: settings that fit return, and old results disappear."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def small_image() -> ImageChoice:
 
 
 def settled(app):
-    """The page after its job has come to an end."""
+    """Return the page after its job has ended."""
     while app.session_state[KEY].job is not None:
         assert app.session_state[KEY].job.wait(120)
         app.run()

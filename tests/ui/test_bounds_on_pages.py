@@ -1,4 +1,4 @@
-"""A study at any bound opens, by a link and as a project, and no page refuses to be used."""
+"""Test that a study at any bound opens from a link and a project, on usable pages."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ SHAPES = [(1, 1), (1, 300), (300, 1), (1, SIDE), (SIDE, 1)]
 
 
 def at_bounds() -> list[Choices]:
-    """Studies with one number, or pair, at its lowest or its highest, where that is legal."""
+    """Return studies with one number (or pair) at its lowest or highest value, if it is allowed."""
     found: list[Choices | None] = [replace(SMALL, grid=Grid(*shape)) for shape in SHAPES]
     for row in FIELDS:
         has_bounds = row.kind not in ("sizes", "word") and not row.words
@@ -43,7 +43,7 @@ def at_bounds() -> list[Choices]:
 
 
 def with_value(row: FieldSpec, bound: float) -> Choices | None:
-    """The small study with one setting at a bound, as large a one as a number can be."""
+    """Return the small study with one setting at a bound, or at ±1e300 without a bound."""
     bound = max(min(bound, 1e300), -1e300)
     value = (bound, bound) if row.kind == "lengths" else bound
     value = value if isinstance(value, tuple) or row.kind not in ("count", "whole") else int(value)
@@ -62,7 +62,7 @@ def name_of(choices: Choices) -> str:
 
 
 def rested(app):
-    """The page when its job is finished and it has been drawn."""
+    """Return the page when its job is finished and the page is drawn."""
     while (job := app.session_state[KEY].job) is not None:
         assert job.wait(120)
         app.run()

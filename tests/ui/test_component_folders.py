@@ -1,4 +1,4 @@
-"""Each component is a folder that is complete, and is drawn by a page."""
+"""Test that the folder of each component is complete, and that a page draws the component."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Results are of the study beside them, or they are dim and say what they are of."""
+"""Test that results belong to the study beside them, or are dimmed with a description."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ OLD, DIM = "Out of date", '<i class="results-outdated">'
 
 
 def changed() -> State:
-    """A state whose seed was changed since its run."""
+    """Return a state whose seed was changed after its run."""
     return State(choices=replace(SIX, seed=3), ensemble=one_run(SIX), ensemble_choices=SIX)
 
 

@@ -1,4 +1,4 @@
-"""An error on a page is said calmly and logged with its cause; nothing of the user is lost."""
+"""Test that an error on a page gives a message and a log entry, and that no work is lost."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ PAGES = sorted(path.stem for path in (ROOT / "pages").glob("*.py"))
 
 @pytest.fixture(scope="module")
 def finished() -> State:
-    """A study with results."""
+    """Return a study with results."""
     state = State(choices=SMALL)
     start_run(state)
     assert state.job is not None
@@ -67,12 +67,12 @@ def break_body(monkeypatch) -> None:
 
 
 def break_fragment(monkeypatch) -> None:
-    """Let a part of a page that is drawn by itself raise an error."""
+    """Let a fragment of a page raise an error."""
     monkeypatch.setattr("ccwsim.ui.widgets.facts.facts_of", boom)
 
 
 def break_top(monkeypatch) -> None:
-    """Let what is drawn above the body of each page raise an error."""
+    """Let the part above the body of each page raise an error."""
     monkeypatch.setattr("streamlit.page_link", boom)
 
 
@@ -176,7 +176,7 @@ def test_whatever_a_widget_calls_is_guarded(page, finished):
 
 
 HELPERS = {"button", "file_uploader"}
-"""They catch the errors of what they are given."""
+"""Functions that catch the errors of their callbacks themselves."""
 
 
 def sources() -> list[tuple[str, ast.Module]]:
@@ -186,7 +186,7 @@ def sources() -> list[tuple[str, ast.Module]]:
 
 @pytest.mark.slow
 def test_whatever_the_source_hands_to_a_widget_is_guarded():
-    """Also what is only drawn in states that no test brings about."""
+    """Test the callbacks of all widgets in the source, also of widgets that no test draws."""
     handed = [
         (f"{name}: {ast.unparse(call)}", keyword.value)
         for name, tree in sources()
@@ -202,7 +202,7 @@ def test_whatever_the_source_hands_to_a_widget_is_guarded():
 
 
 def fragments() -> list[tuple[str, ast.FunctionDef]]:
-    """All functions that Streamlit draws by themselves."""
+    """Return all functions that Streamlit runs as fragments."""
     found = []
     for name, tree in sources():
         passed = {

@@ -1,4 +1,4 @@
-"""Words of users are shown as they are: no tag, no Markdown of theirs has an effect on any page."""
+"""Test that texts of users are shown literally: tags and Markdown have no effect on any page."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ EVIL = "<img src=x onerror=alert(1)>**b** $x$ :red[r] ![i](//e.vil) </script> `c
 SMALL = "grid=64x48&data=none&template=16&overlap=4&realizations=3&seed=4"
 PAGES = sorted(path.stem for path in (Path(__file__).parents[2] / "pages").glob("*.py"))
 RAW = ("**b**", "$x$", ":red[", "![i]", "[l](")
-"""What Markdown would take for its own."""
+"""Texts that Markdown would interpret."""
 
 
 class Tags(HTMLParser):
-    """Notes tags that carry what is evil."""
+    """HTML parser that collects tags containing hostile text."""
 
     def __init__(self, html: str) -> None:
         super().__init__()
@@ -49,7 +49,7 @@ class Tags(HTMLParser):
 
 
 def strings(message):
-    """All texts of an element, by the name of the field."""
+    """Return all texts of an element by the name of the field."""
     for field, value in message.ListFields():
         if field.type == field.TYPE_MESSAGE:
             for one in value if field.is_repeated else (value,):
@@ -60,7 +60,7 @@ def strings(message):
 
 
 def looks_bad(element) -> list[str]:
-    """What of an element a browser would take for markup."""
+    """Return the texts of an element that a browser would interpret as markup."""
     kind = element.WhichOneof("type")
     if kind in ("html", "bidi_component", "code"):
         return Tags(element.html.body).bad if kind == "html" else []
@@ -80,7 +80,7 @@ def all_bad(session: Session) -> list[str]:
 
 
 def image_file() -> bytes:
-    """Cells of a grid with an evil variable, in SGeMS' format, from uneven ends."""
+    """Return an SGeMS file of a grid whose variable has a hostile name, with mixed line ends."""
     generator = np.random.default_rng(8)
     array = 5 * np.kron(generator.random((16, 16)) < np.linspace(0.02, 0.98, 16), np.ones((6, 6)))
     values = "\n".join(str(int(v)) for v in array.ravel())
@@ -89,7 +89,7 @@ def image_file() -> bytes:
 
 @pytest.fixture(scope="module")
 def session(address):
-    """A session whose names are all evil."""
+    """Return a session in which all names are hostile."""
     with Session(address, "simulate", SMALL) as one:
         one.open().upload("image_file", f"{EVIL}.sgems", image_file())
         assert "96 × 96, 2 facies" in "".join(one.words())

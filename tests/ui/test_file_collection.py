@@ -1,4 +1,4 @@
-"""Files of many origins reach a simulation on the pages, with three answers at most each."""
+"""Test on the pages that files of many programs can be simulated after at most three answers."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ Answer = Callable[[AppTest], None]
 
 @dataclass
 class Case:
-    """A file, what is to come of it, and what the reader answers."""
+    """A file, the expected result, and the answers of the user."""
 
     name: str
     content: Callable[[], bytes]
@@ -83,7 +83,7 @@ FROM_NORTH = select("ask_up", 2)
 
 
 def shown(grid: NDArray) -> NDArray:
-    """Rows as a picture has them, from the north."""
+    """Return rows in the order of a picture, from the north."""
     return np.ascontiguousarray(grid[::-1])
 
 
@@ -142,7 +142,7 @@ def gslib(sizes: str = "80 60 1", **columns: NDArray) -> bytes:
 
 
 def volume(grid: NDArray) -> NDArray:
-    """Five layers, of which the middle one is the grid."""
+    """Return five layers, the middle one of which is the grid."""
     return np.stack([1 - grid, 1 - grid, grid, 1 - grid, 1 - grid])
 
 
@@ -208,7 +208,7 @@ def settled(app: AppTest) -> State:
 
 
 def simulated(choices: Choices) -> State:
-    """What the main page gives for a study."""
+    """Return the result of the page Simulate for a study."""
     state = settled(opened("simulate", State(choices=choices)).run())
     assert state.ensemble is not None
     return state
@@ -264,7 +264,7 @@ def with_heights() -> bytes:
 
 
 def far() -> NDArray:
-    """The same places in a grid of cells of 25 m."""
+    """Return the same locations in a grid of 25 m cells."""
     return np.column_stack([WORLD[:, :2] * 25 + [436000, 4505000], WORLD[:, 2]])
 
 

@@ -1,4 +1,4 @@
-"""A fresh machine shows stored realizations, says so, and replaces them by its own."""
+"""Test that a new machine shows stored realizations, marks them, and then recomputes them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tests.ui.widgets import opened
 
 @pytest.fixture
 def held(monkeypatch):
-    """Kernels that are not ready, and simulations that wait until the event is set."""
+    """Yield an event for which simulations wait, with kernels that are not compiled."""
     release = Event()
     own = run.simulate
 

@@ -1,4 +1,4 @@
-"""Every page offers its own how-to, which is read over it."""
+"""Test that every page offers its how-to, and shows the how-to over the page."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ SMALL = Choices(
 
 
 def menu_of(name: str, title: str) -> tuple[AppTest, Selectbox]:
-    """A page with its menu of how-tos open, and the choice of one of them."""
+    """Return a page with the menu of how-tos open, and the choice of a how-to."""
     app = opened(name, State(choices=SMALL)).run()
     assert not app.exception
     assert f"how_to_{title}" not in [box.key for box in app.selectbox]

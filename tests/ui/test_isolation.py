@@ -1,4 +1,4 @@
-"""Many users at once: each finds results of its own, and nothing of anybody else."""
+"""Test that each of many simultaneous users gets only results of that user's own study."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ PAGES = ("validate", "compare", "how_it_works", "data", "sweep", "benchmark", "i
 
 
 def expected(query: str, image: ccwsim.TrainingImage) -> list[str]:
-    """The pictures of all realizations of a study, as the core alone gives them."""
+    """Return the pictures of all realizations of a study, computed by the engine."""
     choices, _, notes = read_link(parse_qs(query))
     assert not notes
     ensemble = ccwsim.simulate(
@@ -76,7 +76,7 @@ def with_name(array: np.ndarray) -> bytes:
 
 
 def a_curious_user(address: str, own: str, array: np.ndarray, start: Barrier) -> bytes:
-    """Upload an image that others have too, name it and its facies, and look at every page."""
+    """Upload an image that other users have too, name it and its facies, and visit every page."""
     received: list[bytes] = []
     with Session(address, "simulate", f"{SMALL}&seed=4", received=received) as session:
         session.open()
@@ -127,7 +127,7 @@ def test_files_of_the_same_name_are_told_apart(address):
 
 @pytest.mark.slow
 def test_a_session_cannot_take_a_file_into_another(address):
-    """The address of an upload is of no use to who has not been given it."""
+    """Test that the address of an upload is useless in another session."""
     from urllib.error import HTTPError
 
     with Session(address, "simulate", SMALL) as session:

@@ -1,4 +1,4 @@
-"""Live runs in parts, older ones stopped, and the runs of a session to go back to."""
+"""Test live runs that show parts, the end of older runs, and the list of runs of a session."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def one_run(choices: Choices):
 
 
 class Gates:
-    """The work of a study that waits, before each part but the first, until it may go on."""
+    """Simulation of a study that waits for permission before each part except the first."""
 
     def __init__(self, choices: Choices) -> None:
         self.some = part_of(choices)

@@ -1,4 +1,4 @@
-"""What pages say of a server that many use: its limits, the queue, and memory that is short."""
+"""Test the messages of a busy server: its limits, its queue, and scarce memory."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Somebody:
 
 
 class StillClock:
-    """Time does not pass: an active job never becomes a long one."""
+    """A clock that stands still, so that no active job becomes a long job."""
 
     def __call__(self) -> float:
         return 0.0
@@ -57,7 +57,7 @@ class StillClock:
 
 @pytest.fixture
 def busy(monkeypatch):
-    """A server with one place, which somebody else has."""
+    """Yield a server with one active job, which belongs to another session."""
     queue = Queue(1, StillClock())
     monkeypatch.setattr("ccwsim.jobs.job.server_queue", lambda: queue)
     other = Somebody()

@@ -1,4 +1,4 @@
-"""The work of a page does not grow with the address that a visitor types."""
+"""Test that the time to draw a page does not grow with the length of its address."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ccwsim.ui.session import address
 
 
 def script() -> None:
-    """Follow a study that does not change."""
+    """Update the address of a study that does not change."""
     from ccwsim.ui.session.address import follow_study
     from ccwsim.ui.session.state import State
 

@@ -1,4 +1,4 @@
-"""A study that somebody sent never computes for minutes before its reader says so."""
+"""Test that a long study from a link or project does not run before the user agrees."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def by_link(page: str, choices: Choices):
 
 
 def asked(app) -> bool:
-    """Whether the page asks before it runs."""
+    """Return whether the page asks before a run."""
     return "or first choose fewer realizations" in html(app)
 
 
@@ -46,7 +46,7 @@ def project_of(choices: Choices) -> Upload:
 
 @pytest.fixture
 def short_patience(monkeypatch):
-    """Studies are asked about that take longer than nothing, so that tests can run them."""
+    """Treat every study as long, so that tests need no long runs."""
     monkeypatch.setattr(limits, "UNASKED_SECONDS", 0.0)
 
 

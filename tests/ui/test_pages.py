@@ -1,4 +1,4 @@
-"""Every page launches by itself, keeps its state, and says in words what is wrong."""
+"""Test that every page opens alone, keeps its state, and describes problems."""
 
 from __future__ import annotations
 
@@ -52,14 +52,14 @@ SMALL = Choices(data=DataChoice(), grid=Grid(48, 64), parameters=PARAMETERS, n_r
 
 
 def launched(choices: Choices = SMALL, path: str = "app.py") -> AppTest:
-    """A page with a small study and its results."""
+    """Return a page with a small study and its results."""
     app = AppTest.from_file(str(ROOT / path), default_timeout=120)
     app.session_state[KEY] = State(choices=choices)
     return settled(app.run())
 
 
 def settled(app: AppTest) -> AppTest:
-    """The page after its job has come to an end."""
+    """Return the page after its job has ended."""
     state = app.session_state[KEY]
     if state.job is not None:
         assert state.job.wait(120)
@@ -91,7 +91,7 @@ def test_the_main_screen_says_what_came_out(path):
 
 @pytest.mark.slow
 def test_titles_call_broken_channels_too_little_connected():
-    """Although realizations that scatter have a wide band of their own."""
+    """Test titles for broken channels, which differ so much that their own band is wide."""
     plain = {"published_draw": True, "repair_seams": False}
     broken = Parameters(template_size=8, overlap_size=4, n_candidates=500, **plain)
     choices = Choices(data=DataChoice(), grid=Grid(256, 256), parameters=broken, n_realizations=6)

@@ -1,4 +1,4 @@
-"""An upload that is refused is said in words, and what the user had stays."""
+"""Test that a refused upload gives a message, and that the study does not change."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A page that is loaded again has the reader's own files, and no other reader does."""
+"""Test that a reloaded page has the files of the same user, and that other users do not."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ OWN = replace(SMALL, image=replace(IMAGE, flip_ew=True), data=DataChoice("placed
 
 @pytest.fixture(autouse=True)
 def store(monkeypatch):
-    """A store of its own for each test."""
+    """Return a new store for each test."""
     own = KeptChoices(10**6, 3600)
     monkeypatch.setattr(kept, "kept_choices", lambda: own)
     return own
 
 
 def reloaded(query: dict[str, list[str]], browser: str, page: str = "simulate"):
-    """A new session that comes by an address."""
+    """Return a new session opened by an address."""
     app = opened(page)
     app.session_state[kept.COOKIE] = browser
     for name, values in query.items():

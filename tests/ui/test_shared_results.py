@@ -1,4 +1,4 @@
-"""What several sessions have in common is made once, and each sees only what is its own."""
+"""Test that common work of several sessions is done once, and that sessions stay separate."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def _nothing_is_known_yet():
 
 @pytest.fixture
 def simulations(monkeypatch):
-    """The seeds of all studies that are simulated."""
+    """Return the list of the seeds of all simulated studies."""
     seeds = []
 
     def counted(image, grid, parameters, data, n, seed, **options):
@@ -44,7 +44,7 @@ def simulations(monkeypatch):
 
 
 def ran(*studies: Choices) -> list[State]:
-    """Sessions that run their studies at the same time."""
+    """Return sessions that run their studies at the same time."""
     states = [State(choices=choices) for choices in studies]
     for state in states:
         start_run(state)

@@ -1,4 +1,4 @@
-"""What readers send never fills the memory of the server, and who is refused is told."""
+"""Test that uploads never fill the memory of the server, and that refusals are reported."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ MB = 10**6
 
 @pytest.fixture
 def manager(monkeypatch):
-    """A manager of Streamlit that takes 20 MB of all sessions, and 8 MB of each."""
+    """Return a file manager of Streamlit that stores 20 MB for all sessions, and 8 MB for each."""
     monkeypatch.setenv("CCWSIM_UPLOADS_MB", "20")
     monkeypatch.setattr(uploads, "max_of_session", lambda: 8 * MB)
     uploads._taken.clear()

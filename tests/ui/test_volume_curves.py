@@ -1,4 +1,4 @@
-"""The curves of volumes: along all three axes and by layer, on the page and as a table."""
+"""Test curves of volumes along three axes and by layer, on the page and as a table."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the browser is sent of a volume: all of its cells, once, and the data on them."""
+"""Test that the browser receives all cells of a volume once, together with its data."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ IMAGE = TrainingImage(
 
 
 def cells_of(content: dict) -> np.ndarray:
-    """Unpack what the browser unpacks: x fastest, then y, then z from the bottom."""
+    """Return the cells unpacked as in the browser: x fastest, then y, then z from the bottom."""
     nx, ny, nz = content["shape"]
     cells = np.frombuffer(zlib.decompress(b64decode(content["cells"])), np.uint8)
     return cells.reshape(nz, ny, nx)

@@ -1,4 +1,4 @@
-"""Draw pages without a browser, and find what is on them."""
+"""Draw pages without a browser, and find elements on them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ PAGES = Path(__file__).parents[2] / "pages"
 
 
 def opened(name: str, state: State | None = None) -> AppTest:
-    """Return a page of the dashboard, not drawn yet; without a state its session is new."""
+    """Return a page of the dashboard before its first run; without a state its session is new."""
     app = AppTest.from_file(str(PAGES / f"{name}.py"), default_timeout=180)
     if state is not None:
         app.session_state[KEY] = state
@@ -23,25 +23,25 @@ def opened(name: str, state: State | None = None) -> AppTest:
 
 
 def named(widgets: Any, key: str) -> Any:
-    """Return the widget of a key; one that took the place of another has spaces after it."""
+    """Return the widget with a key; a widget that replaced another has spaces after its key."""
     return next(widget for widget in widgets if (widget.key or "").rstrip() == key)
 
 
 def html(app: AppTest) -> str:
-    """All words that a page writes as HTML."""
+    """Return all texts that a page writes as HTML."""
     return " ".join(element.proto.body for element in app.get("html"))
 
 
 def texts(app: AppTest) -> str:
-    """All errors and warnings of a page."""
+    """Return all errors and warnings of a page."""
     return " ".join(element.value for kind in (app.error, app.warning) for element in kind)
 
 
 def charts(app: AppTest) -> set[str]:
-    """The keys of all charts of a page."""
+    """Return the keys of all charts of a page."""
     return {element.proto.id.rsplit("chart_", 1)[-1] for element in app.get("plotly_chart")}
 
 
 def csv_rows(content: bytes) -> list[dict[str, str]]:
-    """The lines of a CSV file, by the names in its head."""
+    """Return the lines of a CSV file as dictionaries."""
     return list(csv.DictReader(StringIO(content.decode())))

@@ -1,4 +1,4 @@
-"""No page keeps out a reader with a screen reader or weak eyes: checked by axe-core."""
+"""Test that axe-core finds no serious accessibility problem on any page."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ pytestmark = [
 ]
 
 LASTING = 10_000
-"""Milliseconds; a finding is one that lasts."""
+"""Milliseconds for which a problem must last to count."""
 SMALL = "grid=96x64&data=sampled&data-n=30&template=16&overlap=4&realizations=3"
 VOLUME = (
     "ti=sinuous_channels&data=none&grid=40x36x20&template=16x16x8&overlap=4x4x2&level=1x1x1"
     "&realizations=2"
 )
 LONG = ("benchmark", "import", "paper", "sweep")
-"""Pages that start empty and are filled by a run of their own."""
+"""Pages that start empty; the test fills these pages by running them."""
 OTHERS = [title for title, path in PAGES if Path(path).stem not in LONG]
 CONTRAST = "color-contrast"
 SIGHTS = (
@@ -34,11 +34,11 @@ SIGHTS = (
     (1440, "dark", {"runOnly": [CONTRAST]}),  # a theme changes colours alone
     (390, "light", {"rules": {CONTRAST: {"enabled": False}}}),  # a width changes anything else
 )
-"""Width, theme, and options of axe."""
+"""Width, theme and axe options of each check."""
 
 
 def findings(page, **options) -> list[str]:
-    """What axe-core calls serious or critical, with the elements."""
+    """Return the problems that axe-core rates serious or critical, with their elements."""
     found = axe.Axe().run(page, options={"resultTypes": ["violations"], **options})
     return [
         f"{violation['id']} ({violation['impact']}): {node['target']} {node['html'][:160]}"
@@ -49,7 +49,7 @@ def findings(page, **options) -> list[str]:
 
 
 def lasting_findings(page, width: int, theme: str, options: dict) -> list[str]:
-    """Findings at a width and in a theme; on a slow machine a part may just be fading in."""
+    """Return the lasting problems at a width and in a theme; parts that fade in are no problem."""
     page.set_viewport_size({"width": width, "height": SIZES[width]})
     page.emulate_media(color_scheme=theme)
     found: list[str] = []
@@ -66,7 +66,7 @@ def lasting_findings(page, width: int, theme: str, options: dict) -> list[str]:
 
 @pytest.fixture(scope="module")
 def page(desktop, address):
-    """One tab for all pages, so that the study is run once."""
+    """Yield one tab for all pages, so that the study runs only once."""
     page = desktop.new_page()
     page.goto(f"{address}/simulate?{SMALL}")
     fill_with_maps(page)
@@ -75,7 +75,7 @@ def page(desktop, address):
 
 
 def looked_through(page) -> list[str]:
-    """The findings of a page at all widths and in all themes."""
+    """Return the problems of a page at all widths and in all themes."""
     found = [each for sight in SIGHTS for each in lasting_findings(page, *sight)]
     page.set_viewport_size({"width": 1440, "height": SIZES[1440]})
     page.emulate_media(color_scheme="light")
@@ -104,7 +104,7 @@ def test_a_page_that_was_filled_has_no_serious_finding(tab, address, name):
 
 @pytest.fixture(scope="module")
 def volume_page(desktop, address):
-    """One tab for all pages with a volume."""
+    """Yield one tab for all pages with a volume."""
     page = desktop.new_page()
     page.goto(f"{address}/simulate?{VOLUME}")
     page.wait_for_selector(".st-key-volume_realization canvas", timeout=SLOW)

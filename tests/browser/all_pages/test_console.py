@@ -1,4 +1,4 @@
-"""A first visit to a page leaves the console of the browser and of the server empty."""
+"""Test that a first visit to a page logs nothing in the browser console or on the server."""
 
 from __future__ import annotations
 
@@ -19,9 +19,10 @@ pytestmark = [
 ]
 PAGES = sorted(path.stem for path in (ROOT / "pages").glob("*.py"))
 LOGGED = re.compile(r"^(?:\d{4}-\d\d-\d\d (?!.*server started)|Traceback|\w+Error).*", re.M)
-"""Lines that are not the greeting of a server that starts."""
+"""Log lines, except the greeting of a server that starts."""
 BASE = re.compile(r"/\w+/_stcore/(health|host-config)$")
-"""Streamlit looks below the page's own name first for the root of the app; it is not there."""
+"""Requests below the path of a page, which fail: Streamlit tries them before the root of the
+app."""
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""A study is set up, run and looked at with the keyboard alone, and the focus can be seen."""
+"""Test that a study can be set up, run and viewed with only the keyboard, with visible focus."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ RINGED = """(e) => [e, e.closest('label')].some((at) => {
 
 
 def tab_to(page, name: str) -> Any:
-    """Press Tab until something of that name has the focus, and return it."""
+    """Press Tab until an element with a given name has the focus; return the element."""
     met = []
     for _ in range(MAX_STOPS):
         page.keyboard.press("Tab")
@@ -44,7 +44,7 @@ def tab_to(page, name: str) -> Any:
 
 
 def see_focus_on(page, name: str) -> None:
-    """Press Tab until something of that name has the focus, and see that it has."""
+    """Press Tab until an element with a given name has the focus; check that this is visible."""
     page.wait_for_function(RINGED, arg=tab_to(page, name), timeout=SOON)
 
 

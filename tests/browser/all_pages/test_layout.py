@@ -1,5 +1,7 @@
-"""Where things are on a page: nothing is cut, nothing covers anything, and what belongs together is
-on one line; boxes are measured as the browser draws them."""
+"""Test the layout of pages: nothing is cut off or covered, and related elements share a line.
+
+Boxes are measured as the browser draws them.
+"""
 
 from __future__ import annotations
 
@@ -103,7 +105,7 @@ HEIGHTS = """() => {
 
 
 def opened(page, address: str, path: str, choices: Choices = SMALL) -> None:
-    """Open a page with the maps of a study, and wait until it is at rest."""
+    """Open a page with the maps of a study, and wait until the page is at rest."""
     page.goto(f"{address}/{path}?{urlencode(link_of(choices), doseq=True)}")
     page.wait_for_selector(".st-key-map_e_type canvas", timeout=SLOW)
     page.wait_for_function(

@@ -1,4 +1,4 @@
-"""The how-to of a page in a browser: no wider than a phone, and open while results come."""
+"""Test that the how-to of a page fits a phone and stays open when results arrive."""
 
 from __future__ import annotations
 

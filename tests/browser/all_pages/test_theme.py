@@ -1,4 +1,4 @@
-"""A switch between the light and the dark theme repaints all that is ours, charts too."""
+"""Test that a change of the theme recolours all elements of the dashboard, including charts."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ BRIGHT = """([selector, bright]) => {
 
 
 def shows(page, selector: str, bright: bool) -> None:
-    """Wait until the text of the first such element is bright, or dark."""
+    """Wait until the text of the first element that matches a selector is bright or dark."""
     page.wait_for_function(BRIGHT, arg=[selector, bright], timeout=SLOW)
 
 

@@ -1,4 +1,4 @@
-"""A volume followed patch by patch in a real browser."""
+"""Test How it works in a browser for a volume, patch by patch."""
 
 from __future__ import annotations
 

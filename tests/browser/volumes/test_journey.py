@@ -1,4 +1,4 @@
-"""A published volume in a real browser: file, wells, run, slices, judgement, VTI."""
+"""Test a published volume in a browser: file, wells, run, slices, validation, VTI file."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ CELLS = """async () => {
 
 @pytest.fixture
 def image_file(data_dir, tmp_path) -> Path:
-    """A published volume of four facies, as SGeMS writes it."""
+    """Return a published volume of four facies as an SGeMS file."""
     published = data_dir / "volumes" / "ti_alluvial_ti1_78x59x116.npz"
     if not published.exists():
         pytest.skip(f"there is no {published}")
@@ -59,7 +59,7 @@ def image_file(data_dir, tmp_path) -> Path:
 
 @pytest.fixture
 def wells_file(image_file, tmp_path) -> Path:
-    """Four vertical wells, with facies of columns of the image."""
+    """Return a file of four vertical wells, whose facies are those of columns of the image."""
     image = read_training_image(image_file, volume=True)
     rows = ["well,x,y,z,facies"]
     for k, (row, column) in enumerate([(5, 6), (9, 33), (28, 8), (30, 30)]):
@@ -72,7 +72,7 @@ def wells_file(image_file, tmp_path) -> Path:
 
 
 def vti_cells(path: Path) -> np.ndarray:
-    """The cells of the first realization, read by another program."""
+    """Return the cells of the first realization, read from the VTI file by another program."""
     mesh = pyvista.read(path)
     nx, ny, nz = (n - 1 for n in mesh.dimensions)
     name = next(iter(mesh.cell_data.keys()))

@@ -1,4 +1,4 @@
-"""The view of a volume in a browser: what its slices show, and what hands do with it."""
+"""Test the view of a volume in a browser: the contents of its slices, and user actions on it."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ DRAWN = """(colour) => {
 
 
 def show(tab, cells: CellMap = VOLUME, key: str = "volume", how: str = "no end", **options) -> None:
-    """Put up a view on an empty page; the component is called as Streamlit may."""
+    """Show a view on an empty page, with the calls that Streamlit may make."""
     tab.set_viewport_size(SIZE)
     begin(tab, "volume", volume_content(cells, key, **options))
     tab.evaluate(CALLS[how])
@@ -69,7 +69,7 @@ def show(tab, cells: CellMap = VOLUME, key: str = "volume", how: str = "no end",
 
 
 def add(tab, cells: CellMap = VOLUME, key: str = "other", **options) -> None:
-    """Put up another view on the same page."""
+    """Show another view on the same page."""
     html, _, js = component_parts("volume")
     tab.evaluate(BEGIN, [html, js, volume_content(cells, key, **options)])
     tab.evaluate("() => { call(); }")
@@ -84,7 +84,7 @@ def drawn(tab) -> None:
 
 
 def at(tab, *expected: int, view: int = 0) -> None:
-    """See that the sliders of a view say that the cursor is there (x, y, z)."""
+    """Check that the sliders of a view show the position (x, y, z) of the cursor."""
 
     def there() -> None:
         assert tab.evaluate(AT, view) == list(expected)
@@ -97,7 +97,7 @@ def canvas(tab, axis: str, view: int = 0) -> Any:
 
 
 def spot(tab, axis: str, right: int, up: int) -> tuple[float, float]:
-    """Where the middle of a cell is on the screen."""
+    """Return the position on the screen of the middle of a cell."""
     wide, high = {"z": (NX, NY), "y": (NX, NZ), "x": (NY, NZ)}[axis]
     box = canvas(tab, axis).bounding_box()
     w, h = (box["width"] - 2) / wide, (box["height"] - 2) / high
@@ -105,7 +105,7 @@ def spot(tab, axis: str, right: int, up: int) -> tuple[float, float]:
 
 
 def shows(tab, axis: str, cells: np.ndarray, hairs: tuple[int, int]) -> None:
-    """See that a slice has the colours of these cells, the lowest first, beside the cross hairs."""
+    """Check that a slice has the colours of these cells, lowest row first, beside the hairs."""
     high, wide = cells.shape
     expected = np.array(COLOURS)[cells]
     seen_here = np.ones(cells.shape, bool)
@@ -119,7 +119,7 @@ def shows(tab, axis: str, cells: np.ndarray, hairs: tuple[int, int]) -> None:
 
 
 def holds(condition: Callable[[], object]) -> None:
-    """See that something is so, or is so in a moment."""
+    """Check that a condition holds, now or in a moment."""
 
     def is_so() -> None:
         assert condition()
@@ -265,7 +265,7 @@ def test_a_click_tells_the_page_only_where_it_asks_for_cells(tab):
 
 
 def edits(tab) -> list[dict[str, Any]]:
-    """What the page was told last, without the numbers, which grow."""
+    """Return the last edits that the page received, without their increasing numbers."""
     told = tab.evaluate("told")
     assert {kind for kind, _ in told} <= {"edits"}
     last = told[-1][1] if told else []

@@ -1,4 +1,7 @@
-"""The page of times: what it measures, shows, stops and refuses; no time is asserted."""
+"""Test the page Benchmark: its measurements, charts, cancellation and refusals.
+
+No test asserts a time.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The page of times with volumes: maps and volumes in one chart, data in volumes."""
+"""Test the page Benchmark for volumes: maps and volumes in one chart, data in volumes."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from tests.ui.pages.test_benchmark_page import settled
 from tests.ui.widgets import csv_rows, html, opened
 
 pytestmark = pytest.mark.slow
-"""The pages of maps run fast; `test_volume_study` takes a volume through the main ones."""
+"""The tests are slow; `test_volume_study` tests a volume on the main pages in the quick tests."""
 
 OWN = Parameters((8, 16, 16), (2, 4, 4), (1, 1, 1))
 VOLUME = Choices(ImageChoice("sinuous_channels"), DataChoice(), Grid(30, 40, nz=12), OWN)

@@ -1,4 +1,4 @@
-"""Small files of kinds that people report trouble with, brought to the page Import."""
+"""Test on the page Import small files of kinds that users report as difficult."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The page that compares settings: what it offers, what it says, and what it gives back."""
+"""Test the page Compare: its settings, its findings, and the use of a setting for the study."""
 
 from __future__ import annotations
 
@@ -39,14 +39,14 @@ FIGURES = CURVES | {"compared_times", "compared_proportions", "compared_mds"}
 
 
 def launched(choices: Choices = SMALL, n: int = 3) -> AppTest:
-    """The page after its first comparison."""
+    """Return the page after its first comparison."""
     state = State(choices=choices)
     state.page(ComparePageState).n = n
     return settled(opened("compare", state).run())
 
 
 def settled(app: AppTest) -> AppTest:
-    """The page after its comparison."""
+    """Return the page after its comparison."""
 
     def at_rest() -> bool:
         run = app.session_state[KEY].page(ComparePageState).run

@@ -1,4 +1,4 @@
-"""The page that compares settings with volumes: settings by axis, slices, curves along z."""
+"""Test the page Compare for volumes: settings by axis, slices, curves along z."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from tests.ui.pages.test_compare_page import launched, settled, state_of
 from tests.ui.widgets import charts, csv_rows, html, named, texts
 
 pytestmark = pytest.mark.slow
-"""The pages of maps run fast; `test_volume_study` takes a volume through the main ones."""
+"""The tests are slow; `test_volume_study` tests a volume on the main pages in the quick tests."""
 
 OWN = Parameters((8, 16, 16), (2, 4, 4), (1, 1, 1))
 DATA = HardData([(k, 7, 9) for k in range(12)], [0, 1] * 6)

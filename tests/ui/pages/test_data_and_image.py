@@ -1,4 +1,4 @@
-"""What hard data say about the training image, in the study column and on *Validate*."""
+"""Test the verdict on data and training image in the study column and on *Validate*."""
 
 from __future__ import annotations
 

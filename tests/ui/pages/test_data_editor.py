@@ -1,4 +1,4 @@
-"""Hard data placed by hand: edits, undo, live answers, the table, files and sampling."""
+"""Test hard data placed by hand: edits, undo, immediate updates, table, files, sampling."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ CELLS = st.tuples(st.integers(0, 9), st.integers(0, 9))
 
 
 def studied(choices: Choices = SMALL) -> State:
-    """A state with realizations of its study."""
+    """Return a state with realizations of its study."""
     state = State(choices=choices)
     state.ensemble, state.ensemble_choices = run_of(choices), choices
     return state
@@ -60,7 +60,7 @@ def run_of(choices: Choices) -> Ensemble:
 
 
 def edit(state: State, *changes) -> Ensemble | None:
-    """The answer to an edit as the canvas sends it; None where only a run can answer."""
+    """Return the immediate update after an edit; None if only a run can show the edit."""
     seq = state.page(Editor).taken + 1
     take_edits(state, [{"seq": seq, "set": [list(change) for change in changes]}])
     return answer(state)
@@ -335,7 +335,7 @@ def said(app: AppTest) -> str:
 
 
 def rested(app: AppTest) -> State:
-    """The state of the page when its run is finished."""
+    """Return the state of the page when its run is finished."""
     while (job := app.session_state[KEY].job) is not None:
         assert job.wait(60)
         app.run()
@@ -344,7 +344,7 @@ def rested(app: AppTest) -> State:
 
 
 def assert_of_study(state: State) -> None:
-    """Everything that pages, files and links take is of a run of the study as it is."""
+    """Check that pages, files and links use a run of the present study."""
     assert is_current(state)
     assert np.array_equal(ensemble_of(state).indices, run_of(state.choices).indices)
     assert not ensemble_of(state).revised

@@ -1,4 +1,4 @@
-"""Hard data of a volume by hand: wells and cells, undone, answered, in tables, sampled."""
+"""Test hard data of a volume placed by hand: wells and cells, undo, updates, tables, sampling."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from ccwsim.ui.study.run import collect, start_run
 from tests.ui.widgets import html, named, opened, texts
 
 pytestmark = pytest.mark.slow
-"""The pages of maps run fast; `test_volume_study` takes a volume through the main ones."""
+"""The tests are slow; `test_volume_study` tests a volume on the main pages in the quick tests."""
 
 P = Parameters((8, 16, 16), (2, 4, 4), (1, 1, 1))
 GRID = Grid(30, 40, nz=12)
@@ -162,7 +162,7 @@ def test_layers_of_wells_follow_the_grid():
 
 
 def with_tables(app, tables: dict[str, bytes]):
-    """Bring tables of wells, one by one."""
+    """Upload tables of wells, one after another."""
     for name, content in tables.items():
         app.file_uploader(key=f"table_{name}").upload(f"{name}.csv", content, "text/csv").run()
         assert not app.exception
@@ -233,7 +233,7 @@ def columns_of_cells(state: State) -> set[tuple[int, int]]:
 
 
 def state_with_names(surveys: bytes | None = b"well,depth,azimuth,dip\nB,0,0,-50\n") -> State:
-    """Two wells by name, B deviated, one column and one cell that were placed by hand."""
+    """Return a state with two named wells (B is deviated), and with a column and a cell by hand."""
     tables = WellTables(Upload("c.csv", COLLARS), surveys and Upload("s.csv", surveys))
     state = state_of()
     use_file(state, DataChoice("file", upload=Upload("i.csv", LOG), tables=tables))

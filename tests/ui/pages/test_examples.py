@@ -1,4 +1,4 @@
-"""The studies of the lecture plan, the quiz, and the link for a class."""
+"""Test the studies of the lecture plan, the quiz, and the link for a class."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def launched() -> AppTest:
 
 
 def followed(query: dict[str, str]) -> AppTest:
-    """The page of a reader who follows a link."""
+    """Return the page of a user who opens a link."""
     app = opened("examples")
     for name, value in query.items():
         app.query_params[name] = value
@@ -69,7 +69,7 @@ def followed(query: dict[str, str]) -> AppTest:
 
 
 def round_of(app: AppTest) -> Round:
-    """The round that is shown, once it is there."""
+    """Return the round of the quiz that is shown, once it is ready."""
     run_until(app, lambda a: state_of(a).page(Quiz).round is not None)
     drawn = state_of(app).page(Quiz).round
     assert drawn is not None
@@ -98,7 +98,7 @@ def run_until(app: AppTest, done) -> AppTest:
 
 @pytest.fixture
 def by_setting():
-    """Four realizations of each setting of an example, on a small grid or its own."""
+    """Return four realizations for each setting of an example, on a small grid or its own grid."""
 
     def simulated(name: str, whole: bool = False):
         e = example(name)

@@ -1,4 +1,4 @@
-"""The page that follows a realization: what it says is what the core says, step by step."""
+"""Test that How it works shows the values that the engine computes, step by step."""
 
 from __future__ import annotations
 
@@ -181,7 +181,7 @@ def test_level_0_has_no_sub_bands_and_another_realization_another_path():
 
 
 def referred(app: AppTest) -> Iterator[tuple[str, str]]:
-    """Yield what the page says, each with where the paper has it."""
+    """Yield each text of the page with its reference to the paper."""
     for said in re.findall(r'<p class="say">(.*?)</p>', html(app), re.S):
         for words, source in re.findall(r'(.*?)<span class="ref">(.*?)</span>', said, re.S):
             yield re.sub("<[^>]*>", "", words), source
@@ -311,6 +311,9 @@ def _in_overlap(step) -> np.ndarray:
 
 
 def test_the_browser_remembers_messages_for_as_long_as_a_player_needs():
-    """After two finished pages, as Streamlit has it, the quick frames of a player are forgotten."""
+    """Test that the browser keeps messages long enough for automatic play.
+
+    Streamlit forgets a message after two finished runs of the page.
+    """
     settings = tomllib.loads((ROOT / ".streamlit" / "config.toml").read_text("utf-8"))
     assert settings["global"]["maxCachedMessageAge"] * PLAY_SECONDS > 5

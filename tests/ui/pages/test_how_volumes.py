@@ -1,4 +1,4 @@
-"""The page that follows a realization with volumes: what it shows is what the engine did."""
+"""Test that How it works shows the values that the engine computes for a volume."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from tests.some import some
 from tests.ui.widgets import html, named, opened, texts
 
 pytestmark = pytest.mark.slow
-"""The pages of maps run fast; `test_volume_study` takes a volume through the main ones."""
+"""The tests are slow; `test_volume_study` tests a volume on the main pages in the quick tests."""
 
 P = Parameters((8, 16, 16), (2, 4, 4), (1, 1, 1))
 WELL = HardData([(k, 7, 9) for k in range(12)], [0, 1] * 6)

@@ -1,4 +1,4 @@
-"""Files of many kinds become a training image: each with the questions that it raises, guessed."""
+"""Test training images from files of many kinds: each file raises its questions with guesses."""
 
 from __future__ import annotations
 

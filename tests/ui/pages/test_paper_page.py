@@ -1,4 +1,4 @@
-"""The page of the paper: what it will do, how far it is, the verdicts, the report; errors said."""
+"""Test the page Paper: the plan, the progress, the verdicts, the report and errors."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def made(name: str, run=quick) -> Experiment:
 
 @pytest.fixture
 def few(monkeypatch):
-    """A page with three small experiments, of which one fails."""
+    """Return a page with three small experiments, one of which fails."""
     chosen = (made("first"), made("second", failing), made("third"))
     use(monkeypatch, chosen)
     return chosen
@@ -164,7 +164,7 @@ def test_experiments_to_come_are_quiet():
 
 class _Silent:
     def step(self) -> None:
-        """Nobody watches."""
+        """Ignore progress."""
 
 
 def test_choices_survive_another_page():

@@ -1,4 +1,4 @@
-"""The address follows the study on every page, starts one, and the menu opens projects."""
+"""Test that the address contains the study on every page, and that the menu opens projects."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ ADDRESSED = Choices(ImageChoice("dunes"), DataChoice(), Grid(48, 64), PARAMETERS
 
 
 def addressed(path: str = "pages/simulate.py", **query: str | list[str]) -> AppTest:
-    """A page opened cold by its address."""
+    """Return a page opened in a new session by its address."""
     app = AppTest.from_file(str(ROOT / path), default_timeout=120)
     app.query_params.update({**QUERY, **query})
     return app.run()

@@ -1,4 +1,4 @@
-"""The page of sweeps: what is asked for, what is found, and a setting that goes into the study."""
+"""Test the page Sweep: its ranges, its results, and the use of a setting for the study."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def swept(**changes) -> State:
 
 
 def run_of(state: State) -> Any:
-    """The sweep that was started."""
+    """Return the sweep that was started."""
     return state.page(SweepState).run
 
 

@@ -1,4 +1,4 @@
-"""The page that tries settings with volumes: ranges along z, slices of a setting, its numbers."""
+"""Test the page Sweep for volumes: ranges along z, slices of a setting, its numbers."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from ccwsim.ui.sweep.plan import (
 from tests.ui.widgets import charts, csv_rows, html, opened, texts
 
 pytestmark = pytest.mark.slow
-"""The pages of maps run fast; `test_volume_study` takes a volume through the main ones."""
+"""The tests are slow; `test_volume_study` tests a volume on the main pages in the quick tests."""
 
 OWN = Parameters((8, 16, 16), (2, 4, 4), (1, 1, 1))
 DATA = HardData([(k, 7, 9) for k in range(12)], [0, 1] * 6)

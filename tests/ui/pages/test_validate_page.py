@@ -1,4 +1,4 @@
-"""The page of validation: what it says is what the metrics say, for any study, without an error."""
+"""Test that the page Validate shows the values of the metrics for any study, without errors."""
 
 from __future__ import annotations
 
@@ -76,18 +76,18 @@ ALL = frozenset(name for name, *_ in SECTIONS)
 
 
 def nothing(share: float) -> None:
-    """Progress that nobody watches."""
+    """Ignore progress."""
 
 
 def launched(choices: Choices = SMALL, seen=ALL, **changes) -> AppTest:
-    """The page after all that it shows was worked out."""
+    """Return the page after all of its computations."""
     state = State(choices=choices, **changes)
     state.page(Validation).seen |= seen
     return settled(opened("validate", state).run())
 
 
 def settled(app: AppTest) -> AppTest:
-    """The page after its run and all that it waits for, drawn as seldom as can be."""
+    """Return the page after its run and all computations, drawn as rarely as possible."""
 
     def at_rest() -> bool:
         state = app.session_state[KEY]
@@ -354,7 +354,7 @@ def test_the_map_of_resimulation_shows_each_datum(ensemble):
 
 
 def band(found: list[float], tolerance: float = 0.2) -> Fit:
-    """Values beside a training image that has 0.9 everywhere, over lags of 1, 2, …"""
+    """Return values at lags 1, 2, … compared with a training image whose value is always 0.9."""
     n = len(found)
     levels = np.full(n, 0.9), np.full(n, tolerance)
     return Fit(np.arange(1.0, n + 1), np.array(found), *levels, (100, 128))
@@ -380,7 +380,7 @@ def test_a_curve_outside_the_band_says_where_how_much_and_which_way():
 
 
 def test_findings_go_by_direction_and_call_failure_failure():
-    """Too little one way and too much the other is two failures, not an average."""
+    """Test that too low in one direction and too high in another are two failures, not a mean."""
     several = [
         Check("connectivity", 1, "E-W", band([0.9, 0.5])),
         Check("connectivity", 1, "N-S", band([0.9, 1.3])),

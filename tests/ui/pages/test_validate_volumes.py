@@ -1,4 +1,4 @@
-"""The page of validation with volumes: every section draws, and says what the metrics say."""
+"""Test that Validate draws every section for a volume, with the values of the metrics."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ from tests.ui.pages.test_validate_page import launched, nothing, settled
 from tests.ui.widgets import charts, csv_rows, html, named, texts
 
 pytestmark = pytest.mark.slow
-"""The pages of maps run fast; `test_volume_study` takes a volume through the main ones."""
+"""The tests are slow; `test_volume_study` tests a volume on the main pages in the quick tests."""
 
 P = Parameters(template_size=(4, 8, 8), overlap_size=(2, 4, 4), wavelet_level=1)
 GRID = Grid(20, 24, (25.0, 25.0, 2.0), (1000.0, 0.0, 100.0), nz=10)
@@ -76,7 +76,7 @@ def image() -> TrainingImage:
 
 @pytest.fixture(scope="module")
 def ensemble(image) -> Ensemble:
-    """Two wells; all data of one of them differ from the cells around the well."""
+    """Return an ensemble with two wells; the data of one well contradict the surrounding cells."""
     well = [(k, 5, 6) for k in range(2, 10)]
     other = [(k, 14, 18) for k in range(10)]
     facies = [*image.array[2:10, 5, 6], *([3, 7] * 5)]
@@ -114,7 +114,7 @@ def test_every_section_is_drawn_without_wells(unconditional):
 
 
 def simulated_of(name: str):
-    """The page with all its sections, of realizations of a bundled volume without data."""
+    """Return the page with all sections, for realizations of a bundled volume without data."""
     choices = Choices(ImageChoice(name), DataChoice(), Grid(20, 24, nz=10), P, n_realizations=2)
     e = simulate(datasets.load(name), choices.grid, P, n_realizations=2)
     return launched(choices, ensemble=e, ensemble_choices=choices, last_attempt=choices, seen=ALL)

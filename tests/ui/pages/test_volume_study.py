@@ -1,4 +1,4 @@
-"""A study of a volume: set up, run, shown, taken home, and opened again."""
+"""Test a study of a volume: set up, run, show, download, and open again."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ COLOURS = ["#111111", "#eeeeee"]
 
 
 def finished(state: State) -> State:
-    """The state after its run."""
+    """Return the state after its run."""
     start_run(state)
     assert state.job is not None, state.message
     assert state.job.wait(120)
@@ -64,12 +64,12 @@ def finished(state: State) -> State:
 
 @pytest.fixture(scope="module")
 def ran() -> State:
-    """A small volume with its results."""
+    """Return the page of a small volume with its results."""
     return finished(State(choices=VOLUME))
 
 
 def at_rest(app: AppTest) -> AppTest:
-    """The page after its run, without any exception."""
+    """Return the page after its run, and check that there is no exception."""
     app.run()
     job = app.session_state[KEY].job
     if job is not None:
@@ -298,7 +298,7 @@ def test_the_script_gives_the_same_cells(ran: State, tmp_path: Path, monkeypatch
 
 
 def sgems(image: np.ndarray) -> bytes:
-    """A volume as an SGeMS file."""
+    """Return a volume as an SGeMS file."""
     from ccwsim import TrainingImage
 
     return training_image_as_bytes(TrainingImage(image), "sgems")

@@ -1,4 +1,4 @@
-"""Wells of one's own: columns, names, thresholds and rows that do not fit, asked on one page."""
+"""Test the import of wells on one page: columns, names, thresholds and rows with problems."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ NAMED = replace(Choices(), image=ImageChoice(names=("clay", "Sand")), data=DataC
 
 
 def launched(content: bytes | str, choices: Choices = NAMED, name: str = "wells.csv") -> AppTest:
-    """The page of imports with a file of wells."""
+    """Return the page Import with a file of wells."""
     app = opened("import", State(choices=choices)).run()
     app.button_group(key="import_subject").set_value("data").run()
     content = content if isinstance(content, bytes) else content.encode()

@@ -1,4 +1,4 @@
-"""Hard data of a volume on the page of imports: columns of points and of tables of wells."""
+"""Test the import of hard data for a volume: columns of points and of tables of wells."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from tests.io import sample_files as sample
 from tests.ui.widgets import html, named, opened, texts
 
 pytestmark = pytest.mark.slow
-"""The pages of maps run fast; `test_volume_study` takes a volume through the main ones."""
+"""The tests are slow; `test_volume_study` tests a volume on the main pages in the quick tests."""
 
 GRID = Grid(30, 40, nz=12)
 P = Parameters((8, 16, 16), (2, 4, 4), (1, 1, 1))
@@ -45,7 +45,7 @@ POINTS = "p,q,r,s\n10.5,2.5,0.5,sand\n10.5,2.5,1.5,clay\n"
 
 
 def launched(*, tables: bool = False, choices: Choices = VOLUME) -> AppTest:
-    """The page of imports, for hard data of a volume."""
+    """Return the page Import for hard data of a volume."""
     app = opened("import", State(choices=choices)).run()
     app.button_group(key="import_subject").set_value("data").run()
     if tables:
@@ -73,7 +73,7 @@ def state_of(app: AppTest) -> State:
 
 
 def listed(app: AppTest) -> str:
-    """All rows that are listed with a problem."""
+    """Return all rows that are listed with a problem."""
     frames = [frame.value for frame in app.dataframe if "problem" in frame.value]
     return "; ".join(f"{r['rows']}: {r['problem']}" for f in frames for _, r in f.iterrows())
 
