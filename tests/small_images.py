@@ -1,4 +1,4 @@
-"""Small training images, by seed, for tests of the core."""
+"""Small training images for tests of the engine, generated from a seed."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from scipy import ndimage
 
 
 def noise(shape: tuple[int, ...], n_facies: int, seed: int = 0) -> NDArray[np.uint8]:
-    """Return independent cells with every facies: no two large patches of it are alike."""
+    """Return independent random cells of all facies, so that large patches are unique."""
     rng = np.random.default_rng(seed)
     image = rng.integers(0, n_facies, shape).astype(np.uint8)
     image.flat[: min(n_facies, image.size)] = np.arange(min(n_facies, image.size))
@@ -16,7 +16,7 @@ def noise(shape: tuple[int, ...], n_facies: int, seed: int = 0) -> NDArray[np.ui
 
 
 def blobs(shape: tuple[int, ...], n_facies: int, seed: int = 0) -> NDArray[np.uint8]:
-    """Return smooth bodies of every facies in about equal shares."""
+    """Return smooth bodies of all facies with about equal proportions."""
     rng = np.random.default_rng(seed)
     field = ndimage.gaussian_filter(rng.normal(size=shape), 2.5, mode="wrap")
     limits = np.quantile(field, np.arange(1, n_facies) / n_facies)
@@ -24,6 +24,6 @@ def blobs(shape: tuple[int, ...], n_facies: int, seed: int = 0) -> NDArray[np.ui
 
 
 def places_of(patch: NDArray, image: NDArray) -> NDArray[np.int64]:
-    """Return row and column, shape (n, 2), of every place where `image` has exactly `patch`."""
+    """Return row and column, shape (n, 2), of all locations where `image` contains `patch`."""
     windows = np.lib.stride_tricks.sliding_window_view(image, patch.shape)
     return np.argwhere((windows == patch).all(axis=(2, 3)))

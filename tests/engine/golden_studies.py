@@ -1,8 +1,8 @@
-"""Studies whose cells are fixed: `python -m tests.engine.golden_studies` writes their digests anew.
+"""Studies with stored digests: `python -m tests.engine.golden_studies` renews the digests.
 
-Each is simulated by default, and as published: without seam repair, and patches drawn as published.
-A change that is meant to alter cells writes them anew and says so in CHANGELOG.md; any other change
-leaves them as they are.
+Each study is simulated twice: by default, and as published (`published_draw`, no seam repair). If a
+change is meant to alter cells, renew the digests and report the change in CHANGELOG.md. No other
+change may alter a digest.
 """
 
 from __future__ import annotations
@@ -60,12 +60,12 @@ OF_VOLUMES = (
     {"template_size": 8, "overlap_size": 4, "match_proportions": True, "random_path": False},
 )
 LARGE = {"template_size": (16, 32, 32), "overlap_size": (4, 8, 8), "wavelet_level": (1, 2, 2)}
-"""Scores of these are summed up in several groups."""
+"""Parameters of studies whose scores are summed in several groups."""
 PUBLISHED = {"published_draw": True, "repair_seams": False}
 
 
 def studies() -> Iterator[Study]:
-    """Yield name, training image, parameters and number of data of each of the 414 studies."""
+    """Yield each of the 414 studies: name, training image, parameters and number of data."""
     for changes in (PUBLISHED, {}):
         for name, image, options, n_data in _studies():
             yield " ".join([name, *changes]), image, {**options, **changes}, n_data
@@ -89,9 +89,9 @@ def _name(image: str, options: dict[str, object], n_data: int) -> str:
 
 
 def few(n: int = 60) -> list[Study]:
-    """Return quick studies that cover images, numbers of data, options, and most pairs of these.
+    """Return quick studies that cover all images, numbers of data and options, and most pairs.
 
-    Each is the one that adds most pairs to those of the studies before it.
+    The next study is always the study that adds most new pairs.
     """
     rest = [(study, _pairs(study)) for study in studies() if not _takes_seconds(study)]
     chosen: list[Study] = []
@@ -116,7 +116,7 @@ def _pairs(study: Study) -> set[tuple[str, ...]]:
 
 
 def digest(image: str, options: dict[str, object], n_data: int) -> str:
-    """Return a digest of two realizations: their cells, their sources and their data's status."""
+    """Return a digest of two realizations: cells, sources and status of the data."""
     ti = datasets.load(image)
     rng = np.random.default_rng(n_data)
     grid, first = (GRID, (20, 30)) if len(ti.shape) == 2 else (VOLUME_GRID, (4, 20, 30))

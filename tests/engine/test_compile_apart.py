@@ -1,4 +1,7 @@
-"""Other processes compile, so that a server can send pages meanwhile, and end with this one."""
+"""Test that other processes compile kernels, so that a server can answer meanwhile.
+
+These processes end with the process that started them.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +37,7 @@ def twice(cells):
 
 
 class Kernel:
-    """What a request needs to know of a kernel."""
+    """The attributes of a kernel that a request needs."""
 
     __module__ = "tests"
 
@@ -44,7 +47,7 @@ class Kernel:
 
 @pytest.fixture
 def compilers(monkeypatch):
-    """Compilers that start no process; `compiled` has the names in their order."""
+    """Return compilers without processes; `compiled` lists the compiled names in order."""
     own = compilation._Compilers()
     own.compiled, own.release = [], Event()
 
@@ -204,7 +207,7 @@ print("compiled here:", len(compiled.buffer))
 
 
 def compiled_in(folder: Path, **environment: str) -> str:
-    """What a first run without a guarded main module says of its own compilations."""
+    """Return the output of a script: how many functions its own process compiled."""
     script = folder / "script.py"
     script.write_text(FIRST_RUN)
     own = {"PYTHONPATH": str(folder), "XDG_CACHE_HOME": str(folder / "home"), **environment}
@@ -216,7 +219,7 @@ def compiled_in(folder: Path, **environment: str) -> str:
 
 @pytest.mark.slow
 def test_other_processes_compile_and_a_copy_compiles_nothing(tmp_path):
-    """In a copy of the package without kernels, and in a copy of that with other dates."""
+    """Test a copy of the package without kernels, then a copy of the copy with other file dates."""
     first, second = tmp_path / "first", tmp_path / "second"
     shutil.copytree(PACKAGE, first / "ccwsim", ignore=shutil.ignore_patterns("__pycache__"))
     assert compiled_in(first) == "compiled here: 0"

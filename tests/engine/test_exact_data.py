@@ -1,4 +1,4 @@
-"""With `exact_data` off data condition the search only; what is wrong is told and stays wrong."""
+"""Test that with `exact_data` off, data affect only the search, and mismatches are reported."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -108,7 +108,7 @@ def test_a_revision_marks_what_is_wrong_and_changes_no_cell():
 @pytest.mark.parametrize("level", [1, 2, 3])
 @pytest.mark.parametrize("method", ["ccwsim", "ms-ccsim"])
 def test_some_of_the_published_data_are_wrong_only_with_it_off(data_dir: Path, method, level):
-    """The published CCWSIM code leaves 5.6, 6.5 and 13.3 % of these data wrong."""
+    """Test the share of mismatches; the published CCWSIM code has 5.6, 6.5 and 13.3 %."""
     ti = TrainingImage(np.load(data_dir / "paper" / "ti_channel_256x256.npy"))
     data = read_hard_data(data_dir / "paper" / "hd_channel_400_grid512x512.csv", Grid(512, 512))
     off = Parameters(wavelet_level=level, method=method, exact_data=False)

@@ -1,4 +1,4 @@
-"""Studies at the limits are exact, report their progress and stop when they are told to."""
+"""Test that studies at the limits honour data, report progress and stop on request."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def noise() -> tuple:
 
 
 def dense_data() -> tuple:
-    """A datum in every fourth cell, without any structure."""
+    """Return a random datum in every fourth cell."""
     cells = RNG.choice(600 * 600, 90_000, replace=False)
     data = HardData(
         np.stack(np.unravel_index(cells, (600, 600)), axis=1), RNG.integers(0, 2, 90_000)
@@ -42,7 +42,7 @@ def large_volume() -> tuple:
 
 
 LONG = [many_facies, noise, dense_data]
-"""Studies during which a run asks several times whether to stop."""
+"""Studies during which a run checks several times whether to stop."""
 
 
 @pytest.mark.slow

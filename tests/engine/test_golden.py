@@ -1,4 +1,4 @@
-"""Cells change only on purpose: digests of 414 studies are those that are stored."""
+"""Test that cells change only on purpose: compare 414 studies with stored digests."""
 
 import json
 
@@ -11,7 +11,7 @@ STUDIES = [*studies()]
 
 
 def changed(chosen) -> list[str]:
-    """The names of those studies whose cells are not as they were; see golden_studies.py."""
+    """Return the names of studies with changed cells; see golden_studies.py."""
     return [name for name, *study in chosen if digest(*study) != STORED[name]]
 
 

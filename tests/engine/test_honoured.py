@@ -1,4 +1,4 @@
-"""The promise: every hard datum is honoured at full resolution, whatever is asked."""
+"""Test that every hard datum is honoured at full resolution, for random studies."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ CASES = int(os.environ.get("CCWSIM_CASES", "40"))
 
 @st.composite
 def studies(draw):
-    """Random training images, codes, grids, parameters and data, dense and contradictory too."""
+    """Return a study of random image, codes, grid, parameters and data, also contradictory data."""
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     n_facies = draw(st.integers(1, 4))
     codes = rng.choice(np.arange(-50, 300), n_facies, replace=False)
@@ -65,12 +65,12 @@ def studies(draw):
 
 
 def sampled(n: int):
-    """Settings of hypothesis for n random studies."""
+    """Return settings of Hypothesis for n random studies."""
     return settings(max_examples=n, deadline=None, suppress_health_check=list(HealthCheck))
 
 
 def check_data(study):
-    """Check that every datum is in its cell, and counted once by the way it got there."""
+    """Check that every datum is honoured, and counted once by the way in which it is honoured."""
     ti, shape, p, data, seed = study
     ensemble = simulate(ti, shape, p, data, n_realizations=2, seed=seed)
     assert (ensemble.realizations[:, *data.cells.T] == data.facies).all()
@@ -87,7 +87,7 @@ def test_every_datum_is_honoured_whatever_is_asked(study):
 
 @st.composite
 def volumes(draw):
-    """Random volumes with wells, deviated ones, scattered, dense and contradictory data."""
+    """Return random volumes with vertical and deviated wells, scattered and contradictory data."""
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     n_facies = draw(st.integers(1, 4))
     codes = rng.choice(np.arange(-50, 300), n_facies, replace=False)

@@ -1,4 +1,4 @@
-"""Kernels are kept by content; damaged ones, or none that can be kept, never stop a run."""
+"""Test that kernels are stored by content, and that damaged or missing files stop no run."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SOURCE = "def twice(x):\n    return 2 * x\n"
 
 
 def loaded(file: Path):
-    """A function in a file of its own, as Numba's cache wants it."""
+    """Return a function from a separate file, as Numba's cache requires."""
     file.parent.mkdir(exist_ok=True)
     file.write_text(SOURCE)
     spec = importlib.util.spec_from_file_location("a_module", file)
@@ -58,7 +58,7 @@ def test_a_damaged_file_is_compiled_anew(function, tmp_path, ending, content, ca
 
 
 def test_a_truncated_file_is_left_to_the_process_that_compiles(function, tmp_path):
-    """Code that was cut anywhere counts as missing, so that no server compiles it."""
+    """Test that a truncated file counts as missing, so that another process compiles the kernel."""
     folder, signature = tmp_path / "kernels-1", (numba.int64,)
     assert compiled(function, folder)(3) == 6
     (file,) = folder.rglob("*.nbc")

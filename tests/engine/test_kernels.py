@@ -1,4 +1,4 @@
-"""Kernels make no arrays, so that Numba need not count who holds one."""
+"""Test that kernels allocate no arrays, so that reference counting can be switched off."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Patches keep near their place in the training image where that is asked for."""
+"""Test that `location_weight` keeps patches near their location in the training image."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def test_one_place_alone_costs_nothing():
 
 
 def likeness(parameters: Parameters) -> float:
-    """Correlation of the probability of sand with the delta itself, in blocks of 30 × 30 cells."""
+    """Return the correlation of the probability of sand with the image, in 30 × 30 blocks."""
     image = datasets.load("delta")
     ensemble = simulate(image, image.shape, parameters, n_realizations=12)
 

@@ -1,4 +1,4 @@
-"""The shortest use of the program from end to end."""
+"""Test the shortest complete use of the program."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""MS-CCSIM: up-gridded images and data, and places refined from scale to scale."""
+"""Test MS-CCSIM: coarsened images and data, and refinement of locations from scale to scale."""
 
 from collections import Counter
 from pathlib import Path
@@ -172,7 +172,7 @@ def test_progress_never_goes_back_and_cancel_stops_within_a_realization():
 def test_patterns_and_connection_are_in_the_range_of_the_published_code(
     data_dir: Path, level, most, least
 ):
-    """The limits: published realizations of that grid, and what ten realizations vary by."""
+    """Test against limits from published realizations and the variation of ten realizations."""
     ti = TrainingImage(np.load(data_dir / "paper" / "ti_channel_256x256.npy"))
     p = Parameters(wavelet_level=level, method="ms-ccsim")
     realizations = simulate(ti, (512, 512), p, n_realizations=10).indices

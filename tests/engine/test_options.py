@@ -1,4 +1,4 @@
-"""Every option has the effect that its description promises."""
+"""Test that every option has its documented effect."""
 
 from dataclasses import replace
 
@@ -23,7 +23,7 @@ N = 20
 
 @pytest.fixture(scope="module")
 def well_data() -> HardData:
-    """Scattered data of another image of the same kind."""
+    """Return scattered data from another image of the same kind."""
     truth = generate("channels", seed=77)
     cells = np.unique(np.random.default_rng(0).integers(0, 256, (400, 2)), axis=0)
     return HardData(cells, np.asarray(truth.array)[cells[:, 0], cells[:, 1]])
@@ -40,7 +40,7 @@ def patterns(image: NDArray) -> NDArray[np.int64]:
 
 
 def broken_share(ensemble: Ensemble) -> NDArray[np.float64]:
-    """Return the share of 4 × 4 patterns that the training image does not have."""
+    """Return the share of 4 × 4 patterns that are absent from the training image."""
     known = np.unique(patterns(ensemble.training_image.indices))
     return np.array([1 - np.isin(patterns(r), known).mean() for r in ensemble.indices])
 
@@ -50,7 +50,7 @@ def off_target(ensemble: Ensemble) -> NDArray[np.float64]:
 
 
 def first_corner(parameters: Parameters, n: int = 40, data: HardData | None = None):
-    """Return, by realization, the south-west corner that only the first patch can have made."""
+    """Return, for each realization, the south-west corner, which only the first patch covers."""
     side, own = parameters.step, replace(parameters, repair_seams=False)
     return simulate(NOISE, (60, 50), own, data, n).indices[:, :side, :side]
 
@@ -163,7 +163,7 @@ def test_first_patches_come_from_everywhere_in_the_image():
 
 
 def sizes_of_first_patches(variation: float) -> list[int]:
-    """Return the side of the largest square in the south-west that is in the image as it is."""
+    """Return the side of the largest south-west square of each realization that is in the image."""
     plain = {"published_draw": True, "repair_seams": False}
     p = Parameters(16, 2, 1, random_path=False, template_variation=variation, **plain)
     realizations = simulate(NOISE, (60, 60), p, n_realizations=40).indices
@@ -191,7 +191,7 @@ def test_template_variation_draws_smaller_and_larger_patches_within_its_share():
 
 
 def share_that_continue_to(datum: tuple[int, int], co_template: int) -> float:
-    """Return how often the first patch, followed in the image, leads to a datum ahead of it."""
+    """Return how often the image has the facies of a datum ahead at the continued first patch."""
     p = Parameters(16, 4, 1, 5, random_path=False, refine=False, co_template=co_template)
     leads = []
     for corner in first_corner(p, 60, HardData([datum], [1])):

@@ -1,4 +1,4 @@
-"""The parts of a training image that are kept for other realizations are bounded."""
+"""Test that the stored parts of a prepared training image have a bounded size."""
 
 import numpy as np
 import pytest

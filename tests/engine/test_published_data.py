@@ -1,4 +1,4 @@
-"""Realizations of the published training images and hard data."""
+"""Test realizations of the published training images and hard data."""
 
 from pathlib import Path
 

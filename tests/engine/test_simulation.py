@@ -1,4 +1,4 @@
-"""What a simulation promises, whatever the image, the grid and the data."""
+"""Test the properties of a simulation that hold for any image, grid and data."""
 
 import threading
 from dataclasses import replace
@@ -289,7 +289,10 @@ class TestCancel:
 
 
 def test_a_realization_counts_the_preparation_of_the_image(monkeypatch):
-    """The CPU time is that of the simulating thread, so no other thread may prepare anything."""
+    """Test that the CPU time of a realization includes the preparation of the image.
+
+    Only the CPU time of the simulating thread counts, so no other thread may prepare anything.
+    """
     simulate(TWO_FACIES, (50, 50), SMALL)  # compiled
     threads, own = [], PreparedImage.part
 

@@ -1,4 +1,4 @@
-"""Where each cell came from in the training image."""
+"""Test the sources: the locations in the training image from which cells were copied."""
 
 from __future__ import annotations
 

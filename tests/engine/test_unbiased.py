@@ -1,4 +1,4 @@
-"""Over many realizations nothing but the training image and the data decides the E-type."""
+"""Test that over many realizations only the image and the data determine the E-type."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Realizations of volumes: every datum is honoured, every cell comes from the training image."""
+"""Test volumes: every datum is honoured, and every cell is copied from the training image."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ Shape = tuple[int, int, int]
 def volume(
     indices: NDArray[np.uint8], shape: Shape, parameters: Parameters, seed: int = 3
 ) -> Study:
-    """Return the study of a volume without data."""
+    """Return a study of a volume without data."""
     return Study(TrainingImage(indices), Grid.of(shape), parameters, HardData(), seed)
 
 
@@ -38,7 +38,7 @@ def realized(study: Study, number: int = 0) -> Realization:
 
 
 def with_data(study: Study, n: int, seed: int) -> Study:
-    """Return it with n data, half of them in wells along z."""
+    """Return the study with n data, half of them in wells along z."""
     rng, shape = np.random.default_rng(seed), study.grid.shape
     flat = rng.permutation(int(np.prod(shape)))[: n // 2]
     cells = [*zip(*np.unravel_index(flat, shape), strict=True)]
@@ -114,7 +114,7 @@ def test_any_grid_and_any_data_will_do(shape, sizes, share, n_facies, seed):
 
 @pytest.mark.parametrize("level", [0, 1])
 def test_an_image_that_repeats_itself_is_continued_in_each_direction(level):
-    """Whatever way the path goes: a patch that fits is always there."""
+    """Test that a periodic image is continued for every order of the path."""
 
     def pattern(z: NDArray, y: NDArray, x: NDArray) -> NDArray[np.uint8]:
         return ((z % 4 == 0) + 2 * (y % 4 == 1) + 4 * (x % 4 == 3)).astype(np.uint8)
@@ -188,7 +188,7 @@ def test_patches_that_keep_their_height_begin_before_the_grid_in_layers_alone():
 
 
 def plain_score(study: Study, trace: Trace, step: Any, at: tuple[int, ...]) -> tuple[int, int]:
-    """Return SSD in block sums and the cost of missed data of a location, one by one."""
+    """Return the SSD of block sums and the penalty of a location, computed in a plain loop."""
     sums, block = trace.oriented.pyramid.sums.astype(int), np.array(step.block)
     size = step.blocks.shape[1:]
     inside = step.in_overlap[:: block[0], :: block[1], :: block[2]]

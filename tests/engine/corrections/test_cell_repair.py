@@ -1,4 +1,4 @@
-"""Cells are changed where that leaves fewer unseen patterns, as one by one would find it."""
+"""Test that cell repair reduces unseen patterns exactly as a repair in plain Python does."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def target_of(image: NDArray[np.uint8], grid: NDArray[np.uint8], sources: bool =
 
 
 def damaged(shape: Cell, n_facies: int, share: float, seed: int) -> NDArray[np.uint8]:
-    """Return a grid like the images, some of whose cells are others."""
+    """Return a grid that is similar to the images, with some cells changed."""
     grid = blobs(shape, n_facies, seed)
     rng = np.random.default_rng(seed)
     wrong = rng.random(shape) < share
@@ -45,14 +45,14 @@ def windows(cells: NDArray[np.uint8], patterns: Patterns) -> NDArray[np.uint8]:
 
 
 def is_known(cells: NDArray[np.uint8], patterns: Patterns, weights: NDArray[np.uint32]) -> bool:
-    """Return whether the image has a pattern, or one that shares its number."""
+    """Return whether a pattern, or another pattern with its number, is in the image."""
     labels = patterns.labels[cells.ravel()].astype(np.uint64)
     number = int((labels * weights).sum() % 2**32) >> patterns.shift
     return bool(patterns.known[number // 8] >> number % 8 & 1)
 
 
 class OneByOne:
-    """The same repair in plain Python, for a grid that is one part."""
+    """The same repair in plain Python, for a grid with only one part."""
 
     def __init__(self, target: Target, patterns: Patterns) -> None:
         self.patterns, self.weights = patterns, cell_weights(patterns)
@@ -65,13 +65,13 @@ class OneByOne:
         return not is_known(self.grid[part], self.patterns, self.weights)
 
     def n_unseen(self, cell: Cell) -> int:
-        """Count the unseen patterns that a cell is in."""
+        """Count the unseen patterns that contain a cell."""
         around = product(*(range(k - n + 1, k + 1) for k, n in zip(cell, self.cells, strict=True)))
         own = set(around) & self.starts
         return sum(self.is_unseen(first) for first in own)
 
     def beside(self, cell: Cell) -> list[Cell]:
-        """Return the neighbours, in x first, then y and z."""
+        """Return the neighbours of a cell: along x first, then y and z."""
         found = []
         for axis, step in product((2, 1, 0), (-1, 1)):
             place = list(cell)
@@ -82,7 +82,7 @@ class OneByOne:
         return found  # type: ignore[return-value]
 
     def more_after(self, cell: Cell, facies: int) -> int:
-        """Return how many more patterns are unseen when a cell has another facies."""
+        """Return by how much the number of unseen patterns grows if a cell gets another facies."""
         own, before = self.grid[cell], self.n_unseen(cell)
         self.grid[cell] = facies
         more = self.n_unseen(cell) - before
@@ -90,7 +90,7 @@ class OneByOne:
         return more
 
     def changes(self, first: Cell) -> Iterator[tuple[Cell, int, int]]:
-        """Yield what the cells of a pattern can become, and how many more are unseen then."""
+        """Yield changes of one cell of a pattern: cell, facies, number of added unseen patterns."""
         for step in np.ndindex(self.cells):
             cell: Cell = tuple(a + b for a, b in zip(first, step, strict=True))  # type: ignore[assignment]
             if self.data[cell] != UNKNOWN:
@@ -102,7 +102,7 @@ class OneByOne:
                     yield cell, facies, self.more_after(cell, facies)
 
     def walk(self, first: Cell, rng: np.random.Generator) -> None:
-        """Walk from a pattern, and go back to where the fewest were unseen."""
+        """Run a tabu search from a pattern, then restore the best state."""
         near, more, least, stays = [first], 0, 0, {}
         part = tuple(slice(k, k + n) for k, n in zip(first, self.cells, strict=True))
         at_data = (self.data[part] != UNKNOWN).any()
@@ -261,7 +261,7 @@ def test_a_source_is_that_of_the_facies_or_none(walks):
 @pytest.mark.parametrize("n_facies", [2, 3, 4])
 @pytest.mark.parametrize("shape", SHAPES)
 def test_weights_add_up_to_the_number_of_a_pattern(shape, n_facies):
-    """So that the number changes by the weight of a cell that changes."""
+    """Test that changing a cell changes the number of a pattern by the weight of the cell."""
     image = noise(shape, n_facies)
     patterns = known_patterns(image, 1)
     weights = cell_weights(patterns)

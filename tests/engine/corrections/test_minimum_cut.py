@@ -1,4 +1,4 @@
-"""The cut of a volume is the largest flow that SciPy finds, and costs what its seam costs."""
+"""Test that the cut of a volume costs as much as the maximum flow that SciPy computes."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ sizes = st.one_of(
 
 
 class Case(NamedTuple):
-    """A box on a grid with data, and the place of the image that is pasted there."""
+    """A box on a grid with data, and the location of the image from which a patch is pasted."""
 
     grid: NDArray[np.uint8]
     data: NDArray[np.uint8]
@@ -53,7 +53,7 @@ class Case(NamedTuple):
 
     @property
     def free(self) -> NDArray[np.bool_]:
-        """Which cells lie in the overlap, so that they may stay or be taken."""
+        """Mask of the cells in the overlap, which may stay old or become new."""
         return overlap_of(self.box)
 
     @property
@@ -63,7 +63,7 @@ class Case(NamedTuple):
 
 
 def overlap_of(box: Box) -> NDArray[np.bool_]:
-    """Return which cells of a box lie in an overlap, shape (nz, ny, nx)."""
+    """Return the mask of the cells of a box in an overlap, shape (nz, ny, nx)."""
     free = np.zeros((box.nz, box.ny, box.nx), bool)
     for axis, (width, (first, last)) in enumerate(zip(box[-3:], FACES, strict=True)):
         along = np.moveaxis(free, axis, 0)
@@ -95,11 +95,12 @@ def random_case(
 
 
 def links(case: Case) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """Return what links cost: pairs of cells, shape (n, 3), to what stays, to what is new.
+    """Return the costs of links: between pairs of cells, shape (n, 3), to old cells, to new cells.
 
-    Cells are numbered in the box. A link of two cells costs one for each of them that differs.
-    Beyond a side with an overlap lies what stays, which is taken to differ as the cell itself does.
-    Where no overlap reaches, all cells are new, and taken to differ as the other cell of a link.
+    Cells are numbered in the box. A link between two cells costs 1 for each of them that differs.
+    The cells beyond a side with an overlap are old, and count as different if the cell at the side
+    is different. Beyond the overlap all cells are new, and count as different if the other cell of
+    the link is different.
     """
     differs, free = (case.old != case.new).astype(int), case.free
     number = np.arange(free.size).reshape(free.shape)
@@ -119,7 +120,7 @@ def links(case: Case) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.
 
 
 def largest_flow(case: Case) -> tuple[int, NDArray[np.bool_]]:
-    """Return the largest flow by SciPy, and the cells that what stays can still reach."""
+    """Return the maximum flow by SciPy, and the mask of cells still connected to the old cells."""
     pairs, stays, new = links(case)
     demand = case.demand.ravel()
     stays = stays + BROKEN_CELL * (demand == KEEP_OLD)
@@ -140,7 +141,7 @@ def largest_flow(case: Case) -> tuple[int, NDArray[np.bool_]]:
 
 
 def price(case: Case, kept: NDArray[np.bool_]) -> int:
-    """Return what the seam between the cells that stay and the others costs, data included."""
+    """Return the cost of the seam between old and new cells, including the cost of lost data."""
     pairs, stays, new = links(case)
     k = kept.ravel()
     seam = pairs[:, 2] @ (k[pairs[:, 0]] != k[pairs[:, 1]]) + stays @ ~k + new @ k
@@ -246,7 +247,7 @@ def test_a_wall_where_both_agree_is_the_seam(seed, at):
 @settings(max_examples=40, deadline=None)
 @given(st.sampled_from([*permutations(range(3))]), st.integers(0, 7), st.booleans(), SEEDS)
 def test_axes_and_ends_are_cut_alike(turn, flips, with_data, seed):
-    """A box that is turned in any way has the turned cut."""
+    """Test that turning a box also turns its cut."""
     size, sides = (4, 5, 6), int(np.random.default_rng(seed).integers(64))
     case = random_case(size, sides, 3, 4 if with_data else 0, seed)
     cost, kept = cut(case)

@@ -1,4 +1,4 @@
-"""The draw is steered to a target: its chances, margins and spread are as they are meant to be."""
+"""Test the steering towards target proportions: probabilities, margin weights and variation."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ from tests.small_images import blobs
 
 @pytest.mark.parametrize("layers", [1, 3])
 def test_the_candidate_that_corrects_the_proportions_is_taken(layers):
-    """With many more draws than candidates, each of them is looked at but for bad luck."""
+    """Test the probability that each of three candidates is closest in a random sample of three."""
     rng = np.random.default_rng(7)
     image = rng.integers(0, 3, (layers + 2, 12, 14)).astype(np.uint8)
     counts, after, block = np.array([40, 10, 10]), np.zeros(3, np.int64), (1, 2, 2)
@@ -180,7 +180,7 @@ def as_data(shares) -> DataProportions:
 
 
 def targets(data: DataProportions, n: int = 500) -> np.ndarray:
-    """Targets of an image of 30 % sand, whose pieces vary by 0.03."""
+    """Return targets for an image with 30 % sand, whose pieces vary by 0.03."""
     rng = np.random.default_rng(1)
     image = np.array([0.7, 0.3])
     drawn = image + np.outer(rng.normal(0, 0.002**0.5 / 2**0.5, n), [-1, 1])
@@ -210,7 +210,7 @@ def test_nothing_is_steered_by_data_that_contradict_the_image():
 
 @pytest.mark.slow
 def test_volumes_with_wells_have_the_proportions_of_the_image():
-    """As published sand is rare between wells: four points less and more than in the image."""
+    """Test that sand between wells is biased by over 4 points only with the published method."""
     image, wells = datasets.load("sinuous_channels"), datasets.load_wells("sinuous_channels")
     lengths = {"template_size": (16, 32, 32), "overlap_size": (4, 8, 8), "wavelet_level": (1, 2, 2)}
     off = {}

@@ -1,4 +1,4 @@
-"""Windows around missed data: what is passed over has no location, and progress is told."""
+"""Test windows around missed data: the search of locations, and the reported progress."""
 
 from __future__ import annotations
 
@@ -51,13 +51,13 @@ PARAMETERS = Parameters(template_size=16, overlap_size=4)
 
 
 def dense_data(shape: tuple[int, int], seed: int) -> HardData:
-    """Noise in every cell: nearly none of its patterns is in an image of bands."""
+    """Return noise in every cell; few of its patterns occur in an image of bands."""
     codes = np.random.default_rng(seed).integers(0, 2, shape)
     return HardData(np.argwhere(np.ones(shape)), codes.ravel())
 
 
 def whole(box: Box, shape: tuple[int, ...]) -> tuple[int, int]:
-    """All rows of locations, from the first on."""
+    """Return the part of the image that contains all rows of locations."""
     return 0, (shape[0] - box.nz + 1) * (shape[1] - box.ny + 1)
 
 
@@ -217,7 +217,7 @@ def test_a_window_lies_around_its_cell_with_an_overlap_where_the_grid_goes_on(sh
 
 
 def random_window(seed: int, volume: bool, n_data: int, n_facies: int = 3):
-    """Return image, grid, data and a box in the grid with any sides."""
+    """Return an image, a grid, data, and a box in the grid with an overlap on random sides."""
     rng = np.random.default_rng(seed)
     size = tuple(int(n) for n in rng.integers(1, 6, 3))
     size = size if volume else (1, *size[1:])
@@ -241,7 +241,7 @@ def own_cells(cells: np.ndarray, first: tuple[int, ...], box: Box) -> np.ndarray
 
 
 def honours(image, data, box) -> np.ndarray:
-    """Return which locations honour all data of a box, one by one."""
+    """Return which locations honour all data of a box, computed location by location."""
     known = own_cells(data, box[:3], box)
     places = tuple(m - n + 1 for m, n in zip(image.shape, box[3:6], strict=True))
     found = np.zeros(places, bool)
@@ -252,7 +252,7 @@ def honours(image, data, box) -> np.ndarray:
 
 
 def strips_of(image: NDArray[np.uint8], grid: NDArray[np.uint8], box: Box) -> Strips:
-    """Return what locations are compared with."""
+    """Return the strips of a box, with which locations are compared."""
     bits = to_square_bits(image)
     strips = make_strips(bits, box[3:6])
     take_strips(grid, box, bits, strips)
@@ -330,7 +330,7 @@ def test_the_best_windows_are_those_whose_ring_fits_best(seed, volume, n_data, t
 
 
 def looked_at(every: float, rng: np.random.Generator, by_chance: bool = False) -> list[int]:
-    """Return the columns of a row that are looked at, of those that honour the data."""
+    """Return the columns of compared locations in a row, among locations that honour the data."""
     image = np.random.default_rng(1).integers(0, 2, (1, 1, 300)).astype(np.uint8)
     grid = np.zeros((1, 1, 4), np.uint8)
     box, bits = Box(0, 0, 0, 1, 1, 4, LEFT, 0, 0, 1), to_bits(image)

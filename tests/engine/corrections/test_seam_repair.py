@@ -1,4 +1,4 @@
-"""Seams are repaired: unseen patterns become fewer, data stay, and every cell is the image's."""
+"""Test that seam repair reduces unseen patterns, keeps data, and copies cells from the image."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ SHAPES = [MAP, VOLUME]
 
 
 def patterns_of(cells: NDArray[np.uint8], repair: Repair) -> NDArray[np.uint8]:
-    """Return all patterns of an array in layers, one a row; and where each begins comes first."""
+    """Return all patterns of an array in layers, one per row, by the position of the pattern."""
     p = repair.patterns
     span = tuple((n - 1) * p.spacing + 1 for n in p.cells)
     steps = tuple(slice(None, None, p.spacing) for _ in span)
@@ -45,7 +45,7 @@ def patterns_of(cells: NDArray[np.uint8], repair: Repair) -> NDArray[np.uint8]:
 
 
 def unseen(cells: NDArray[np.uint8], image: NDArray[np.uint8], repair: Repair) -> NDArray[np.bool_]:
-    """Return where patterns begin that the image does not have, one by one."""
+    """Return the positions of the patterns that are absent from the image, found one by one."""
     known = {
         row.tobytes()
         for row in patterns_of(image, repair).reshape(-1, 16 if image.shape[0] == 1 else 27)
@@ -62,7 +62,7 @@ def prepared(shape: tuple[int, int, int], n_facies: int) -> tuple[NDArray[np.uin
 
 
 def as_target(image: NDArray[np.uint8], grid: NDArray[np.uint8], data: NDArray[np.uint8]) -> Target:
-    """Return a realization whose sources are not kept."""
+    """Return a realization to correct, without sources."""
     bits = to_bits(image), to_square_bits(image)
     return Target(image, *bits, data, grid, np.zeros((0, 0, 0), np.int32))
 
@@ -129,7 +129,7 @@ def test_the_worst_places_come_first_and_lie_among_their_patterns(shape):
 @pytest.mark.parametrize("n_facies", [2, 3])
 @pytest.mark.parametrize("shape", SHAPES)
 def test_windows_are_compared_by_their_ring(shape, n_facies):
-    """The scores are the squared differences of block sums, all around the window."""
+    """Test that scores are the squared differences of block sums in the ring of a window."""
     image, repair = prepared(shape, n_facies)
     grid = blobs((shape[0], 60, 50), n_facies, 9)
     rng = np.random.default_rng(0)
@@ -164,7 +164,7 @@ def test_windows_are_compared_by_their_ring(shape, n_facies):
 
 
 def realized(study: Study) -> tuple[Realization, Realization]:
-    """Return a realization before and after its repair, where the raster pass is the same."""
+    """Return a realization without and with seam repair, after the same raster pass."""
     image = PreparedImage(study)
     off = replace(study, parameters=replace(study.parameters, repair_seams=False))
     watch = Watch(Event())

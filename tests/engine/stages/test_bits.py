@@ -1,4 +1,4 @@
-"""Comparing facies 64 cells at a time against comparing them one by one."""
+"""Test that comparing 64 facies at once gives the same result as comparing them one by one."""
 
 import numpy as np
 from hypothesis import given, settings
@@ -65,7 +65,7 @@ def test_bits_of_a_word_are_counted(word):
 
 
 def overlap_mask(box: Box) -> np.ndarray:
-    """Return which cells of a box lie in its overlap."""
+    """Return the mask of the cells of a box in its overlap."""
     mask = np.zeros((box.nz, box.ny, box.nx), bool)
     faces = (BELOW, ABOVE), (TOP, BOTTOM), (LEFT, RIGHT)
     for axis, (width, (first, last)) in enumerate(zip(box[-3:], faces, strict=True)):

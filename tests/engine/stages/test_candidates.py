@@ -1,4 +1,4 @@
-"""The K best places are those of a full sort, and ties are drawn without favour."""
+"""Test that the K best locations equal those of a full sort, and that ties are broken at random."""
 
 import numpy as np
 import pytest
@@ -26,7 +26,7 @@ KINDS = [np.int16, np.int32, np.int64]
 
 
 def whole(shape, kinds=KINDS, largest: int = 30):
-    """Arrays of whole numbers of each type that scores may have."""
+    """Return arrays of integers, of each type that scores may have."""
     numbers = st.integers(-largest, largest)
     return st.sampled_from(kinds).flatmap(
         lambda kind: hnp.arrays(kind, shape, elements=numbers.map(kind))
@@ -37,7 +37,7 @@ scores_of_any_size = st.one_of(
     whole(hnp.array_shapes(min_dims=1, max_dims=1, max_side=90)),
     whole(hnp.array_shapes(min_dims=1, max_dims=1, min_side=90, max_side=300), largest=2000),
 )
-"""Scores of maps and volumes are raveled."""
+"""Scores of maps and volumes are raveled, so the arrays have one axis."""
 
 
 def drawn_places(scores: np.ndarray, k: int, rng: np.random.Generator) -> np.ndarray:

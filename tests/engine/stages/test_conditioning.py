@@ -1,4 +1,4 @@
-"""What missed data add to the scores, against a plain loop over data and places."""
+"""Test the penalties of missed data against a plain loop over data and locations."""
 
 from math import prod
 
@@ -29,14 +29,14 @@ N_FACIES = 3
 
 
 def random_data(shape: tuple[int, ...], n: int, rng: np.random.Generator):
-    """Return cells and facies of n data, in no order."""
+    """Return cells and facies of n data in random order."""
     flat = rng.choice(prod(shape), n, replace=False)
     cells = np.stack(np.unravel_index(flat, shape), axis=1)
     return cells, rng.integers(0, N_FACIES, n).astype("u1")
 
 
 def plain_loop(image, grid, cells, facies, box, ahead, block, costs, proportions, totals, keep):
-    """Add the cost of missed data as `add_missed` does, one place and one datum at a time."""
+    """Add penalties like `add_missed`, for one location and one datum at a time."""
     ends = [length // b * b for length, b in zip(image.shape, block, strict=True)]
     for cell, code in zip(cells, facies, strict=True):
         at = np.subtract(cell, box[:3])
@@ -123,7 +123,7 @@ def test_missed_data_cost_what_a_plain_loop_counts(
 
 @pytest.mark.parametrize("axis", range(3))
 def test_data_beyond_the_end_of_the_image_cost_their_chance_along_each_axis(axis):
-    """A datum that only the co-template sees, in front of an image that ends with the template."""
+    """Test a datum that is only in the co-template, at locations where the image ends."""
     template = np.array([4, 6, 8])
     image = noise(tuple(template + 1), N_FACIES)
     grid = noise(tuple(2 * template), N_FACIES)
@@ -214,7 +214,7 @@ def test_a_ruled_out_location_is_worse_than_any_other_and_fits_its_type(bound):
 
 @st.composite
 def templates(draw):
-    """Template and overlap along each axis of a map or a volume."""
+    """Return template and overlap along each axis of a map or a volume."""
     sizes = st.integers(4, 128).flatmap(lambda t: st.tuples(st.just(t), st.integers(1, t // 2)))
     y = draw(sizes)
     each = draw(st.one_of(st.tuples(sizes, st.just(y), sizes), st.just((y, y, y))))

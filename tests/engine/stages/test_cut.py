@@ -1,4 +1,4 @@
-"""The boundary cut is the cheapest of all paths and keeps what honours the data."""
+"""Test that the boundary cut is the cheapest path and keeps cells that honour data."""
 
 from itertools import product
 from typing import NamedTuple
@@ -39,7 +39,7 @@ def cut(error: np.ndarray, demand: np.ndarray) -> np.ndarray:
 
 
 def cost_of(path, error: np.ndarray, demand: np.ndarray) -> tuple[int, int]:
-    """Return how many data a path drops, and the error on both its sides."""
+    """Return the number of data that a path does not honour, and the error on both of its sides."""
     m = error.shape[1]
     dropped = seen = 0
     for i, c in enumerate(path):
@@ -50,7 +50,7 @@ def cost_of(path, error: np.ndarray, demand: np.ndarray) -> tuple[int, int]:
 
 
 def cheapest(error: np.ndarray, demand: np.ndarray) -> tuple[int, int]:
-    """Return the smallest cost of all paths, one by one."""
+    """Return the smallest cost of all paths, computed path by path."""
     n, m = error.shape
     best = (n * m, 0)
     for first in range(m + 1):
@@ -134,7 +134,7 @@ def test_a_demand_is_made_only_where_one_of_both_honours_the_datum():
 
 
 class Tile(NamedTuple):
-    """A patch of any shape that is pasted into a grid; maps have one layer."""
+    """A patch of any shape to paste into a grid; maps have one layer."""
 
     grid: NDArray[np.uint8]
     data: NDArray[np.uint8]
@@ -143,7 +143,7 @@ class Tile(NamedTuple):
 
     @property
     def own(self) -> tuple[slice, ...]:
-        """Where it lies in the grid."""
+        """Position of the patch in the grid."""
         ends = zip(self.first, self.patch.shape, strict=True)
         return tuple(slice(start, start + n) for start, n in ends)
 
@@ -154,7 +154,7 @@ class Tile(NamedTuple):
 
 
 def random_tile(seed: int, kind: int | None = None, layers: int = 1) -> Tile:
-    """Return a tile of random cells; `kind` keeps the data that make such a demand."""
+    """Return a tile of random cells; with `kind`, only data that require this side of the cut."""
     rng = np.random.default_rng(seed)
     around = layers + 2 if layers > 1 else 1
     grid = rng.integers(0, 3, (around, 24, 25)).astype(np.uint8)
@@ -179,7 +179,7 @@ def kept_cells(tile: Tile, overlap: int, sides: int) -> np.ndarray:
 
 
 def strips_of(box: Box) -> np.ndarray:
-    """Return which cells of a box lie in its overlap."""
+    """Return the mask of the cells of a box in its overlap."""
     inside = np.zeros((box.nz, box.ny, box.nx), bool)
     oz, oy, ox = box[-3:]
     n, m, w = inside.shape
@@ -200,7 +200,7 @@ tiles = st.one_of(
     st.tuples(st.just(1), st.sampled_from(MAP_SIDES)),
     st.tuples(st.integers(2, 5), st.integers(0, 63)),
 )
-"""Layers and sides."""
+"""Numbers of layers, and sides of the tile with an overlap."""
 
 
 @settings(max_examples=100, deadline=None)
@@ -239,7 +239,7 @@ TURNS = {
     BELOW: lambda a: a.swapaxes(0, 2),
     ABOVE: lambda a: a.swapaxes(0, 2)[:, :, ::-1],
 }
-"""How a cut along each side becomes one on the left."""
+"""Functions that turn a tile so that a cut along each side becomes a cut on the left."""
 BACK = {
     **TURNS,
     BOTTOM: lambda a: a[:, :, ::-1].swapaxes(1, 2),

@@ -1,4 +1,4 @@
-"""The ways of the path are the symmetries of a square or a box, and patches cover the grid."""
+"""Test that the orders of the path are the symmetries of a square or box, and cover the grid."""
 
 from itertools import product
 
@@ -36,7 +36,7 @@ def numbered(shape: tuple[int, ...]) -> np.ndarray:
 
 
 def orientations_of(shape: tuple[int, ...]) -> range:
-    """The ways of a map, and the twice as many of a volume."""
+    """Return the orientations of a path in a map, or twice as many in a volume."""
     return range(N_ORIENTATIONS if len(shape) == 2 else 2 * FROM_ABOVE)
 
 
@@ -119,7 +119,7 @@ def test_a_new_patch_begins_when_one_cell_is_left(length, n):
 
 
 def test_the_orders_of_a_volume_go_along_each_axis_as_the_fastest_or_the_slowest():
-    """Layers are the slowest, the middle or the fastest axis; a turned path swaps the others."""
+    """Test that layers can be the slowest, the middle or the fastest axis of the path."""
     ways = set()
     for order, orientation in product(range(len(ORDERS)), range(2 * FROM_ABOVE)):
         path = make_path((6, 7, 8), orientation, (4, 4, 4), (1, 1, 1), order)

@@ -1,4 +1,4 @@
-"""Block sums are Haar coefficients, and a crop of coefficients is a slice of the image."""
+"""Test that block sums equal Haar coefficients, also of a part of the image."""
 
 from itertools import pairwise
 
@@ -19,7 +19,7 @@ def approximation(plane: np.ndarray, level: int) -> np.ndarray:
 
 
 def along_axes(plane: np.ndarray, level: tuple[int, ...]) -> np.ndarray:
-    """Return the Haar approximation with a level of its own along each axis."""
+    """Return the Haar approximation with a different level along each axis."""
     plane = plane.astype(float)
     for axis, n in enumerate(level):
         for _ in range(n):

@@ -1,4 +1,4 @@
-"""The score map of the compiled search against brute force over PyWavelets coefficients."""
+"""Test the score map of the compiled search against brute force with PyWavelets coefficients."""
 
 from itertools import pairwise
 from math import prod
@@ -55,12 +55,12 @@ def cube(template: int, overlap: int, level: Triple) -> Sizes:
 
 
 def layered(array: NDArray) -> NDArray:
-    """Return a map with its one layer."""
+    """Return a map as a volume of one layer."""
     return array if array.ndim == 3 else array[None]
 
 
 def energies_of(sums: NDArray, box: Box, sizes: Sizes, kind: type) -> NDArray:
-    """Return ΣA² of the overlap of a box at each location of a whole template."""
+    """Return ΣA² of the overlap of a box at each location of a complete template."""
     template = sizes.in_blocks(sizes.template)
     places = [n - t + 1 for n, t in zip(sums.shape[1:], template, strict=True)]
     energies = np.full(places, 77, kind)
@@ -69,7 +69,7 @@ def energies_of(sums: NDArray, box: Box, sizes: Sizes, kind: type) -> NDArray:
 
 
 def compiled_scores(image, grid, place, sizes, shape, n_planes, similarity="ssd", kind=None):
-    """Return the scores of every place, and ΣB², as the simulation loop gets them."""
+    """Return the scores of all locations, and ΣB², as the simulation loop computes them."""
     image, grid, place = layered(image), layered(grid), (0, *place)[-3:]
     sums = build_pyramid(image, sizes.level, n_planes).sums
     correlation = similarity == "correlation"
@@ -89,7 +89,7 @@ def compiled_scores(image, grid, place, sizes, shape, n_planes, similarity="ssd"
 
 
 def overlap_of(sizes: Sizes, shape: int) -> NDArray:
-    """Return which blocks of a template are in the overlap."""
+    """Return the mask of the blocks of a template in the overlap."""
     inside = np.zeros(sizes.in_blocks(sizes.template), bool)
     oz, oy, ox = sizes.in_blocks(sizes.overlap)
     inside[:, :, :ox] |= bool(shape & LEFT)
@@ -107,7 +107,7 @@ def haar(image: NDArray, facies: int, level: Triple) -> NDArray:
 
 
 def brute_force(image, grid, place, sizes, shape, n_planes):
-    """Return SSD and ΣA·B of orthonormal Haar coefficients at every place."""
+    """Return SSD and ΣA·B of orthonormal Haar coefficients at all locations."""
     image, grid, place = layered(image), layered(grid), (0, *place)[-3:]
     side, inside = sizes.in_blocks(sizes.template), overlap_of(sizes, shape)
     tile = grid[tuple(slice(at, at + n) for at, n in zip(place, sizes.template, strict=True))]
@@ -381,7 +381,7 @@ def test_groups_of_terms_give_the_same_scores_wherever_bodies_are(full, n_planes
 
 
 def terms_of(image, grid, sizes, shape, n_planes):
-    """Return the weights of the terms that are not zero."""
+    """Return the nonzero weights of the terms."""
     sums = build_pyramid(layered(image), sizes.level, n_planes).sums
     running = running_sums(sums, sizes.level, sizes.template)
     terms = make_terms(running, sizes.template, sizes.overlap, sizes.block)

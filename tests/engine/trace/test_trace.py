@@ -1,4 +1,4 @@
-"""A trace is the real run: it ends in the same realization, and what it shows is what happened."""
+"""Test that a trace repeats the run: it ends in the same realization, with the same steps."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def trace(request):
 
 
 def sample(trace: Trace) -> list[int]:
-    """A corner, an edge of each kind, an inner patch and the last one."""
+    """Return the numbers of a corner patch, edge patches, an inner patch and the last patch."""
     shapes = [p.shape for p in trace.patches]
     return sorted({*(shapes.index(s) for s in set(shapes)), len(shapes) // 2, len(shapes) - 1})
 
