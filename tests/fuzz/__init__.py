@@ -1,4 +1,4 @@
-"""Thousands of hostile files and arguments, each in bounded time and memory: see `docs/safety.md`.
+"""Read thousands of hostile files and arguments in bounded time and memory: `docs/safety.md`.
 
 python -m tests.fuzz --files 5000 --arguments 2000 --seed 0
 """

@@ -1,4 +1,4 @@
-"""The command: prints what became of all cases, and exits with 1 where any is bad."""
+"""The command: print the outcome of all cases; the exit code is 1 if any case fails."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tests.fuzz.workers import MEGABYTES, SECONDS, Outcome, outcomes
 
 
 def main() -> int:
-    """Run all cases and return how the command ends."""
+    """Run all cases and return the exit code."""
     parser = argparse.ArgumentParser(prog="python -m tests.fuzz", description=__doc__)
     parser.add_argument("--files", type=int, default=5000)
     parser.add_argument("--arguments", type=int, default=2000)

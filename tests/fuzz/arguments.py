@@ -1,4 +1,4 @@
-"""Random arguments, good and absurd, for everything that takes some."""
+"""Random valid and absurd arguments for all functions of the library with arguments."""
 
 from __future__ import annotations
 
@@ -44,23 +44,23 @@ SMALL = Parameters(template_size=8, overlap_size=4, wavelet_level=1)
 
 
 def arguments(source: random.Random) -> Iterator[tuple[str, Act]]:
-    """Yield the acts of one random set of arguments: one."""
+    """Yield one operation, with a random set of arguments."""
     target = source.choice(TARGETS)
     yield target.__name__, target(source)
 
 
 def absurd(source: random.Random) -> Any:
-    """Return a value that is rarely right."""
+    """Return a value that is usually invalid."""
     return source.choice(ABSURD)
 
 
 def maybe(source: random.Random, good: Any, share: float = 0.1) -> Any:
-    """Return a good value, or now and then an absurd one."""
+    """Return a valid value, or sometimes an absurd value."""
     return absurd(source) if source.random() < share else good
 
 
 def image_of(source: random.Random) -> TrainingImage:
-    """Return a small training image of any codes."""
+    """Return a small training image with random codes."""
     rng = np.random.default_rng(source.randrange(2**32))
     codes = rng.choice(np.arange(-300, 300), source.randint(1, 5), replace=False)
     least = source.choice((1, 12, 12, 12))
@@ -69,7 +69,7 @@ def image_of(source: random.Random) -> TrainingImage:
 
 
 def stack_of(source: random.Random) -> np.ndarray:
-    """Return places of facies as metrics take them: one map or several."""
+    """Return facies indices of one or several maps, as metrics accept them."""
     rng = np.random.default_rng(source.randrange(2**32))
     shape = source.choice(((9, 12), (1, 1), (40, 3), (3, 16, 16), (1, 20, 20), (5, 30, 2)))
     kind = source.choice((np.uint8, np.uint8, np.uint8, np.int64, np.float64, bool))
@@ -289,7 +289,7 @@ _OF_MAPS = {
 
 
 def maps(source: random.Random) -> Act:
-    """A measure of maps."""
+    """Return the call of a measure of maps."""
     name = source.choice(list(_OF_MAPS))
     good = {
         "facies": source.randint(0, 3), "direction": source.choice(("E-W", "N-S", (1, 2), 45.0)),
@@ -310,7 +310,7 @@ def maps(source: random.Random) -> Act:
 
 
 def comparisons(source: random.Random) -> Act:
-    """A measure of realizations against an image or a truth."""
+    """Return the call of a measure that compares realizations with an image or reference field."""
     stack, one = maybe(source, stack_of(source), 0.06), maybe(source, stack_of(source), 0.06)
     n, some = maybe(source, source.randint(2, 4)), maybe(source, 2, 0.15)
     weights, quantiles = maybe(source, (1.0, 0.5)), [maybe(source, q) for q in (0.1, 0.9)]
@@ -338,7 +338,7 @@ def comparisons(source: random.Random) -> Act:
 
 
 def judged(source: random.Random) -> Act:
-    """Measures of an ensemble."""
+    """Return the call of a measure of an ensemble."""
     image, facies = image_of(source), maybe(source, None)
     own: Any = {"n_realizations": source.randint(1, 3), "n_workers": 1}
 
@@ -364,4 +364,4 @@ TARGETS = (
     simulation, simulation, simulation_of_anything, samples, address, address, packed_word, classes,
     points, maps, maps, maps, comparisons, comparisons, judged,
 )  # fmt: skip
-"""What takes arguments; each returns an act for a source of randomness."""
+"""Functions that return an operation with random arguments, for a source of random numbers."""

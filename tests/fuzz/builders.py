@@ -1,4 +1,4 @@
-"""Makes broken and oversized files byte by byte, as no program writes them."""
+"""Build broken and oversized files byte by byte, which no ordinary program writes."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from tests.io import sample_files as sample
 
 MIB = 2**20
 SPRUNG = "sprung"
-"""The folder that a file makes where it is run."""
+"""Name of the folder that the code in a hostile file creates if it is executed."""
 LAUGHS = (
     b"<!DOCTYPE a [<!ENTITY l0 'ha'>"
     + b"".join(b'<!ENTITY l%d "%s">' % (k, b"&l%d;" % (k - 1) * 10) for k in range(1, 12))
     + b"]>"
 )
-"""A document type whose entity l11 expands to 200 GB."""
+"""A document type declaration whose entity l11 expands to 200 GB."""
 
 
 def npy_header(shape: str, descr: str = "'<f8'", version: int = 1) -> bytes:
@@ -40,7 +40,7 @@ def npy_header(shape: str, descr: str = "'<f8'", version: int = 1) -> bytes:
 
 
 def pickled() -> bytes:
-    """Return an npy file with a pickle that makes a folder."""
+    """Return an npy file with a pickle that creates a folder if it is loaded."""
 
     class Trap:
         def __reduce__(self):
@@ -52,7 +52,7 @@ def pickled() -> bytes:
 
 
 def overlapping_zip() -> bytes:
-    """Return a zip of many entries that are one and the same packed data."""
+    """Return a zip with many entries that share the same packed data."""
     one = zipped([("0000.npy", npy_header("(1000, 1000)") + bytes(8 * MIB))])
     end = one.rindex(b"PK\x05\x06")
     start = struct.unpack_from("<I", one, end + 16)[0]
@@ -70,7 +70,7 @@ def many_members(n: int) -> bytes:
 
 
 def png(width: int, height: int, *extra: bytes, data: bytes | None = None) -> bytes:
-    """Return a grey PNG with chunks of one's own before its values."""
+    """Return a grey PNG with given chunks before its values."""
     head = png_chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0))
     values = zlib.compress(bytes((width + 1) * height)) if data is None else data
     tail = png_chunk(b"IDAT", values) + png_chunk(b"IEND", b"")
@@ -87,7 +87,7 @@ def png_of_chunks() -> bytes:
 
 
 def jpeg_of_scans(n: int) -> bytes:
-    """Return a progressive JPEG whose last scan comes n times."""
+    """Return a progressive JPEG that repeats its last scan n times."""
     content = io.BytesIO()
     Image.fromarray(np.zeros((1500, 1500), np.uint8)).save(content, "JPEG", progressive=True)
     own = content.getvalue()
@@ -126,7 +126,7 @@ def large_gif() -> bytes:
 
 
 def packed_bmp(side: int) -> bytes:
-    """Return a run-length packed BMP of runs of one pixel."""
+    """Return a run-length packed BMP with runs of one pixel."""
     head = struct.pack("<IiiHHIIiiII", 40, side, side, 1, 8, 1, 0, 0, 0, 2, 0)
     runs = b"\x01\x00" * (side * side)
     start = 14 + len(head) + 8
@@ -134,7 +134,7 @@ def packed_bmp(side: int) -> bytes:
 
 
 def tiff(*tags: tuple[int, int, int, int], tail: bytes = b"") -> bytes:
-    """Return a TIFF of tags: number, kind, count, value or offset. The tail starts at byte 8."""
+    """Return a TIFF with tags (number, type, count, value or offset); `tail` begins at byte 8."""
     start = 8 + len(tail)
     entries = b"".join(struct.pack("<HHII", *tag) for tag in tags)
     return (
@@ -169,7 +169,7 @@ def large_tile() -> bytes:
 
 
 def mat(*elements: bytes) -> bytes:
-    """Return a MATLAB file of top-level elements."""
+    """Return a MATLAB file with top-level elements."""
     return b"MATLAB 5.0 MAT-file".ljust(124) + b"\x00\x01IM" + b"".join(elements)
 
 
@@ -210,7 +210,7 @@ def colliding_points(n: int) -> bytes:
 
 
 def project_of(settings: bytes, image: bytes = b"", data: bytes = b"") -> bytes:
-    """Return a project file of these members."""
+    """Return a project file with the given members."""
     members = [("study.json", settings), ("training_image.npy", image), ("hard_data.npy", data)]
     return zipped(members)
 
@@ -227,18 +227,18 @@ def locked_zip() -> bytes:
 
 
 def vti(elements: bytes, doctype: bytes = b"") -> bytes:
-    """Return VTK XML with elements of one's own in place of the piece."""
+    """Return VTK XML with given elements instead of the piece."""
     head = b'<VTKFile type="ImageData"><ImageData WholeExtent="0 2 0 2 0 0">'
     return doctype + head + elements + b"</ImageData></VTKFile>"
 
 
 def vti_of(arrays: bytes) -> bytes:
-    """Return VTK XML whose piece of 2 × 2 cells has arrays of one's own."""
+    """Return VTK XML with given arrays in a piece of 2 × 2 cells."""
     return vti(b'<Piece Extent="0 2 0 2 0 0"><CellData>' + arrays + b"</CellData></Piece>")
 
 
 def utf16_entities() -> bytes:
-    """Return VTK XML in UTF-16 with entities that grow, which shows `<VTKFile` as plain bytes."""
+    """Return VTK XML in UTF-16 with expanding entities, and `<VTKFile` as plain bytes."""
     text = '<?xml version="1.0" encoding="utf-16"?>' + vti(b"&l11;", LAUGHS).decode()
     return (
         text.replace("?>", "?><!--", 1)
@@ -252,7 +252,7 @@ def utf16_entities() -> bytes:
 
 
 def packed_vti() -> bytes:
-    """Return VTK XML of 2000 × 2000 cells whose packed array unpacks to 30 times as many bytes."""
+    """Return VTK XML of 2000 × 2000 cells, whose array unpacks to 30 times the stated size."""
     blocks = [zlib.compress(bytes(4 * MIB))] * 30
     sizes = np.array([len(blocks), 4 * MIB, 0, *map(len, blocks)], "<u4")
     text = base64.b64encode(sizes.tobytes()) + base64.b64encode(b"".join(blocks))
@@ -266,7 +266,7 @@ def geojson_of(features: Iterable[bytes]) -> bytes:
 
 
 def _geopackage(*statements: str) -> bytes:
-    """Return the points of `tests.io.sample_files` after these statements of SQL."""
+    """Return the points of `tests.io.sample_files` as a GeoPackage changed by SQL statements."""
     with TemporaryDirectory() as folder:
         path = Path(folder) / "wells.gpkg"
         path.write_bytes(sample.gis("gpkg"))
@@ -286,7 +286,7 @@ _WITHOUT_TRIGGERS = (
 
 
 def endless_geopackage() -> bytes:
-    """Return a GeoPackage whose table of points is a query without end."""
+    """Return a GeoPackage whose table of points is a query that never ends."""
     return _geopackage(
         *_WITHOUT_TRIGGERS,
         "ALTER TABLE wells RENAME TO points",
@@ -296,7 +296,7 @@ def endless_geopackage() -> bytes:
 
 
 def geopackage_of_blobs() -> bytes:
-    """Return a GeoPackage whose table of points is a query for words of 100 MB."""
+    """Return a GeoPackage whose table of points is a query for texts of 100 MB."""
     return _geopackage(
         *_WITHOUT_TRIGGERS,
         "ALTER TABLE wells RENAME TO points",
@@ -306,7 +306,7 @@ def geopackage_of_blobs() -> bytes:
 
 
 def _shapefile(n: int, size: int, dbf: bytes) -> bytes:
-    """Return a zipped Shapefile of n points whose records state a size in bytes."""
+    """Return a zipped Shapefile of n points; each record states `size` bytes."""
     records = b"".join(
         struct.pack(">2i", k + 1, size // 2) + struct.pack("<idd", 1, k, 0) for k in range(n)
     )
@@ -321,17 +321,17 @@ def _shapefile(n: int, size: int, dbf: bytes) -> bytes:
 
 
 def promising_shapefile() -> bytes:
-    """Return a Shapefile whose records state sizes of 2 GB."""
+    """Return a Shapefile whose records state a size of 2 GB."""
     return _shapefile(50_000, 2**31 - 2, _dbf(2**31 - 1, 1))
 
 
 def wide_shapefile() -> bytes:
-    """Return a Shapefile of 2000 points with a table of 250 columns of 254 letters."""
+    """Return a Shapefile of 2000 points with a table of 250 columns of 254 characters."""
     return _shapefile(2000, 20, _dbf(2000, 250))
 
 
 def _dbf(n_rows: int, n_columns: int) -> bytes:
-    """Return a table of columns of 254 letters; only its first 10,000 rows follow."""
+    """Return a table with columns of 254 characters, which contains only the first 10,000 rows."""
     start, width = 33 + 32 * n_columns, 1 + 254 * n_columns
     head = struct.pack("<4BIHH20x", 3, 126, 1, 1, n_rows, start, width)
     columns = b"".join(
@@ -341,7 +341,7 @@ def _dbf(n_rows: int, n_columns: int) -> bytes:
 
 
 def pages(n: int, side: int = 1) -> bytes:
-    """A TIFF of n pages of 16-bit numbers."""
+    """Return a TIFF of n pages with 16-bit numbers."""
     content = io.BytesIO()
     page = Image.fromarray(np.zeros((side, side), np.uint16))
     page.save(content, "TIFF", save_all=True, append_images=[page] * (n - 1))

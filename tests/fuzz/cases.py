@@ -1,4 +1,4 @@
-"""Which case is which: a file or a set of arguments, from its number and the seed alone."""
+"""Determine each case, a file or a set of arguments, from its number and the seed."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Case(NamedTuple):
 
 
 def acts_of(case: Case) -> Iterator[tuple[str, Callable[[], object]]]:
-    """Return the acts of a case; files made by hand are read in another process, as uploads are."""
+    """Return the operations of a case; handmade files are read in another process, like uploads."""
     source = random.Random(f"{case.kind} {case.number} {case.seed}")
     if case.kind == "arguments":
         return arguments(source)
@@ -37,9 +37,10 @@ def acts_of(case: Case) -> Iterator[tuple[str, Callable[[], object]]]:
 
 
 def content_of(case: Case) -> tuple[str, bytes]:
-    """Return what a file came from, and its content.
+    """Return the origin and the content of a file.
 
-    The first ones are the evil ones, the second ones those cut, and then good ones made bad.
+    The first files are handmade hostile files, then these files truncated, then mutated valid
+    files.
     """
     source = random.Random(f"content {case.number} {case.seed}")
     if case.number < 2 * len(EVIL):

@@ -1,4 +1,4 @@
-"""Files made by hand to take all memory, all time, or to run what is in them."""
+"""Handmade files that use all memory or all time, or that try to execute their content."""
 
 from __future__ import annotations
 
@@ -263,7 +263,7 @@ EVIL_OF: dict[str, dict[str, Callable[[], bytes]]] = {
         "irap of 10^9 cells": lambda: b"-996 32000 1 1\n0 1 0 1\n32000 0 0 0\n0 0 0 0 0 0 0\n"
     },
 }
-"""By reader, a key of `READERS`, and name; each is made when it is asked for, as some are large."""
+"""Functions that make hostile files, by reader (a key of `READERS`) and by name."""
 EVIL = {name: make for files in EVIL_OF.values() for name, make in files.items()}
 WORST = {
     "npy": "npy at the limit",
@@ -292,4 +292,4 @@ WORST = {
     "grdecl": "grdecl of keywords",
     "irap": "irap of 10^9 cells",
 }
-"""For each reader, the file that takes most time."""
+"""Name of the slowest file for each reader."""

@@ -1,4 +1,4 @@
-"""A good file made bad: in any of its bytes, or inside what is packed in it."""
+"""Damage valid files: change any bytes, or the packed content inside a file."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _NUMBER = re.compile(rb"-?\d[\d.eE+-]*")
 
 
 def mutated(content: bytes, source: random.Random, other: bytes = b"") -> bytes:
-    """Return a file with some of it changed; `other` is one to take pieces of."""
+    """Return a file with changes; some changes insert pieces of the file `other`."""
     for _ in range(source.choice((1, 1, 1, 2, 3))):
         content = source.choice(_ways_of(content))(content, source, other)
     return content
@@ -76,7 +76,7 @@ def _splice(content: bytes, source: random.Random, other: bytes) -> bytes:
 
 
 def _integer(content: bytes, source: random.Random, _: bytes) -> bytes:
-    """A size or an offset that is absurd, in either order of bytes."""
+    """Return a file with an absurd size or offset, in either byte order."""
     if len(content) < 4:
         return content
     at = source.randrange(min(len(content), source.choice((250, 10**9))) - 3)
@@ -110,7 +110,7 @@ def _line_ends(content: bytes, source: random.Random, _: bytes) -> bytes:
 
 
 def _member(content: bytes, source: random.Random, other: bytes) -> bytes:
-    """A zip whose members are whole, but other ones than they were."""
+    """Return a valid zip in which a member is changed, renamed, repeated or removed."""
     try:
         with zipfile.ZipFile(BytesIO(content)) as old:
             members = [(info.filename, old.read(info)) for info in old.infolist()]
@@ -133,7 +133,7 @@ def _member(content: bytes, source: random.Random, other: bytes) -> bytes:
 
 
 def zipped(members: list[tuple[str, bytes]], packing: int = zipfile.ZIP_DEFLATED) -> bytes:
-    """Return a zip file of these members."""
+    """Return a zip file with the given members."""
     written = BytesIO()
     with zipfile.ZipFile(written, "w", packing) as new:
         for name, own in members:
@@ -142,7 +142,7 @@ def zipped(members: list[tuple[str, bytes]], packing: int = zipfile.ZIP_DEFLATED
 
 
 def _chunk(content: bytes, source: random.Random, other: bytes) -> bytes:
-    """A PNG with one chunk changed, moved, doubled or left out, its checksum right."""
+    """Return a PNG with one chunk changed, moved, repeated or left out, with a correct checksum."""
     chunks, at = [], 8
     while at + 12 <= len(content):
         (size,) = struct.unpack_from(">I", content, at)
@@ -175,7 +175,7 @@ def png_chunk(kind: bytes, data: bytes) -> bytes:
 
 
 def _packed_variable(content: bytes, source: random.Random, other: bytes) -> bytes:
-    """A MATLAB file whose packed variable is changed and packed again."""
+    """Return a MATLAB file in which a packed variable is changed and packed again."""
     try:
         inside = zlib.decompress(content[136:])
     except zlib.error:

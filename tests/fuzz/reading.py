@@ -1,4 +1,4 @@
-"""A file read in every way that a script has, and as the dashboard reads uploads."""
+"""Read a file in all ways that scripts can use, and as the dashboard reads uploads."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ NAMES = (
     "ti.dat", "../../../etc/passwd", "C:\\x\\y.png", "a\x00b", "**x**", "<script>alert(1)</script>",
     "$math$ :material/home:", "x" * 5000, "", ".", "\u202ename", "a\nb", "\ud800", "%s%n{0}",
 )  # fmt: skip
-"""What a client may call its file."""
+"""File names that a client may send."""
 
 _TI = TrainingImage(np.array([[0, 0, 1, 2], [0, 1, 1, 2], [2, 1, 0, 0]]))
 _COLLARS, _LOG = b"well,x,y,z\nA,1,2,5\n", b"well,from,to,facies\nA,0,2,1\n"
@@ -64,11 +64,11 @@ UPLOADED = {
     **{word: WAYS[word] for word in ("inspect", "image", "points", "preview", "surveys")},
     "project": lambda file: file.read_with(read_project),
 }
-"""Ways in which the dashboard reads an upload; between them they reach all readers."""
+"""Ways in which the dashboard reads an upload; together they use all readers."""
 
 
 def uploads(content: bytes, name: str) -> Iterator[tuple[str, Callable[[], object]]]:
-    """Yield what the dashboard does with an upload: a word for it, and the act."""
+    """Yield name and function of each way in which the dashboard reads an upload."""
     upload = Upload(name, content)
     for word, way in UPLOADED.items():
 
@@ -80,7 +80,7 @@ def uploads(content: bytes, name: str) -> Iterator[tuple[str, Callable[[], objec
 
 
 def readings(content: bytes, name: str) -> Iterator[tuple[str, Callable[[], object]]]:
-    """Yield what a script can do with a file: a word for it, and the act."""
+    """Yield name and function of each way in which a script can read a file."""
     for word, way in WAYS.items():
 
         def act(way: Callable = way) -> object:

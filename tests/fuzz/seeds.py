@@ -1,4 +1,4 @@
-"""Good files to start from: one of every format made in code, and published ones where at hand."""
+"""Valid files to start from: one of each format, and published files if available."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from tests.io import every_reader
 from tests.io import sample_files as sample
 
 LARGEST = 2 * 2**20
-"""Bytes of a published file that is taken."""
+"""Maximum size in bytes of a published file."""
 
 
 @cache
 def seeds() -> dict[str, bytes]:
-    """Return good files by their names."""
+    """Return valid files by name."""
     return {**_made(), **_published()}
 
 
 def seed_of(source: random.Random) -> tuple[str, bytes]:
-    """Return one of the good files; made ones, which are small and quick, more often."""
+    """Return a random valid file, more often a small generated file than a published file."""
     made = [name for name in seeds() if not name.startswith("published")]
     names = made if source.random() < 0.92 else list(seeds())
     name = source.choice(names)
@@ -61,7 +61,7 @@ def _made() -> dict[str, bytes]:
 
 
 def _gis() -> dict[str, bytes]:
-    """Files that are read where pyogrio is installed."""
+    """Return files whose format needs pyogrio, if pyogrio is installed."""
     if find_spec("pyogrio") is None:
         return {}
     return {"geopackage": sample.gis("gpkg"), "shapefile": sample.gis("shz")}

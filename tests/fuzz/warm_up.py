@@ -1,4 +1,4 @@
-"""Compile before anything is measured: a server does so when it starts."""
+"""Compile kernels before measurements, as a server does at its start."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from tests.fuzz.workers import hold_memory
 
 
 def warm_up() -> None:
-    """Call every target with arguments until most have run."""
+    """Call every target several times with random arguments."""
     hold_memory()
     source = random.Random(0)
     for target in TARGETS:

@@ -1,4 +1,4 @@
-"""Each case in a process of its own that can be ended, its time and memory measured."""
+"""Run each case in a separate process that can be killed; measure its time and memory."""
 
 from __future__ import annotations
 
@@ -22,35 +22,35 @@ from typing import Any
 from ccwsim import CCWSIMError
 
 SECONDS, MEGABYTES = 2.0, 500.0
-"""What a case may take: seconds for each act, megabytes for all."""
+"""Allowed seconds for each operation, and allowed megabytes for all operations of a case."""
 PATIENCE = 60.0
-"""Processor seconds of a case after which its process is ended."""
+"""Processor seconds of a case after which its process is killed."""
 ROOM = 3 * 2**30
-"""Bytes of addresses that a process may have more than at its start, so that the machine stays."""
+"""Bytes by which the address space of a process may grow, to protect the machine."""
 
 Acts = Iterator[tuple[str, Callable[[], object]]]
 
 
 @dataclass
 class Outcome:
-    """What became of a case.
+    """Outcome of a case.
 
     Attributes
     ----------
     case : object
-        What it is known by.
+        Identifier of the case.
     results, refusals : int
-        How many acts gave a result, and a CCWSIMError.
+        Numbers of operations with a result and with a CCWSIMError.
     faults : list of str
-        Other exceptions, unfit messages, and files that were left behind.
+        Other exceptions, invalid messages, and remaining files.
     seconds : float
-        Of the longest act: the less of processor and wall time, as other programs run too.
+        Time of the longest operation: processor or wall time, whichever is smaller.
     slowest : str
-        That act.
+        Name of the longest operation.
     total : float
-        Seconds of all acts.
+        Seconds of all operations.
     megabytes : float
-        By which the process grew at most.
+        Maximum growth of the process.
     """
 
     case: Any
@@ -64,7 +64,7 @@ class Outcome:
 
     @property
     def bad(self) -> bool:
-        """Whether it is none of what a case may be."""
+        """Whether the case had a fault or exceeded a limit."""
         return bool(self.faults) or self.seconds > SECONDS or self.megabytes > MEGABYTES
 
 
@@ -76,9 +76,9 @@ def outcomes(
     Parameters
     ----------
     cases : sequence
-        Small values that say which case it is.
+        Small values that identify the cases.
     acts_of : callable
-        Makes a case, unmeasured, and yields its acts; runs in the worker.
+        Prepares a case, which is not measured, and yields its operations; runs in the worker.
     n_workers : int
     """
     waiting = list(reversed(cases))
@@ -130,7 +130,7 @@ def _ended(running: dict) -> Iterator[Outcome]:
 
 
 def _used(process: mp.Process) -> float:
-    """Processor seconds that a process used so far."""
+    """Return the processor seconds that a process has used so far."""
     with suppress(OSError):
         words = Path(f"/proc/{process.pid}/stat").read_text().rsplit(")", 1)[1].split()
         return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
@@ -160,7 +160,7 @@ def _work(connection: Connection, acts_of: Callable[[Any], Acts]) -> None:
 
 
 def hold_memory() -> None:
-    """Let this process have no more than `ROOM` above what it has: the machine has other users."""
+    """Limit the address space of this process to its present size plus `ROOM`."""
     soft, _ = resource.getrlimit(resource.RLIMIT_AS)
     if soft != resource.RLIM_INFINITY:
         return
@@ -169,7 +169,7 @@ def hold_memory() -> None:
 
 
 def measured(case: Any, acts: Acts) -> Outcome:
-    """Return what becomes of the acts of a case in this process."""
+    """Return the outcome of the operations of a case in this process."""
     outcome = Outcome(case)
     before = 0
     while True:
@@ -205,7 +205,7 @@ def _done(word: str, act: Callable[[], object], outcome: Outcome) -> float:
 
 
 def _place(error: BaseException) -> str:
-    """The last line of the package that the error went through."""
+    """Return the last line of the package in the traceback of an error."""
     place, trace = "", error.__traceback__
     while trace is not None:
         code = trace.tb_frame.f_code
@@ -216,7 +216,7 @@ def _place(error: BaseException) -> str:
 
 
 def _fresh() -> int:
-    """Give back what is free, begin to measure the peak anew, and return where it starts."""
+    """Free memory, reset the measured peak, and return the present memory."""
     with suppress(OSError, AttributeError):
         ctypes.CDLL("libc.so.6").malloc_trim(0)
     with suppress(OSError):
@@ -225,7 +225,7 @@ def _fresh() -> int:
 
 
 def _status(name: str) -> int:
-    """Kilobytes of a line of the process's own status; 0 where the system has none."""
+    """Return the kilobytes in a line of the process's status; 0 if the system has no such file."""
     with suppress(OSError, StopIteration):
         lines = Path("/proc/self/status").read_text().splitlines()
         return int(next(line for line in lines if line.startswith(name)).split()[1])

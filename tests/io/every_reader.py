@@ -1,4 +1,4 @@
-"""The same cells as a file of every kind that is read, keyed by the names of the readers."""
+"""The same cells as a file of every kind, by the name of the reader."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from ccwsim.io import maps_as_bytes
 from tests.io import sample_files as sample
 
 CELLS = np.arange(48).reshape(6, 8) % 3
-"""Shape (6, 8), row 0 at the south."""
+"""Shape (6, 8), row 0 in the south."""
 GRID = Grid(*CELLS.shape)
 NEEDS = {
     **{"excel": "openpyxl", "netcdf": "xarray", "hdf5": "h5py", "tiff": "rasterio"},
@@ -114,7 +114,7 @@ def _geojson(values: NDArray) -> bytes:
 
 
 def _holed(values: NDArray) -> bytes:
-    """Return a picture in which cells of other values than facies are transparent."""
+    """Return a picture in which all cells without a facies are transparent."""
     known = np.isin(values, (0, 1, 2))
     grey = np.where(known, values, 0).astype(np.uint8) * 100
     content = BytesIO()
@@ -152,10 +152,11 @@ FILES: dict[str, Callable[[NDArray], bytes]] = {
     "geojson": _geojson,
     "table": lambda v: b"x,y,facies\n" + b"\n".join(b"%g,%g,%.9g" % p for p in _places(v)),
 }
-"""For each reader, a function that writes values (6, 8) as a file; "shp" is always refused."""
+"""For each reader, a function that writes values (6, 8) as a file; a "shp" file is always
+refused."""
 
 
 def files() -> dict[str, bytes]:
-    """Return a file of each kind that can be read here."""
+    """Return a file of each kind whose required package is installed."""
     there = {kind for kind in FILES if kind not in NEEDS or find_spec(NEEDS[kind])}
     return {kind: FILES[kind](CELLS.astype(float)) for kind in FILES if kind in there}

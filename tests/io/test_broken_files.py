@@ -1,4 +1,4 @@
-"""Broken, absurd and hostile files end in a CCWSIMError, soon and in little memory."""
+"""Test that broken and hostile files quickly raise a CCWSIMError, with little memory."""
 
 from __future__ import annotations
 
@@ -40,13 +40,13 @@ WORDS = (*NUMBERS, b"\n", b"\x00", b",", b";", b"\t", b"\xff\xff\xff\xff", b"")
 
 @pytest.fixture
 def _small_limit():
-    """A size that a changed byte promises is refused early, so that the test stays fast."""
+    """Set a low limit of cells, so that large sizes in damaged files are refused quickly."""
     with limited(replace(UPLOAD_LIMITS, cells=100_000)):
         yield
 
 
 def read_every_way(content: bytes) -> int:
-    """Read as everything; return how often it could be. Anything but CCWSIMError gets out."""
+    """Read a file as every kind of data; count the successes, and ignore each CCWSIMError."""
     n = 0
     for call in (
         lambda file: cio.inspect(file),
@@ -144,7 +144,7 @@ def promising_mat() -> bytes:
 
 
 def bomb_mat() -> bytes:
-    """A packed variable of few cells that promises 2 GB of values and unpacks to 200 MB."""
+    """Return a packed variable of few cells that states 2 GB of values and unpacks to 200 MB."""
     words = np.array([14, 2**31, 6, 8, 6, 0, 5, 8, 3, 3, 1, 2, 0x6974, 0, 9, 2**31 - 99], "<u4")
     packed = zlib.compress(words.tobytes() + bytes(200 * 2**20), 1)
     header = b"MATLAB 5.0 MAT-file".ljust(124) + b"\x00\x01IM"

@@ -1,4 +1,4 @@
-"""Small files of kinds that people report trouble with; skipped where the folder is missing."""
+"""Test small files of kinds that users report as difficult; skipped if the folder is missing."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def truth(cases):
 
 
 def corner(n: int) -> np.ndarray:
-    """Unknown cells: the first 4 columns of the 4 northern rows."""
+    """Return the unknown cells: the first 4 columns of the 4 northern rows."""
     mask = np.zeros((30, 40), bool)
     mask[26:, :4] = True
     assert mask.sum() == n
@@ -70,7 +70,7 @@ IMAGES = {
     "t07_xyf_table.csv": (0, TABLE),
     "xyf_north_first.csv": (0, TABLE),
 }
-"""For each image, the number of unknown cells and the grid that the file states, if it does."""
+"""For each image, the number of unknown cells and the grid stated in the file, if any."""
 
 
 @pytest.mark.parametrize("name", IMAGES)

@@ -1,4 +1,4 @@
-"""Texts in CSV files are texts in a spreadsheet, and every CSV file is written in one place."""
+"""Test that spreadsheets read texts of CSV files as texts, and that one writer makes all files."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ WRITERS = re.compile(r"""csv\.(writer|DictWriter)|to_csv|savetxt|['"](,|;|\\t)['
 
 
 def test_no_other_module_writes_csv():
-    """A table that is joined or written elsewhere would let formulas through."""
+    """Test that no other module joins or writes tables, which could contain formulas."""
     modules = [path for path in PACKAGE.rglob("*.py") if WRITERS.search(path.read_text("utf-8"))]
     assert modules == [WRITER]
     scripts = [path for path in PACKAGE.rglob("*.js") if "csv" in path.read_text("utf-8")]
@@ -56,7 +56,7 @@ def test_no_other_module_writes_csv():
 
 
 def test_every_file_for_spreadsheets_comes_from_the_writer():
-    """A function `…_csv` returns what the writer made."""
+    """Test that every function named `…_csv` returns the result of the writer."""
     made = []
     for path in PACKAGE.rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text("utf-8"))):

@@ -1,4 +1,4 @@
-"""A small share of `python -m tests.fuzz`, and every evil file, with what is said of it."""
+"""Run a part of `python -m tests.fuzz`, and read every hostile file and check its message."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def test_a_case_is_known_by_its_number():
 
 
 EXCEEDED = "takes longer than|needs more than"
-"""What is said of a file that exceeds the time or memory of the process that reads it."""
+"""Message for a file that exceeds the time or memory of the process that reads it."""
 SAID = {
     "npy of 10^9 cells": "1000000 × 1000 values are more than 4000000",
     "npy of 70 axes": "more than 4000000|is not a grid",
@@ -125,7 +125,7 @@ SAID = {
     "geojson of columns": "columns are more than 1000|columns exceed",
     "billion laughs": "is an SVG drawing",
 }
-"""What is said of a file that is taken for a training image."""
+"""Messages for files that are read as a training image."""
 
 
 READ = {
@@ -139,7 +139,8 @@ READ = {
     "table of words": (160_000,),
     "table of colliding points": (100_000,),
 }
-"""What is read nevertheless: without what is not needed to see it, or as just not too large."""
+"""Hostile files that are nevertheless read, because they are just within the limits or because only
+their unneeded parts are hostile."""
 
 
 @pytest.mark.parametrize("reader", [*READERS, "project"])

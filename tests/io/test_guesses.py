@@ -1,4 +1,4 @@
-"""What a file leaves open is guessed so that it can be read, and asked where it was guessed."""
+"""Test that unclear properties of a file are guessed, and that each guess raises a question."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def picture(rgb: np.ndarray, kind: str = "PNG") -> bytes:
 
 
 def blurred(colours: list[tuple[int, int, int]], size: int = 96) -> bytes:
-    """Stripes of these colours with soft edges: many colours, of which few are main ones."""
+    """Return stripes of the given colours with soft edges, which have many further colours."""
     stripes = np.repeat(np.array(colours), size // len(colours), axis=0)
     image = Image.fromarray(np.tile(stripes, (size, 1, 1)).astype(np.uint8))
     file = BytesIO()
@@ -191,7 +191,7 @@ def test_what_is_too_large_even_for_a_part_is_refused(shape):
 
 
 def ranks(codes: np.ndarray) -> list[list[int]]:
-    """Codes from 0: a picture has its own."""
+    """Return codes numbered from 0, because a picture has codes of its own."""
     return np.unique(codes, return_inverse=True)[1].reshape(codes.shape).tolist()
 
 

@@ -1,4 +1,4 @@
-"""Hard data: every format reads alike, and every trouble is named and can be settled."""
+"""Test that all formats of hard data are read alike, and that every problem can be settled."""
 
 from __future__ import annotations
 

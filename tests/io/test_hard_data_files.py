@@ -1,4 +1,4 @@
-"""Hard data written and read again are the same, wherever the grid lies."""
+"""Test that hard data written and read again are the same, for any position of the grid."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An HDF5 file from a stranger shows no other file of the machine that reads it."""
+"""Test that an HDF5 file from outside cannot include other files of the machine."""
 
 from __future__ import annotations
 

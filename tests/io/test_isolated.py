@@ -1,4 +1,4 @@
-"""Uploads are read by another process; a file that it does not survive is refused."""
+"""Test that another process reads uploads, and that a file that crashes this process is refused."""
 
 from __future__ import annotations
 
@@ -199,7 +199,7 @@ def test_without_another_process_files_are_read_here(monkeypatch):
 
 
 class FailsToArrive:
-    """An answer that the parent process cannot take."""
+    """An answer that the parent process cannot load."""
 
     def __init__(self, error: type[Exception]) -> None:
         self.error = error

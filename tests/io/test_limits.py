@@ -1,4 +1,4 @@
-"""Limits of files: set by the owner of a server for uploads, and hardly any for scripts."""
+"""Test the limits of files, which the administrator sets for uploads; scripts have high limits."""
 
 from __future__ import annotations
 

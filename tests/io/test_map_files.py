@@ -1,4 +1,4 @@
-"""Maps and realizations in the formats of other programs, at their place in the world."""
+"""Test maps and realizations in formats of other programs, with their world coordinates."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ X, Y = E.grid.axes
 
 
 def vti(content: bytes) -> tuple[dict[str, str], dict[str, np.ndarray]]:
-    """The attributes of the grid and the arrays of cells, read as the format is defined."""
+    """Return the attributes of the grid and the arrays of cells of a VTI file."""
     root = ElementTree.fromstring(content)
     assert root.attrib["compressor"] == "vtkZLibDataCompressor"
     (image,) = root

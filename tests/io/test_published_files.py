@@ -1,4 +1,4 @@
-"""Files of other tools and of the paper, where the folder of data is at hand."""
+"""Test files of other programs and of the paper, if the folder of data is available."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every format that is written is read back, with its cells, cell size, origin and CRS."""
+"""Test that every written format is read back with its cells, cell size, origin and CRS."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def ensemble_of(grid: Grid, n: int = 2) -> Ensemble:
 
 
 def of_grid(grid: Grid, kind: str) -> Grid:
-    """Return a grid as a format keeps it."""
+    """Return the grid that a format stores."""
     return grid if kind in KEEP_CRS else replace(grid, crs="")
 
 
@@ -106,7 +106,7 @@ EVIL = (
     "-5 /\n/\x1a\x00END",
     "</VTKFile>]]>&lt;%n{x}$x$",
 )
-"""Names that end a line, a record, a tag or a text."""
+"""Names that could end a line, a record, a tag or a text."""
 
 
 @pytest.mark.parametrize("kind", realizations.FORMATS)

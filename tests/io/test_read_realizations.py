@@ -1,4 +1,4 @@
-"""Realizations that were written are read as the ensemble that they were."""
+"""Test that written realizations are read back as the same ensemble."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.io import sample_files as sample
 
 
 def npz_of(drop: tuple[str, ...] = (), **changes) -> BytesIO:
-    """The npz of the sample with members changed or left out."""
+    """Return the npz file of the sample with members changed or left out."""
     with np.load(BytesIO(sample.realizations("npz"))) as saved:
         members = {key: saved[key] for key in saved.files if key not in drop}
     return BytesIO(sample.npz(**{**members, **changes}))

@@ -1,4 +1,4 @@
-"""A file from a stranger makes no reader open another file or address."""
+"""Test that a file from outside makes no reader open another file or address."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ WMS = """<GDAL_WMS><Service name="TMS"><ServerUrl>http://{source}/${{z}}</Server
 
 @pytest.fixture
 def secret(tmp_path):
-    """A raster that nobody uploaded."""
+    """Return a raster on the machine that was not uploaded."""
     rasterio = pytest.importorskip("rasterio")
     path = tmp_path / "secret.tif"
     shape = {"width": 8, "height": 8, "count": 1, "dtype": "uint8"}
@@ -48,7 +48,7 @@ def test_the_name_of_an_upload_is_only_a_name(secret, name):
 
 
 def test_a_name_beside_an_upload_is_not_looked_up(secret):
-    """GDAL would take statistics and nodata from NAME.aux.xml, and a georeference from NAME.tfw."""
+    """Test that GDAL reads neither NAME.aux.xml nor NAME.tfw beside an upload."""
     (secret.parent / "secret.tif.aux.xml").write_text(
         "<PAMDataset><PAMRasterBand band='1'><NoDataValue>1</NoDataValue></PAMRasterBand>"
         "</PAMDataset>"

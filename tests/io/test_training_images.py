@@ -1,4 +1,4 @@
-"""Every format gives the same training image, the right way up."""
+"""Test that every format gives the same training image, with row 0 in the south."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Hard data of volumes: points with z, vertical wells by depths, whole grids with gaps."""
+"""Test hard data of volumes: points with z, vertical wells with depths, grids with gaps."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Volumes from files and to files: no layer, row or column changes its place on the way."""
+"""Test that reading and writing volumes keeps the position of each layer, row and column."""
 
 from __future__ import annotations
 
@@ -168,7 +168,7 @@ class TestMaps:
 
 
 def vtk(arrays: str, *, extent="0 5 0 4 0 3", more: str = "", appended: bytes = b"") -> bytes:
-    """Return an ImageData file as other programs write it."""
+    """Return an ImageData file as written by other programs."""
     head = f'<VTKFile type="ImageData" byte_order="LittleEndian" {more}>'
     grid = f'<ImageData WholeExtent="{extent}" Origin="1 2 3" Spacing="2 2 0.5">'
     body = f'<Piece Extent="{extent}">{arrays}</Piece></ImageData>'

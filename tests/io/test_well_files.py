@@ -1,4 +1,4 @@
-"""Files of wells from many origins: their columns are guessed, named, mapped, and fit a grid."""
+"""Test files of wells from many programs: columns are guessed or named, and the grid is fitted."""
 
 from __future__ import annotations
 

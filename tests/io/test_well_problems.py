@@ -1,4 +1,4 @@
-"""Rows of tables of wells that do not fit: all are said at once, and each has a choice."""
+"""Test that all problems in tables of wells are reported at once, each with a choice."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def imported(log: bytes, collars: bytes = COLLARS, surveys: bytes | None = None,
 
 
 def column_of(log: bytes, well: str = "A", **options) -> str:
-    """The facies of a vertical well from the top down, one letter a cell."""
+    """Return the facies of a vertical well from the top down, one letter per cell."""
     report = imported(b"well,from,to,facies\n" + log, **options)
     here = report.hard_data.cells[:, 1] == (1 if well == "A" else 5)
     cells, facies = report.hard_data.cells[here], report.hard_data.facies[here]

@@ -1,4 +1,4 @@
-"""Wells in tables of collars, intervals and surveys: paths, cells, and what is wrong with them."""
+"""Test wells in tables of collars, intervals and surveys: paths, cells and problems."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ def test_a_well_that_builds_at_a_constant_rate_is_a_circle(rate, azimuth):
 
 
 def test_two_stations_give_the_increments_of_the_published_formula():
-    """ΔN, ΔE, ΔV = ΔMD / 2 (t₁ + t₂) · 2 / β tan β / 2, as in Sawaryn and Thorogood."""
+    """Test ΔN, ΔE, ΔV = ΔMD / 2 (t₁ + t₂) · 2 / β tan β / 2, as in Sawaryn and Thorogood."""
     (i1, a1), (i2, a2), length = np.radians([15, 10]), np.radians([25, 40]), 100.0
     ways = [
         [np.sin(i) * np.sin(a), np.sin(i) * np.cos(a), -np.cos(i)] for i, a in ((i1, a1), (i2, a2))
@@ -256,14 +256,14 @@ PLAIN = {
     "intervals": ["well,depth_from,depth_to,facies", "A-1,0,2.6,1", "A-1,2.6,7.1,0", "B,1.1,4.1,1"],
     "surveys": ["survey_well,survey_depth,survey_azimuth,survey_dip", "B,0,90,-70", "B,5,80,-60"],
 }
-"""Tables whose columns are called as the arguments that name them."""
+"""Tables whose columns have the names of the arguments that name them."""
 TILTED = b"well,depth,azi,dip,inc\nB,0,0,-90,0\n"
 WORDS = [*"abcdefg", "x", "y", "z", "depth", "from", "to", "well", "top", "dip", "length", "facies"]
 
 
 @st.composite
 def renamed(draw):
-    """The plain tables with columns in any order, called anything, and what names them."""
+    """Return the plain tables with renamed columns in any order, and the arguments to read them."""
     tables, columns = {}, {}
     for table, rows in PLAIN.items():
         cells = [row.split(",") for row in rows]
@@ -300,7 +300,7 @@ def test_columns_may_be_called_anything_where_they_are_named(drawn):
 @settings(max_examples=100, deadline=None)
 @given(st.lists(st.sampled_from(WORDS), min_size=2, max_size=6, unique=True), st.data())
 def test_a_preview_shows_the_columns_that_are_read(names, data):
-    """Where nothing is left to say, reading with what was guessed changes nothing."""
+    """Test that naming the guessed columns changes neither the guess nor its reasons."""
     table = data.draw(st.sampled_from(list(PLAIN)))
     content = "\n".join([",".join(names), ",".join("1" for _ in names)]).encode()
     first = preview_wells(BytesIO(content), table)

@@ -1,4 +1,4 @@
-"""Realizations and parameters to files and back."""
+"""Test writing realizations and parameters to files and reading them back."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Eclipse GRDECL as reservoir programs write it: geometry, inactive cells, repeat counts."""
+"""Test Eclipse GRDECL files of reservoir programs: geometry, inactive cells, repeat counts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Headers as they are met in the field, and headers that state impossible sizes."""
+"""Test headers of real files, and headers that state impossible sizes."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ESRI = "ncols 4\nnrows 3\nxllcorner 100\nyllcorner 200\ncellsize 10\nNODATA_valu
 IRAP = f"-996 3 10.0 10.0\n105 135 205 225\n4 0.0 105 205\n0 0 0 0 0 0 0\n{VALUES}\n"
 AT_100_200 = Grid(3, 4, cell_size=(10.0, 10.0), origin=(100.0, 200.0))
 CENTRES = "105 205 0.5 10 10 1"
-"""Centre of the first cell and cell size, in the order of the programs of GSLIB."""
+"""Centre of the first cell and cell size, in the order of the GSLIB programs."""
 
 IN_THE_FIELD = {
     "a leading blank": f" 4 3 1\n 1\n facies\n{VALUES}\n",

@@ -1,4 +1,4 @@
-"""Files that look alike, and files with several pictures: none is read as another in silence."""
+"""Test that no file is silently read as a similar format or as one of several pictures."""
 
 from __future__ import annotations
 

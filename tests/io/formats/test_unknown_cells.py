@@ -1,4 +1,4 @@
-"""Cells without a value are told in one way by every reader, and always said."""
+"""Test that every reader recognizes and reports the same unknown cells."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from tests.io.every_reader import CELLS, FILES, NEEDS
 HOLE = np.zeros(CELLS.shape, bool)
 HOLE[2, 1:4] = True
 NO_IMAGES = ("geojson", "geopackage", "shapefile")
-"""Formats of points only."""
+"""Formats that contain only points."""
 OWN = {
     **dict.fromkeys(("surfer text", "surfer 6", "surfer 7"), 1.70141e38),
     **{"zmap": 1e30, "irap": 9999900.0},
 }
-"""Codes that formats themselves have for unknown cells."""
+"""Codes for unknown cells that formats define themselves."""
 
 
 def content_of(kind: str, code: float) -> BytesIO:

@@ -1,4 +1,4 @@
-"""Formats that are recognized but not read: each is named, with a way to read its data."""
+"""Test that recognized formats that cannot be read are named, with a way to read the data."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ FILES = {
     "an XML file": b'<?xml version="1.0"?><grid/>',
     "a JSON file": b'{"rows": [[0, 1], [1, 0]]}',
 }
-"""The start of a file of each format."""
+"""First bytes of a file of each format."""
 
 
 @pytest.mark.parametrize(("name", "remedy"), [(name, remedy) for name, _, remedy in UNREAD])
