@@ -1,6 +1,6 @@
-"""Compile what tests need: `python -m tests.compiled`.
+"""Compile the kernels that tests need: `python -m tests.compiled`.
 
-Only for speed: a kernel that is missing here is compiled by the first test that needs it.
+This only saves time. The first test that needs a missing kernel compiles it.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def noise(seed: int = 0) -> TrainingImage:
 
 
 def data() -> HardData:
-    """Data that not all can be met, so that they are simulated again locally."""
+    """Return data that contradict each other, so that the raster pass misses some of them."""
     rng = np.random.default_rng(1)
     flat = rng.choice(SIZE * SIZE, 200, replace=False)
     return HardData(np.stack(np.divmod(flat, SIZE), axis=1), rng.integers(0, 2, len(flat)))
@@ -40,13 +40,13 @@ def search(parameters: Parameters) -> None:
 
 
 def follow(level: int) -> None:
-    """Work out patches one by one, as How it works does."""
+    """Compute patches one by one, like the page How it works."""
     study = Study(noise(), Grid(SIZE, SIZE), Parameters(16, 4, level), data(), 0)
     Trace(study, 0).at(3)
 
 
 def measure() -> None:
-    """Work out all measures of some images as they are kept, and of one as a user has it."""
+    """Compute all measures of images, of stored indices as well as of arrays of codes."""
     image = noise()
     for stack in (np.stack([noise(seed).indices for seed in range(3)]), image.indices):
         metrics.etype(stack)
@@ -59,7 +59,7 @@ def measure() -> None:
 
 
 def judge() -> None:
-    """Work out what Validate, Compare and Sweep say of realizations."""
+    """Compute the statistics of realizations on Validate, Compare and Sweep."""
     image = noise()
     ensemble = simulate(image, (SIZE, SIZE), BASE, data(), 3, keep_sources=True)
     metrics.judge(ensemble)
@@ -70,7 +70,7 @@ def judge() -> None:
 
 
 def main() -> None:
-    """Ask for all at once: kernels are compiled by processes that these threads wait for."""
+    """Start all computations at once; processes compile kernels while these threads wait."""
     with ThreadPoolExecutor() as pool:
         work = [pool.submit(search, parameters) for parameters in (BASE, *OTHERS)]
         work += [pool.submit(judge), pool.submit(measure)]

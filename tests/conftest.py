@@ -1,7 +1,8 @@
-"""Fixtures of all tests, and what two workers need to share the work well.
+"""Fixtures of all tests, and hooks that divide the work well between two processes.
 
-Kernels are compiled once, while the workers collect, who then find them on disk. Each worker has
-one server of the dashboard and one browser. Files that take long go first, so that none is last.
+Kernels are compiled once, while the workers collect tests; the workers then read the kernels from
+disk. Each worker has one server of the dashboard and one browser. Long files are first, so that no
+worker ends long after the other.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from tests.browser.served import browser, served
 
 ROOT = Path(__file__).parents[1]
 FIRST = ("tests/browser/", "tests/ui/", "tests/io/", "tests/engine/", "tests/")
-"""Folders whose files take longest, from the longest."""
+"""Folders of test files, slowest files first."""
 
 COMPILING = pytest.StashKey[subprocess.Popen]()
 # A test never fails for being slow.
@@ -28,7 +29,7 @@ settings.load_profile("patient")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put files that take long first."""
+    """Sort the tests so that slow files are first."""
 
     def rank(item: pytest.Item) -> int:
         return next((k for k, name in enumerate(FIRST) if item.nodeid.startswith(name)), len(FIRST))
@@ -38,7 +39,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_setupnodes(config: pytest.Config) -> None:
-    """Compile all kernels while workers collect, unless only some tests were asked for."""
+    """Compile all kernels while workers collect tests, unless only some tests are requested."""
     if config.args_source is not pytest.Config.ArgsSource.ARGS:
         terminal = config.pluginmanager.get_plugin("terminalreporter")
         if terminal is not None:
@@ -50,7 +51,7 @@ def pytest_xdist_setupnodes(config: pytest.Config) -> None:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_node_collection_finished(node: Any) -> None:
-    """Let no test start before the kernels are there."""
+    """Delay all tests until the kernels are compiled."""
     compiling = node.config.stash.get(COMPILING, None)
     if compiling is not None and compiling.wait():
         raise RuntimeError("the kernels cannot be compiled: run `python -m tests.compiled`")
@@ -58,7 +59,7 @@ def pytest_xdist_node_collection_finished(node: Any) -> None:
 
 @pytest.fixture(autouse=True)
 def _main_module_stays():
-    """AppTest puts a page in place of the main module, which new processes import."""
+    """Restore the main module, which new processes import and AppTest replaces by a page."""
     main = sys.modules["__main__"]
     yield
     sys.modules["__main__"] = main
@@ -66,7 +67,7 @@ def _main_module_stays():
 
 @pytest.fixture(scope="session")
 def data_dir() -> Path:
-    """The folder of published training images and data, where it is at hand."""
+    """Return the folder of published images and data; skip the test if there is no such folder."""
     beside = ROOT.parent / "shared" / "data"
     folder = Path(os.environ["CCWSIM_DATA"]) if os.environ.get("CCWSIM_DATA") else beside
     if not folder.is_dir():
@@ -76,7 +77,7 @@ def data_dir() -> Path:
 
 @pytest.fixture(scope="session")
 def address():
-    """The address of the dashboard, served for all tests of a worker."""
+    """Yield the address of the dashboard, which runs for all tests of a worker."""
     with served() as there:
         yield there
 
@@ -84,14 +85,14 @@ def address():
 AS_ON_THE_FIRST_VISIT = """if (location.protocol.startsWith('http'))
   for (const key of Object.keys(localStorage))
     if (key.startsWith('stSidebarCollapsed')) localStorage.removeItem(key);"""
-"""The study column is open on wide pages, also where a test closed it on a narrow one before."""
+"""Script that forgets the closed study column, so that later tests find it open on wide pages."""
 
 
 @pytest.fixture(scope="package")
 def chromium():
-    """A headless browser for all tests of a worker in one folder.
+    """Yield a headless browser for all tests of a worker in one folder.
 
-    Not for longer: while it is there, an event loop runs in the main thread.
+    The browser is closed after the folder, because its event loop runs in the main thread.
     """
     pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
     with browser() as launched:
@@ -100,9 +101,9 @@ def chromium():
 
 @pytest.fixture(scope="package")
 def desktop(chromium):
-    """A window with an empty profile that tests of one folder share.
+    """Yield a browser window with an empty profile, shared by the tests of a folder.
 
-    A profile of its own costs each test seconds, as a page's scripts are compiled anew in it.
+    A new profile for each test would take seconds, because the scripts of pages are compiled again.
     """
     context = chromium.new_context(viewport={"width": 1440, "height": 900}, accept_downloads=True)
     context.grant_permissions(["clipboard-read", "clipboard-write"])
@@ -113,7 +114,7 @@ def desktop(chromium):
 
 @pytest.fixture
 def tab(desktop):
-    """A new tab of that window, closed at the end of the test."""
+    """Yield a new tab of the window, closed at the end of the test."""
     page = desktop.new_page()
     yield page
     page.close()
@@ -121,7 +122,7 @@ def tab(desktop):
 
 @pytest.fixture
 def phone(tab):
-    """A new tab as narrow as a phone, in the dark."""
+    """Return a new tab with the width of a phone, in the dark theme."""
     tab.set_viewport_size({"width": 390, "height": 844})
     tab.emulate_media(color_scheme="dark")
     return tab

@@ -9,7 +9,7 @@ from multiprocessing import get_context
 def process_pool(n: int) -> ProcessPoolExecutor:
     """Return a pool of `n` new processes.
 
-    Not forks: threads that earlier tests started may hold locks at that moment, which nobody would
-    release in the fork.
+    Forked processes would inherit locks that threads of earlier tests hold, and nobody would
+    release these locks in the fork.
     """
     return ProcessPoolExecutor(n, get_context("spawn"))

@@ -1,4 +1,4 @@
-"""Parameters of which some are taken always, and the rest only where time is no matter."""
+"""Parameters of tests, of which some always run and the others run only with the slow tests."""
 
 from __future__ import annotations
 

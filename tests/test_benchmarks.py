@@ -1,4 +1,4 @@
-"""The reference of the benchmarks does what the compiled kernels do, cell by cell."""
+"""Test that the reference implementation of the benchmarks equals the kernels cell by cell."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pinned packages, container, service and settings of a server."""
+"""Test the pinned packages, and the container, service and settings of a server."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def read(*parts: str) -> str:
 
 
 def locked() -> dict[str, set[str]]:
-    """Return the versions of the lock file by package, possibly several for different Pythons."""
+    """Return the versions in the lock file by package; some depend on the Python version."""
     versions: dict[str, set[str]] = {}
     for name, version in re.findall(r"(?m)^([\w.-]+)==([\w.]+)", read("requirements-lock.txt")):
         versions.setdefault(name.lower(), set()).add(version)

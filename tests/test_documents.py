@@ -1,4 +1,4 @@
-"""The scripts in the documents run as they stand, one after another."""
+"""Test that the documents are correct: scripts, outputs, tables, links."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def test_the_scripts_of_the_library_run(capsys):
 
 
 LONG = ("dense-data", "paper")
-"""Tutorials that take long."""
+"""Tutorials that take a long time."""
 TUTORIALS = [
     pytest.param(page.stem, marks=[pytest.mark.slow] * (page.stem in LONG))
     for page in sorted(tutorials.PAGES.glob("*.md"))
@@ -213,7 +213,7 @@ def anchors_of(document: Path) -> set[str]:
 
 
 def broken_links(document: Path) -> list[str]:
-    """Return the links and pictures of a document that lead to no file, or to no heading."""
+    """Return the links and pictures of a document whose file or heading does not exist."""
     broken = []
     for link in re.findall(r"\]\(<?([^)>\s]+)>?[^)]*\)", prose_of(document)):
         if re.match(r"[a-z]+:", link):  # elsewhere
@@ -239,7 +239,7 @@ def test_a_link_that_leads_nowhere_is_found(tmp_path):
 
 
 class Fetched(HTMLParser):
-    """Collect the URLs that a page makes a browser fetch."""
+    """Collector of the URLs that a browser fetches for a page."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""The how-to pages: names in them are on the screen, and their pictures are small."""
+"""Test the how-to pages: names of controls exist on the screen, and pictures are small."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def modules_of(start: Path) -> set[Path]:
 
 
 def module_of(page: Path) -> Path:
-    """Return the file of the page that a how-to describes; for *Share* the frame of all pages."""
+    """Return the file of the page that a how-to describes; for *Share*, the frame of all pages."""
     files = {label: ROOT / path for label, path in (*PAGES, *OFF_MENU)}
     title = page.read_text("utf-8").partition("\n")[0].removeprefix("# ")
     return files.get(title, ROOT / "ccwsim/ui/page.py")

@@ -1,6 +1,6 @@
-"""Every array of whole numbers from outside is checked before it is cast to another type.
+"""Test that every array of integers from outside is checked before it is cast.
 
-NumPy casts 2⁶³ of an unsigned type to a negative number, and 1e300 to any number, without a word.
+NumPy silently casts 2⁶³ of an unsigned type to a negative number, and 1e300 to any number.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ Act = Callable[[Array], object]
 
 
 def like(bad: Any) -> Array:
-    """Return a function that makes arrays of zeros that begin with a bad value."""
+    """Return a function that makes arrays of zeros with a bad first value."""
 
     def of(*shape: int) -> np.ndarray:
         array = np.zeros(shape, type(bad))
@@ -61,14 +61,14 @@ def like(bad: Any) -> Array:
 
 
 def some(of: Array) -> np.ndarray:
-    """An image of 16 × 16 cells that has other facies too."""
+    """Return an image of 16 × 16 cells with the given facies and others."""
     array = of(16, 16)
     array[8:, 8:] = 1
     return array
 
 
 def npz(name: str) -> Act:
-    """Read realizations whose file has a bad member."""
+    """Read realizations from an npz file with a bad member."""
 
     def act(of: Array) -> object:
         content = io.realizations_as_bytes(ensemble(), "npz")
@@ -83,7 +83,7 @@ def npz(name: str) -> Act:
 
 
 def project(name: str) -> Act:
-    """Read a project whose file has a bad member."""
+    """Read a project with a bad member."""
 
     def act(of: Array) -> object:
         file, member = BytesIO(), BytesIO()
@@ -100,7 +100,7 @@ def project(name: str) -> Act:
 
 
 def npy(read: Callable[[BytesIO], object], *shape: int) -> Act:
-    """Read a file of one array."""
+    """Read an npy file with one array."""
 
     def act(of: Array) -> object:
         file = BytesIO()
@@ -111,7 +111,7 @@ def npy(read: Callable[[BytesIO], object], *shape: int) -> Act:
 
 
 def table(head: str, line: str) -> Act:
-    """Read a text file whose line has a bad number."""
+    """Read a text file with a bad number."""
 
     def act(of: Array) -> object:
         text = f"{head}\n{line.format(of(1)[0])}\n"
@@ -121,7 +121,7 @@ def table(head: str, line: str) -> Act:
 
 
 def ensemble() -> ccwsim.Ensemble:
-    """Realizations of a file, so that nothing is simulated."""
+    """Return an ensemble read from a file, without a simulation."""
     made = io.read_realizations(BytesIO(b"16 16 1\n1\na\n" + b"0\n1\n" * 128), IMAGE)
     return replace(made, hard_data=HardData([[0, 0]], [0]), data_status=np.zeros((1, 1), np.int16))
 
@@ -170,7 +170,7 @@ IMAGES: dict[str, Act] = {
     "sample_grid.field": lambda of: sample_grid(of(1, 1), 1),
     "sample_wells.field": lambda of: sample_wells(of(1, 1), 1),
 }
-"""Arrays of facies codes; a code may be negative."""
+"""Arguments with facies codes, which may be negative."""
 OTHERS: dict[str, Act] = {
     "HardData.__init__.cells": lambda of: HardData(of(1, 2), [0]).check(STUDY.grid),
     "HardData.__init__.facies": lambda of: HardData([[0, 0]], of(1)).check(STUDY.grid, IMAGE),
@@ -254,7 +254,7 @@ OTHERS: dict[str, Act] = {
     "table of points, facies": table("x,y,facies", "1,2,{}"),
     "npy of realizations": npy(lambda f: io.read_realizations(f, IMAGE), 2, 5, 5),
 }
-"""Arrays that cannot have −1 either."""
+"""Arguments in which −1 is invalid."""
 FREE: dict[str, Act] = {
     "HardData.of.data": lambda of: HardData.of(of(16, 16), STUDY.grid),
     "Grid.holds.cells": lambda of: STUDY.grid.holds(of(1, 2)),
@@ -274,13 +274,13 @@ FREE: dict[str, Act] = {
     "project, training image": project(IMAGE_FILE),
     "npy of a training image": npy(io.read_training_image, 5, 5),
 }
-"""Arrays that may have −1."""
+"""Arguments in which −1 is allowed."""
 NO_INTEGERS = re.compile(
     r"Grid\.(cells_of|fit\.places)|\.plot\.|HardData\.n_mismatched|entropy|\.probability|band\.curves"
     r"|class_edges|classify|\.maps$|\.grid_shape$|\.grid$|\.which$|RunningCurves|share_in|compare\."
     r"|_chart\.|sparkline|tile_size|slices_of\.indices|fit_data\.shape|_png\.shape|_svg\.(shape|wells)"
 )
-"""Real numbers, indices as NumPy takes them, numbers of a chart, and what `Grid.of` takes."""
+"""Arguments of real numbers, of NumPy indices, of numbers in a chart, and of `Grid.of`."""
 INTEGERS = re.compile(
     r"Images|Codes|Lags|Direction\b|ArrayLike|Shape|NDArray\[np\.u?int|Sequence\[int\]|tuple\[int"
 )
@@ -289,7 +289,7 @@ CALLS = {**IMAGES, **OTHERS, **FREE}
 
 
 def arguments(module: ModuleType) -> set[str]:
-    """Return the names of arguments that may be arrays of integers, by their annotations."""
+    """Return the names of arguments that may be arrays of integers, according to annotations."""
     found = set()
     for name in module.__all__:
         own = getattr(module, name)

@@ -1,4 +1,4 @@
-"""A folder imports only lower ones, so that the core runs without a screen."""
+"""Test that a folder imports only lower layers, so that the engine runs without a screen."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ LAYERS = (
     {"ui/share"},
     {"ui/page"},
 )
-"""From the lowest to the highest; a folder may import those below it, and nothing beside it."""
+"""Layers from the lowest to the highest; a folder may import only from lower layers."""
 
 SPECIAL = {"streamlit": ("ui", "app", "pages"), "plotly": ("figures",), "pandas": ("ui", "pages")}
-"""Which parts alone may import a package."""
+"""For some packages, the only parts of the program that may import the package."""
 
 MAX_MODULES = 25
-"""In one folder."""
+"""Maximum number of modules in a folder."""
 
 
 def files() -> list[Path]:
@@ -50,7 +50,7 @@ def files() -> list[Path]:
 
 
 def nodes(tree: ast.AST) -> Iterator[ast.AST]:
-    """All nodes but those that only a type checker reads."""
+    """Return all nodes, except code that only a type checker reads."""
     for node in ast.iter_child_nodes(tree):
         if not (isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test)):
             yield node
@@ -64,7 +64,7 @@ def parsed(path: Path) -> ast.Module:
 
 @cache
 def imported(path: Path) -> set[str]:
-    """Full names of all modules and names that a file imports, also inside functions."""
+    """Return the full names of all modules and objects that a file imports, also in functions."""
     names: set[str] = set()
     for node in nodes(parsed(path)):
         if isinstance(node, ast.Import):
@@ -85,7 +85,7 @@ def level(name: str) -> int | None:
 
 
 def modules() -> Iterator[tuple[Path, str, set[str]]]:
-    """Yield each module of the package that has a layer, its folder and those it imports."""
+    """Yield each module of the package in a layer, with its folder and its imported modules."""
     for path in PACKAGE.rglob("*.py"):
         own = folder(path.relative_to(PACKAGE).with_suffix("").parts)
         names = [tuple(name.split(".")[1:]) for name in imported(path) if "ccwsim." in name]
@@ -140,7 +140,7 @@ def test_every_folder_has_a_layer_and_few_modules():
 
 
 def every_import(path: Path, names: set[str]) -> set[str]:
-    """Return the modules of the package that a file names, also lazily or only for types."""
+    """Return the modules of the package that a file imports, also lazily or only for types."""
     found = set()
     for node in ast.walk(parsed(path)):
         if isinstance(node, ast.ImportFrom):

@@ -1,4 +1,4 @@
-"""The library takes and gives what NumPy and pandas do."""
+"""Test that the library accepts and returns objects of NumPy, pandas and xarray."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The notebook of examples runs, and its files have the right world coordinates."""
+"""Test that the example notebook runs, and that its files have correct world coordinates."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ NOTEBOOK = Path(__file__).parents[1] / "examples" / "results.ipynb"
 
 @pytest.fixture
 def run(tmp_path, monkeypatch) -> dict[str, Any]:
-    """The namespace after running the cells in order in an empty folder."""
+    """Return the variables after running all cells in order in an empty folder."""
     for package in ("pandas", "rasterio", "xarray"):
         pytest.importorskip(package)
     monkeypatch.chdir(tmp_path)

@@ -1,4 +1,4 @@
-"""Whole numbers of NumPy are taken wherever those of Python are, and change nothing."""
+"""Test that integers of NumPy are accepted like those of Python, with the same results."""
 
 from __future__ import annotations
 
@@ -150,7 +150,7 @@ CASES = (
 
 
 def plain(value: Any) -> Any:
-    """Return results as what compares: arrays as lists, dataclasses as tuples."""
+    """Return results in a form that can be compared: arrays as lists, dataclasses as tuples."""
     if is_dataclass(value) and not isinstance(value, type):
         return plain(astuple(value))
     if isinstance(value, (list, tuple)):

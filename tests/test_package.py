@@ -1,4 +1,4 @@
-"""The package: its metadata match the files, and archives and wheel are complete."""
+"""Test the package: metadata match the files, and source archive and wheel are complete."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ USED_EXTRAS = [name for name in EXTRAS if name != "dev"]
 
 
 def required(name: str) -> set[str]:
-    """Return the requirements of a file, without those of included files."""
+    """Return the requirements in a file, without included files."""
     lines = (ROOT / name).read_text("utf-8").splitlines()
     return {str(Requirement(line)) for line in lines if line and line[0] not in "#-"}
 
@@ -75,7 +75,7 @@ def test_the_licence_is_the_one_that_is_declared():
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory) -> Path:
-    """The folder of the source archive and of the wheel that is built from it."""
+    """Return the folder with the source archive, and with the wheel built from this archive."""
     folder = tmp_path_factory.mktemp("dist")
     build = [sys.executable, "-m", "build", "--outdir", str(folder), str(ROOT)]
     subprocess.run(build, check=True, capture_output=True)
@@ -83,7 +83,7 @@ def built(tmp_path_factory) -> Path:
 
 
 def install(folder: Path, built: Path, extras: str = "", constraints: str = "") -> Path:
-    """Install the wheel into a fresh environment; return the environment's folder of programs."""
+    """Install the wheel in a new environment; return the environment's folder of programs."""
     (wheel,) = built.glob("*.whl")
     (folder / "constraints.txt").write_text(constraints)
     venv.create(folder / "env", with_pip=True)
@@ -140,7 +140,7 @@ LOWEST = "".join(
     for bound in required.specifier
     if str(bound).startswith(">=")
 )
-"""Constraints that install the lowest version allowed of each direct dependency."""
+"""Constraints that install the lowest allowed version of each direct dependency."""
 
 
 @pytest.mark.slow

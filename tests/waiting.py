@@ -1,4 +1,4 @@
-"""Wait for what a test needs, and fail in words where it does not come."""
+"""Wait for a condition in a test, and fail with a message if it is never true."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from collections.abc import Callable
 import pytest
 
 PATIENCE = 120.0
-"""Seconds: much more than anything takes, as a test is not to fail for being slow."""
+"""Seconds to wait, far more than any condition needs, so that slow machines do not fail."""
 
 
 def wait_until(condition: Callable[[], object], what: str, every: float = 0.02) -> None:
-    """Look at a condition until it holds; `what` says what is waited for."""
+    """Check a condition until it is true; `what` describes the condition in the message."""
     end = time.monotonic() + PATIENCE
     while not condition():
         if time.monotonic() > end:

@@ -1,4 +1,4 @@
-"""The command line as a script meets it: files, exit codes, messages, Ctrl-C."""
+"""Test the command line: files, exit codes, messages, Ctrl-C."""
 
 from __future__ import annotations
 
@@ -129,7 +129,7 @@ def test_options_come_before_a_file_of_parameters(tmp_path):
 
 @pytest.fixture
 def layers(tmp_path):
-    """A volume of three facies in a file: layers thicker than wide."""
+    """Return the file of a volume of three facies, whose layers are thicker than wide."""
     array = np.indices((14, 30, 34)).sum(axis=0) // 5 % 3
     np.save(tmp_path / "layers.npy", array.astype(np.uint8))
     return tmp_path / "layers.npy"
@@ -395,7 +395,7 @@ def test_no_command_and_version(capsys):
 
 
 class Terminal(StringIO):
-    """A stream that says it is a terminal, or not, and keeps what it is given."""
+    """A stream that can pretend to be a terminal, and keeps all written text."""
 
     def __init__(self, is_terminal: bool) -> None:
         super().__init__()
@@ -568,7 +568,7 @@ def test_the_images_of_a_file_and_of_the_bundle_do_not_mix(tmp_path, monkeypatch
 
 
 def commands() -> list[str]:
-    """The commands that documents and the help show."""
+    """Return the commands in the documents and in the help."""
     documents = ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))
     text = "\n".join(document.read_text("utf-8") for document in documents)
     shown = "\n".join(re.findall(r"```sh\n(.*?)```", text, re.DOTALL))

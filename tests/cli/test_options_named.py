@@ -1,4 +1,4 @@
-"""Every option that a message names exists."""
+"""Test that every command-line option that a message names exists."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ OF_STREAMLIT = re.compile(r"--(server|browser|client)\.[a-zA-Z]+")
 
 
 def options() -> set[str]:
-    """All options of all commands."""
+    """Return all options of all commands."""
     context = click.Context(program)
     commands = [program, *(program.get_command(context, name) for name in COMMANDS)]
     found = {"--help"}
@@ -28,7 +28,7 @@ def options() -> set[str]:
 
 
 def named() -> set[tuple[str, str]]:
-    """Options in the texts of the package, with the file; style sheets have names of their own."""
+    """Return the options in the texts of the package with their files, except in style sheets."""
     found = set()
     for path in PACKAGE.rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text("utf-8"))):

@@ -1,4 +1,4 @@
-"""The bundled images are what they are said to be, and can be made again."""
+"""Test that the bundled images have their documented properties and can be regenerated."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The stored realizations of the first study are those that `simulate` gives."""
+"""Test that the stored realizations of the first study equal those of `simulate`."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Sampling a reference field: where the data are, and that they say what is there."""
+"""Test the sampling of a reference field: positions of the data, and their facies."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The bundled volumes are what they are said to be, can be made again, and have wells."""
+"""Test the properties of the bundled volumes, their regeneration, and their wells."""
 
 import numpy as np
 import pytest

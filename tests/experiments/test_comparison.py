@@ -1,4 +1,4 @@
-"""Settings compared: each is what `simulate` gives alone, and the ratios are means of pairs."""
+"""Test comparisons: each setting gives the result of `simulate`; ratios are means over pairs."""
 
 from __future__ import annotations
 

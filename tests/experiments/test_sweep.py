@@ -1,4 +1,4 @@
-"""Sweeps try what fits together, judge it as `judge` does, and choose by what was found."""
+"""Test sweeps: compatible settings are tried, judged like `judge`, and one is recommended."""
 
 from __future__ import annotations
 
@@ -169,7 +169,7 @@ def test_unknown_errors_are_not_on_the_front():
 
 
 def judged(found: Sweep, numbers: list[dict], image_shape=(640, 640)) -> Sweep:
-    """The same settings with other numbers."""
+    """Return a sweep of the same settings with other results."""
     rows = [
         replace(row, quality=replace(row.quality, **changes))
         for row, changes in zip(found.rows, numbers, strict=True)

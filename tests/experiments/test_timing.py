@@ -1,4 +1,7 @@
-"""Times are of the settings asked for, in their order, and can be stopped; no time is asserted."""
+"""Test that timing measures the requested settings in order, and can be cancelled.
+
+No test asserts a time.
+"""
 
 from __future__ import annotations
 

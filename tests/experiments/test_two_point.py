@@ -1,4 +1,4 @@
-"""A two-point simulation has the image's proportions and variograms, and not its connectivity."""
+"""Test that two-point simulation reproduces proportions and variograms, but not connectivity."""
 
 from __future__ import annotations
 

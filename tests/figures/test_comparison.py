@@ -1,4 +1,4 @@
-"""Charts of several settings: every series is there, with the values of the comparison."""
+"""Test that charts of several settings show every series with the values of the comparison."""
 
 from __future__ import annotations
 

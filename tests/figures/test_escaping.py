@@ -1,4 +1,4 @@
-"""Names of users are shown in charts as they are: no tag, entity or placeholder has an effect."""
+"""Test that charts show names literally: tags, entities and placeholders have no effect."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ CHARTS = {
     "image_chart": lambda draw: draw(IMAGE),
     "ensemble_chart": lambda draw: draw(ensemble()),
 }
-"""A call of every chart that takes texts."""
+"""A call of every chart that accepts texts."""
 TEXTS = ("str", "Line", "TimeSeries", "Group", "Strip", "Image", "Ensemble")
 
 

@@ -1,4 +1,4 @@
-"""Figures show what they are given, and their colours can be told apart by everybody."""
+"""Test that figures show their values, and that everybody can distinguish their colours."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def opened(png: bytes) -> Image.Image:
 
 
 def lab(colours, matrix) -> np.ndarray:
-    """CIE L*a*b* (D65) of sRGB colours as a reader sees them."""
+    """Return the CIE L*a*b* (D65) values of sRGB colours."""
     s = np.array(bytes_of(colours)) / 255
     linear = np.where(s <= 0.04045, s / 12.92, ((s + 0.055) / 1.055) ** 2.4)
     seen = np.clip(linear @ np.array(matrix).T, 0, 1)

@@ -1,4 +1,4 @@
-"""Pictures and charts of nouns, as a notebook shows them."""
+"""Test the pictures and charts of training images, data and ensembles in a notebook."""
 
 from __future__ import annotations
 

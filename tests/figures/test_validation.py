@@ -1,4 +1,4 @@
-"""The figures of validation show the numbers they are given, labelled and in the right colours."""
+"""Test that the figures of *Validate* show their values with the right labels and colours."""
 
 from __future__ import annotations
 

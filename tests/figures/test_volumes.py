@@ -1,4 +1,4 @@
-"""Figures of volumes: elevation upwards, slices with their cells, sizes of geobodies."""
+"""Test figures of volumes: elevation axis, slices with their cells, sizes of geobodies."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def test_slices_show_the_cells_with_north_and_up_at_the_top(volume):
 
 
 def placed(volume, at):
-    """Labels and the pixels that each slice takes, the wider of both."""
+    """Return labels, and the larger number of pixels along the two axes of each slice."""
     from PIL import ImageFont
 
     from ccwsim.figures.slices import TEXT

@@ -1,4 +1,4 @@
-"""A run starts only within the limits of the server and within the memory that is left."""
+"""Test that a run starts only within the limits of the server and the free memory."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A child process ends with its input, whoever else was started meanwhile."""
+"""Test that a child process ends when its input is closed, even if others started later."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from ccwsim.jobs.child import ChildProcess, connect_to_parent
 
 
 def echo() -> None:
-    """Answer each request with itself."""
+    """Answer each request with the request."""
     requests, answers = connect_to_parent()
     while True:
         answers.write(pickle.dumps(requests.get()))
 
 
 def look_away() -> None:
-    """Answer once, and never look at the input again, as a process does inside a long call."""
+    """Answer once, then ignore the input, like a process inside a long call."""
     answers = os.fdopen(os.dup(1), "wb", 0)
     answers.write(pickle.dumps(pickle.load(sys.stdin.buffer)))
     time.sleep(600)

@@ -1,4 +1,4 @@
-"""A tab that is closed: its job ends, and nothing of its session stays in memory."""
+"""Test that closing a tab ends its job and releases all memory of its session."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def address(tmp_path: Path):
 
 
 def wait_for(looking: Session, wanted: str) -> None:
-    """Look until the server says what is wanted."""
+    """Wait until the server gives the expected answer."""
     end, said = time.monotonic() + SLOW, ""
     while said != wanted:
         assert time.monotonic() < end, f"the server says {said!r}"

@@ -1,4 +1,4 @@
-"""Runs share the cores: who has used least is next, and nobody keeps one for long."""
+"""Test that runs share cores: the run with the least core time is next, and none waits long."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SMALL = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
 
 
 class Clock:
-    """A clock that stands still until it is moved."""
+    """A clock that stands still until a test moves it."""
 
     now = 0.0
 
@@ -167,7 +167,7 @@ def test_a_run_that_waits_for_a_core_can_be_stopped(shared):
 
 
 def test_kernels_are_looked_for_while_tasks_with_all_cores_wait_for_it(shared, monkeypatch):
-    """A walk through a computation holds a lock; its own tasks must not wait for a core."""
+    """Test that the tasks of `compilation.walk`, which holds a lock, do not wait for a core."""
     monkeypatch.setattr(compilation, "_can_compile_apart", lambda: True)
     walking, go_on = Event(), Event()
 

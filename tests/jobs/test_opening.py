@@ -1,4 +1,4 @@
-"""The benchmark of sessions that open the page at once measures what it states."""
+"""Test the benchmark of sessions that open the page at the same time."""
 
 from __future__ import annotations
 

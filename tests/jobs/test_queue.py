@@ -1,4 +1,4 @@
-"""The queue of a server: fair between sessions, never blocked for ever, free again at the end."""
+"""Test the queue of a server: fair to all sessions, never blocked for ever, finally empty."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SLOW = 60
 
 
 class Waiting:
-    """What the queue knows of a job: its session, and what is called when it begins or ends."""
+    """A queue entry: the session of a job, and functions called at its begin or abandonment."""
 
     def __init__(self, session: str, begin, abandon=lambda: None) -> None:
         self.session, self.begin, self.abandon = session, begin, abandon
@@ -27,7 +27,7 @@ class Waiting:
 
 
 class Clock:
-    """A clock that stands still until it is moved."""
+    """A clock that stands still until a test moves it."""
 
     now = 0.0
 
@@ -36,7 +36,7 @@ class Clock:
 
 
 class Log:
-    """Places, and the order in which they begin."""
+    """A queue with `n_places` active jobs, and the order in which its jobs begin."""
 
     def __init__(self, n_places: int) -> None:
         self.clock = Clock()
@@ -45,7 +45,7 @@ class Log:
         self.places: dict[str, Waiting] = {}
 
     def enter(self, *names: str) -> None:
-        """Let jobs come: the first letter of a name is the session."""
+        """Add jobs to the queue; the first letter of a name is the session of the job."""
         for name in names:
             place = Waiting(name[0], lambda name=name: self.begun.append(name))
             self.places[name] = place
@@ -112,7 +112,7 @@ def test_who_waits_can_withdraw_and_who_has_begun_cannot():
 
 @pytest.fixture
 def one_at_a_time(monkeypatch) -> Queue:
-    """A server with one place, whose only job waits for an event at the end of the test."""
+    """Yield a server with one active job, which waits for an event until the end of the test."""
     queue = Queue(1, Clock())
     monkeypatch.setattr(jobs, "server_queue", lambda: queue)
     return queue
@@ -162,7 +162,7 @@ def test_a_thread_that_cannot_start_is_an_error_of_its_job(one_at_a_time, monkey
 
 
 class Big:
-    """Something that takes much memory."""
+    """An object that stands for a large amount of memory."""
 
 
 def test_an_error_keeps_nothing_of_what_its_work_held(one_at_a_time):
@@ -181,7 +181,7 @@ def test_an_error_keeps_nothing_of_what_its_work_held(one_at_a_time):
 
 
 class Room:
-    """A server whose sessions come and go."""
+    """A server with two sessions, which may close."""
 
     def __init__(self) -> None:
         self.clock, self.queue = Clock(), Queue(1, Clock())

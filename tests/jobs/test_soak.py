@@ -1,4 +1,4 @@
-"""Some sessions at once for a moment: the same as the soak of a server, but short."""
+"""Run the soak test of the server briefly, with a few sessions."""
 
 from __future__ import annotations
 

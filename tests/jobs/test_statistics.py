@@ -1,4 +1,4 @@
-"""Statistics are worked out once, in order, in the background, and can be stopped."""
+"""Test that statistics are computed once, in order, in the background, and can be stopped."""
 
 from __future__ import annotations
 

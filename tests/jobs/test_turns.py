@@ -1,4 +1,4 @@
-"""Pages are drawn a few at a time, in order, and never wait for one that waits or takes long."""
+"""Test that a few pages are drawn at a time, in order, without waiting for slow pages."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ SLOW = 60
 
 
 class Clock:
-    """A clock that stands still until it is moved."""
+    """A clock that stands still until a test moves it."""
 
     now = 0.0
 
@@ -22,7 +22,7 @@ class Clock:
 
 
 class Page(Thread):
-    """A thread that takes a turn and works until it may end, and waits in between if asked."""
+    """A thread that draws a page until it is told to end, with a pause if requested."""
 
     def __init__(self, turns: Turns, began: list[str], name: str) -> None:
         super().__init__(daemon=True)
@@ -45,7 +45,7 @@ class Page(Thread):
 
 
 def pages(turns: Turns, names: str) -> tuple[dict[str, Page], list[str]]:
-    """Threads that come one after another, and the order in which they begin."""
+    """Return threads that start one after another, and the names in the order of their start."""
     began: list[str] = []
     here = {}
     for k, name in enumerate(names):

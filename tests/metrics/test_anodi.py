@@ -1,4 +1,4 @@
-"""ANODI and its picture, against plain pairs and SciPy."""
+"""Test ANODI and its MDS plot against plain loops over pairs and SciPy."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from ccwsim.model.errors import CCWSIMError
 
 @pytest.fixture(scope="module")
 def images():
-    """A training image of stripes; realizations with few and with many wrong cells."""
+    """Return an image of stripes, realizations with few wrong cells, and with many wrong cells."""
     rng = np.random.default_rng(0)
     ti = np.tile((np.arange(48) // 4 % 2), (48, 1))
     noise = rng.random((10, 48, 48)) < np.repeat([0.02, 0.2], 5)[:, None, None]
@@ -145,7 +145,7 @@ def test_metric_scaling_has_less_stress_than_its_start_and_than_other_starts():
 
 
 def test_all_dimensions_give_back_the_root_of_the_divergence(images):
-    """The root of a Jensen–Shannon divergence is a distance that a space of points can have."""
+    """Test distances in all dimensions: the root of a Jensen–Shannon divergence is a metric."""
     ti, near, far = images
     found = anodi({"near": near, "far": far}, ti)
     mixed = np.tensordot(found.weights, found.divergence, axes=1)

@@ -1,6 +1,6 @@
-"""The list of all checks seldom flags good fields, and flags simulations that are known to be poor.
+"""Test that all checks together seldom flag good fields, and flag poor simulations.
 
-The rates over many fields are measured by ``python -m benchmarks.reproduction``.
+`python -m benchmarks.reproduction` measures the rates over many fields.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Facies are codes everywhere: of an ensemble, of a training image or of an array."""
+"""Test that facies are identified by codes in ensembles, training images and arrays."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ OF_ALL: dict[str, Callable[[Any], Any]] = {
 
 
 def same(one: Any, other: Any) -> bool:
-    """Return whether two results agree to the last digit."""
+    """Return whether two results are exactly equal."""
     if is_dataclass(one):
         return all(same(getattr(one, f.name), getattr(other, f.name)) for f in fields(one))
     if isinstance(one, str) or one is None:

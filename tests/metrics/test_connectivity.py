@@ -1,4 +1,4 @@
-"""Probability of connection, against pairs counted one by one and published figures."""
+"""Test the connectivity function against counted pairs and published values."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ STEPS = {"E-W": (0, 1), "N-S": (1, 0), "NE-SW": (1, 1), "NW-SE": (1, -1), (2, -1
 
 
 def counted(image, facies, step, lag, neighbours):
-    """Both probabilities by two loops over the cells and the labels of scikit-image."""
+    """Return both probabilities, computed by two loops over cells with labels of scikit-image."""
     geobodies = label(image == facies, connectivity=2 if neighbours == 8 else 1)
     ny, nx = image.shape
     pairs = both = joined = 0

@@ -1,4 +1,4 @@
-"""Re-use of the training image, against plain loops."""
+"""Test the measures of copying from the training image against plain loops."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ TI = (9, 11)
 
 
 def patched(seed):
-    """Positions pasted patch by patch, as a simulation does, with a few unknown ones."""
+    """Return sources pasted patch by patch, as in a simulation, with one unknown source."""
     rng = np.random.default_rng(seed)
     ny, nx = rng.integers(3, 14, 2)
     flat = np.arange(TI[0] * TI[1]).reshape(TI)
@@ -29,7 +29,7 @@ def patched(seed):
 
 
 def touch(a, b, dy, dx):
-    """Whether place b of the training image lies (dy, dx) from a."""
+    """Return whether location b of the training image is (dy, dx) away from location a."""
     if a < 0 or b < 0:
         return False
     return (b // TI[1] - a // TI[1], b % TI[1] - a % TI[1]) == (dy, dx)

@@ -1,4 +1,4 @@
-"""Data against an image: counts by brute force, calibration, and images that data contradict."""
+"""Test the fit of data to an image: brute-force counts, calibration, contradicted images."""
 
 from __future__ import annotations
 

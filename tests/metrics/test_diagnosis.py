@@ -1,4 +1,4 @@
-"""Diagnosis of training images: made-up images with known thickness, period and drift."""
+"""Test the diagnosis of artificial images with known thickness, period and trend."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def test_quarters_are_measured_each_for_itself():
 
 
 def truncated(side: int, scale: float, share: float, seed: int, slope: float = 0.0):
-    """A stationary Gaussian field, smoothed over `scale` cells, cut at a quantile; or a trend."""
+    """Return a truncated Gaussian field, smoothed over `scale` cells, with a trend of `slope`."""
     field = np.random.default_rng(seed).normal(size=(side, side))
     field = gaussian_filter(field, scale) if scale else field
     field = field / field.std() + slope * np.linspace(-0.85, 0.85, side)

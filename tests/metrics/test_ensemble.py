@@ -1,4 +1,4 @@
-"""Proportions, E-type, entropy and match of the data, against plain counting."""
+"""Test proportions, E-type, entropy and honoured data against plain counting."""
 
 from __future__ import annotations
 

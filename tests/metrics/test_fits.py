@@ -1,4 +1,4 @@
-"""Patterns and proportions by layer are judged by what crops of the training image have."""
+"""Test the verdicts on patterns and on proportions of layers, relative to crops of the image."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ GRID = (12, 24, 24)
 
 @pytest.fixture(scope="module")
 def beds() -> TrainingImage:
-    """A volume with less of facies 7 the higher it is."""
+    """Return a volume in which facies 7 becomes rarer upwards."""
     field = a_volume(3, (12, 60, 60), range(100), smooth=1.5)
     return TrainingImage(np.where(field < np.linspace(70, 10, 12)[:, None, None], 7, 3))
 
 
 def windows(image: TrainingImage, n: int = 6) -> np.ndarray:
-    """Windows of an image as large as the grid, as indices of its facies."""
+    """Return windows of an image as large as the grid, as facies indices."""
     rng = np.random.default_rng(0)
     places = rng.integers(0, np.array(image.shape[1:]) - GRID[1:] + 1, (n, 2))
     return np.array([image.indices[:, y : y + GRID[1], x : x + GRID[2]] for y, x in places])
@@ -46,7 +46,7 @@ def test_patterns_of_pieces_are_as_far_as_pattern_distance_says(beds):
 
 
 def test_a_crop_is_compared_with_the_image_without_its_patterns():
-    """An image of two halves has each pattern in one half only; a crop knows nothing of it."""
+    """Test that the reference of a crop excludes its own patterns, for an image of two halves."""
     rng = np.random.default_rng(1)
     west, east = rng.integers(0, 2, (64, 64)), 2 + rng.integers(0, 2, (64, 64))
     image = TrainingImage(np.hstack([west, east]))

@@ -1,4 +1,4 @@
-"""Geobodies, Γ, percolation and Euler number, against scikit-image and plain sums."""
+"""Test geobodies, Γ, percolation and Euler number against scikit-image and plain sums."""
 
 from __future__ import annotations
 

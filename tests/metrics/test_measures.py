@@ -1,4 +1,4 @@
-"""The table of measures: each against plain loops, and verdicts against crops."""
+"""Test each entry in the table of measures against plain loops, and the verdicts."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def value(title: str, image: np.ndarray, code: int = 1) -> float:
 
 
 def runs(lines: np.ndarray) -> list[int]:
-    """Lengths of the runs of ones in lines along the last axis."""
+    """Return the lengths of runs of ones in lines along the last axis."""
     return [
         len([*run])
         for line in lines.reshape(-1, lines.shape[-1])
@@ -80,7 +80,7 @@ def test_a_facies_that_is_missing_has_no_length_and_no_geobody():
 
 
 def of_maps(image: np.ndarray, maps: list[np.ndarray]) -> Ensemble:
-    """Maps as if they had been simulated from an image."""
+    """Return an ensemble of the given maps, as if simulated from an image."""
     made = simulate(TrainingImage(image), maps[0].shape, P)
     return replace(made, indices=np.array(maps, np.uint8), numbers=np.arange(len(maps)),
                    cpu_seconds=np.zeros(len(maps)),

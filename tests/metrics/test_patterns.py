@@ -1,4 +1,4 @@
-"""Pattern histograms and coarsening, against plain counting and scikit-image."""
+"""Test pattern histograms and coarsening against plain counting and scikit-image."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The numbers that settings and methods are compared by are what their definitions say."""
+"""Test the numbers that compare settings and methods against their definitions."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def ensemble():
 
 
 def tau_by_hand(image, facies, dy, dx, lags):
-    """P(in one body | both in the facies), pair by pair."""
+    """Return the probability that two cells of the facies are in one geobody, pair by pair."""
     labels = connected_geobodies(image, facies)[0]
     ny, nx = labels.shape
     found = []
@@ -41,7 +41,7 @@ def tau_by_hand(image, facies, dy, dx, lags):
 
 
 def patterns_by_hand(image, factor):
-    """Shares of the 4 × 4 patterns of an image that is already at its resolution."""
+    """Return the shares of the 4 × 4 patterns of an image, without coarsening."""
     windows = np.lib.stride_tricks.sliding_window_view(image, (4, 4)).reshape(-1, 16)
     found, counts = np.unique(windows, axis=0, return_counts=True)
     return {tuple(row): n / len(windows) for row, n in zip(found, counts, strict=True)}

@@ -1,4 +1,4 @@
-"""Scores against a reference field, against plain sums."""
+"""Test the scores against a reference field by plain sums."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Good realizations are seldom called bad, and bad ones are, at any size of grid and image."""
+"""Test that good realizations are seldom rejected, and poor ones are, for all sizes."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from ccwsim.model.hard_data import HardData
 from tests.small_images import blobs, noise
 
 SEEN = ("channels", "levees", "stone_wall", "barchans")
-"""The images that the limits were chosen by; the others are the check."""
+"""Images from which the limits were chosen; the other images confirm the limits."""
 UNSEEN = tuple(name for name in datasets.names() if name not in SEEN)
 PUBLISHED = (
     "paper/ti_three_facies_400x400.npy",
@@ -42,12 +42,12 @@ PUBLISHED = (
 )
 AS_PUBLISHED = Parameters(published_draw=True, repair_seams=False)
 BROKEN = replace(AS_PUBLISHED, template_size=8, overlap_size=4, n_candidates=500)
-"""Small patches of many candidates: thin channels that break."""
+"""Parameters with small patches and many candidates, which give thin and broken channels."""
 CURVES = [(s, way) for s in ("connectivity", "variogram") for way in ("E-W", "N-S")]
 
 
 def ensemble_of(image: TrainingImage, indices: NDArray[np.uint8]) -> Ensemble:
-    """Return given images as realizations of a training image."""
+    """Return images as realizations of a training image."""
     n, grid = len(indices), Grid.of(indices.shape[1:])
     no_data = np.zeros((n, 0), np.int16)
     study = image, grid, Parameters(), HardData(), 0
@@ -59,7 +59,7 @@ def facies_of(image: TrainingImage) -> range:
 
 
 def fits_of_other_crops(image: TrainingImage, grid_shape: tuple[int, int]) -> list[bool]:
-    """Judge each crop of an image by all the others, as if it were a realization."""
+    """Return for each crop whether it fits the other crops of the image."""
     shape = crop_shape(image.shape, grid_shape)
     assert shape is not None
     crops = crops_of(image.indices, shape)
@@ -75,7 +75,7 @@ def fits_of_other_crops(image: TrainingImage, grid_shape: tuple[int, int]) -> li
 
 
 def without(k: int, alone: Ensemble, function, *which) -> bool:
-    """Return whether a crop fits the band of the others."""
+    """Return whether a crop fits the band of the other crops."""
     of_crops = reference_band.band_of_crops
 
     def others(*about) -> ReferenceBand:
@@ -106,7 +106,7 @@ def test_crops_of_published_images_are_seldom_called_bad(data_dir, name):
 
 
 def test_crops_are_not_judged_by_the_whole_image():
-    """A crop is less connected than the whole image, as its border cuts geobodies."""
+    """Test that crops fit although they are less connected than the whole image."""
     image = datasets.load("channels")
     for side in (64, 100, 128):
         crops = crops_of(image.indices, (side, side)).astype(np.uint8)
@@ -129,7 +129,10 @@ def test_a_field_drawn_as_the_image_was_fits(name):
 
 
 def test_levees_fail_with_opposite_signs_along_the_axes():
-    """Too little along the rivers and too much across them would cancel out in a sum."""
+    """Test that channels of levees are too little connected E–W and too much N–S.
+
+    The two errors would cancel out in a sum over directions.
+    """
     image = datasets.load("levees")
     river = image.facies_names.index("channel")
     found = simulate(image, (200, 200), AS_PUBLISHED, n_realizations=6, seed=1)

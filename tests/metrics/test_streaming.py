@@ -1,4 +1,4 @@
-"""Statistics that are updated realization by realization, against those of the whole stack."""
+"""Test statistics updated with one realization at a time against those of the whole stack."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def running(stack):
 
 
 def close(found, expected, width):
-    """Exact but for quantiles, which are right to a bin."""
+    """Check that values are equal, and that quantiles differ by at most one bin."""
     for name in ("mean", "smallest", "largest"):
         np.testing.assert_allclose(getattr(found, name), getattr(expected, name))
     for name in ("low", "median", "high"):

@@ -1,4 +1,4 @@
-"""Variograms and transiograms, against GSTools, plain loops and each other."""
+"""Test variograms and transiograms against GSTools, plain loops and each other."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ images = st.builds(
 
 
 def pairs(image, dy, dx):
-    """All pairs (value at x, value at x + h), one by one."""
+    """Return all pairs (value at x, value at x + h), one by one."""
     ny, nx = image.shape
     return [
         (image[i, j], image[i + dy, j + dx])

@@ -1,4 +1,4 @@
-"""Copying and bands of crops of volumes, against plain loops."""
+"""Test copying and bands of crops in volumes against plain loops."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ TI = (6, 9, 11)
 
 
 def pasted(seed):
-    """Positions pasted box by box, as a simulation does, with an unknown one."""
+    """Return sources pasted box by box, as in a simulation, with one unknown source."""
     rng = np.random.default_rng(seed)
     shape = rng.integers(3, 11, 3)
     flat = np.arange(np.prod(TI)).reshape(TI)

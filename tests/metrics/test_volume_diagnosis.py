@@ -1,4 +1,4 @@
-"""Advice and stationarity of volumes."""
+"""Test the advised parameters and the stationarity of volumes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tests.metrics.volumes import a_volume
 
 
 def lenses(nz=40, side=96, height=4, length=12, seed=1):
-    """Flat boxes at random places."""
+    """Return flat boxes at random positions."""
     rng = np.random.default_rng(seed)
     volume = np.zeros((nz, side, side), int)
     for _ in range(nz * side * side // (3 * height * length**2)):

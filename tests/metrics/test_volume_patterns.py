@@ -1,4 +1,4 @@
-"""Patterns of volumes, against counting them one by one and against maps."""
+"""Test patterns of volumes against counting one by one and against maps."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from tests.metrics.volumes import a_volume
 
 
 def patterns(image, size):
-    """The patterns at all locations, in the order of these."""
+    """Return the patterns at all locations, in order."""
     if image.ndim == 2:
         image = image[None]
     height = min(size, len(image)) if len(image) > 1 else 1

@@ -1,4 +1,4 @@
-"""What ensembles of volumes are judged by is what its definitions say."""
+"""Test the measures of quality of volumes against their definitions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Statistics of volumes, against loops over cells and against maps."""
+"""Test statistics of volumes against loops over cells and against maps."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ STRUCTURES = {6: 1, 18: 2, 26: 3}
 
 
 def pairs(volume, step, lag):
-    """The values of all pairs of cells that lie a lag apart, by comparing all cells."""
+    """Return the values of all pairs of cells at a lag, found by comparing all cells."""
     cells = np.array(list(np.ndindex(volume.shape)))
     others = cells + lag * np.array(step)
     inside = ((others >= 0) & (others < volume.shape)).all(axis=1)

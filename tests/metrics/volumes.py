@@ -1,4 +1,4 @@
-"""Volumes for tests: random ones with features, and ensembles of given ones."""
+"""Volumes for tests: random volumes with connected features, and ensembles of given volumes."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from ccwsim.model.arrays import frozen
 
 
 def a_volume(seed, shape=(7, 11, 13), codes=(0, 1), smooth=1.0):
-    """A volume of connected features, each of the facies with about the same share."""
+    """Return a volume of connected features, with about equal proportions of all facies."""
     field = gaussian_filter(np.random.default_rng(seed).normal(size=shape), smooth)
     limits = np.quantile(field, np.linspace(0, 1, len(codes) + 1)[1:-1])
     return np.array(codes)[np.digitize(field, limits)]
 
 
 def ensemble_of(training_image, volumes, sources=None):
-    """An ensemble of (n, nz, ny, nx)."""
+    """Return an ensemble of the volumes in an array (n, nz, ny, nx)."""
     n, nz, ny, nx = volumes.shape
     indices = np.searchsorted(training_image.codes, volumes).astype(np.uint8)
     return Ensemble(

@@ -1,4 +1,4 @@
-"""Runs of parts of a study join into what one run gives."""
+"""Test that parts of a run are joined into the result of a complete run."""
 
 from __future__ import annotations
 

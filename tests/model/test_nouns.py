@@ -1,4 +1,4 @@
-"""Training image, grid, hard data, study and ensemble: what they keep and what they refuse."""
+"""Test training image, grid, hard data, study and ensemble: contents and refused arguments."""
 
 from contextlib import suppress
 

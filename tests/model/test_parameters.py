@@ -1,4 +1,4 @@
-"""Parameters are valid or refused with a sentence that says what would be."""
+"""Test that parameters are valid, or refused with a message that states valid values."""
 
 import re
 from dataclasses import FrozenInstanceError, asdict, fields, replace
@@ -33,7 +33,7 @@ absurd = st.one_of(
 
 
 def is_valid(p: Parameters) -> bool:
-    """Say in other words than the code what valid parameters are."""
+    """Return whether parameters are valid, by an independent implementation."""
     unit = 1 if p.method == "ccsim" else 2**p.wavelet_level
     types = {
         int: "template_size overlap_size wavelet_level n_candidates co_template",
@@ -57,7 +57,7 @@ def is_valid(p: Parameters) -> bool:
 
 
 def valid_or_refused(given: dict[str, Any]) -> bool:
-    """Return whether the values are valid parameters or refused with a sentence."""
+    """Return whether values are valid, after checking that invalid values raise a good message."""
     try:
         return is_valid(Parameters(**given))
     except CCWSIMError as error:
@@ -177,7 +177,7 @@ def test_every_parameter_is_part_of_the_digest():
 
 
 class TestVolumes:
-    """Sizes and levels along z, y and x."""
+    """Template, overlap and level along z, y and x."""
 
     def test_one_number_holds_for_all_axes_of_the_image(self):
         p = Parameters(template_size=32, overlap_size=8, wavelet_level=2)

@@ -1,4 +1,4 @@
-"""Training image, grid, hard data, study and ensemble of volumes, and what keeps them from maps."""
+"""Test training image, grid, hard data, study and ensemble of volumes, and mixing with maps."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ sides = st.integers(1, 9)
 
 
 def ensemble_of(n: int = 4, shape: tuple[int, ...] = (5, 6, 7), **nouns) -> Ensemble:
-    """Return an ensemble of independent cells: simulating takes longer and shows no more here."""
+    """Return an ensemble of independent random cells, which is faster than a simulation."""
     indices = noise((n, *shape), 3, seed=3)
     own = {
         "training_image": IMAGE,

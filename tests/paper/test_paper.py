@@ -1,4 +1,4 @@
-"""The paper's experiments, run small: every one reports, none stops the others, words follow."""
+"""Test the paper's experiments at a small size: each reports, and none stops the others."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def made(name: str, run=nothing) -> Experiment:
 
 @pytest.fixture(scope="module")
 def small():
-    """All experiments, as small as they can be."""
+    """Return the report of all experiments at the smallest possible size."""
     return reproduce(extent=TINY, seed=3)
 
 
@@ -302,7 +302,7 @@ def test_the_published_data_are_found(data_dir):
 
 @pytest.fixture
 def few(monkeypatch):
-    """The command with three experiments that do next to nothing."""
+    """Return the command with three very short experiments."""
     import ccwsim.paper as package
 
     chosen = (made("first"), made("broken", failing), made("last"))

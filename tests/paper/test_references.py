@@ -1,4 +1,4 @@
-"""References to the paper name what it has, by its own numbering."""
+"""Test that references to the paper name existing sections, equations, figures and tables."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ FIGURES = {
     16: "5.8",
     17: "5.9",
 }
-"""The sections that each figure belongs to."""
+"""Sections that contain each figure."""
 TABLES = {1: "5.5", 2: "5.6"}
 LINES = {
     1: "loop over realizations",
@@ -68,7 +68,7 @@ LINES = {
     13: "inverse DWT",
     14: "paste",
 }
-"""Of Algorithm 1."""
+"""Lines of Algorithm 1."""
 STEPS = {
     "path": ("4.1", (3, 4)),
     "first patch": ("", (5, 6)),
@@ -93,11 +93,11 @@ PATTERNS = {
 }
 KNOWN = {"section": SECTIONS, "figure": FIGURES, "table": TABLES, "line": LINES}
 KNOWN |= {"algorithm": {1: ""}, "equation": {}}
-"""Equations are not numbered in what is known of the paper: none may be named."""
+"""The numbering of equations is unknown, so no equation may be named."""
 
 
 def named(kind: str, text: str) -> list[str]:
-    """Return what a text names, with both ends of a range and all between them."""
+    """Return the references in a text, including all numbers of a range."""
     found = []
     for match in PATTERNS[kind].finditer(text):
         numbers = re.findall(r"\d+(?:\.\d+)?", match[1])
@@ -109,7 +109,7 @@ def named(kind: str, text: str) -> list[str]:
 
 
 def wrong(text: str) -> list[str]:
-    """Return the references of a text that the paper does not have."""
+    """Return the references in a text that do not exist in the paper."""
     text = re.sub(r"\s*\n\s*(?:#\s*|\"\s*f?\")?|\"\s*\n\s*f?\"", " ", text)
     bad = []
     for kind, known in KNOWN.items():
@@ -124,7 +124,7 @@ def wrong(text: str) -> list[str]:
 
 
 def files() -> list[Path]:
-    """Return the texts that may name something of the paper."""
+    """Return the texts that may contain references to the paper."""
     folders = [ROOT / name for name in ("ccwsim", "pages", "docs", "benchmarks")]
     found = [p for f in folders for p in f.rglob("*") if p.suffix in (".py", ".md", ".toml")]
     return [*found, ROOT / "README.md", ROOT / "app.py", ROOT / "CONTRIBUTING.md"]

@@ -1,4 +1,4 @@
-"""Reports: one file, nothing from outside, nothing that a name could break."""
+"""Test reports: one file that loads nothing, and that no name can break."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def document(word: str) -> Document:
 
 
 def own_part(page: str) -> str:
-    """The page without plotly's own script, which is full of addresses it never opens here."""
+    """Return the report without the script of Plotly, which contains many unused addresses."""
     return page.replace(packed_plotly(), "")
 
 

@@ -1,4 +1,4 @@
-"""Verdicts on volumes say size, sign and against what."""
+"""Test that verdicts on volumes state size, sign and reference."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A real Dask cluster of processes gives what threads at home give, whatever happens to it."""
+"""Test that a Dask cluster of processes gives the results of local threads, even if workers die."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ DATA = HardData([[3, 4], [20, 30], [155, 2], [40, 40]], [0, 1, 1, 0])
 
 @pytest.fixture(scope="module")
 def client():
-    """A client of two worker processes that are started anew where they end."""
+    """Yield a client of two worker processes, which are restarted if they end."""
     with (
         distributed.LocalCluster(
             n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None

@@ -1,4 +1,4 @@
-"""Realizations by other executors are those of threads at home, and can be stopped."""
+"""Test that other executors give the realizations of local threads, and can be stopped."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class InLine(Executor):
 
 
 class Wrapped(Executor):
-    """Threads behind another executor."""
+    """An executor that wraps a pool of threads."""
 
     def __init__(self, n: int) -> None:
         self._pool = ThreadPoolExecutor(n)
@@ -78,7 +78,7 @@ def test_threads_of_the_caller_give_the_same_and_stay_open():
 
 @pytest.mark.parametrize("kind", [ThreadPoolExecutor, Wrapped])
 def test_a_thread_of_a_pool_may_give_its_own_pool(kind):
-    """The only thread of the pool would wait for itself; the realizations get other threads."""
+    """Test a pool with one thread, which must not wait for itself; other threads simulate."""
     for _ in range(50):  # the pool may not know its thread yet when the thread begins
         with kind(1) as pool:
             assert same(pool.submit(study, 1, executor=pool).result(120), study(1))

@@ -1,4 +1,4 @@
-"""Realizations straight to disk: the same cells, whole or not at all, read when looked at."""
+"""Test realizations written to disk: same cells, complete or no file, read only when needed."""
 
 from __future__ import annotations
 

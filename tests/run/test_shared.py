@@ -1,4 +1,4 @@
-"""Equal studies are simulated once for all jobs, and no job can spoil the run of another."""
+"""Test that equal studies are simulated once for all jobs, and that failures stay separate."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ PARAMETERS = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
 
 @pytest.fixture(autouse=True)
 def queue(monkeypatch):
-    """Room for all jobs of a test at once."""
+    """Return a queue in which all jobs of a test can be active at once."""
     queue = Queue(9)
     monkeypatch.setattr("ccwsim.jobs.job.server_queue", lambda: queue)
 
@@ -30,7 +30,7 @@ def ensemble(seed: int = 0, n: int = 2) -> Ensemble:
 
 
 class Simulations:
-    """Work that publishes a first part and waits until it may go on; it counts its calls."""
+    """Work that publishes a first part, then waits for permission; it counts its calls."""
 
     def __init__(self, runs: SharedRuns) -> None:
         self.runs, self.go_on, self.calls = runs, Event(), []

@@ -1,4 +1,4 @@
-"""Volumes run wherever maps do: on any workers, in processes, to a file, stopped and revised."""
+"""Test volumes in all ways of running: threads, processes, to a file, stopped and revised."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A link carries a study: what is read is what was written, and what is wrong is said."""
+"""Test that a link restores the study that it describes, and that faults are reported."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ SHOWN = st.builds(Shown, st.integers(0, 999), st.integers(0, 253), MAPS)
 
 
 def plain(choices: Choices) -> tuple:
-    """What makes two studies equal: hard data by their content."""
+    """Return the values of a study that must be equal, with hard data by content."""
     data = choices.data
     placed = data.placed.digest if data.placed else None
     own = (data.source, data.bundled, data.answers, data.n_sampled, data.seed_sampled, placed)
@@ -109,7 +109,7 @@ def plain(choices: Choices) -> tuple:
 
 
 def as_address(query: dict[str, list[str]]) -> dict[str, list[str]]:
-    """What a browser makes of it on the way."""
+    """Return a query as a browser changes it."""
     return parse_qs(urlencode(query, doseq=True), keep_blank_values=True)
 
 

@@ -1,4 +1,4 @@
-"""A project file gives the same realizations again; anything else is said in words."""
+"""Test that a project file gives the same realizations, and that invalid files are refused."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def a_project(**changes) -> Project:
 
 
 def changed(**members) -> BytesIO:
-    """The file of a project with some members replaced; None takes one out."""
+    """Return a project file with some members replaced, or removed if they are None."""
     content = BytesIO(project_as_bytes(a_project()))
     written = BytesIO()
     with zipfile.ZipFile(content) as old, zipfile.ZipFile(written, "w") as new:

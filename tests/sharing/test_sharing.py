@@ -1,4 +1,4 @@
-"""The script and the command that are given away run and give the same cells; so do projects."""
+"""Test that the shared script, command and project give the cells of the study."""
 
 from __future__ import annotations
 

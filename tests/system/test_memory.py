@@ -1,4 +1,4 @@
-"""Memory that threads freed can be given back: they take it from a few places."""
+"""Test that memory freed by threads returns to the system, because threads share few arenas."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""No step on a whole grid holds the interpreter lock for long: other sessions wait for it."""
+"""Test that no step on a whole grid holds the interpreter lock for long and delays sessions."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ SIDE = 6000
 DATA = HardData(np.argwhere(np.ones((150, 150))), np.zeros(150 * 150, int))
 COLOURS = ["#000000", "#ffffff"]
 MAX_GAP = 0.5
-"""Seconds of this process's own CPU time, as a busy machine makes anybody wait."""
+"""Maximum seconds of CPU time of this process, which do not grow on a busy machine."""
 
 
 @contextmanager
 def ticking() -> Iterator[list[float]]:
-    """Yield a list whose one number is the longest time without a tick of another thread."""
+    """Yield a list with one number: the longest time during which another thread could not run."""
     longest, done = [0.0], threading.Event()
 
     def tick() -> None:
@@ -50,14 +50,14 @@ def ticking() -> Iterator[list[float]]:
 
 @pytest.fixture(scope="module")
 def field() -> np.ndarray:
-    """A large grid in two facies."""
+    """Return a large grid of two facies."""
     pattern = np.random.default_rng(0).integers(0, 2, (100, 100), dtype=np.uint8)
     return np.tile(pattern, (SIDE // 100, SIDE // 100))
 
 
 @pytest.fixture(scope="module")
 def ensemble(field) -> Ensemble:
-    """One realization of that size, which nothing had to simulate."""
+    """Return an ensemble with a random realization of this size, without a simulation."""
     data = HardData([[5, 5]], [1])
     study = Study(TrainingImage(field[:200, :200]), Grid(SIDE, SIDE), Parameters(), data, 0)
     parts = study.training_image, study.grid, study.parameters, study.hard_data, study.seed

@@ -1,4 +1,4 @@
-"""The program runs where it may not write, as in a container whose files are read-only."""
+"""Test the program without write access, as in a container with read-only files."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ccwsim.engine import kernel_cache
 ROOT = Path(__file__).parents[2]
 IS_ROOT = hasattr(os, "geteuid") and os.geteuid() == 0
 MORTAL = ["setpriv", "--bounding-set=-all"] if IS_ROOT and shutil.which("setpriv") else []
-"""Takes from root the right to write to whatever is closed."""
+"""Command that removes root's right to write to any file."""
 WORK = """
 from numba.core import event
 with event.install_recorder("numba:compile") as compiled:
@@ -27,7 +27,7 @@ print(len(compiled.buffer), FOLDER)
 
 
 def run(app: Path, temporary: Path, cache: Path) -> tuple[int, str]:
-    """How many compilations one kernel took, and where kernels are kept."""
+    """Return the number of compilations for one kernel, and the folder of compiled kernels."""
     done = subprocess.run(
         [*MORTAL, sys.executable, "-c", WORK],
         cwd="/",

@@ -1,4 +1,4 @@
-"""Work stops when it is asked to, in the midst of a realization and of a statistic."""
+"""Test that work stops on request, also during a realization or a statistic."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ IMAGE = RNG.integers(0, 3, (40, 50)).astype(np.uint8)
 
 
 class After:
-    """Says that the work is to stop after it was asked so many times."""
+    """Function that returns True, to stop the work, after a number of calls."""
 
     def __init__(self, n: int) -> None:
         self.left = n

@@ -1,4 +1,4 @@
-"""After a warm-up no kernel of a first run is compiled any more."""
+"""Test that a first run compiles no kernel after a warm-up."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A file that is written half never takes the place of a good one: full disk, killed process."""
+"""Test that an incomplete file never replaces a good file: full disk, killed process."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ def test_a_disk_that_fills_up_leaves_the_good_file(name, tmp_path, monkeypatch):
 @pytest.mark.skipif(sys.platform == "win32", reason="limits of POSIX")
 @pytest.mark.parametrize("name", ["out.npz", "stream.npy", "report.html", "study.ccwsim"])
 def test_a_write_that_ends_half_way_leaves_the_good_file(name, tmp_path):
-    """The system itself refuses what is beyond a limit of a process, after part was written."""
+    """Test a write that the system refuses after a part, because of a limit of the process."""
     path = tmp_path / name
     path.write_bytes(GOOD)
     done = ran(f"""
@@ -158,7 +158,7 @@ while True:
 
 
 def killed(code: str, path: Path, seconds: float) -> None:
-    """Run code, wait until it says that it is ready, and kill it after some time."""
+    """Run code, wait until it is ready, and kill its process after some time."""
     process = subprocess.Popen(
         [sys.executable, "-c", code, str(path)],
         cwd=ROOT,
@@ -222,7 +222,7 @@ def test_a_stop_by_the_keyboard_leaves_the_good_file(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("write", ["bytes", "realizations"])
 class TestTarget:
-    """What a target is stays: a link, its mode, that it may not be written."""
+    """Test that properties of a target are kept: a link, its mode, its write protection."""
 
     @pytest.fixture
     def target(self, tmp_path):
