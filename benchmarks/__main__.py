@@ -1,8 +1,8 @@
 """Time and memory of a realization: ``python -m benchmarks``.
 
-Channels on 512 × 512 cells with T 32, OR 8, K 20 on one thread; the median of several realizations.
-The same algorithm in plain NumPy and Python is measured in the same run. Conditional rows have 400
-hard data; each is compared with the unconditional row of equal level.
+Each value is the median of several realizations of channels on 512 × 512 cells, with T 32, OR 8, K
+20 and one thread. The same algorithm in plain NumPy and Python is measured in the same run. Rows
+with data have 400 hard data and are compared with the row without data at the same level.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from benchmarks.table import load, machine, save, table, warnings
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Measure the cases, print the table, and store the table if a file is given."""
+    """Measure the cases, print the table, and store the table if the user names a file."""
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks",
         description=__doc__,

@@ -1,10 +1,10 @@
-"""ANODI beside other codes: python -m benchmarks.anodi DATA
+"""ANODI of our program and of other codes: python -m benchmarks.anodi DATA
 
-Prints a Markdown table of the mean Jensen–Shannon divergence between realizations, and between
-realizations and training image, at full, half and third resolution (4 × 4 patterns). For each other
-code, ANODI's ratio is (our between / other between) / (our within / other within); our code is
-better if the ratio exceeds 1. The folder DATA has training images and realizations of the other
-codes.
+Prints a Markdown table of the mean Jensen–Shannon divergence between realizations (between), and
+between realizations and training image (within), at full, half and third resolution (4 × 4
+patterns). For each other code, the ratio of ANODI is (our between / other between) / (our within /
+other within); above 1, our code is better. The folder DATA has training images and realizations of
+the other codes.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from ccwsim.metrics import anodi
 
 @dataclass(frozen=True)
 class Case:
-    """Realizations of other codes, and the study for which these were simulated."""
+    """Realizations of other codes, and the study that was simulated."""
 
     title: str
     image: str

@@ -1,4 +1,4 @@
-"""The cases of the table, and the measurement of one case."""
+"""The studies in the table of `python -m benchmarks`, and the measurement of one study."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ N_REFERENCE = 3
 
 @dataclass(frozen=True)
 class Case:
-    """One row of the table: the level of the search, and whether there are hard data."""
+    """One row of the table: the level of the search, and whether the study has hard data."""
 
     level: int
     conditional: bool = False
 
     @property
     def parameters(self) -> Parameters:
-        """T 32, OR 8, K 20, as in the paper."""
+        """Parameters of the case: T 32, OR 8, K 20, as in the paper."""
         return Parameters(wavelet_level=self.level)
 
 
@@ -46,7 +46,7 @@ CASES = tuple(Case(level, conditional) for conditional in (False, True) for leve
 
 
 def load_study() -> tuple[TrainingImage, HardData]:
-    """Return the training image and the data: the paper's from CCWSIM_DATA, or the bundled ones.
+    """Return training image and data: those of the paper in CCWSIM_DATA, or bundled ones.
 
     Examples
     --------
@@ -92,7 +92,7 @@ def measure(
 
 
 def _warm_up(case: Case, image: TrainingImage) -> None:
-    """Compile all kernels for these types; dense data split tiles, which needs further kernels."""
+    """Compile all kernels for this study; dense data split tiles, which needs more kernels."""
     rows, columns = np.divmod(np.arange(0, 64 * 64, 37), 64)
     data = HardData(np.stack([rows, columns], axis=1), image.array[rows, columns])
     simulate(image, (64, 64), case.parameters, data if case.conditional else None, 24)

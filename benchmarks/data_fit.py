@@ -1,9 +1,9 @@
-"""How often fit_data is right: ``python -m benchmarks.data_fit [N_TRUTHS]``.
+"""Rates of right verdicts of `fit_data`: ``python -m benchmarks.data_fit [N_TRUTHS]``.
 
-Truths come from the generators of bundled images, with other seeds. Data are read at random cells
-of each truth. The first table has the false alarms: the share of truths whose data are said to
-contradict the bundled image of the same generator. The second table has these shares for all other
-images, and how often `rank_images` names the right image or a wrong image.
+Data are sampled at random cells of reference fields, which come from the generators of bundled
+images with other seeds. The first table has the false alarms: the share of reference fields whose
+data are found to contradict the bundled image of the same generator. The second table has this
+share for all other images, and how often `rank_images` names the right or a wrong image.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ SEED = 7200
 
 
 def image(name: str) -> TrainingImage:
-    """Return a bundled image, or one turned by 90°."""
+    """Return a bundled image, or a bundled image rotated by 90°."""
     if not name.startswith("turned "):
         return datasets.load(name)
     upright = datasets.load(name.removeprefix("turned "))
@@ -38,7 +38,7 @@ def image(name: str) -> TrainingImage:
 
 
 def samples(name: str, side: int, n: int, first: int, n_truths: int) -> Iterator[HardData]:
-    """Yield n data at random cells of each truth, which the generator draws with another seed."""
+    """Yield n data at random cells of each reference field of a generator."""
     for seed in range(SEED + first, SEED + first + n_truths):
         truth = generate(name, shape=(side, side), seed=seed)
         flat = np.random.default_rng(1000 * seed + n).choice(truth.indices.size, n, replace=False)
@@ -47,7 +47,7 @@ def samples(name: str, side: int, n: int, first: int, n_truths: int) -> Iterator
 
 
 def rejected(name: str, other: str, side: int, n: int, first: int, n_truths: int) -> list[bool]:
-    """Return for each truth of a generator whether its data contradict another image."""
+    """Return for each reference field of a generator whether its data contradict another image."""
     candidate = image(other)
     return [
         fit_data(candidate, data, (side, side)).contradicts

@@ -1,31 +1,32 @@
 """Bias, lattice and dead ends of realizations: ``python -m benchmarks.fidelity``.
 
-Prints a row for each training image and each way of drawing patches, and means as ratios to the
-published way (`published_draw`, no seam repair). The means of images that were used to choose the
-default settings ("chosen") and of all other images ("confirmed") are separate. The columns:
+Prints a row for each training image and each variant of the method, and means as ratios to the
+published variant (`published_draw`, no seam repair). The means of the images that were used to
+choose the default settings ("chosen") and of all other images ("confirmed") are separate. The
+columns:
 
-- bias: largest difference of a mean proportion from that of the image, in percentage points
-- spread: standard deviation of the proportions / that of pieces of the image
-- JS: divergence of the patterns of 4 × 4 cells (3 × 3 × 3 in volumes) from the image
+- bias: largest difference between a mean proportion and that of the image, in percentage points
+- spread: standard deviation of proportions, relative to that of pieces of the image
+- JS: divergence between the patterns of 4 × 4 cells (3 × 3 × 3 in volumes) and those of the image
 - tau: mean error of the connectivity functions E-W and N-S
-- ends: dead ends of all but the most frequent facies / those of the image (only maps)
+- ends: dead ends of all facies except the most frequent, relative to the image (only maps)
 - lattice: range of the mean of many realizations over positions in a patch (only maps)
-- unseen: share of patterns of 3 × 3 (× 3) cells that do not occur in the image
-- copied: side of the largest copied square, or cube / side of the template
+- unseen: share of patterns of 3 × 3 (× 3) cells that are absent from the image
+- copied: side of the largest copied square or cube, relative to the template
 - variety: share of cells that differ between two realizations
-- CPU: time of a realization; the ways are measured alternately
+- CPU: time of a realization; the variants are measured alternately
 
 If CCWSIM_DATA is a folder of published data, its images are measured too.
 
-``--drawn N`` measures N other maps of each generator of bundled images instead. None of these maps
-was used for any choice; "chosen" are the generators whose bundled image was used.
+``--drawn N`` instead measures N other maps from each generator of bundled images, which were not
+used to choose any setting; "chosen" are the generators whose bundled image was used.
 
-``--data`` measures studies with hard data instead. Ratios compare the default way with the
-published way. The columns:
+``--data`` instead measures studies with hard data. Ratios compare the default variant with the
+published variant. The columns:
 
 - ends, JS, variety: ratios of the columns above
 - Brier: ratio of the Brier scores at every fifth datum; these data are not used for conditioning
-- wrong, forced: with the default way, % of data not honoured, and % forced as single cells
+- wrong, forced: with the default variant, % of data not honoured, and % forced as single cells
 """
 
 from __future__ import annotations
@@ -62,7 +63,7 @@ COLUMNS = (
     "bias", "spread", "JS", "tau", "ends", "lattice", "unseen", "copied", "variety", "CPU",
 )  # fmt: skip
 RATIOS = ("JS", "tau", "variety", "CPU")
-"""Columns that are averaged as ratios to the published way."""
+"""Columns that are averaged as ratios to the published variant."""
 GEOMETRIC = ("ends",)
 N, N_LATTICE, N_VOLUMES, N_DATA = 40, 300, 6, 24
 OF_DATA = ("ends", "JS", "Brier", "variety", "wrong", "forced")
@@ -72,7 +73,7 @@ VOLUME = Parameters((16, 32, 32), (4, 8, 8), (1, 2, 2))
 
 
 def drawn(n: int) -> Iterator[tuple[str, TrainingImage]]:
-    """Yield new images of the generators, with the names of the generators."""
+    """Yield new images from the generators, with the names of the generators."""
     for seed, name in product(range(101, 101 + n), datasets.names()):
         yield name, generate(name, seed=seed)
 
@@ -111,7 +112,7 @@ RING = ((1, 0), (1, -1), (0, -1), (-1, -1), (-1, 0), (-1, 1), (0, 1), (1, 1))
 
 
 def dead_ends(maps: NDArray[np.uint8], facies: int) -> float:
-    """Return the number of ends of a facies' skeleton away from the edge, divided by its length."""
+    """Return the number of ends of a facies' skeleton inside the map, divided by its length."""
     ends = length = 0
     for each in maps:
         thin = skeleton(each == facies)
@@ -125,7 +126,7 @@ def dead_ends(maps: NDArray[np.uint8], facies: int) -> float:
 def lattice(image: TrainingImage, p: Parameters) -> float:
     """Return the range of the mean over positions in a patch, divided by the proportion.
 
-    Mean and proportion are of the rarest facies; the mean is over many realizations.
+    Mean and proportion are those of the rarest facies; the mean is over many realizations.
     """
     step, overlap = p.step, p.overlap_size
     n = max(min(image.shape) // step, 2) * step + overlap
@@ -161,12 +162,12 @@ def tau_error(e: Ensemble, image: TrainingImage) -> float:
 
 
 def _own(image: TrainingImage) -> NDArray:
-    """Return the codes of all facies but the most frequent."""
+    """Return the codes of all facies except the most frequent."""
     return np.delete(image.codes, int(np.argmax(image.proportions)))
 
 
 def judged(image: TrainingImage, p: Parameters, data: HardData | None = None) -> dict[str, float]:
-    """Return the columns of one row, without the time."""
+    """Return the columns of one row, except the time."""
     volume = len(image.shape) == 3
     shape = (48, 100, 100) if volume else image.shape
     n = N_VOLUMES if volume else N
@@ -194,7 +195,7 @@ def judged(image: TrainingImage, p: Parameters, data: HardData | None = None) ->
 
 
 def studies() -> Iterator[tuple[str, TrainingImage, HardData, tuple[int, ...]]]:
-    """Yield studies of maps with hard data: bundled, sampled more densely, and published ones."""
+    """Yield studies of maps with bundled data, denser samples and published data."""
     for name in datasets.hard_data_names():
         image = datasets.load(datasets.hard_data_training_image(name))
         yield name, image, datasets.load_hard_data(name), datasets.hard_data_grid_shape(name)
@@ -260,7 +261,7 @@ def print_studies(only: str) -> None:
 
 
 def times(image: TrainingImage, ways: dict[str, Parameters]) -> dict[str, float]:
-    """Return the CPU seconds of a realization for each way, measured alternately."""
+    """Return the CPU seconds of a realization for each variant, measured alternately."""
     shape = (48, 100, 100) if len(image.shape) == 3 else (512, 512)
     found: dict[str, list[float]] = {name: [] for name in ways}
     for seed in range(5):

@@ -2,11 +2,11 @@
 
 Numbers are means over the inner patches (L-shaped overlap) of an unconditional realization of
 channels on 512 × 512 cells with T 32, OR 8, K 20, at levels 1 to 3. The limit is the number of
-operations divided by the speed of the simplest loop of the same kind on this machine: for scores,
-one addition for each coefficient, in the cache and in the smallest type of block sums; for other
-kernels, a comparison of two bytes. Each kernel loops over all patches in compiled code, because a
-call from Python is slow. Times are the smallest CPU times of many rounds, so that other work on the
-machine has little influence.
+operations divided by the speed of the simplest loop of the same kind on this machine. For scores,
+this loop adds one number per coefficient, in the cache and in the smallest type of block sums. For
+other kernels, the loop compares two bytes. Each kernel loops over all patches in compiled code,
+because calls from Python are slow. Times are the smallest CPU times of many rounds, so that other
+work on the machine has little influence.
 """
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ def all_energies(squares, boxes, block, energy):
 
 @kernel
 def all_scores(grid, boxes, block, running, terms, energy, scores):
-    """Compute the terms of each patch, and the scores of all locations for it."""
+    """Compute the terms of each patch, and its scores at all locations."""
     for i in range(len(boxes)):
         n_groups = overlap_terms(grid, box_of(boxes[i]), block, running, terms)
         score_places(running, terms, n_groups, energy, scores[i])
@@ -113,8 +113,10 @@ def all_best(scores, rng, ranking, places):
 
 @kernel
 def all_refined(image, square_bits, grid, data, missed, boxes, block, at, strips, at_stake):
-    """Refine the location of each patch; the result uses all locations, to prevent dropped
-    calls."""
+    """Refine the location of each patch.
+
+    The result depends on all locations, so that the compiler cannot omit a call.
+    """
     total = 0
     for i in range(len(boxes)):
         place, box = (at[i, 0], at[i, 1], at[i, 2]), box_of(boxes[i])

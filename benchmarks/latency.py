@@ -1,11 +1,11 @@
 """Time from a changed control to the new picture in a browser: ``python -m benchmarks.latency``.
 
-A headless browser changes seed and level on the page Simulate, with Live on, of a local server.
-Times are in ms, median and 95 % quantile: from the key or click to the first frame with the new
-realization ("picture"), and until the page is complete. The time to the picture is split into
-"server", including both ways through the network, and "browser"; "kB" is all that the server sent.
-With --against DIR, two checkouts are measured alternately. The program first prints the time from
-the start of a server to the first page.
+A headless browser changes seed and level on the page Simulate of a local server, with Live on. The
+table has the median and the 95 % quantile, in ms, of the time from the key or click to the first
+frame with the new realization ("picture"), and to the complete page. The time to the picture is
+split into "server", including transfers in both directions, and "browser"; "kB" is the size of all
+data from the server. With --against DIR, two checkouts are measured alternately. The program first
+prints the time from the start of a server to the first page.
 """
 
 from __future__ import annotations
@@ -154,8 +154,10 @@ def opened(chromium: Any, address: str, case: Case) -> Any:
 def measured(
     pages: dict[str, Any], case: Case, control: str, n: int
 ) -> dict[str, list[list[float]]]:
-    """Return the rows of numbers of each checkout without the first three, which include
-    compiling."""
+    """Return the measurements of each checkout, without the first three.
+
+    The first three changes include compilation.
+    """
     rows: dict[str, list[list[float]]] = {name: [] for name in pages}
     changes = new_values(control)
     for k in range(n + 3):
@@ -174,7 +176,7 @@ def new_values(control: str) -> Iterator[str]:
 
 
 def changed(page: Any, case: Case, control: str, value: str) -> list[float]:
-    """Change a control and return the numbers of a row."""
+    """Change a control and return the numbers of a row of the table."""
     page.wait_for_timeout(400)
     page.wait_for_selector("[data-test-script-state=notRunning]", timeout=SLOW)
     if control == "seed":

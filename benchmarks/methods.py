@@ -1,9 +1,9 @@
 """Comparison of the methods: python -m benchmarks.methods DATA
 
-Prints a Markdown table of similarity to the channel training image, connectivity, variety, wrong
-data and CPU time of "ccwsim", "ms-ccsim" and "ccsim" in the same engine, by level, without data and
-with 397 to 2000 data, with `exact_data` on and off. Columns and the folder DATA are explained in
-`benchmarks.quality`.
+Prints a Markdown table for "ccwsim", "ms-ccsim" and "ccsim" in the same engine, by level:
+similarity to the channel training image, connectivity, variety, wrong data and CPU time. The
+studies have no data, or 397 to 2000 data with `exact_data` on and off. `benchmarks.quality`
+explains the columns and the folder DATA.
 """
 
 from __future__ import annotations

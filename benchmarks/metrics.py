@@ -1,7 +1,7 @@
 """Time of the metrics: python -m benchmarks.metrics
 
-Prints the wall time, on all cores, of the metrics of 100 realizations in total and per realization.
-The realizations have 512 × 512 cells of the bundled channels and 400 data.
+Prints the wall time, on all cores, of each metric of 100 realizations, in total and per
+realization. The realizations have 512 × 512 cells of the bundled channels and 400 data.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 One session warms up a local server. Then 1, 6 and 30 sessions open the first study at once and stay
 connected. For each number of sessions, the table has the processor time of the server for one
 opening, the times to the first picture and to the complete page (median and maximum), and the
-response times of the health check, which is asked every 50 ms (median, 99 % and maximum). With
+response times of the health check, which is sent every 50 ms (median, 99 % and maximum). With
 --against DIR, two checkouts are measured alternately.
 """
 
@@ -45,7 +45,7 @@ class Openings:
 
 
 class TimedSession(Session):
-    """A session that notes when the first picture of a realization arrives."""
+    """A session that records when the first picture of a realization arrives."""
 
     def timed_open(self, together: threading.Barrier, stack: ExitStack) -> tuple[float, float]:
         """Connect, open the page and stay connected until `stack` ends.

@@ -1,11 +1,11 @@
 """Quality of conditional realizations: python -m benchmarks.quality DATA
 
-Prints a Markdown table of the pattern distance to the training image at full, half and third
-resolution, the connectivity function τ E–W at lags 21, 41, 61 and 81 relative to the TI, the share
-of cells that differ between seeds, the status of the data, and the CPU time of a realization, also
-relative to unconditional realizations of the same run. "All phases" is the pattern distance with
-coarse cells that begin at any cell of image and realization. The folder DATA has the published
-training images, hard data and, optionally, realizations of other codes for the same studies.
+Prints a Markdown table with these columns: the pattern distance to the training image (TI) at full,
+half and third resolution; the same distance with coarse cells that begin at any cell ("all
+phases"); the connectivity function τ E–W at lags 21, 41, 61 and 81 relative to the TI; the share of
+cells that differ between seeds; the status of the data; and the CPU time of a realization, also
+relative to unconditional realizations of the same run. The folder DATA has the published training
+images, hard data and, optionally, realizations of other codes for the same studies.
 """
 
 from __future__ import annotations
@@ -156,10 +156,10 @@ def columns_of(images: NDArray, ti: TrainingImage) -> str:
 def distance_of_all_phases(images: NDArray, ti: TrainingImage, factor: int) -> float:
     """Return the mean pattern distance to the image at 1 / factor of the resolution, in all phases.
 
-    If coarse cells begin at another cell (phase), the same image has other patterns. At half
-    resolution, the stone wall without the first and last row differs more from the entire image
-    than realizations do. Patches copied from even to even cells keep the phase; shifted patches do
-    not.
+    The phase is the cell at which coarse cells begin. The patterns of an image depend on the phase:
+    at half resolution, the stone wall without its first and last row differs more from the complete
+    image than realizations do. Patches copied from even to even cells keep the phase; shifted
+    patches do not.
     """
     target = histogram_of_all_phases(np.asarray(ti.array), ti, factor)
     found = [js_divergence(histogram_of_all_phases(own, ti, factor), target) for own in images]
@@ -167,7 +167,7 @@ def distance_of_all_phases(images: NDArray, ti: TrainingImage, factor: int) -> f
 
 
 def histogram_of_all_phases(image: NDArray, ti: TrainingImage, factor: int) -> PatternHistogram:
-    """Return the mean histogram at 1 / factor of the resolution over all first coarse cells."""
+    """Return the mean histogram at 1 / factor of the resolution over all phases."""
     # only complete coarse cells, because incomplete cells would be stretched
     ny, nx = (n // factor * factor for n in np.subtract(image.shape, factor - 1))
     starts = product(range(factor), repeat=2)

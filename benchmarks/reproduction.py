@@ -1,9 +1,9 @@
-"""How often `check_ensemble` is right: ``python -m benchmarks.reproduction [N_TRUTHS]``.
+"""Rates of right verdicts of `check_ensemble`: ``python -m benchmarks.reproduction [N_TRUTHS]``.
 
-Truths come from the generators of bundled images, with other seeds, and take the place of
-realizations: no check should differ. The first table has the share of truths in which a check
-differs, and which. The second table has these shares for simulations that are known to be poor, in
-pairs of ensembles with other seeds.
+The first table has the false alarms. Fields from the generators of bundled images, with other
+seeds, are judged as if they were realizations, so no check should differ. The table has the share
+of fields in which a check differs, and the kinds of these checks. The second table has the same
+shares for simulations with poor settings, each with two seeds.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ N_REALIZATIONS = 12
 
 
 def as_ensemble(image: TrainingImage, truths: Sequence[TrainingImage]) -> Ensemble:
-    """Return truths as the realizations of a training image."""
+    """Return fields as the realizations of a training image."""
     n, shape = len(truths), truths[0].shape
     indices = np.array([np.searchsorted(image.codes, t.array) for t in truths]).astype(np.uint8)
     study = image, Grid.of(shape), Parameters(), HardData(), 0
@@ -51,14 +51,14 @@ def differing(ensemble: Ensemble) -> list[Check]:
 
 
 def truth_of(name: str, shape: Any, seed: int) -> TrainingImage:
-    """Return a map or a volume that a generator draws with another seed than its image."""
+    """Return a map or a volume from a generator, with another seed than the bundled image."""
     if len(shape) == 2:
         return generate(name, shape=shape, seed=seed)
     return generate_volume(name, shape=shape, seed=seed)
 
 
 def flagged(name: str, shape: tuple[int, ...], n: int, seeds: range) -> list[list[Check]]:
-    """Return the differing checks of ensembles of n truths; seeds are those of the first truths."""
+    """Return the differing checks of ensembles of n fields, with the seeds of their first fields."""
     image = datasets.load(name)
     found = []
     for seed in seeds:

@@ -1,13 +1,13 @@
 """Hostile uploads for every reader: ``python -m benchmarks.safety``.
 
-The worst file of tests/fuzz/evil.py for each reader is read as the dashboard reads an upload. The
+For each reader, the worst file of tests/fuzz/evil.py is read like an upload to the dashboard. The
 columns:
 
 - CPU, memory: of the process that reads the file; maximum over the rounds
-- delay: longest delay of a thread of the main process that should run every 5 ms; other visitors
-  wait this long. Minimum over the rounds, because other programs also cause delays
+- delay: longest delay of a thread of the main process that is due every 5 ms, which is the time
+  that other visitors wait; minimum over the rounds, because other programs also cause delays
 - server: growth of the main process; minimum over the rounds
-- answer: the message that the user gets
+- answer: the message to the user
 
 The table replaces the table in docs/safety.md. The benchmark needs Linux, and an idle machine.
 """
@@ -38,7 +38,7 @@ HEADER = """
 |---|---|--:|--:|--:|--:|---|
 """
 TICK = 0.005
-"""Seconds between two moments at which the ticking thread wants to run."""
+"""Seconds between two moments at which the ticking thread is due."""
 LOOK = 0.02
 """Seconds between two measurements of the reading process."""
 
@@ -70,7 +70,7 @@ class _Repeated(threading.Thread):
 
 
 class _Ticker(_Repeated):
-    """Notes the longest delay of a thread that wants to run every `TICK` seconds."""
+    """Records the longest delay of a thread that is due every `TICK` seconds."""
 
     longest = 0.0
 
@@ -81,7 +81,7 @@ class _Ticker(_Repeated):
 
 
 class _Watch(_Repeated):
-    """Notes the processor seconds and the peak memory of another process since the start."""
+    """Records the processor seconds and the peak memory of another process since the start."""
 
     def __init__(self, pid: int) -> None:
         super().__init__()
@@ -131,7 +131,7 @@ def measure(reader: str, name: str, content: bytes) -> Measured:
 
 
 def _answer(word: str, act: Callable[[], object]) -> str:
-    """Return the message of an act without the name of the file, or that the file is read."""
+    """Return the message of an operation without the name of the file, or "is read"."""
     try:
         act()
         return "is read"

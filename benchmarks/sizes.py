@@ -1,8 +1,8 @@
 """Time and memory by size: python -m benchmarks.sizes [--small]
 
-Each row is one study in a separate process: grids up to 100 million cells, large training images,
-many facies and data, one or two threads. Peak memory includes Python and compiled kernels, which
-dominate in the first row.
+Each row is one study in a separate process. The studies have grids of up to 100 million cells,
+large training images, many facies or many data, and one or two threads. Peak memory includes Python
+and compiled kernels, which dominate in the first row.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ CASES = (
 
 
 def image_of(case: Case) -> TrainingImage:
-    """Return the training image, repeated side by side until it is large enough."""
+    """Return the training image, tiled until it is large enough."""
     indices = datasets.load(case.image).indices
     n = -(-case.side // min(indices.shape))
     return TrainingImage(np.tile(indices, (n, n))[: case.side, : case.side])
@@ -76,8 +76,7 @@ def data_of(case: Case, ti: TrainingImage, p: Parameters) -> HardData | None:
 
 
 def measure(case: Case) -> tuple[float, float, float]:
-    """Return CPU seconds of a realization, wall seconds of all realizations, and peak memory in
-    MB."""
+    """Return CPU seconds of a realization, wall seconds of all realizations, and peak MB."""
     p = Parameters(case.template, case.overlap, case.level)
     ti = image_of(case)
     data = data_of(case, ti, p)

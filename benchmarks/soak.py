@@ -1,10 +1,10 @@
 """Many simultaneous users: ``python -m benchmarks.soak --sessions 30 --minutes 10``.
 
-Sessions do mixed work on a local server: runs of other seeds, levels and sizes, Live, Validate,
+Sessions do mixed work on a local server: runs with other seeds, levels and sizes, Live, Validate,
 Compare, How it works, uploads, and opening and closing tabs. One session opens links with extreme
-values and leaves large files. Every picture is compared with the result of the core. The report has
-errors, response times (median and 95 %), the longest time without an answer, and the server's
-memory after warming up, at its peak, and after all sessions were dropped.
+values and leaves large files. Every picture is compared with a realization computed by the engine.
+The report has errors, response times (median and 95 %), the longest time without an answer, and the
+server's memory after warming up, at its peak, and after all sessions have expired.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ EVERY = 0.5
 PULSE = 0.1
 """Seconds between an answer to a health check and the next check."""
 BACK_WITHIN = 0.1
-"""Allowed relative growth of the server's memory from start to end."""
+"""Allowed growth of the server's memory from start to end, relative to the start."""
 
 
 @dataclass
@@ -50,7 +50,7 @@ class Tally:
         Response times by kind of request.
     errors : Counter of str
     wrong : int
-        Number of pictures that differ from the core's.
+        Number of pictures that differ from those of the engine.
     """
 
     seconds: dict[str, list[float]] = field(default_factory=dict)
@@ -66,7 +66,7 @@ class Tally:
             self.seconds.setdefault(what, []).append(seconds)
 
     def looked(self, right: bool) -> None:
-        """Count a picture, and whether it equals the core's."""
+        """Count a picture, and count it as wrong if it differs from that of the engine."""
         with self.lock:
             self.checked += 1
             self.wrong += not right
@@ -108,7 +108,7 @@ class Watcher:
 
 
 class Pulse(Watcher):
-    """Measures the response times of a server's health check."""
+    """Measures the response times of the health check of a server."""
 
     def __init__(self, address: str, every: float = PULSE) -> None:
         super().__init__(every)
@@ -238,7 +238,7 @@ def _visit(
 
 
 def _all_forgotten(server: Server, ttl: int) -> None:
-    """Wait until sessions are dropped; the server does this when a tab is closed."""
+    """Wait until the server has dropped all sessions of closed tabs."""
     time.sleep(ttl + 2)
     with Session(server.address, "paper") as last:
         last.open()
@@ -267,7 +267,7 @@ def report(outcome: Outcome) -> str:
         *(f"| {' | '.join(row)} |" for row in rows(outcome)),
         "",
         f"{outcome.sessions} sessions for {outcome.minutes:g} minutes, {tally.tabs} tabs. "
-        f"{tally.checked} pictures compared with the core, {tally.wrong} wrong. "
+        f"{tally.checked} pictures compared with the engine, {tally.wrong} wrong. "
         f"{sum(tally.errors.values())} errors seen by users, {outcome.tracebacks} tracebacks and "
         f"{outcome.troubles} internal errors in the server's log. Memory of the server: "
         f"{outcome.start:.0f} MB at the start, {outcome.peak:.0f} MB at most, {outcome.end:.0f} MB "

@@ -1,11 +1,16 @@
 """The first run on a fresh machine: ``python -m benchmarks.startup``.
 
-Runs the default study with a copy of the package without compiled kernels, then with a copy of that
-copy, and then after changing the dates of the files. The columns are CPU seconds of all processes;
-of the longest path, which is the simulating process plus the busiest process that it waits for;
-wall seconds, which mean little on a busy machine; functions compiled in the simulating process; and
-functions newly stored on disk. With --against DIR, two checkouts are measured alternately. The
-benchmark needs Linux, because /proc has the CPU time of each process.
+Runs the default study with a copy of the package without compiled kernels, then with a copy of this
+copy, and then after a change of the dates of the files. The columns:
+
+- CPU seconds of all processes
+- CPU seconds of the longest path: the simulating process plus the busiest compiling process
+- wall seconds, which mean little on a busy machine
+- functions compiled in the simulating process
+- functions newly stored on disk
+
+With --against DIR, two checkouts are measured alternately. The benchmark needs Linux, because /proc
+has the CPU time of each process.
 """
 
 from __future__ import annotations

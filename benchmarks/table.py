@@ -1,4 +1,4 @@
-"""Measurements as one plain table and as JSON."""
+"""Measurements as a Markdown table and as JSON."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def load(path: Path) -> tuple[str, list[Row]]:
 
 
 def warnings(image: str, rows: Sequence[Row], other: str, before: Sequence[Row]) -> list[str]:
-    """Describe differences that make it hard to compare two runs.
+    """Describe differences that make a comparison of two runs unreliable.
 
     Examples
     --------

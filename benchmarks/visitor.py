@@ -30,9 +30,9 @@ HOSTILE = (
     "grid=10000x10000&realizations=1&data=sampled",
     "ti=nowhere&grid=0x-1&template=1e9&seed=-1&data=%00",
 )
-"""Links with extreme values, namely bounds, long runs and large grids, and one malformed link."""
+"""Links with extreme values (bounds, long runs, large grids), and one malformed link."""
 SENT_BYTES = 60 * 10**6
-"""Size in bytes of the unrequested file that each extreme visit leaves on the server."""
+"""Size in bytes of the unrequested file that each visit to an extreme link leaves on the server."""
 THINKING = 0.5
 """Mean number of seconds between an answer and the next request."""
 
@@ -182,7 +182,7 @@ class Visitor:
         self._tally.took(what, time.monotonic() - start)
 
     def _look(self, tab: Session) -> None:
-        """Compare the large picture with the core's."""
+        """Compare the large picture with that of the engine."""
         try:
             shown = tab.part("map_realization")["png"]
         except Stuck:
@@ -219,7 +219,7 @@ class HostileVisitor(Visitor):
 
 
 def _offer(tab: Session, content: bytes) -> None:
-    """Offer a hostile file as a training image; the page says why it is refused, or reads it."""
+    """Upload a hostile file as a training image; the page reads the file or refuses it."""
     tab.upload("image_file", "evil", content)
 
 
@@ -229,7 +229,7 @@ def choices_of(query: str) -> Choices:
 
 
 def expected(choices: Choices, image: TrainingImage | None = None) -> str:
-    """Return the first realization of a study from the core, in the dashboard's picture format."""
+    """Return the first realization of a study as the engine computes it, as a dashboard picture."""
     image = image or loaded(choices.image.bundled)
     ensemble = simulate(
         image, choices.grid, choices.parameters, n_realizations=1, seed=choices.seed, n_workers=1

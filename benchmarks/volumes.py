@@ -2,17 +2,17 @@
 
 Times are medians of several realizations on one thread. To compare machines, the table also has
 times relative to a 512 × 512 map of `channels` at level 2, measured alternately. `unseen` is the
-share of patterns of 3 × 3 × 3 cells that do not occur in the training image; the share at data
-follows after the stroke. `JS` is the distance of pattern histograms to the image; the distance of
-crops as large as the grid follows in brackets. `others` has `unseen` and `JS` for other volumes of
-the image's generator, which are the best values that a simulation can reach. If CCWSIM_DATA is a
-folder of published data, its volumes are measured too.
+share of patterns of 3 × 3 × 3 cells that are absent from the training image; after the stroke is
+this share among patterns at data. `JS` is the distance between the pattern histograms of
+realizations and image; in brackets is the distance of crops as large as the grid. `others` has
+`unseen` and `JS` of other volumes from the generator of the image, which are the best values that a
+simulation can reach. If CCWSIM_DATA is a folder of published data, its volumes are measured too.
 
-``--large`` measures six images of each bundled generator instead, nine times as large as the grid,
-with the template above and with the advised template, without data and with ten wells sampled from
-another volume of the generator. That volume and crops of the image have separate rows. In these
-tables, JS is relative to crops, and `bias` is the largest difference of the mean proportions from
-the image.
+``--large`` instead measures six images from each bundled generator, nine times as large as the
+grid. Each image is simulated with the template above and with the advised template, without data
+and with ten wells sampled from another volume of the generator. This volume and crops of the image
+have separate rows. In these tables, JS is relative to crops, and `bias` is the largest difference
+between mean proportions and those of the image.
 """
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ def wells_through(volume: np.ndarray, grid: tuple[int, int, int], seed: int) -> 
 
 
 def measured(case: Case, n: int) -> str:
-    """Return a row of the table; call it in a separate process, whose peak memory it reports."""
+    """Return a row of the table; call this in a new process, whose peak memory is measured."""
     image = image_of(case.image)
     data = wells_of(image, case.grid) if case.wells else HardData()
     channels, map_of = datasets.load("channels"), Parameters()
@@ -144,7 +144,7 @@ def distance(images: Ensemble | np.ndarray, image: TrainingImage) -> float:
 
 
 def others(image: TrainingImage, shape: tuple[int, ...], n: int = 6) -> np.ndarray:
-    """Return volumes of the image's generator that have only facies of the image."""
+    """Return volumes from the generator of an image that have only facies of the image."""
     drawn = (
         generate_volume(image.name, shape=shape, seed=seed).array  # type: ignore[arg-type]
         for seed in range(5000, 5000 + 10 * n)
