@@ -58,7 +58,7 @@ def truth_of(name: str, shape: Any, seed: int) -> TrainingImage:
 
 
 def flagged(name: str, shape: tuple[int, ...], n: int, seeds: range) -> list[list[Check]]:
-    """Return the differing checks of ensembles of n fields, with the seeds of their first fields."""
+    """Return the differing checks of ensembles of n fields, one ensemble per seed."""
     image = datasets.load(name)
     found = []
     for seed in seeds:
