@@ -34,12 +34,12 @@ MAX_PROCESSES = 3
 """Maximum number of compiling processes. More processes would not finish earlier, because compiling
 the largest kernel takes a third of the total time."""
 IDLE_SECONDS = 5.0
-"""Seconds without a request after which a compiling process ends."""
+"""Time in seconds after which a compiling process without requests ends."""
 POLL_SECONDS = 0.1
 NOW, SOON, LATER = 0, 1, 2
 """Urgency of a request: a call waits for the kernel, will soon need it, or may need it later."""
 ENTRY_KERNELS = {"simulate_patches", "resimulate_windows", "repair_windows", "change_cells"}
-"""Names of a realization's kernels that take longest to compile."""
+"""Names of the kernels of a realization that take longest to compile."""
 OPTIMIZING = 0.5
 """Time to optimize a kernel, divided by the time to infer the types in the kernel."""
 
@@ -47,7 +47,7 @@ OPTIMIZING = 0.5
 Kernel = Any
 """The class `kernels.Kernel`; it cannot be imported here, because `kernels` imports this file."""
 _walking = threading.Lock()
-"""One thread walks at a time, because Numba's table of types is not made for several threads."""
+"""Lock held by `walk`, because Numba's table of types is not thread-safe."""
 _walk: ContextVar[Callable[[Kernel, tuple[Any, ...]], None] | None] = ContextVar(
     "walk", default=None
 )
@@ -118,7 +118,7 @@ class CompileRequest:
 
 
 class _Compilers:
-    """The processes that compile kernels for this process, with one thread for each process."""
+    """The processes that compile kernels for this process, with one communicating thread each."""
 
     def __init__(self) -> None:
         self.pid = os.getpid()
@@ -280,7 +280,7 @@ def _start_process() -> ChildProcess:
 
 
 def _let_compile(process: ChildProcess, request: CompileRequest) -> None:
-    """Send a request; then read one byte per compiled function, until the end of the line."""
+    """Send a request; then read one byte per compiled function until a line end."""
     kernel = request.kernel
     process.send((kernel.__module__, kernel.__name__, request.signature))
     while (byte := process.answers.read(1)) != b"\n":

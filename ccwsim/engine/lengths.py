@@ -10,7 +10,7 @@ from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
 from ccwsim.model.parameters import Parameters, legal_sizes
 
 USUAL_OVERLAP = 448
-"""Number of overlap cells of a patch with T = 32 and OR = 8, for which data have a weight of 1."""
+"""Number of overlap cells of a patch with T = 32 and OR = 8, for which the weights of data hold."""
 
 
 class ScaledLengths(NamedTuple):

@@ -53,7 +53,7 @@ def orient_image(
 ) -> OrientedImage:
     """Return the prepared `image`, which is in path coordinates at the coarsest scale.
 
-    `lengths` are along the axes of the path; `may_split` tells whether tiles may be split.
+    `lengths` are along the axes of the path; `may_split` is true if tiles may be split.
     """
     p = study.parameters
     template, overlap, level = lengths.template, lengths.overlap, lengths.level
@@ -89,8 +89,8 @@ def n_planes(study: Study) -> int:
 def steers(study: Study) -> bool:
     """Return whether realizations are steered towards random target proportions.
 
-    Proportions are not steered if patches must stay near the same relative location in the image,
-    because the location then determines proportions.
+    A location weight switches steering off, because the relative location of patches in the image
+    then determines proportions.
     """
     p, several = study.parameters, study.training_image.n_facies > 1
     return several and not p.draws_as_published and not p.match_proportions
@@ -99,8 +99,8 @@ def steers(study: Study) -> bool:
 class PreparedImage:
     """The prepared training image, which all realizations of a study share.
 
-    Parts are computed when needed; two threads may compute the same part. The most recently used
-    parts, up to KEPT_BYTES in total, remain in memory.
+    Each part is computed when it is first needed; two threads may compute the same part. The most
+    recently used parts, up to KEPT_BYTES in total, remain in memory.
     """
 
     def __init__(self, study: Study) -> None:

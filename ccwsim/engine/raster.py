@@ -64,8 +64,8 @@ of 448 cells without data. The limit is proportional to the overlap."""
 N_DRAWN = 2
 """Number of random locations per patch without data; the best after refinement is used."""
 REACH = 4
-"""Maximum distance, in cells, of excluded locations from the verbatim continuation of a patch; the
-distance is at least one block."""
+"""Locations at most this number of cells (at least one block) from the verbatim continuation of a
+patch are excluded."""
 FEW_LOCATIONS = 100
 """If there are fewer locations than this number plus 4 K, continuations are not excluded."""
 TARGET_SPREAD = 0.7
@@ -79,8 +79,8 @@ MAX_KEPT = 2**20
 """Maximum number of cells of an empty data array that is stored for use in other realizations.
 Larger arrays would use too much memory."""
 RASTER_SHARE, REPAIR_SHARE = 0.7, 0.85
-"""Assumed finished shares of the time of a realization when local re-simulation begins (if there
-are data), and when seam repair begins."""
+"""Assumed finished shares of the time of a realization at the beginning of local re-simulation
+(with data) and of seam repair."""
 
 
 class Plan(NamedTuple):
@@ -325,7 +325,7 @@ def _search(
 
 
 def _overlap_of_location(lengths: ScaledLengths) -> int:
-    """Return the cost of a location at the opposite end of the image, in wrong cells of overlap."""
+    """Return the cost of a location at the opposite end of the image, in wrong overlap cells."""
     if not lengths.volume:
         return 2 * lengths.template[1] * lengths.overlap[1]
     return overlap_cells(lengths.template, lengths.overlap)

@@ -37,11 +37,12 @@ from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
 
 TRIALS_A_CELL, TRIALS_A_CELL_DATA = 40, 400
-"""Maximum number of single-cell changes that are tried per cell in a pass of seam repair, without
-and with data. Seams need fewer. Images without structure would need hundreds, so some unseen
-patterns remain there."""
+"""Maximum number of changes of single cells that are tried per cell in a pass of seam repair,
+without and with data. Seams need fewer changes. Images without structure would need hundreds of
+changes, so some unseen patterns remain in such images."""
 WINDOWS_A_CELL = 0.02
-"""Maximum number of repaired windows of a volume per cell, for the same reason."""
+"""Maximum number of repaired windows per cell of a volume; images without structure would need
+more."""
 Report = Callable[[float], None]
 """Function called with the finished share of the work, 0 … 1; it may raise an error to stop."""
 

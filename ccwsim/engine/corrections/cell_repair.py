@@ -36,10 +36,11 @@ FURTHER_DATA, PATIENCE_DATA, SHARE_OF_DATA = 200, 2000, 0.001
 SHARE_OF_DATA of the cells have data. The values are high because few changes suit both image and
 data. With more data the values decrease to FURTHER_VOLUME and PATIENCE_VOLUME."""
 STAYS = 4
-"""Number of changes of a tabu search during which a changed cell must not change again, unless the
-change leads to a new best state."""
+"""Number of further changes in a tabu search for which a changed cell is tabu, unless changing the
+cell again leads to a new best state."""
 LONGEST = 4000
-"""Maximum number of changes, and maximum number of listed unseen patterns, of a tabu search."""
+"""Maximum number of changes in a tabu search, and maximum number of unseen patterns that it
+lists."""
 
 
 class RepairedPart(NamedTuple):

@@ -1,8 +1,8 @@
 """The exact minimum cut of a patch of a volume, computed as the maximum flow from old to new cells.
 
 A cut passes between two neighbouring cells if one stays old and the other becomes new. A cut
-between two cells costs 1 for each cell whose facies differ between old and new; a cell beyond the
-overlap counts like its neighbour. The cost of the cheapest cut equals a maximum flow (Ford and
+between two cells costs 1 for each of the two cells whose old and new facies differ; a cell beyond
+the overlap counts like its neighbour. The cost of the cheapest cut equals a maximum flow (Ford and
 Fulkerson 1956), which is computed by the method of Boykov and Kolmogorov (2004). A tree of old
 cells and a tree of new cells grow until they touch. Flow is then sent from the root of the old tree
 to the root of the new tree. A cell that loses the link to its tree gets another parent or leaves

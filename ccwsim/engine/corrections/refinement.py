@@ -1,7 +1,7 @@
 """Shift a location so that its patch fits best at full resolution (not in the paper).
 
-The search at level J compares only locations at multiples of 2^J cells. Shifts of up to 2^J − 1
-cells reach the locations between them.
+The search at level J compares only locations that are multiples of 2^J cells. Shifts of up to 2^J −
+1 cells also reach the locations between them.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Facies indices stored as bits, to compare 64 cells at once.
 
 A word of plane b contains bit b of the facies indices of 64 cells. Two cells differ if their bits
-differ in any plane. Words with 64 cells of a row serve to compare one cell with 64 adjacent
-locations. Words with a square of 8 × 8 cells serve to compare the square with one location.
+differ in any plane. A word with 64 cells of a row is used to compare one cell with 64 adjacent
+locations. A word with a square of 8 × 8 cells is used to compare the square with one location.
 """
 
 from __future__ import annotations
@@ -131,7 +131,7 @@ def _bytes(n):
 
 @part_of_kernel
 def n_bits(word):
-    """Return the number of bits set in a word; compilers recognize this form."""
+    """Return the number of bits set in a word, in a form that compilers recognize."""
     one, two = np.uint64(0x5555555555555555), np.uint64(0x3333333333333333)
     n = word - (word >> np.uint64(1) & one)
     n = (n & two) + (n >> np.uint64(2) & two)
@@ -143,8 +143,9 @@ def n_bits(word):
 def nth_bit(word, n):
     """Return the position of the n-th set bit of a word, with n = 0 for the lowest set bit.
 
-    Running sums of the numbers of set bits per byte determine the byte of this bit; running sums in
-    the byte determine the bit. The code has no branches, which a processor could not predict.
+    Running sums of the numbers of set bits per byte determine the byte that contains this bit.
+    Running sums within the byte determine the bit. The code has no branches, because a processor
+    could not predict them.
     """
     ones, high = np.uint64(FIRST_ROW), np.uint64(0x8080808080808080)
     before, one = np.uint64(n), np.uint64(1)

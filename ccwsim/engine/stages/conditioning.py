@@ -22,7 +22,7 @@ from ccwsim.engine.stages.path import UNKNOWN, RasterPath, Triple
 
 
 class Weights(NamedTuple):
-    """Costs of data when a location is chosen, in wrong cells of overlap."""
+    """Costs of missed data in the choice of a location, in wrong cells of the overlap."""
 
     missed: int  # cost of a datum in the template that the patch does not honour
     held: int  # cost of a datum that the overlap, but not the patch, honours

@@ -20,7 +20,7 @@ from ccwsim.engine.stages.path import BOTTOM, LEFT, RIGHT, TOP, UNKNOWN, Triple
 BROKEN = 1 << 16
 """Cost of a datum that the cut does not honour; it exceeds any cost without data."""
 MAX_BIT_COST = 32
-"""Below this cost, bits are used to search for a boundary, all boundaries of a line at once."""
+"""Cost of a boundary below which bits represent all boundaries of a line at once in the search."""
 
 
 class CutWorkspace(NamedTuple):
@@ -160,7 +160,7 @@ def keep_old(grid, data, image, place, box, cut):
 
 @part_of_kernel
 def _keep_old(grid, data, image, place, box, cut, flow):
-    """Implement `keep_old`. Numba omits a branch for None only if an argument itself is None."""
+    """Implement `keep_old`; Numba omits a branch for None only if the argument itself is None."""
     keep_mask = cut.keep_mask
     if flow is not None:
         minimum_cut(grid, data, image, place, box, flow, keep_mask)
