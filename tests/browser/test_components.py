@@ -51,7 +51,7 @@ EMPTY = CellMap(
 
 @pytest.fixture(params=list(CALLS))
 def put_up(tab, request):
-    """Return a function that shows a component on an empty page, with a certain order of calls."""
+    """Return a function that shows a component on an empty page, with a given order of calls."""
 
     def put(name: str, data: dict) -> None:
         begin(tab, name, data)

@@ -37,7 +37,7 @@ HEADERS = {
 
 @pytest.fixture(scope="module")
 def proxy(address, tmp_path_factory):
-    """Yield the address of nginx, which runs on free ports with its own certificate."""
+    """Yield the address of nginx, which runs on free ports with a certificate of the test."""
     folder = tmp_path_factory.mktemp("nginx")
     plain, secure = free_port(), free_port()
     key, certificate = folder / "key.pem", folder / "cert.pem"

@@ -89,7 +89,7 @@ def _name(image: str, options: dict[str, object], n_data: int) -> str:
 
 
 def few(n: int = 60) -> list[Study]:
-    """Return quick studies that cover all images, numbers of data and options, and most pairs.
+    """Return quick studies that cover images, numbers of data, options, and most pairs of these.
 
     The next study is always the study that adds most new pairs.
     """

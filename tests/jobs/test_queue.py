@@ -19,7 +19,7 @@ SLOW = 60
 
 
 class Waiting:
-    """A queue entry: the session of a job, and functions called at its begin or abandonment."""
+    """A job in the queue: its session, and functions called when it begins or is abandoned."""
 
     def __init__(self, session: str, begin, abandon=lambda: None) -> None:
         self.session, self.begin, self.abandon = session, begin, abandon

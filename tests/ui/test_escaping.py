@@ -49,7 +49,7 @@ class Tags(HTMLParser):
 
 
 def strings(message):
-    """Return all texts of an element by the name of the field."""
+    """Return all texts of an element as a dictionary, by the name of the field."""
     for field, value in message.ListFields():
         if field.type == field.TYPE_MESSAGE:
             for one in value if field.is_repeated else (value,):

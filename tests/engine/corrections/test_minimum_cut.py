@@ -95,7 +95,7 @@ def random_case(
 
 
 def links(case: Case) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """Return the costs of links: between pairs of cells, shape (n, 3), to old cells, to new cells.
+    """Return the link costs between pairs of cells, shape (n, 3), to old cells and to new cells.
 
     Cells are numbered in the box. A link between two cells costs 1 for each of them that differs.
     The cells beyond a side with an overlap are old, and count as different if the cell at the side
