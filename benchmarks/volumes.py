@@ -2,11 +2,12 @@
 
 Times are medians of several realizations on one thread. To compare machines, the table also has
 times relative to a 512 × 512 map of `channels` at level 2, measured alternately. `unseen` is the
-share of patterns of 3 × 3 × 3 cells that are absent from the training image; after the stroke is
-this share among patterns at data. `JS` is the distance between the pattern histograms of
-realizations and image; in brackets is the distance of crops as large as the grid. `others` has
-`unseen` and `JS` of other volumes from the generator of the image, which are the best values that a
-simulation can reach. If CCWSIM_DATA is a folder of published data, its volumes are measured too.
+share of patterns of 3 × 3 × 3 cells that are absent from the training image, and after the stroke
+the same share among patterns at data. `JS` is the distance between the pattern histograms of
+realizations and image, and in brackets the same distance for crops as large as the grid. `others`
+has `unseen` and `JS` of other volumes from the generator of the image, which are the best values
+that a simulation can reach. If CCWSIM_DATA is a folder of published data, its volumes are measured
+too.
 
 ``--large`` instead measures six images from each bundled generator, nine times as large as the
 grid. Each image is simulated with the template above and with the advised template, without data

@@ -24,7 +24,7 @@ TESTED = "0.68"
 
 
 def are_known(version: str = numba.__version__) -> bool:
-    """Return whether the hooks were tested with a version of Numba."""
+    """Return whether the hooks were tested with the given version of Numba."""
     return version.split(".")[:2] == TESTED.split(".")
 
 
