@@ -23,7 +23,7 @@ FIRST = ("tests/browser/", "tests/ui/", "tests/io/", "tests/engine/", "tests/")
 """Folders of test files, slowest files first."""
 
 COMPILING = pytest.StashKey[subprocess.Popen]()
-# A test never fails for being slow.
+# Slow tests never fail.
 settings.register_profile("patient", deadline=None, max_examples=25)
 settings.load_profile("patient")
 

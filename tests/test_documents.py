@@ -216,7 +216,7 @@ def broken_links(document: Path) -> list[str]:
     """Return the links and pictures of a document whose file or heading does not exist."""
     broken = []
     for link in re.findall(r"\]\(<?([^)>\s]+)>?[^)]*\)", prose_of(document)):
-        if re.match(r"[a-z]+:", link):  # elsewhere
+        if re.match(r"[a-z]+:", link):  # a link to another site
             continue
         path, _, anchor = link.partition("#")
         target = document.parent / path if path else document

@@ -155,7 +155,7 @@ def test_no_modules_import_each_other_in_a_circle():
     paths = {
         ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): path
         for path in PACKAGE.rglob("*.py")
-        if path != PACKAGE / "__init__.py"  # the table of contents names everything, lazily
+        if path != PACKAGE / "__init__.py"  # the package's own file imports everything lazily
     }
     left = {name: every_import(path, paths.keys()) - {name} for name, path in paths.items()}
     while free := [name for name, needed in left.items() if not needed & left.keys()]:

@@ -196,7 +196,7 @@ def test_a_training_image_is_an_array_and_a_value():
 
 def test_continuous_arrays_become_images_by_a_threshold_or_classes():
     model = gstools.Exponential(dim=2, var=1, len_scale=4)
-    field = gstools.SRF(model, seed=3).structured([range(30), range(20)])  # x first
+    field = gstools.SRF(model, seed=3).structured([range(30), range(20)])  # the first axis is x
     image = TrainingImage.from_array(np.transpose(field), threshold=0.0, name="g")
     assert (image.shape, image.name) == ((20, 30), "g")
     np.testing.assert_array_equal(np.asarray(image), np.transpose(field) >= 0)

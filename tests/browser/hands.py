@@ -20,7 +20,7 @@ TRIES = 4
 
 def at_rest(page) -> None:
     """Wait until the page has been redrawn after the last action."""
-    page.wait_for_timeout(150)  # for the question to be on its way
+    page.wait_for_timeout(150)  # until the message is sent
     page.wait_for_selector("[data-test-script-state=notRunning]", timeout=SLOW)
 
 
@@ -33,7 +33,7 @@ def until(act: Callable[[], None], seen: Callable[[int], None]) -> None:
             act()
             seen(GLANCE if attempt + 1 < TRIES else SOON)
             return
-        except (AssertionError, Error, TypeError):  # what is being replaced has no box
+        except (AssertionError, Error, TypeError):  # an element that is being replaced has no box
             if attempt + 1 == TRIES:
                 raise
 
@@ -47,7 +47,7 @@ def soon(holds: Callable[[], object], within: float = SOON) -> None:
         try:
             holds()
             return
-        except (AssertionError, Error, TypeError):  # what is being replaced has no box
+        except (AssertionError, Error, TypeError):  # an element that is being replaced has no box
             if monotonic() > end:
                 raise
         sleep(0.1)

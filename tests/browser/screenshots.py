@@ -120,7 +120,7 @@ def take_whole(page, width: int, path: Path) -> None:
         tall = now
         page.set_viewport_size({"width": width, "height": max(tall, SIZES[width])})
         page.wait_for_timeout(800)
-        with suppress(Overdue):  # a part that needs what this study has not stays as it is
+        with suppress(Overdue):  # a section that does not apply to this study stays empty
             page.wait_for_function(WHOLE, timeout=60_000)
         page.wait_for_timeout(1200)
     page.screenshot(path=path)

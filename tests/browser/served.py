@@ -75,7 +75,7 @@ def started(
         server.terminate()
         try:
             server.wait(10)
-        except subprocess.TimeoutExpired:  # a compiler at work does not listen
+        except subprocess.TimeoutExpired:  # a compiling process does not react
             server.kill()
             server.wait(10)
 

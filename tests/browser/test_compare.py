@@ -154,7 +154,7 @@ def clicked_point_shows_its_realization(page) -> None:
 
     def click() -> None:
         page.mouse.move(4, 4)
-        page.evaluate(PLACE, ["compared_mds", 1, k])  # brings it into view first
+        page.evaluate(PLACE, ["compared_mds", 1, k])  # first scroll to the chart
         x, y = page.evaluate(PLACE, ["compared_mds", 1, k])
         page.mouse.move(x, y)
         see(page.locator(".st-key-chart_compared_mds .hovertext"), GLANCE)

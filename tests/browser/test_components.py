@@ -64,7 +64,7 @@ def begin(tab, name: str, data: dict) -> None:
     """Make a page with one component that has not been called yet."""
     html, css, js = component_parts(name)
     if name not in ("editor", "volume"):
-        css = ""  # what others have is of a part alone, and would hold for the whole page here
+        css = ""  # the style of other components would apply to the whole page here
     tab.goto("about:blank")
     tab.set_content("<div class='stApp' style='width: 100%'></div>")
     tab.evaluate(BEGIN, [f"{html}<style>{css}</style>", js, data])
@@ -111,7 +111,7 @@ def test_the_newest_of_calls_in_any_order_is_shown(tab, order):
 def test_a_map_shows_and_says_the_cells_of_its_newest_picture(tab):
     two = {"colours": ["#888888", "#ffcc00"], "labels": ["mud", "sand"]}
     shown = map_content(replace(EMPTY, **two))
-    # the other picture, and before it is unpacked the same one under another name
+    # another picture and, before it is unpacked, the first one under another name
     other = map_content(replace(EMPTY, indices=np.ones((8, 16), np.uint8), **two))
     tab.set_viewport_size({"width": 500, "height": 600})
     begin(tab, "map", shown)
@@ -230,7 +230,7 @@ def test_a_datum_is_dragged_to_another_cell_in_one_edit(tab, editing):
     assert sets(tab) == []  # until it is dropped
     tab.mouse.up()
     has_sets(tab, [[2, 3, ERASED], [6, 12, 1]])
-    drag(tab, middle(6, 12), middle(5, 9))  # over the other datum, which it replaces
+    drag(tab, middle(6, 12), middle(5, 9))  # onto the other datum, which is replaced
     tab.mouse.up()
     has_sets(tab, [[6, 12, ERASED], [5, 9, 1]], since=1)
 
@@ -292,7 +292,7 @@ def test_each_tool_does_what_its_name_says(tab, editing):
     assert len(sets(tab)) == 3
     checked = tab.locator("[data-tool][aria-checked=true]")
     expect(checked).to_have_text(["pan"], timeout=SOON)
-    tab.locator(".brushes button", has_text="sand").click()  # who chooses a facies draws
+    tab.locator(".brushes button", has_text="sand").click()  # this also selects the tool draw
     expect(checked).to_have_text(["draw"], timeout=SOON)
 
 
@@ -308,7 +308,7 @@ def test_one_finger_moves_a_datum_and_two_zoom(tab, editing):
         finger.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
 
     (x, y), (to_x, to_y) = middle(2, 3), middle(6, 12)
-    touch("touchStart", (x + 9, y))  # beside the mark, as a finger is
+    touch("touchStart", (x + 9, y))  # beside the mark, because a finger is imprecise
     for k in (1, 2, 3, 4):
         touch("touchMove", (x + (to_x - x) * k / 4, y + (to_y - y) * k / 4))
     touch("touchEnd")
@@ -321,7 +321,7 @@ def test_one_finger_moves_a_datum_and_two_zoom(tab, editing):
         touch("touchMove", a, (b[0] - 12 * k, b[1] + 12 * k))
     touch("touchEnd")
     expect(tab.locator("canvas.near")).to_have_count(1, timeout=SOON)
-    assert len(sets(tab)) == 1  # the first finger let the datum go
+    assert len(sets(tab)) == 1  # the first finger dropped the datum
 
 
 def test_an_arrow_key_makes_one_step(tab, put_up):
@@ -346,7 +346,7 @@ def test_a_section_in_view_is_told_once(tab, put_up):
         "<div class='st-key-section_facts'><div class='unseen'>…</div></div>"; }"""
     )
     tab.wait_for_function("() => told.length", timeout=SOON)
-    tab.wait_for_timeout(600)  # two looks more
+    tab.wait_for_timeout(600)  # two further checks
     assert tab.evaluate("told") == [["seen", ["facts"]]]
 
 
@@ -367,7 +367,7 @@ def test_a_part_of_a_page_keeps_its_height_until_the_page_rests(tab, put_up):
     )
     high = "() => document.querySelector('.st-key-part').getBoundingClientRect().height"
     tab.wait_for_function(f"() => ({high})() === 300", timeout=SOON)
-    tab.evaluate(FRAMES)  # in which it is measured
+    tab.evaluate(FRAMES)  # frames in which the size is measured
     tab.evaluate("() => document.querySelector('.st-key-part').replaceChildren()")
     tab.evaluate(FRAMES)
     assert tab.evaluate(high) == 300

@@ -113,7 +113,7 @@ class Editor:
         """Wait until a run honours all n data and the table contains the data."""
         from playwright.sync_api import expect
 
-        title = "1 datum" if n == 1 else f"{n} data"  # what the study has
+        title = "1 datum" if n == 1 else f"{n} data"  # the number of data in the study
         expect(self.page.locator(".st-key-table_row .panel")).to_have_text(title, timeout=SLOW)
         words = f"{n} of {n} data honoured" if n else "no hard data"
         expect(self.page.locator(".facts")).to_contain_text(words, timeout=SLOW)
@@ -150,7 +150,7 @@ class Editor:
 def idle(page):
     """Wait until the page has been redrawn after the last action."""
     at_rest(page)
-    # what is being replaced has gone
+    # an element that is being replaced is gone
     replaced = "[data-stale=true], .st-key-clear ~ .st-key-clear"
     page.wait_for_function(f"() => !document.querySelector('{replaced}')", timeout=SLOW)
 
@@ -247,7 +247,7 @@ def test_quick_edits_are_all_taken_and_an_eraser_wipes_a_path(page, address):
     editor = opened(page, address, 100, 80)
     editor.brush("sand")
     spots = [editor.spot(0.1 + 0.06 * k, 0.2 + 0.04 * (k % 3)) for k in range(12)]
-    cells = [editor.cell(spot) for spot in spots]  # as the page is while they are clicked
+    cells = [editor.cell(spot) for spot in spots]  # before the clicks can move the page
     for spot in spots:
         editor.click(spot)
     editor.holds(dict.fromkeys(cells, SAND))

@@ -232,7 +232,7 @@ def test_scrub_step_play_and_stop(page, trace):
     move(page, lambda: page.keyboard.press("ArrowRight"), first + 1, n)
     move(page, lambda: page.keyboard.press("ArrowLeft"), first, n)
     slider = page.locator(".st-key-how_patch input[type=range]")
-    move(page, lambda: slider.press("ArrowRight"), first + 1, n)  # its own: one step, not two
+    move(page, lambda: slider.press("ArrowRight"), first + 1, n)  # one patch, not two
 
     def scrub() -> None:
         at_rest(page)

@@ -75,7 +75,7 @@ FILES = {
 @pytest.mark.parametrize("name", FILES)
 def test_a_file_reaches_a_simulation(tab, address, name, tmp_path):
     made, n_facies = FILES[name]
-    kind = "volume" if name == "volume.mat" else "map"  # all layers of it are taken
+    kind = "volume" if name == "volume.mat" else "map"  # all layers are used
     file = tmp_path / name
     file.write_bytes(made())
     tab.goto(f"{address}/simulate?{STUDY}")
@@ -166,7 +166,7 @@ def test_an_image_and_wells_in_utm_give_a_geotiff_without_a_number_typed(tab, ad
     tab.get_by_text("1 of 41 data outside the grid").first.wait_for(timeout=SLOW)
     at_rest(tab)
     tab.screenshot(path=tmp_path / "asked.png", full_page=True)
-    assert not tab.locator(".st-key-ask_fit").count()  # a far-away well does not stretch the grid
+    assert not tab.locator(".st-key-ask_fit").count()  # a distant well does not extend the grid
     choose(tab, "ask_on_outside", "leave them out")
     tab.get_by_text("40 data of wells.csv are in the study").wait_for(timeout=SLOW)
     follow(tab, tab.get_by_role("button", name="Simulate", exact=True), "simulate")

@@ -50,7 +50,7 @@ def opened(page, address, path="/simulate?grid=200x150&data=none"):
 def facts(page, pattern, timeout=SLOW):
     from playwright.sync_api import expect
 
-    # While the page is drawn again the old facts may stand beside the new ones for a moment.
+    # While the page is redrawn, old facts may be shown beside new facts for a moment.
     now = page.locator(".facts", has_text=re.compile(pattern)).first
     expect(now).to_be_visible(timeout=timeout)
 
@@ -92,7 +92,7 @@ def test_own_image_and_data_to_realizations_and_back_home(page, address, image_f
     opened(page, address, "/simulate")
     upload(page, "image", image_file, note=image_file.stem)
     upload(page, "data", data_file, note="60 data")
-    fill(page, "n_realizations", 20)  # so many that their progress is seen
+    fill(page, "n_realizations", 20)  # enough realizations to see progress
     fill(page, "seed", 42)
     choose(page, "wavelet_level", "0")
     page.evaluate(
@@ -111,7 +111,7 @@ def test_own_image_and_data_to_realizations_and_back_home(page, address, image_f
     tiles = page.get_by_role("button", name=re.compile(r"^Realization \d+$"))
     from playwright.sync_api import expect
 
-    expect(tiles).to_have_count(20, timeout=SOON)  # the old ones stand there for a moment
+    expect(tiles).to_have_count(20, timeout=SOON)  # the old tiles remain for a moment
     until(
         lambda: tiles.nth(2).click(timeout=GLANCE),
         lambda wait: sees(page.get_by_text("Realization 3 of 20"), wait),
@@ -219,13 +219,13 @@ def test_quick_changes_are_all_kept(page, address):
         box = page.locator(f".st-key-{key} input")
         box.fill(str(value))
         box.press("Enter")
-        page.wait_for_timeout(250)  # as fast as hands are
+        page.wait_for_timeout(250)  # as fast as a user
 
     def boxes() -> list[str]:
         return [page.locator(f".st-key-{key} input").input_value() for key in edits]
 
     at_rest(page)
-    settled(page, boxes)  # none of them is taken back
+    settled(page, boxes)  # no change is reverted
     for key, value in edits.items():
         expect(page.locator(f".st-key-{key} input")).to_have_value(str(value), timeout=SOON)
 

@@ -135,7 +135,7 @@ def test_five_quick_changes_end_in_the_picture_of_the_last(page):
     expect(strip.first).to_have_attribute("aria-label", re.compile(f"→ {LAST_SEED}"), timeout=SLOW)
     complete(page)
     assert np.array_equal(downloaded(page), expected.realizations)
-    # nothing of an older run comes after: picture and facts stay as they are
+    # no result of an older run follows: picture and facts do not change
     picture = settled(page, lambda: page.evaluate(PICTURE))
     facts = settled(page, page.locator(".facts").first.inner_text)
     page.wait_for_timeout(1500)

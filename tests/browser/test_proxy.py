@@ -76,7 +76,7 @@ def site(address: str, plain: int, secure: int, key: Path, certificate: Path) ->
 
 
 def whole(text: str) -> str:
-    # its workers write large answers to folders of this test, which only its user may
+    # workers write large answers to folders that only the user of this test may write to
     user = "user root;" if hasattr(os, "geteuid") and os.geteuid() == 0 else ""
     return f"""
 {user}
@@ -151,7 +151,7 @@ class Secure(Session):
         for tries_left in (2, 1, 0):
             try:
                 return connect(url.replace("ws://", "wss://"), ssl=trusting(), **options)
-            except InvalidMessage:  # it was closed unanswered: a browser comes again as well
+            except InvalidMessage:  # closed without an answer; a browser also retries
                 if not tries_left:
                     raise
         raise AssertionError

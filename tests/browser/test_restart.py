@@ -25,7 +25,7 @@ def test_a_server_killed_in_mid_run_and_started_again_shows_the_same_picture(chr
         page = opened(context, f"{first.address}/simulate?{STUDY}")
         large(page, 1, N)
         before = picture(page)
-        fill(page, "n_realizations", N + 1)  # as the server keeps the run of the same study
+        fill(page, "n_realizations", N + 1)  # a study that the server has not kept
         link = page.url
         button = page.locator(".st-key-run button").first
         progress = page.locator(".st-key-progress").first
@@ -36,14 +36,14 @@ def test_a_server_killed_in_mid_run_and_started_again_shows_the_same_picture(chr
         first.process.kill()
         first.process.wait(60)
         assert page.url == link
-        assert page.locator(".st-key-map_realization canvas").count()  # what was seen stays
+        assert page.locator(".st-key-map_realization canvas").count()  # the old map stays
     with started(port=port):
         again = opened(context, link)
         large(again, 1, N + 1)
         assert again.url == link
         again.wait_for_function(SAME, arg=before, timeout=SLOW)
         again.close()
-        # the tab that was open all the time finds its way back by itself
+        # the open tab reconnects by itself
         page.wait_for_selector("[data-test-connection-state=CONNECTED]", timeout=SLOW)
         at_rest(page)
         large(page, 1, N + 1)

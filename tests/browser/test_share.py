@@ -157,7 +157,7 @@ def show_third(page) -> None:
 def test_a_change_asks_for_the_page_once_and_data_by_hand_are_in_the_address(chromium, address):
     context = context_of(chromium)
     page = context.new_page()
-    asked: list[BackMsg] = []  # of the reader's doing; a run that is followed asks by itself
+    asked: list[BackMsg] = []  # requests of the user; active runs send requests by themselves
 
     def sent(frame) -> None:
         message = BackMsg.FromString(frame)

@@ -116,8 +116,8 @@ def test_the_figures_of_the_paper_are_on_the_first_screen(judged):
     judged.evaluate("document.querySelector('[data-testid=stMain]').scrollTo(0, 0)")
     for key in CURVES:
         soon(lambda key=key: has_curves(judged, key))
-        chart = f".st-key-chart_{key} .js-plotly-plot"  # what is above keeps its height for a while
-        # a line of the summary more than with the paper's data is a line lower
+        chart = f".st-key-chart_{key} .js-plotly-plot"  # charts above keep their height at first
+        # one more line in the summary moves the section down by a line
         low = f"() => document.querySelector('{chart}').getBoundingClientRect().bottom <= 924"
         judged.wait_for_function(low, timeout=SLOW)
 

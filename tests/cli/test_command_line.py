@@ -444,8 +444,8 @@ def test_times_and_sizes_in_words():
 @pytest.mark.parametrize("name", SIGNALS)
 def test_a_signal_is_caught_once_and_only_inside(name, monkeypatch):
     number = getattr(signal, name)
-    monkeypatch.setattr("ccwsim.cli.progress.os.dup2", lambda *_: None)  # ours stays open
-    before = signal.signal(number, signal.SIG_DFL)  # whatever the tests were started by
+    monkeypatch.setattr("ccwsim.cli.progress.os.dup2", lambda *_: None)  # stays open in tests
+    before = signal.signal(number, signal.SIG_DFL)  # known state for the test
     try:
         with stop_on_signals() as stopped:
             assert not stopped()
@@ -458,7 +458,7 @@ def test_a_signal_is_caught_once_and_only_inside(name, monkeypatch):
 
 
 def test_a_signal_that_is_ignored_stays_so():
-    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)  # as nohup has it
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)  # as under nohup
     try:
         with stop_on_signals() as stopped:
             signal.raise_signal(signal.SIGHUP)

@@ -56,7 +56,7 @@ def test_the_generator_makes_the_bundled_image(name):
     made, bundled = tools.generate(name), datasets.load(name)
     assert made.shape == bundled.shape
     assert made.facies_names == bundled.facies_names
-    # Another processor may round single cells at a bank the other way.
+    # Another processor may round single cells at a bank differently.
     assert np.mean(made.array == bundled.array) >= 0.999
 
 
@@ -251,7 +251,7 @@ def test_wave_has_unit_variance_and_its_wavelength():
     series = wave(400_000, 80, 0.2, RandomState(0))
     assert series.var() == pytest.approx(1, rel=0.1)
     covariance = [np.mean(series[:-lag] * series[lag:]) for lag in range(1, 80)]
-    # A damped oscillator is most unlike itself half a damped period later.
+    # The correlation of a damped oscillator is lowest after half a damped period.
     assert 1 + np.argmin(covariance) == pytest.approx(40 / np.sqrt(1 - 0.2**2), abs=3)
 
 

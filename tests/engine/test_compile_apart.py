@@ -149,7 +149,7 @@ def test_a_walk_finds_out_what_is_missing_and_runs_nothing(monkeypatch, tmp_path
         assert (allocating(cells + 1) == 2).all()
     assert missing == [(plain, 1), (allocating, 1)]
     assert (cells == 0).all()
-    assert plain(cells) == 3  # it is not of the package: compiled here
+    assert plain(cells) == 3  # not in the package, therefore compiled here
     with compilation.walk(lambda *_: pytest.fail("it is there")):
         assert plain(cells) == 3
 

@@ -71,4 +71,4 @@ def test_a_study_at_the_limits_stops_when_told(study):
 
     with pytest.raises(Cancelled):
         simulate(*study(), cancel=cancel)
-    assert asked < 10  # nobody goes on after that
+    assert asked < 10  # no worker continues afterwards

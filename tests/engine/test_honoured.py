@@ -130,7 +130,7 @@ def volumes(draw):
         where = np.unique(cells.reshape(-1, 3), axis=0).astype(int)
         where = where[((where >= 0) & (where < grid)).all(axis=1)]
     facies = ti.codes[rng.integers(0, ti.n_facies, len(where))].astype(int)
-    if draw(st.booleans()):  # as the image has them, and not each for itself
+    if draw(st.booleans()):  # data from the image instead of independent data
         near = np.minimum(where, np.array(ti.shape) - 1)
         facies = np.asarray(ti.array)[tuple(near.T)].astype(int)
     return ti, grid, p, HardData(where, facies), draw(st.integers(0, 2**40))
@@ -206,7 +206,7 @@ def test_forced_counts_what_is_forced_at_the_end_of_a_revision(keep_sources):
         rows, columns = data.cells.T
         own = np.searchsorted(image.codes, data.facies)
         is_new = [tuple(cell) not in set(map(tuple, few.cells)) for cell in data.cells]
-        # seam repair may have set a cell alone as a new datum wants it
+        # seam repair may have set a single cell to the facies of a new datum
         met = is_new & (before.indices[:, rows, columns] == own)
         forced = ((after.sources[:, rows, columns] == -1) & ~met).sum(axis=1)
         n_forced += forced.sum()

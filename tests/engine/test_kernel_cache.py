@@ -54,7 +54,7 @@ def test_a_damaged_file_is_compiled_anew(function, tmp_path, ending, content, ca
     assert "twice on disk is damaged" in said
     again = compiled(function, folder)
     assert again(5) == 10
-    assert sum(again.stats.cache_hits.values()) == 1  # the cache was mended, not only left alone
+    assert sum(again.stats.cache_hits.values()) == 1  # the cache was repaired, not only ignored
 
 
 def test_a_truncated_file_is_left_to_the_process_that_compiles(function, tmp_path):

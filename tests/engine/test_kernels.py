@@ -14,7 +14,7 @@ def first_of(arrays):
 
 
 def test_kernels_do_not_count_who_holds_an_array(monkeypatch):
-    monkeypatch.setattr(kernels, "FOLDER", "")  # what is read from disk has no code to look at
+    monkeypatch.setattr(kernels, "FOLDER", "")  # kernels read from disk have no code to inspect
     part = kernels.part_of_kernel(first_of)
 
     given = np.arange(3), np.arange(6).reshape(2, 3)

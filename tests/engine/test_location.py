@@ -68,7 +68,7 @@ def test_a_delta_stays_a_delta(method):
 
 def test_a_vertical_trend_is_kept_alone():
     rng = np.random.default_rng(0)
-    shares = np.linspace(0.05, 0.9, 24)[:, None, None]  # more and more sand towards the top
+    shares = np.linspace(0.05, 0.9, 24)[:, None, None]  # sand becomes more frequent upwards
     cells = ndimage.gaussian_filter(rng.random((24, 40, 40)), 1.5)
     ranks = cells.reshape(24, -1).argsort(axis=1).argsort(axis=1).reshape(cells.shape) / 1600
     image = TrainingImage((ranks < shares).astype(np.uint8))

@@ -210,7 +210,7 @@ def test_the_co_template_looks_at_data_ahead(datum):
 
 @pytest.mark.slow
 def test_the_co_template_leaves_fewer_data_to_mend(well_data):
-    draw = {"published_draw": True}  # steered draws leave less to it: 14.0 against 15.3
+    draw = {"published_draw": True}  # steering reduces the effect: 14.0 against 15.3
     alone = simulated(well_data, co_template=1, **draw)
     ahead = simulated(well_data, co_template=2, **draw)
     assert ahead.n_resimulated.mean() < 0.9 * alone.n_resimulated.mean()

@@ -92,7 +92,7 @@ def test_a_constant_image_gives_constant_realizations(template, overlap, level, 
 @given(shapes, st.sampled_from([(6, 1), (4, 2), (8, 3)]))
 def test_patches_cover_every_cell_of_the_grid(shape, overlap_and_level):
     image = np.full((17, 17), 7)
-    image[16, 16] = 0  # fills no block, so no patch has it
+    image[16, 16] = 0  # fills no block, so no patch contains the cell
     p = Parameters(16, *overlap_and_level, random_path=False, refine=False)
     assert (simulate(TrainingImage(image), shape, p).realizations == 7).all()
 
@@ -100,7 +100,7 @@ def test_patches_cover_every_cell_of_the_grid(shape, overlap_and_level):
 @pytest.mark.parametrize("shape", [(1, 1), (5, 3), (16, 2), (3, 16), (16, 16)])
 def test_a_grid_within_one_template_is_a_piece_of_the_image(shape):
     ti = TrainingImage(noise((37, 29), 3))
-    own = replace(SMALL, published_draw=True)  # else the first patch begins before the grid
+    own = replace(SMALL, published_draw=True)  # otherwise the first patch begins before the grid
     for realization in simulate(ti, shape, own, n_realizations=8).realizations:
         assert len(places_of(realization, ti.array)) >= 1
 
@@ -197,7 +197,7 @@ NONSENSE = {
 )
 def test_arguments_that_make_no_sense_are_refused_by_name(name, value):
     arguments = {"grid_shape": (20, 20), "parameters": SMALL, name: value}
-    said = name.removesuffix("_shape").replace("hard_", "hard.")  # in words, or as it is written
+    said = name.removesuffix("_shape").replace("hard_", "hard.")  # name in the message
     with pytest.raises(CCWSIMError, match=said):
         simulate(TWO_FACIES, **arguments)
 

@@ -80,7 +80,7 @@ def check(study: Study, number: int = 0) -> None:
         forced = {tuple(cell) for cell in data[own.data_status == FORCED].tolist()}
         assert {tuple(cell) for cell in data[~taken[places]].tolist()} <= forced
         whole = replace(study, parameters=replace(study.parameters, repair_seams=False))
-        plain = realized(whole, number)  # of which no cell is changed alone
+        plain = realized(whole, number)  # without changes of single cells
         forced = {tuple(cell) for cell in data[plain.data_status == FORCED].tolist()}
         assert {tuple(cell) for cell in np.argwhere(plain.sources < 0).tolist()} <= forced
     else:

@@ -257,7 +257,7 @@ def test_one_candidate_is_not_recommended_as_it_copies_large_pieces(name):
 
 def test_a_template_that_hardly_fits_the_image_is_not_recommended(found):
     each = [numbers(2.0, 5), numbers(2.0, 4), numbers(1.0, 3), numbers(1.0, 2)]
-    choice = recommended(judged(found, each, image_shape=(64, 72)))  # 8: 72 fit, 16: 16 fit
+    choice = recommended(judged(found, each, image_shape=(64, 72)))  # T 8: 72 fit, T 16: 16 fit
     assert choice.index == 1
     assert "2 other settings have templates so large" in choice.reason
     assert recommended(judged(found, each)).index == 3

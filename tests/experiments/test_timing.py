@@ -120,7 +120,7 @@ def test_results_come_one_by_one_and_progress_counts_all_work():
     results = time_cases(TI, grid_cases([20, 48], [P]), 1, progress=lambda *s: seen.append(s))
     next(results)
     between = seen[-1][0]
-    assert 0 < between < 0.5  # the larger grid is most of the work
+    assert 0 < between < 0.5  # the larger grid takes most of the work
     list(results)
     assert seen[-1] == (1.0, 2)
     assert [f for f, _ in seen] == sorted(f for f, _ in seen)

@@ -92,7 +92,7 @@ def test_slices_show_the_cells_with_north_and_up_at_the_top(volume):
     at = 4, 7, 9
     picture = pixels(slices_png(volume, FACIES, at=at, longest=2 * GAP + 140))
     wanted = [volume[4], volume[:, 7], volume[:, :, 9]]
-    # a cell is a pixel: no slice is narrower than its label at this size but by those letters
+    # one pixel per cell: only these letters make a label wider than its slice
     scale, left = 1, 0
     colours = np.array(bytes_of(FACIES), np.uint8)
     for shown, (label, width) in zip(wanted, placed(volume, at), strict=True):

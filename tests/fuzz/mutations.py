@@ -46,7 +46,7 @@ def _cut(content: bytes, source: random.Random, _: bytes) -> bytes:
 
 def _bytes(content: bytes, source: random.Random, _: bytes) -> bytes:
     data = bytearray(content or b"\0")
-    near = source.random() < 0.5  # headers are at the start
+    near = source.random() < 0.5  # damage the header more often
     for _ in range(source.choice((1, 1, 2, 4, 16))):
         at = source.randrange(min(len(data), 200) if near else len(data))
         data[at] = source.choice((0, 1, 127, 128, 255, data[at] ^ (1 << source.randrange(8))))

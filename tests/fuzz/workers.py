@@ -148,7 +148,7 @@ def _started(acts_of: Callable[[Any], Acts]) -> tuple[Connection, mp.Process]:
 def _work(connection: Connection, acts_of: Callable[[Any], Acts]) -> None:
     warnings.simplefilter("ignore")
     hold_memory()
-    gc.freeze()  # what is there already need not be looked at again and again
+    gc.freeze()  # existing objects need no further garbage collection
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
         while (case := connection.recv()) is not None:
@@ -179,7 +179,7 @@ def measured(case: Any, acts: Acts) -> Outcome:
         if not before:
             before = _fresh()
         seconds = _done(*act, outcome)
-        if seconds > SECONDS:  # once more: the first time may have compiled
+        if seconds > SECONDS:  # repeat, because the first time may include compilation
             seconds = min(seconds, _done(*act, Outcome(case)))
         outcome.total += seconds
         if seconds > outcome.seconds:

@@ -120,7 +120,7 @@ def test_a_clipped_scene_has_no_facies_of_unknown_cells(cases):
 def test_a_picture_is_turned_as_its_camera_was(cases, truth):
     image = read_training_image(cases / "p09_exif_rotated.jpg", classes=2)
     shown = np.rot90(truth[::-1], -1)[::-1]  # rows from the south
-    assert (image.array == 1 - shown).mean() > 0.95  # sand is dark, and codes run from dark
+    assert (image.array == 1 - shown).mean() > 0.95  # dark sand has the lower code
 
 
 def test_pages_are_layers(cases):
@@ -179,7 +179,7 @@ def test_image_grid_and_wells_in_utm_meet(cases):
     inside = grid.holds(grid.cells_of(*points.places.T))
     assert image.n_facies == 3
     assert (~inside).sum() == 2
-    own = fit_grid(points, shape=(100, 100))  # the two do not stretch a grid of their own
+    own = fit_grid(points, shape=(100, 100))  # the two distant points do not extend the grid
     assert (~own.holds(own.cells_of(*points.places.T))).sum() == 2
 
 

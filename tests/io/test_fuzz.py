@@ -32,7 +32,7 @@ def troubles(outcomes: list[Outcome]) -> list[tuple]:
 @pytest.mark.slow
 @pytest.mark.parametrize("start", range(0, N_FILES, AT_ONCE))
 def test_a_spoilt_file_is_read_or_refused(start):
-    first = 2 * len(EVIL) + 100_000 + start  # others than those of the command
+    first = 2 * len(EVIL) + 100_000 + start  # other numbers than those of the command
     cases = [Case("file", k, 1) for k in range(first, first + AT_ONCE)]
     assert troubles([measured(case, acts_of(case)) for case in cases]) == []
 
@@ -58,7 +58,7 @@ def test_what_is_bad_is_found():
     assert [fault.split(":")[0] for fault in outcome.faults] == ["broken", "unfit"]
     large = measured("b", iter([("large", lambda: len(b"1" * int((MEGABYTES + 40) * 2**20)))]))
     assert large.faults == []
-    assert large.bad == (large.megabytes > 0)  # 0 where the system tells no peak
+    assert large.bad == (large.megabytes > 0)  # 0 if the system reports no peak
     assert Outcome("c", seconds=2.1).bad
     assert not measured("d", iter([("quick", lambda: 1)])).bad
 
@@ -175,7 +175,7 @@ def test_an_evil_file_does_no_harm(reader, name, tmp_path, monkeypatch):
     assert outcome.faults == []
     assert outcome.megabytes < MEGABYTES
     assert list(tmp_path.iterdir()) == [], f"{SPRUNG}: it was run"
-    if opening.kind_of(content) != "tiff":  # whose tags are read, which takes long here
+    if opening.kind_of(content) != "tiff":  # reading the tags of a TIFF would take long here
         kind = opening._recognized(content, name)[0]
         assert kind in (reader, "npz" if reader == "project" else "")
     if reader == "project":

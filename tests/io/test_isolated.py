@@ -95,7 +95,7 @@ def test_an_error_of_a_reader_is_the_same_error():
 def test_a_file_that_its_reader_does_not_survive_is_refused(reader, said):
     with pytest.raises(CCWSIMError, match=f"^a.csv .*{said}.* cut"):
         isolated_file().read_with(reader)
-    assert inspect(isolated_file()).is_table  # the next file meets a new process
+    assert inspect(isolated_file()).is_table  # a new process reads the next file
 
 
 @pytest.mark.slow

@@ -96,7 +96,7 @@ def test_packing_is_only_looked_at_where_much_comes_out():
     empty = TrainingImage(np.zeros((2000, 2000), int))
     buffer = io.BytesIO()
     np.savez_compressed(buffer, ti=empty.array)
-    with limited(UPLOAD_LIMITS):  # an image of one facies is none to be afraid of
+    with limited(UPLOAD_LIMITS):  # an image of one facies is harmless
         assert cio.read_training_image(buffer).n_facies == 1
 
 

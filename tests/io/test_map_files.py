@@ -33,7 +33,7 @@ def vti(content: bytes) -> tuple[dict[str, str], dict[str, np.ndarray]]:
     for array in image.iter("DataArray"):
         text = array.text or ""
         n = int(np.frombuffer(base64.b64decode(text[:32])[:8], "<u8")[0])
-        size = 4 * -(-8 * (3 + n) // 3)  # letters of the sizes
+        size = 4 * -(-8 * (3 + n) // 3)  # number of characters of the sizes
         sizes = np.frombuffer(base64.b64decode(text[:size]), "<u8").tolist()
         packed, at, raw = base64.b64decode(text[size:]), 0, b""
         for k, one in enumerate(sizes[3:]):

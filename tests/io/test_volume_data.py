@@ -185,7 +185,7 @@ def test_a_map_reads_files_with_z_as_before():
         cio.read_hard_data(BytesIO(text.encode()), (8, 9), z="z")
 
 
-# --- which column is what -------------------------------------------------------------------
+# --- roles of columns ----------------------------------------------------------------------
 UNNAMED = "a,b,c,d\n350005,4505010,-9.8,1\n350015,4505030,-9.3,2\n"
 
 

@@ -59,7 +59,7 @@ def test_one_depth_a_row_is_a_point():
 def test_names_of_wells_may_be_numbers(names):
     one, other = (name.encode() for name in names)
     collars = b"well,x,y,z\n%b,110.5,222,12.5\n %b ,131,250,12.5\n" % (one, other)
-    alone = b"well,depth,facies\n%b,0.2,1\n" % one  # a column of numbers, beside one of words
+    alone = b"well,depth,facies\n%b,0.2,1\n" % one  # numbers in one table, words in the other
     assert imported(collars, alone).hard_data.triples == ((38, 5, 5, 1),)
     both = alone + b"%b,0.2,0\n" % other
     assert imported(collars, both).hard_data.triples == ((38, 5, 5, 1), (38, 12, 15, 0))
@@ -92,7 +92,7 @@ def test_a_length_may_be_known_of_some_wells_alone():
         imported(some, b"well,from,to,facies\nA-1,1,31,1\nB,1,31,1\n")
 
 
-@pytest.mark.parametrize("rate", [0.5, 3.0, 20.0])  # degrees for each 30 m
+@pytest.mark.parametrize("rate", [0.5, 3.0, 20.0])  # degrees per 30 m
 @pytest.mark.parametrize("azimuth", [0.0, 65.0, 200.0])
 def test_a_well_that_builds_at_a_constant_rate_is_a_circle(rate, azimuth):
     radius = 30 / np.radians(rate)
@@ -134,7 +134,7 @@ SURVEYS = st.lists(
 @given(SURVEYS, st.integers(0, 2**16))
 def test_a_deviated_well_has_a_datum_in_each_cell_it_goes_through(stations, seed):
     rng = np.random.default_rng(seed)
-    x, y = rng.uniform(102, 158), rng.uniform(202, 278)  # hardly ever along an edge of cells
+    x, y = rng.uniform(102, 158), rng.uniform(202, 278)  # rarely along an edge of cells
     depths = np.cumsum([depth for depth, *_ in stations])
     rows = [f"W,{d},{a},{i}" for d, (_, a, i) in zip(depths, stations, strict=True)]
     edges = np.sort(rng.uniform(0, 25, 4))
@@ -162,7 +162,7 @@ def test_a_deviated_well_has_a_datum_in_each_cell_it_goes_through(stations, seed
     through: dict[tuple[int, ...], list[int]] = {}
     for cell, own in zip(map(tuple, cells[inside].tolist()), facies[inside].tolist(), strict=True):
         through.setdefault(cell, []).append(own)
-    long = 40_000 * 0.1 / (edges[-1] - edges[0])  # ways of 0.1 and more are found by any step
+    long = 40_000 * 0.1 / (edges[-1] - edges[0])  # any step finds paths of 0.1 or more
     data = {tuple(cell): code for *cell, code in found.triples}
     assert set(data) <= set(through)
     ends = {tuple(cells[0].tolist()), tuple(cells[-1].tolist())}

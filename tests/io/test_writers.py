@@ -59,7 +59,7 @@ def test_gslib_round_trip_by_column(indices):
 def test_gslib_layout():
     ensemble = ensemble_of(np.array([[[0, 1], [2, 2]], [[2, 2], [1, 0]]], np.uint8), (0, 1, 2))
     lines = cio.realizations_as_bytes(ensemble, "sgems").decode().splitlines()
-    sizes = "2 2 1 2.0 3.0 1 10.0 20.0 0"  # cells, their size, the corner of the first
+    sizes = "2 2 1 2.0 3.0 1 10.0 20.0 0"  # numbers of cells, cell size, corner of the first cell
     assert lines[:4] == [sizes, "2", "realization_1", "realization_2"]
     assert lines[4:] == ["0 2", "1 2", "2 1", "2 0"]
 

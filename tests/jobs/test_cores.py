@@ -48,7 +48,7 @@ def test_who_has_used_least_is_next():
     assert having(leases) == [False, True, False, False, True]
     clock.now = 12.0
     cores.release(leases[4])
-    assert having(leases) == [False, True, True, False, False]  # nobody else waits
+    assert having(leases) == [False, True, True, False, False]  # no other job waits
 
 
 def test_two_that_have_used_alike_get_a_core_each():
@@ -72,9 +72,9 @@ def test_a_task_gives_its_core_to_one_that_has_used_less_after_its_slice():
     assert cores.yield_core(lease)
     assert having([lease, other]) == [False, True]
     clock.now += SLICE_SECONDS / 2
-    other.yield_if_due()  # its slice is not over
+    other.yield_if_due()  # its time slice is not over
     clock.now += CREDIT_SECONDS / 2
-    other.yield_if_due()  # and it has used less by far
+    other.yield_if_due()  # it has used much less core time
     assert other.has_core
     clock.now += CREDIT_SECONDS
     assert cores.yield_core(other)

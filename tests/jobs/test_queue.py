@@ -71,9 +71,9 @@ def test_a_session_with_fewer_active_jobs_goes_first_then_who_came_first():
     log.enter("a1", "a2", "a3", "a4", "b1", "c1", "b2")
     assert [log.position(name) for name in ("b1", "c1", "b2", "a3", "a4")] == [1, 2, 3, 4, 5]
     log.leave("a1", "a2")
-    assert log.begun == ["a1", "a2", "b1", "c1"]  # nothing of a, b or c was active: c never was
+    assert log.begun == ["a1", "a2", "b1", "c1"]  # no session has active jobs; c is new
     log.leave("c1")
-    assert log.begun[-1] == "a3"  # b has one active
+    assert log.begun[-1] == "a3"  # b has one active job
     log.leave("b1", "a3")
     assert log.begun[-2:] == ["b2", "a4"]
     assert log.queue.n_waiting == 0
@@ -95,7 +95,7 @@ def test_a_long_job_does_not_count_where_others_wait():
     assert log.begun == ["a1"]
     log.clock.now = MAX_COUNTED_SECONDS + 0.1
     log.queue.look()
-    assert log.begun == ["a1", "b1"]  # and c1 waits: b1 is a short one so far
+    assert log.begun == ["a1", "b1"]  # c1 waits, because b1 still counts as a short job
     assert log.position("c1") == 1
     log.leave("b1")
     assert log.begun[-1] == "c1"
@@ -191,7 +191,7 @@ class Room:
         self.attendance = SessionMonitor(
             self.queue, self.open.__contains__, self.forgotten.append, self.clock
         )
-        self.attendance._thread = object()  # the test looks itself
+        self.attendance._thread = object()  # the test checks the sessions itself
         for session in "ab":
             self.attendance.note(session)
 

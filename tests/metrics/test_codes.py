@@ -160,7 +160,7 @@ def test_a_code_that_nothing_has_is_an_error(name):
 
 
 def test_a_facies_that_the_realizations_lack_is_known_by_the_training_image(ensemble):
-    indices = np.minimum(ensemble.indices, 1)  # nowhere the last one
+    indices = np.minimum(ensemble.indices, 1)  # the last facies does not occur
     poor = replace(ensemble, indices=indices, hard_data=HardData())
     assert (m.variogram(poor, 9, lags=5).gamma == 0).all()
     assert np.isnan(m.connectivity(poor, 9, lags=5).tau).all()

@@ -134,13 +134,13 @@ def test_published_images_are_told_stationary(data_dir):
 def test_bodies_cut_by_the_border_are_not_thin():
     image = np.zeros((60, 60), int)
     image[20:28, 20:40] = 1
-    image[:1, 5:30] = 1  # one row of a body that goes on beyond the south
+    image[:1, 5:30] = 1  # one row of a body that extends beyond the southern edge
     image[40:60, :1] = 1
     assert granulometry(image, 1, down_to=0.95).thickness() == 1
     assert granulometry(image, 1, down_to=0.95, extend=True).thickness() == 8
     assert diagnose(TrainingImage(image)).thickness[1] == 8
     thin = image.copy()
-    thin[30:50, 45] = 1  # inside, and thin
+    thin[30:50, 45] = 1  # thin, and not at the edge
     assert diagnose(TrainingImage(thin)).thickness[1] == 1
     assert granulometry(np.ones((30, 30), int), 1, extend=True).thickness() == 30
 
@@ -155,14 +155,14 @@ def test_the_template_holds_a_period_rounded_up(period, side, template):
 
 
 def test_a_measured_period_beats_the_range():
-    period = 30  # more than a sixth of the image, so that no template holds it
+    period = 30  # over a sixth of the image, so no template contains a period
     found = diagnose(TrainingImage(stripes(128, 128, 6, period)))
     assert found.feature_size == period
     reason = next(a.reason for a in found.advice if a.parameter == "template_size")
     said = "Features repeat about every 30 cells, though only 4 templates fit along 128 cells: 32"
     assert reason.startswith(said)
     assert found.advised("template_size") == 32
-    found = diagnose(TrainingImage(stripes(128, 128, 6, 34)))  # fewer would fit
+    found = diagnose(TrainingImage(stripes(128, 128, 6, 34)))  # fewer templates would fit
     reason = next(a.reason for a in found.advice if a.parameter == "template_size")
     assert "but 6 templates should fit" in reason
     assert found.advised("template_size") == 20

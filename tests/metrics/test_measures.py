@@ -61,7 +61,7 @@ def test_measures_are_what_plain_loops_count(seed, volume, share):
 def test_a_ring_has_one_hole():
     ring = np.ones((10, 10), int)
     ring[3:6, 3:6] = 0
-    assert value("Euler number", ring) == 0  # one piece, one hole
+    assert value("Euler number", ring) == 0  # one geobody, one hole
     assert value("Euler number per 10,000 cells", 1 - ring) == pytest.approx(
         100
     )  # one in 100 cells

@@ -228,7 +228,7 @@ def test_crops_and_pieces_stay_inside_and_few():
     stack[:, 59, 59] = 1
     pieces = pieces_of(stack, (20, 20))
     assert pieces.shape == (32, 20, 20)
-    assert 0 < pieces.sum() < 32  # some in the corner, some elsewhere
+    assert 0 < pieces.sum() < 32  # some pieces in the corner, others elsewhere
     assert len(pieces_of(stack[:1], (20, 20))) == 9
 
 

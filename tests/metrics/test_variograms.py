@@ -94,7 +94,7 @@ def test_transiograms_are_those_of_all_pairs(image, direction):
 @settings(deadline=None, max_examples=10)
 @given(image=images)
 def test_transition_map_holds_the_transiograms(image):
-    known = as_stack(image, range(3))  # also where the image lacks one
+    known = as_stack(image, range(3))  # even if the image lacks a facies
     along = transiograms(known, None, "E-W", 4).probability[0, 1, 2]
     across = transiograms(known, None, "N-S", 4).probability[0, 1, 2]
     whole = transition_map(known, 1, 2, 4)[0]

@@ -108,7 +108,7 @@ def test_a_vertical_trend_is_found_and_chance_is_not():
     assert any("In the upper half of the layers" in warning for warning in advised.warnings)
     assert advised.advised("location_weight") == (0.5, 0, 0)
     Parameters(**{a.parameter: a.value for a in advised.advice}).along((40, 50, 60))
-    few, even = diagnose(trend[::4]), diagnose(lenses())  # templates of all of its layers keep it
+    few, even = diagnose(trend[::4]), diagnose(lenses())  # templates with all layers keep the trend
     for found in (few, even):
         assert "location_weight" not in [a.parameter for a in found.advice]
     assert few.stationarity.vertical_trend.all()

@@ -157,7 +157,7 @@ def test_words_follow_the_numbers():
         (1.0, 4.0, "differs"),
         (2.0, 0.4, "differs"),
         (0.95, 1.04, "agrees"),
-        (1.07, 1.13, "agrees"),  # nearly the same, though one is within the noise of 1
+        (1.07, 1.13, "agrees"),  # nearly equal, although one is within the noise of 1
         (0.92, 0.85, "agrees"),
         (0.92, 1.19, "differs"),
     ],
@@ -172,8 +172,8 @@ def test_levels_take_less_time_only_where_each_does():
     assert "level 1 10.1 ms, level 2 4.34 ms, level 3 5.22 ms" in told.found
     assert "level 2 takes less than level 1, level 3 takes more than level 2" in told.found
     assert of_levels({1: 56.0, 2: 32.0, 3: 20.0}).word == "agrees"
-    assert of_levels({1: 56.0, 2: 32.0, 3: 31.0}).word == "differs"  # as long, within noise
-    ends = of_levels({1: 10.0, 2: 12.0, 3: 5.0})  # the ends fall, the middle does not
+    assert of_levels({1: 56.0, 2: 32.0, 3: 31.0}).word == "differs"  # equal times, within noise
+    ends = of_levels({1: 10.0, 2: 12.0, 3: 5.0})  # decreases overall, but not in the middle
     assert ends.word == "differs"
 
 
@@ -200,8 +200,8 @@ def test_table_1_is_set_beside_what_is_found(small):
     assert "0.78 0.77 0.99" in page
     claims = [j.claim for j in outcome.judgements]
     assert "Table 1: r of CCWSIM relative to MS-CCSIM, stone wall and channel image." in claims
-    assert len(claims) == len(set(claims))  # one line a claim
-    weights = np.array([4, 2, 1]) / 7  # of the resolutions, as in the definition of r
+    assert len(claims) == len(set(claims))  # one line per claim
+    weights = np.array([4, 2, 1]) / 7  # weights of the resolutions, as in the definition of r
     for paper in TABLE_1.values():
         r = float(weights @ np.divide(paper.between, paper.within))
         assert r == pytest.approx(paper.ratio, abs=0.03)

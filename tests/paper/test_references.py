@@ -117,7 +117,7 @@ def wrong(text: str) -> list[str]:
             continue
         have = set(map(str, known))
         text_of_kind = text
-        if kind == "line":  # a line of a file is none of the paper's
+        if kind == "line":  # lines of files are not lines of Algorithm 1
             text_of_kind = " ".join(re.findall(r"Algorithm 1,? (?:\()?lines? [^;·.)\"]*", text))
         bad += [f"{kind} {n}" for n in named(kind, text_of_kind) if n not in have]
     return bad

@@ -79,7 +79,7 @@ def test_threads_of_the_caller_give_the_same_and_stay_open():
 @pytest.mark.parametrize("kind", [ThreadPoolExecutor, Wrapped])
 def test_a_thread_of_a_pool_may_give_its_own_pool(kind):
     """Test a pool with one thread, which must not wait for itself; other threads simulate."""
-    for _ in range(50):  # the pool may not know its thread yet when the thread begins
+    for _ in range(50):  # the pool may not have registered its thread yet
         with kind(1) as pool:
             assert same(pool.submit(study, 1, executor=pool).result(120), study(1))
 
@@ -166,7 +166,7 @@ class TestCancel:
         start = time.monotonic()
         with pytest.raises(Cancelled, match="0 of 2"):
             large(processes, cancel=lambda: time.monotonic() > start + 0.5)
-        # Both workers are free again: these would wait for the large ones otherwise.
+        # Both workers are free; otherwise these tasks would wait for the large ones.
         assert same(study(4, executor=processes), study(4))
 
     @pytest.mark.slow

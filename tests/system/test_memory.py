@@ -53,7 +53,7 @@ if len(sys.argv) > 1:
     settle_memory(int(sys.argv[1]))
 before = used_memory()
 def take():
-    for n in (28, 7):  # when the first is free, glibc takes smaller ones from an arena
+    for n in (28, 7):  # after the first is freed, glibc allocates smaller blocks in an arena
         pieces = [np.ones(n << 20, np.uint8) for _ in range(5)]
         pieces.clear()
 thread = threading.Thread(target=take)

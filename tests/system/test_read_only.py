@@ -70,7 +70,7 @@ def test_kernels_are_read_where_nothing_can_be_written(tmp_path):
     closed(cache)
     n, folder = run(app, room, cache)
     assert (n, folder.startswith(str(room))) == (0, True)
-    assert list(room.iterdir()) == []  # what was copied is taken away again
+    assert list(room.iterdir()) == []  # copied kernels are removed again
     for path in [tmp_path, *tmp_path.rglob("*")]:
         path.chmod(0o755)
 

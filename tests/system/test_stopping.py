@@ -37,7 +37,7 @@ class After:
 
 
 def test_the_raster_looks_up_again_and_again(monkeypatch):
-    monkeypatch.setattr(raster_of_tiles, "TERMS_PER_CALL", 1)  # as often as in a large realization
+    monkeypatch.setattr(raster_of_tiles, "TERMS_PER_CALL", 1)  # many calls, as in large grids
     study = Study(CHANNELS, Grid(200, 200))
     counting = After(10**9)
     arguments = study, (1, 32, 32), PreparedImage(study), False

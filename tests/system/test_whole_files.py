@@ -103,7 +103,7 @@ def test_a_disk_that_fills_up_leaves_the_good_file(name, tmp_path, monkeypatch):
 
     path = tmp_path / name
     path.write_bytes(GOOD)
-    monkeypatch.setattr(os, "fsync", full)  # where many file systems first say so
+    monkeypatch.setattr(os, "fsync", full)  # many file systems report a full disk only here
     with pytest.raises(CCWSIMError):
         WRITERS[name](path)
     assert path.read_bytes() == GOOD
@@ -203,7 +203,7 @@ def test_a_run_that_is_killed_leaves_the_earlier_realizations(tmp_path):
     before = path.read_bytes()
     killed(STREAMING, path, 0.02)
     assert path.read_bytes() == before
-    stream(path)  # what it left beside is in nobody's way
+    stream(path)  # the remaining temporary file does no harm
     assert np.load(path).shape == (3, *GRID)
 
 

@@ -65,7 +65,7 @@ def test_the_uncertainty_map_calls_facies_as_the_results_do():
     names = settled(app).session_state[KEY].ensemble.training_image.facies_names
     menu = named(app.selectbox, "e_type")
     assert menu.options[: len(names)] == [f"probability of {name}" for name in names]
-    # the browser shows the name that a menu began with: another one is another menu
+    # a menu keeps its first name in the browser, so a new name needs a new menu
     assert menu.id != before.id
 
 
@@ -86,7 +86,7 @@ def test_bundled_data_leave_with_their_image():
     state = State()
     assert state.choices.data.source == "bundled"
     use_image(state, ImageChoice("channels", flip_ew=True))
-    assert state.choices.data.source == "bundled"  # turned, it is the same image
+    assert state.choices.data.source == "bundled"  # a rotated image counts as the same image
     use_image(state, ImageChoice("dunes"))
     assert (state.choices.data, state.data_draft) == (DataChoice(), None)
 

@@ -50,7 +50,7 @@ def with_value(row: FieldSpec, bound: float) -> Choices | None:
     parts = parts_of(SMALL, Shown())
     try:
         part = replace(parts[row.part], **row.as_fields(value))
-    except CCWSIMError:  # legal only together with others
+    except CCWSIMError:  # valid only together with other settings
         return None
     named_part = {"grid": "grid", "parameters": "parameters"}.get(row.part)
     return replace(SMALL, **{named_part: part}) if named_part else part
@@ -77,7 +77,7 @@ QUICK = [c for c in at_bounds() if c.n_realizations == 1][::3]
 def goes_together(choices: Choices) -> bool:
     try:
         study_of(choices)
-    except CCWSIMError:  # a link of it is fitted, and a project is never written
+    except CCWSIMError:  # a link is adjusted, and no project is written
         return False
     return True
 
@@ -116,7 +116,7 @@ def test_other_pages_take_one_row_and_one_cell(page, shape):
 
 @pytest.mark.slow
 def test_a_session_can_always_start_afresh():
-    # a seed that no time and no share on the page can be
+    # a seed that differs from all times and shares on the page
     app = rested(opened("simulate", State(choices=replace(SMALL, seed=987654))).run())
     assert named(app.number_input, "seed").value == 987654
     named(app.button, "afresh").click().run()

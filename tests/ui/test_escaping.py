@@ -64,7 +64,7 @@ def looks_bad(element) -> list[str]:
     kind = element.WhichOneof("type")
     if kind in ("html", "bidi_component", "code"):
         return Tags(element.html.body).bad if kind == "html" else []
-    if kind == "plotly_chart":  # its texts know some tags
+    if kind == "plotly_chart":  # Plotly interprets some tags in texts
         return [kind] if "<img" in element.plotly_chart.spec.replace("\\u003c", "<") else []
     found = []
     for name, text in strings(element):

@@ -226,7 +226,7 @@ def test_an_image_reaches_a_simulation(case):
     assert state.image_draft is None
     assert state.choices.image.upload is not None
     image, wanted = image_of(state.choices.image), case.wanted
-    if wanted.dtype.kind == "f":  # values, cut where it was guessed
+    if wanted.dtype.kind == "f":  # continuous values, divided at the guessed threshold
         threshold = dict(state.choices.image.answers)["threshold"]
         assert 0.3 < (threshold - wanted.min()) / np.ptp(wanted) < 0.7
         wanted = (wanted >= threshold).astype(int)
@@ -235,7 +235,7 @@ def test_an_image_reaches_a_simulation(case):
         "colours",
         "alpha",
         "palette",
-    ):  # they are in an order of their own
+    ):  # the order of the data differs
         order = np.array([np.median(wanted[found == k]) for k in range(image.n_facies)])
         assert sorted(order) == list(range(image.n_facies))
         found = order[found]

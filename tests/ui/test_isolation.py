@@ -97,7 +97,7 @@ def a_curious_user(address: str, own: str, array: np.ndarray, start: Barrier) ->
 @pytest.mark.slow
 def test_no_session_is_sent_a_word_of_another(address):
     generator = np.random.default_rng(8)
-    # uneven from end to end, so that the advice calls a facies by its name
+    # with a trend, so that the advice contains the name of a facies
     blocks = generator.random((16, 16)) < np.linspace(0.02, 0.98, 16)
     array = 5 * np.kron(blocks, np.ones((6, 6), int))
     users = [f"secret{letter}word" for letter in "ab"]

@@ -50,7 +50,7 @@ def test_of_a_long_address_a_run_looks_at_its_beginning(query, monkeypatch):
     monkeypatch.setattr(link, "get_close_matches", closest)
     monkeypatch.setattr(address, "urlencode", encoded)
     link._closest.cache_clear()
-    for runs in (1, 2):  # the address of the browser may be older than the one it was sent
+    for runs in (1, 2):  # the browser may still have its previous address
         app = AppTest.from_function(script)
         for name, value in query.items():
             app.query_params[name] = value

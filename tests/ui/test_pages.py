@@ -151,7 +151,7 @@ def test_only_legal_sizes_are_on_offer_and_sizes_follow_the_level():
 @pytest.mark.slow
 def test_a_level_that_is_too_coarse_for_dense_data_is_warned_of():
     state = State()
-    cells = np.argwhere(np.ones((32, 32))) * 8  # 16 data a template
+    cells = np.argwhere(np.ones((32, 32))) * 8  # 16 data per template
     placed = HardData(cells, cells.sum(axis=1) // 8 % 2)
     state.change(grid=Grid(256, 256), data=DataChoice("placed", placed=placed))
     app = opened("simulate", state).run()
@@ -246,7 +246,7 @@ def test_what_a_browser_still_says_of_replaced_widgets_changes_nothing():
     app.file_uploader(key="image_file").upload("own.dat", a_file(), "text/plain").run()
     taken = app.session_state[KEY].choices
     assert taken.image.upload is not None
-    app._run(stale)  # sent before the browser has drawn the answer
+    app._run(stale)  # sent before the browser draws the reply
     assert app.session_state[KEY].choices == taken
 
 
@@ -310,7 +310,7 @@ def test_the_state_is_kept_when_a_page_is_left():
     app = launched()
     app.number_input(key="seed").set_value(5).run()
     other = AppTest.from_file(str(ROOT / "app.py"), default_timeout=120)
-    other.session_state[KEY] = app.session_state[KEY]  # all that a page change leaves
+    other.session_state[KEY] = app.session_state[KEY]  # a change of the page keeps only this
     other.run()
     assert other.number_input(key="seed").value == 5
     assert other.session_state[KEY].ensemble is app.session_state[KEY].ensemble
@@ -327,7 +327,7 @@ def test_any_other_error_is_friendly_and_keeps_the_state(monkeypatch):
     monkeypatch.setattr("ccwsim.ui.simulate.results.draw_facts", broken)
     app.run()
     assert not app.exception
-    assert "boom" not in texts(app)  # the cause is for the log
+    assert "boom" not in texts(app)  # only the log has the cause
     assert "kept" in texts(app)
     assert app.session_state[KEY].ensemble is before
 

@@ -118,7 +118,7 @@ def test_what_is_kept_is_bounded_in_number_time_and_size():
     assert some.of("ann") == {}
     now[0] = 120.0
     assert some.of("bob") == {}
-    some.keep("bob", image(2, 2000))  # larger than all that may be kept
+    some.keep("bob", image(2, 2000))  # larger than the memory for kept files
     assert some.of("bob") == {}
 
 
@@ -136,7 +136,7 @@ def test_the_browser_with_the_most_bytes_loses_its_oldest_first():
         some.keep("eve", each)
     assert {who: some.of(who) for who in own} == own
     assert some.of("eve") == many[-2] | many[-1]
-    for k in range(20):  # as many browsers as anybody likes, each with one large file
+    for k in range(20):  # any number of browsers, each with one large file
         some.keep(f"eve {k}", many[0])
     assert {who: some.of(who) for who in own} == own
 

@@ -57,7 +57,7 @@ def test_a_session_takes_no_more_room_than_it_leaves(manager):
         sum(len(file.data) for file in sent(manager, f"reader {k}", *"abcdefgh", size=MB))
         for k in range(5)
     ]
-    assert sizes == [8 * MB, 6 * MB, 3 * MB, MB, MB]  # of 20 MB; a session has at most 8
+    assert sizes == [8 * MB, 6 * MB, 3 * MB, MB, MB]  # 20 MB in total; at most 8 MB per session
     manager.remove_session_files("reader 0")
     (again,) = sent(manager, "reader 4", "i", size=3 * MB)
     assert len(again.data) == 3 * MB
@@ -89,7 +89,7 @@ def test_files_of_studies_count_until_nothing_has_them(manager):
     bounded = BoundedUploads(manager)
     (file,) = sent(manager, "ann", "image", size=7 * MB)
     upload = upload_of(UploadedFile(file, FileURLs()))
-    assert bounded.held() == 7 * MB  # once, though the manager and the study have it
+    assert bounded.held() == 7 * MB  # counted once, although manager and study hold the file
     manager.remove_session_files("ann")
     del file
     assert bounded.held() == 7 * MB
@@ -129,7 +129,7 @@ def test_the_files_of_earlier_runs_count_as_their_memory():
     for k in range(4):
         content = a_file(np.arange(900).reshape(30, 30) % 2) + bytes(MB)
         image = ImageChoice(upload=Upload(f"{k}.dat", content))
-        for seed in range(2):  # runs of one image share it
+        for seed in range(2):  # runs with the same image share the image
             runs.remember(PastRun(Choices(image=image, seed=seed), ensemble))
     assert [run.choices.seed for run in runs.runs] == [1, 0, 1, 0]
 
@@ -146,7 +146,7 @@ def test_a_server_does_not_grow_with_what_it_never_asked_for(monkeypatch):
             for reader in readers:
                 reader.send(f"{k}.dat", np.random.default_rng(k).bytes(30 * MB))
         grown = resident(server.process.pid) - before
-        assert grown < 100 * MB + 3 * 32 * MB  # 720 MB were sent; some are held on the way
+        assert grown < 100 * MB + 3 * 32 * MB  # 720 MB were sent; buffers hold a part
         ann = readers[0]
         ann.upload("image_file", "mine.dat", bytes(20 * MB))
         assert any("mine.dat was not accepted" in said for said in ann.alerts())

@@ -31,8 +31,8 @@ OTHERS = [title for title, path in PAGES if Path(path).stem not in LONG]
 CONTRAST = "color-contrast"
 SIGHTS = (
     (1440, "light", {}),
-    (1440, "dark", {"runOnly": [CONTRAST]}),  # a theme changes colours alone
-    (390, "light", {"rules": {CONTRAST: {"enabled": False}}}),  # a width changes anything else
+    (1440, "dark", {"runOnly": [CONTRAST]}),  # the theme changes only colours
+    (390, "light", {"rules": {CONTRAST: {"enabled": False}}}),  # the width changes everything else
 )
 """Width, theme and axe options of each check."""
 

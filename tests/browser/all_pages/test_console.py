@@ -38,13 +38,13 @@ def server(tmp_path_factory) -> Iterator[tuple[str, Path]]:
 def test_a_first_visit_leaves_the_consoles_empty(chromium, server, page):
     address, log = server
     said = []
-    with closing(chromium.new_context()) as profile:  # of its own, in which nothing is stored
+    with closing(chromium.new_context()) as profile:  # a new profile with empty storage
         tab = profile.new_page()
         tab.on("console", lambda message: said.append((message.text, message.location["url"])))
         tab.on("pageerror", lambda error: said.append((str(error), "")))
         tab.goto(f"{address}/{page}", timeout=SLOW)
         at_rest(tab)
-        tab.wait_for_timeout(3000)  # for timers to tick on
+        tab.wait_for_timeout(3000)  # so that timers run
         at_rest(tab)
     assert [(text, url) for text, url in said if not BASE.search(url)] == []
     assert LOGGED.findall(log.read_text()) == []

@@ -172,7 +172,7 @@ def test_coordinates_are_written_whole(tab, address, path):
 def test_two_maps_have_one_top_and_one_size_and_no_tool_covers_them(tab, address, path):
     opened(tab, address, path)
     left = ".st-key-editor canvas" if path == "data" else ".st-key-map_realization canvas"
-    below, beside = (0, 0) if path == "validate" else (19, 39)  # the coordinates
+    below, beside = (0, 0) if path == "validate" else (19, 39)  # space for coordinates
 
     def alike() -> None:
         first, second = box(tab, left), box(tab, ".st-key-map_e_type canvas")
@@ -216,7 +216,7 @@ def test_nothing_scrolls_through_the_logo(tab, address):
 
     soon(at_the_top)
     tab.evaluate("document.querySelector('[data-testid=stMain]').scrollTop = 700")
-    # what is at the logo's height, beside it, belongs to the menu and not to a chart below
+    # the element beside the logo belongs to the menu, not to a chart below the menu
     under = "() => [4, 300, 700].map((x) => document.elementFromPoint(x, 46)"
     under += ".closest('.st-key-maps, .st-key-charts, [class*=st-key-section_]') === null)"
     tab.wait_for_function(f"() => ({under})().every(Boolean)", timeout=SOON)
@@ -304,7 +304,7 @@ def test_what_is_said_of_the_connection_leaves_the_menu_free(tab, address):
 
     tab.route_web_socket("**/_stcore/stream", connect)
     opened(tab, address, "simulate")
-    tab.route("**/_stcore/**", lambda route: route.abort())  # the server is not found again
+    tab.route("**/_stcore/**", lambda route: route.abort())  # the server cannot be reached again
     sockets[0].close(code=1011, reason="lost")
 
     def below_the_menu() -> None:
@@ -320,7 +320,7 @@ def test_no_section_gets_low_while_statistics_come(tab, address):
     tab.wait_for_selector(".st-key-section_image", timeout=SLOW)
     tab.evaluate(HEIGHTS)
     sections = tab.locator("[class*=st-key-section_]")
-    for k in range(sections.count()):  # each, as what comes above pushes the next out of view
+    for k in range(sections.count()):  # scroll to each, because new content above moves the next
         sections.nth(k).scroll_into_view_if_needed()
         sections.nth(k).locator(".unseen").wait_for(state="detached", timeout=SLOW)
     tab.wait_for_function("() => !document.querySelector('.working, .unseen')", timeout=SLOW)

@@ -34,7 +34,7 @@ AT = """(n = 0) => {
   const view = document.querySelectorAll('.volume')[n];
   return ['x', 'y', 'z'].map((axis) => +view.querySelector(`[data-panel=${axis}] input`).value);
 }"""
-# Colours in the middle of each cell of a slice without axes, the lowest row first.
+# Return the colour in the middle of each cell of a slice without axes, lowest row first.
 MIDDLES = """([axis, wide, high]) => {
   const canvas = document.querySelector(`[data-panel=${axis}] canvas`);
   const pen = canvas.getContext('2d');
@@ -45,7 +45,7 @@ MIDDLES = """([axis, wide, high]) => {
     return '#' + [...pixel.slice(0, 3)].map((c) => c.toString(16).padStart(2, '0')).join('');
   }));
 }"""
-# How many pixels of the body are near a colour in any light, whatever is drawn around it.
+# Return the number of pixels of the body with a hue, in any light, without surroundings.
 DRAWN = """(colour) => {
   const canvas = document.querySelector('[data-panel=body] canvas');
   const pixels = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
@@ -127,7 +127,7 @@ def holds(condition: Callable[[], object]) -> None:
     soon(is_so)
 
 
-# What is written on each canvas in the next drawing, by the panel's axis.
+# Record the texts on each canvas in the next drawing, by the axis of the panel.
 WRITTEN = """async () => {
   const own = CanvasRenderingContext2D.prototype.fillText, found = {};
   CanvasRenderingContext2D.prototype.fillText = function write(text, ...rest) {
@@ -197,7 +197,7 @@ def test_clicks_drags_wheel_keys_and_sliders_move_the_cursor(tab):
     at(tab, 10, 5, 6)
     tab.keyboard.press("Home")
     at(tab, 10, 0, 6)
-    tab.keyboard.press("PageUp")  # no farther than there are rows
+    tab.keyboard.press("PageUp")  # stops at the last row
     at(tab, 10, NY - 1, 6)
     tab.get_by_role("slider", name="Column of the section along y (x)").fill("4")
     at(tab, 4, NY - 1, 6)
@@ -231,7 +231,7 @@ def test_the_cell_under_the_pointer_is_named(tab):
     readout = tab.locator(".readout")
     readout.get_by_text(f"(6, 7, 2) {name}", exact=True).wait_for(timeout=SOON)
     other = volume_content(replace(VOLUME, indices=(CELLS + 1) % 4), "volume")
-    tab.evaluate("(data) => { callWith(data); }", other)  # of the next realization, all the same
+    tab.evaluate("(data) => { callWith(data); }", other)  # also for the next realization
     name = NAMES[(CELLS[2, 7, 6] + 1) % 4]
     readout.get_by_text(f"(6, 7, 2) {name}", exact=True).wait_for(timeout=SOON)
     tab.mouse.move(1, 1)
@@ -308,9 +308,9 @@ def test_ctrl_z_undoes_on_a_volume_that_takes_edits(tab):
     tab.evaluate("document.body.append(document.createElement('textarea'))")
     tab.locator("textarea").focus()
     n = len(tab.evaluate("told"))
-    tab.keyboard.press("Control+z")  # of the text
+    tab.keyboard.press("Control+z")  # undoes only the text
     assert len(edits(tab)) == 2
-    assert len(tab.evaluate("told")) <= n + 1  # they may have been sent again meanwhile
+    assert len(tab.evaluate("told")) <= n + 1  # edits may have been sent again
 
 
 def test_views_of_one_link_move_together_and_others_do_not(tab):
@@ -320,7 +320,7 @@ def test_views_of_one_link_move_together_and_others_do_not(tab):
     add(tab, key="alone")
     tab.mouse.click(*spot(tab, "y", 1, 6))
     at(tab, 1, 5, 6)
-    at(tab, 1, 5, 3, view=1)  # its highest layer
+    at(tab, 1, 5, 3, view=1)  # the highest layer of the well
     at(tab, 6, 5, 4, view=2)
     tab.locator(".exaggeration").nth(1).select_option("2")
 
@@ -392,7 +392,7 @@ def test_data_are_drawn_in_the_slices_that_they_lie_in(tab):
 
 def test_a_block_is_cut_out_at_the_cursor_and_a_facies_stands_alone(tab):
     indices = np.zeros((NZ, NY, NX), np.uint8)
-    indices[3:6, 4:7, 5:8] = 2  # inside, where only a cut shows it
+    indices[3:6, 4:7, 5:8] = 2  # inside the volume, visible only in a cut
     show(tab, replace(VOLUME, indices=indices, point_colours=()))
 
     def count(facies: int) -> int:
@@ -414,7 +414,7 @@ def test_a_block_is_cut_out_at_the_cursor_and_a_facies_stands_alone(tab):
         assert count(0) < 20
 
     soon(alone)
-    tab.locator(".mode").select_option("1")  # of which there is no cell
+    tab.locator(".mode").select_option("1")  # a facies without cells
 
     def none() -> None:
         assert not count(1) + count(2)

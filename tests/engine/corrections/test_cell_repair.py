@@ -250,7 +250,7 @@ def test_a_source_is_that_of_the_facies_or_none(walks):
     before = grid.copy()
     assert repair_cells(target, known_patterns(image, 1), rng, walks) > 20
     changed = grid != before
-    if not walks:  # these may change a cell back
+    if not walks:  # tabu searches may change a cell back
         assert (target.sources[~changed] >= 0).all()
     taken = target.sources >= 0
     np.testing.assert_array_equal(grid[taken], flat[target.sources[taken]])
@@ -308,7 +308,7 @@ def test_an_image_without_structure_takes_no_more_work_than_its_cells_allow(
     monkeypatch.setattr(cell_repair, "make_part", make_part)
     image, left = noise((2 * shape[0] - 1, 60, 60), 4), []
     patterns = known_patterns(image, 1)
-    n_of_a_pattern = 6 * len(cell_weights(patterns))  # changes that are tried at a time
+    n_of_a_pattern = 6 * len(cell_weights(patterns))  # maximum number of changes tried at once
     for n_trials in (0, 1, 10):
         target = target_of(image, noise(shape, 4, 1))
         before, rng = target.grid.copy(), np.random.default_rng(0)

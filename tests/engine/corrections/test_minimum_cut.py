@@ -84,11 +84,11 @@ def random_case(
     box = Box._make((*first.tolist(), *size, sides, *widths))
     data = np.full(grid.shape, UNKNOWN, np.uint8)
     case = Case(grid, data, image, tuple(place.tolist()), box)
-    if rng.random() < 0.5:  # large parts that are alike, as patches that fit have them
+    if rng.random() < 0.5:  # large equal parts, as in well-fitting patches
         alike = rng.random(size) < 0.6
         case.new[alike] = case.old[alike]
     inside = ~case.free
-    case.old[inside] = UNKNOWN if seed % 2 else case.old[inside]  # as before the first patch there
+    case.old[inside] = UNKNOWN if seed % 2 else case.old[inside]  # as before the first patch
     cells = rng.integers(0, size, (n_data, 3)) + first
     data[tuple(cells.T)] = rng.integers(0, n_facies, n_data)
     return case
@@ -165,7 +165,7 @@ def check(case: Case, flow=None) -> None:
     assert not kept[~case.free].any()
     assert kept[case.demand == KEEP_OLD].all()
     assert not kept[case.demand == TAKE_NEW].any()
-    np.testing.assert_array_equal(kept, reached)  # of cuts as cheap, the one that keeps least
+    np.testing.assert_array_equal(kept, reached)  # the cheapest cut with the fewest old cells
 
 
 @pytest.mark.slow
@@ -194,7 +194,7 @@ def test_cuts_of_one_workspace_do_not_disturb_each_other():
 def test_large_patches_are_cut_as_cheaply_as_can_be(smooth, n_facies):
     for seed, sides in enumerate([LEFT, LEFT | TOP, LEFT | TOP | BELOW, BELOW, 63]):
         case = random_case((14, 16, 18), sides, n_facies, 60, seed)
-        if smooth:  # bodies, as images have them
+        if smooth:  # with bodies, as in images
             case.grid[:] = blobs(case.grid.shape, n_facies, seed)
             case.image[:] = blobs(case.image.shape, n_facies, seed + 9)
         check(case)
@@ -277,6 +277,6 @@ def test_axes_and_ends_are_cut_alike(turn, flips, with_data, seed):
 def test_keep_old_takes_this_cut_in_volumes(sides, seed):
     case = random_case((4, 5, 6), sides, 3, 6, seed)
     work = make_cut((6, 7, 8), (3, 3, 3))
-    work.keep_mask[:] = True  # what an earlier patch left
+    work.keep_mask[:] = True  # left by an earlier patch
     keep_old(case.grid, case.data, case.image, case.place, case.box, work)
     np.testing.assert_array_equal(work.keep_mask[:4, :5, :6], cut(case)[1])

@@ -132,7 +132,7 @@ def test_targets_vary_as_pieces_of_the_image_do():
 def test_targets_of_a_volume_vary_as_its_columns_do_not_as_its_layers():
     layers = np.repeat(np.arange(3), 8)[:, None, None]
     image = np.broadcast_to(layers, (24, 60, 60)).astype(np.uint8).copy()
-    image[:, :20] = np.roll(image[:, :20], 2, axis=0)  # as many of each facies
+    image[:, :20] = np.roll(image[:, :20], 2, axis=0)  # with equal numbers of each facies
     image[4:8, 30:, 30:] = 2
     proportions = np.bincount(image.ravel()) / image.size
     rng = np.random.default_rng(0)
@@ -165,7 +165,7 @@ def test_a_column_of_data_weighs_as_the_part_of_the_grid_that_is_nearest_to_it()
     nearest = distance == distance.min(axis=0)
     by_place = places[:, 0] * shape[2] + places[:, 1]
     expected = (nearest / nearest.sum(axis=0)).mean(axis=(1, 2))[np.argsort(by_place)]
-    np.testing.assert_allclose(found.weights, expected, atol=0.03)  # equally near ones: either
+    np.testing.assert_allclose(found.weights, expected, atol=0.03)  # any of equally close columns
     of_places = (
         np.stack([np.bincount(facies[5 * k : 5 * k + 5], minlength=3) for k in range(5)]) / 5
     )

@@ -232,7 +232,7 @@ def random_window(seed: int, volume: bool, n_data: int, n_facies: int = 3):
     box = Box._make((*first, *size, int(rng.integers(64)), *widths))
     data = np.full(grid.shape, UNKNOWN, np.uint8)
     for cell in rng.integers(0, size, (n_data, 3)) + first:
-        data[tuple(cell)] = rng.choice(image.ravel())  # an image has every facies of the data
+        data[tuple(cell)] = rng.choice(image.ravel())  # the image contains every facies of the data
     return image, grid, data, box
 
 
@@ -264,7 +264,7 @@ def strips_of(image: NDArray[np.uint8], grid: NDArray[np.uint8], box: Box) -> St
 def test_places_that_honour_all_data_are_marked(seed, volume, n_data, n_facies):
     image, _, data, box = random_window(seed, volume, n_data, n_facies)
     bits = to_bits(image)
-    mask = np.full(bits.shape[1:], 0x5A5A5A5A5A5A5A5A, np.uint64)  # what was there is replaced
+    mask = np.full(bits.shape[1:], 0x5A5A5A5A5A5A5A5A, np.uint64)  # old content is replaced
     n = honouring_places(bits, data, box, image.shape, whole(box, image.shape), mask)
     expected = honours(image, data, box)
     assert n == np.count_nonzero(expected)
@@ -371,7 +371,7 @@ def test_all_locations_are_looked_at_equally_often(every, by_chance):
 
 def test_equal_windows_are_found_equally_often_in_a_volume():
     image = np.zeros((4, 4, 5), np.uint8)
-    image[0, 0, 0] = 1  # so that the places near it are none
+    image[0, 0, 0] = 1  # so that locations near this cell are excluded
     grid = np.zeros((6, 6, 6), np.uint8)
     data = np.full(grid.shape, UNKNOWN, np.uint8)
     data[2:4, 2:4, 2:4] = 0

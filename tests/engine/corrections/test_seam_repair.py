@@ -118,7 +118,7 @@ def test_the_worst_places_come_first_and_lie_among_their_patterns(shape):
         tuple((np.sum(own, axis=0) // len(own) + np.array(reach) // 2).tolist()): len(own)
         for own in wanted.values()
     }
-    # where numbers are not exact a pattern may be taken for a known one
+    # if numbers are not unique, an unseen pattern may count as known
     counts = [middles[place] for place in map(tuple, found.tolist()) if place in middles]
     assert counts == sorted(counts, reverse=True)
     assert len(counts) > 0.95 * len(wanted)
@@ -159,7 +159,7 @@ def test_windows_are_compared_by_their_ring(shape, n_facies):
             int((sums((old == f) & inside) - sums((new == f) & inside)).__pow__(2).sum())
             for f in facies
         )
-        if work.scores.shape[0] == repair.energy.shape[0]:  # the whole image was looked at
+        if work.scores.shape[0] == repair.energy.shape[0]:  # the whole image was searched
             assert work.scores[tuple(at)] + energy == ssd
 
 
@@ -198,9 +198,9 @@ def test_repair_leaves_fewer_unseen_patterns_and_all_data(shape, n_data):
     np.testing.assert_array_equal(own.indices[taken], image.indices.ravel()[own.sources[taken]])
     assert (own.sources[plain.sources < 0] < 0).all()  # forced cells stay forced
     alone = (own.sources < 0) & (plain.sources >= 0)
-    go_far = volume and n_data == 30  # few data, which contradict the image: walks are long there
+    go_far = volume and n_data == 30  # few data that contradict the image, with long tabu searches
     assert alone.mean() < (0.2 if go_far else 0.12)
-    assert not alone[tuple(study.hard_data.cells.T)].any()  # no datum is one of the cells changed
+    assert not alone[tuple(study.hard_data.cells.T)].any()  # no cell with a datum has changed
 
 
 @settings(max_examples=25, deadline=None)

@@ -110,7 +110,7 @@ def test_cells_that_differ_are_counted_as_one_by_one(seed, n_facies, nz, size, d
     words = to_square_bits(image)
     longer = data.draw(st.sampled_from([0, 40]))
     strips = make_strips(words, (nz, ny + longer, size + longer))
-    take_strips(grid, Box(0, 0, 0, *shape, LEFT, nz, ny, size), words, strips)  # this is replaced
+    take_strips(grid, Box(0, 0, 0, *shape, LEFT, nz, ny, size), words, strips)  # replaced below
     take_strips(grid, box, words, strips)
     old, new = (
         cells[tuple(slice(a, a + n) for a, n in zip(at, shape, strict=True))]

@@ -80,7 +80,7 @@ def test_segments_have_their_smallest_score(scores, limit):
 def test_scores_at_the_ends_of_their_type_are_told_apart(kind):
     largest = np.iinfo(kind).max
     if kind is np.int64:
-        largest = 2**60  # ruled-out locations are added to
+        largest = 2**60  # costs are added to scores of ruled-out locations
     scores = np.array([largest, -largest, largest - 1, 1 - largest] * 20).astype(kind)
     rng = np.random.default_rng(1)
     for k in (1, 20, 30, 41, 80):
@@ -101,7 +101,7 @@ def test_large_maps_and_volumes_are_searched_in_full(shape):
 @pytest.mark.parametrize("k", [1, 3, 7])
 def test_equal_places_are_drawn_equally_often(k, shape):
     scores = np.full(shape, 4, np.int16)
-    scores[0, 1, 2] = 9  # never
+    scores[0, 1, 2] = 9  # never drawn
     rng = np.random.default_rng(11)
     drawn = np.zeros(scores.shape, int)
     n = 3000

@@ -67,7 +67,7 @@ dimensions = st.sampled_from([MAP, VOLUME])
     st.sampled_from([np.int32, np.int64]),
     st.integers(0, 2**16),
 )
-@example(MAP, 2, 4, 1500, 7, np.int64, 0)  # more than are counted at once, or in a byte
+@example(MAP, 2, 4, 1500, 7, np.int64, 0)  # more data than fit into one pass, or into a byte
 @example(MAP, 2, 1, 1500, 7, np.int32, 5)
 @example(MAP, 1, 2, 400, 7, np.int64, 2)
 @example(VOLUME, 1, 2, 3000, 7, np.int32, 3)
@@ -98,7 +98,7 @@ def test_missed_data_cost_what_a_plain_loop_counts(
     totals = rng.integers(-1000, 1000, places).astype(kind)
     weights = DENSE if seed % 2 else SPARSE
     size = template.copy()
-    if seed % 3 == 0:  # parts of a split tile need not be whole blocks
+    if seed % 3 == 0:  # parts of split tiles may contain incomplete blocks
         size = rng.integers((template + 1) // 2, template + 1)
     first = [int(rng.integers(k + 1)) for k in spare]
     box, keep = Box._make((*first, *size.tolist(), 0, 1, 1, 1)), seed % 5 != 0
@@ -111,13 +111,13 @@ def test_missed_data_cost_what_a_plain_loop_counts(
     )
     data = place_data(cells, facies, grid.shape, keep)  # type: ignore[arg-type]
     misses = make_misses(n, phases.shape[3:], places)
-    if seed % 4 == 0:  # as where no byte holds the columns of an image
+    if seed % 4 == 0:  # as if column numbers did not fit into a byte
         misses = misses._replace(column_of=misses.column_of[:0])
     given = phases, grid, data, box, co_template, proportions, weights, float(datum_cost), misses
     before = totals.copy()
     add_missed(*given, totals)
     np.testing.assert_array_equal(totals, expected)
-    add_missed(*given, before)  # again, with what the first patch left in the workspace
+    add_missed(*given, before)  # again, with the used workspace
     np.testing.assert_array_equal(before, expected)
 
 
@@ -250,7 +250,7 @@ def test_a_tile_of_a_map_is_split_until_its_parts_hold_few_data(n):
     splits = legal_splits(template, overlap)
     step = np.subtract(template, overlap)
     cells, facies = random_data(template, n, np.random.default_rng(n))
-    path = make_path((1, 60, 60), 0, template, overlap)  # two rows of two; the data lie in the last
+    path = make_path((1, 60, 60), 0, template, overlap)  # 2 × 2 tiles, data in the last tile
     first = step * (np.array(path.tiles) - 1)
     data = place_data(cells + first, facies, path.full)
     shares = [prod(step // parts + overlap) / prod(template) for parts in np.array(splits)]
@@ -269,7 +269,7 @@ def test_a_tile_with_a_well_is_halved_along_the_well(axis):
     splits = legal_splits(template, overlap, volume=True)
     split_of = split_tiles(splits, data, path, template, overlap, volume=True).reshape(path.tiles)
     crossed = np.moveaxis(np.zeros(path.tiles, bool), axis, 0)
-    crossed[:, 1, 1] = True  # 16 data a tile, 10 a half
+    crossed[:, 1, 1] = True  # 16 data per tile, 10 per half
     halves = tuple(2 if a == axis else 1 for a in range(3))
     assert splits[1:4] == [(2, 1, 1), (1, 2, 1), (1, 1, 2)]
     for tile in np.ndindex(path.tiles):

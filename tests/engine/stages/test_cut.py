@@ -273,7 +273,7 @@ def test_where_old_and_new_agree_the_cut_costs_nothing(layers):
     no_data = np.full(grid.shape, UNKNOWN, np.uint8)
     kept = kept_cells(Tile(grid, no_data, patch, (0, 0, 0)), 6, LEFT)
     assert kept[:, :, :2].all()
-    assert kept[:, :, 2].all() or layers > 1  # of cuts as cheap, volumes keep the fewest cells
+    assert kept[:, :, 2].all() or layers > 1  # of equal cuts, volumes keep fewest cells
     assert not kept[:, :, 3:].any()
 
 

@@ -169,14 +169,14 @@ def test_patches_lie_on_what_is_simulated_already_just_where_their_sides_say(
         assert part < np.prod(splits[split])
         assert (sides == 0) == (number == 0)
         box = done[own]
-        assert box.shape == (nz, ny, nx)  # whole patches lie in the grid of whole tiles
+        assert box.shape == (nz, ny, nx)  # unclipped patches are inside the grid of complete tiles
         overlap = np.zeros_like(box)
         oz, oy, ox = lengths.overlap
         overlap[:, :, :ox] |= bool(sides & 1)
         overlap[:, :oy] |= bool(sides & 2)
         overlap[:oz] |= bool(sides & 4)
         assert box[overlap].all()
-        if len(set(split_of.tolist())) == 1:  # parts of other sizes may have covered more
+        if len(set(split_of.tolist())) == 1:  # parts of other sizes may cover more cells
             np.testing.assert_array_equal(box, overlap)
         done[own] = True
     assert done.all()
@@ -219,7 +219,7 @@ def test_clipped_patches_cover_the_grid_and_no_block_outside(orientation, order,
         overlap[:, :oy] |= bool(sides & 2)
         overlap[:oz] |= bool(sides & 4)
         np.testing.assert_array_equal(box, overlap)
-        assert not box.all()  # each patch brings cells of its own
+        assert not box.all()  # each patch adds new cells
         box[:] = True
     assert done[tuple(map(slice, low, high))].all()
     if not any(offset) and path.full == path.shape:

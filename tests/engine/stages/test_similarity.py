@@ -266,7 +266,7 @@ def test_scores_of_volumes_are_right_for_any_sizes_and_types(
     place = tuple(rng.integers(0, 4, 3).tolist())
     kinds = [np.int16, np.int32, np.int64]
     smallest = score_type(sizes.level, sizes.template, sizes.overlap)
-    kind = max(kind, smallest, key=kinds.index)  # never one that does not hold every score
+    kind = max(kind, smallest, key=kinds.index)  # at least the type that contains all scores
     planes = 1 if n_planes == 2 and seed % 2 else n_planes
     given = image, grid, place, sizes, shape, planes
     scores, energy_of_overlap = compiled_scores(*given, kind=kind)
@@ -296,7 +296,7 @@ def test_energies_are_the_squares_over_each_shape_of_overlap(template, more, see
         windows = np.lib.stride_tricks.sliding_window_view(squares, template)
         expected = windows[..., inside].sum(axis=-1)
         np.testing.assert_array_equal(energies_of(sums, box, sizes, np.int64), expected)
-        wrapped = expected.astype(np.int16)  # sums that the type does not hold wrap around
+        wrapped = expected.astype(np.int16)  # sums beyond the type wrap modulo 2¹⁶
         np.testing.assert_array_equal(energies_of(sums, box, sizes, np.int16), wrapped)
 
 
@@ -372,7 +372,7 @@ def test_groups_of_terms_give_the_same_scores_wherever_bodies_are(full, n_planes
     z0, z1, y0, y1 = full
     grid[z0:z1, y0:y1] = 1
     largest = 32 * overlap_cells(sizes.template, sizes.overlap)
-    assert largest > 4 * np.iinfo(np.uint16).max  # of which one group holds no more
+    assert largest > 4 * np.iinfo(np.uint16).max  # larger sums need several groups
     for shape in VOLUME_SHAPES:
         given = image, grid, (0, 0, 0), sizes, shape, n_planes
         ssd, _ = brute_force(*given)

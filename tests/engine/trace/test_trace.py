@@ -192,7 +192,7 @@ def test_every_place_has_the_fate_that_its_figures_say(trace):
                 rows, columns = trace.oriented.pyramid.phases.shape[4:]
                 reach = (
                     step.data.reach // step.block_size
-                )  # data past the image's end cost their chance
+                )  # data beyond the image have an expected cost
                 ends = p.row + reach > rows or p.column + reach > columns
                 assert p.missed + p.held + p.ahead > 0 or ends
         if (step.totals is None and not step.copies.any()) or not step.patch.shape:
@@ -215,7 +215,7 @@ def test_the_cut_mask_gives_the_pasted_grid(trace):
 @pytest.mark.parametrize("published", [False, True])
 def test_of_the_locations_drawn_the_one_is_taken_that_fits_best(published, monkeypatch):
     monkeypatch.setattr(raster, "N_DRAWN", 400)  # so that each candidate is drawn,
-    monkeypatch.setattr(raster, "GAIN", 0.0)  # which are all equally likely then
+    monkeypatch.setattr(raster, "GAIN", 0.0)  # with equal probabilities
     trace = traced(Parameters(16, 4, 2, n_candidates=4, published_draw=published))
     turned, unit = trace.oriented.pyramid.image[0], trace.search.block[2]
     found = []
@@ -246,7 +246,7 @@ def test_the_inverse_transform_of_the_drawn_place_is_the_slice_of_the_image(trac
     for number in sample(trace):
         step = trace.at(number)
         (ty, tx), size = step.drawn_place, step.patch.size
-        size -= size % unit  # parts of a split tile need not be whole blocks
+        size -= size % unit  # parts of split tiles may contain incomplete blocks
         patch = trace.reconstructed(step, 1)
         assert np.allclose(patch, turned[ty : ty + size, tx : tx + size] == 1)
         assert abs(np.subtract(step.place, step.drawn_place)).max() < unit

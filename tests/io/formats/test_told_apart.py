@@ -20,7 +20,7 @@ from ccwsim.io import (
 from tests.io.every_reader import CELLS
 
 ROWS = [(10 * x + 5, 10 * y + 105, CELLS[y, x]) for y, x in np.ndindex(*CELLS.shape)]
-XYZ = "\n".join("{:g} {:g} {:g}".format(*row) for row in ROWS[::-1])  # any order of rows
+XYZ = "\n".join("{:g} {:g} {:g}".format(*row) for row in ROWS[::-1])  # rows may be in any order
 PLACED = Grid(6, 8, (10.0, 10.0), (0.0, 100.0))
 
 
@@ -81,7 +81,7 @@ def test_frames_are_never_the_first_in_silence(format):
 def test_a_camera_turns_the_picture():
     turned = Image.fromarray(np.rot90((CELLS[::-1] * 100).astype(np.uint8), 1))
     exif = Image.Exif()
-    exif[0x0112] = 6  # turn by 90 degrees clockwise
+    exif[0x0112] = 6  # rotate by 90 degrees clockwise
     content = BytesIO()
     turned.save(content, "PNG", exif=exif)
     assert np.array_equal(read_training_image(content).array, CELLS)

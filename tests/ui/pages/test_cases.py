@@ -43,7 +43,7 @@ def test_an_image_is_the_truth_after_one_press_at_most(cases, truth, name):  # n
     found = image_of(state.choices.image)
     assert np.array_equal(found.array, truth[row : row + ny, column : column + nx])
     _, grid = IMAGES[name]
-    if grid is not None:  # the study takes the grid of the image
+    if grid is not None:  # the study uses the grid of the image
         own = state.choices.grid
         assert (own.shape, own.cell_size, own.crs) == (found.shape, grid.cell_size, grid.crs)
         sx, sy = grid.cell_size

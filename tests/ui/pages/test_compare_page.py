@@ -227,7 +227,7 @@ def test_the_table_of_figures_has_the_ratios_of_the_sentences(found):
         row = found.ratio_of(found.names[k], "A")
         assert f"{row.within:.2f} × A" in table
         assert f"{row.between:.2f} × A" in table
-    assert table.count(" bits") == 2  # of A only
+    assert table.count(" bits") == 2  # only for setting A
 
 
 @pytest.mark.slow

@@ -115,7 +115,7 @@ def test_data_taken_away_or_changed_are_answered_by_a_run_only():
         assert not is_current(state)
     state = studied(placed)
     assert edit(state, (1, 1, 1)) is not None
-    assert edit(state, (1, 1, -1)) is state.ensemble  # taken back: the run had the same data
+    assert edit(state, (1, 1, -1)) is state.ensemble  # undone, so the data are those of the run
     assert is_current(state)
 
 
@@ -135,7 +135,7 @@ def test_a_datum_that_is_moved_is_one_edit():
     edit(state, (5, 6, 1), (9, 9, 0))
     edit(state, (5, 6, -1), (20, 30, 1))
     assert data_as_dict(state) == {(9, 9): 0, (20, 30): 1}
-    edit(state, (20, 30, -1), (9, 9, 1))  # dropped on another, which it replaces
+    edit(state, (20, 30, -1), (9, 9, 1))  # dropped on another datum, which is replaced
     assert data_as_dict(state) == {(9, 9): 1}
     undo(state)
     undo(state)

@@ -86,7 +86,7 @@ def test_edits_of_the_canvas_are_taken_once_and_in_their_order():
     assert data_of(state.choices).triples == tuple((k, 3, 4, 1) for k in range(12))
     take_edits(state, [{"seq": 7, "do": "undo"}, {"seq": 8, "do": "redo"}])
     assert data_of(state.choices).n == 13
-    take_edits(state, [{"seq": 9, "set": [[1, 1, 1]]}, {"seq": 10}])  # of a map, and of nothing
+    take_edits(state, [{"seq": 9, "set": [[1, 1, 1]]}, {"seq": 10}])  # a map edit, an empty one
     assert data_of(state.choices).n == 13
     state.page(Editor).layers = (2, 4)
     take_edits(state, [{"seq": 11, "axis": "z", "cells": [[0, 20, 20]]}])
@@ -255,7 +255,7 @@ def test_wells_are_listed_by_name_a_deviated_one_in_one_row():
     assert table["well"].tolist() == ["A", "B", "", ""]
     assert table.iloc[0].tolist() == ["A", 10.5, 2.5, 0.0, 12.0, 12]
     assert table["x"][1] == 20.5
-    assert table["y"][1] in (9.5, 10.5)  # in the highest layer it goes through two cells
+    assert table["y"][1] in (9.5, 10.5)  # in the highest layer the well crosses two cells
     assert describe_wells(data, rows) == f"2 wells, 2 columns, {data.n} cells"
     app = opened("data", state).run()
     assert not app.exception

@@ -114,7 +114,7 @@ def test_an_example_can_be_read_and_honours_its_data(name):
     e = example(name)
     image = image_of(e.choices.image)
     for p in e.settings:
-        Study(image, e.choices.grid, p, data_of(e.choices))  # it fits, on its own grid
+        Study(image, e.choices.grid, p, data_of(e.choices))  # valid on its own grid
     choices = small(e.choices)
     data = data_of(choices)
     assert (data.n > 0) == (e.choices.data.source != "none")
@@ -256,7 +256,7 @@ def test_an_example_takes_the_place_of_a_study_that_comes_back():
     assert (state.choices, state.ensemble, state.job) == (OWN, None, None)
     assert state.page(ComparePageState).others == [None, None]
     assert state.page(ComparePageState).n == 5
-    back_to_own(state)  # nothing is left to bring back
+    back_to_own(state)  # no study is left to restore
     assert state.choices == OWN
 
 
@@ -303,7 +303,7 @@ def test_a_round_has_one_piece_of_the_image_and_the_rest_of_realizations():
     np.testing.assert_array_equal(drawn.pictures, again.pictures)
     assert drawn.answer == again.answer
     for k, picture in enumerate(drawn.pictures):
-        taken = drawn.sources[k] >= 0  # not of cells that seam repair changed alone
+        taken = drawn.sources[k] >= 0  # except single cells changed by seam repair
         assert taken.mean() > 0.99
         own = image.indices.ravel()[drawn.sources[k][taken]]
         np.testing.assert_array_equal(own, picture[taken])
@@ -409,7 +409,7 @@ def test_a_seed_stays_for_the_session_and_examples_take_it():
     quiet(app.run())
     assert state_of(app).choices.seed == seed
     assert "class" not in app.query_params
-    assert app.query_params["seed"] in (str(seed), [str(seed)])  # the page can be loaded again
+    assert app.query_params["seed"] in (str(seed), [str(seed)])  # a reload keeps the seed
     open_example(state_of(app), example("delta"))
     assert state_of(app).choices == replace(example("delta").choices, seed=seed)
 

@@ -136,7 +136,7 @@ def test_it_plays_on_and_stops_at_the_end_and_at_a_touch():
     n = len(how(app).trace.patches)
     app = launched(patch=n - 2, playing=True, ticked=-10.0)
     assert (how(app).patch, how(app).playing) == (n - 1, False)
-    press(app, "how_play")  # from the first one again
+    press(app, "how_play")  # starts again at the first patch
     assert how(app).patch in (0, 1)
     assert how(app).playing
     press(app, "how_stop")

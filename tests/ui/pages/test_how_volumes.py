@@ -144,7 +144,7 @@ def test_faces_are_where_the_path_came_from(view):
     faces = trace.grid_frame.faces()
     assert len(faces) == 3
     marked = np.zeros(trace.path.shape)
-    marked[0, 0, 0] = 1  # the first cell of the path lies in the corner of these faces
+    marked[0, 0, 0] = 1  # the path begins in the corner of these faces
     z, y, x = np.argwhere(from_path(marked, trace.path.orientation))[0]
     assert ("below" in faces, "south" in faces, "west" in faces) == (z == 0, y == 0, x == 0)
     assert describe_position(trace, 0) == (

@@ -73,7 +73,7 @@ def test_every_file_becomes_an_image_with_one_answer_at_most(name):
     assert not app.exception
     assert texts(app) == ""
     if asked - {"up"}:
-        assert state.choices.image.upload is None  # nobody has said yet that it is right
+        assert state.choices.image.upload is None  # the user has not confirmed the image yet
         named(app.button, "image_take").click().run()
     state = app.session_state[KEY]
     assert state.image_draft is None

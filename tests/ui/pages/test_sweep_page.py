@@ -198,7 +198,7 @@ def test_the_large_setting_is_the_recommended_one_until_one_is_chosen(done):
 def test_it_is_drawn_for_any_training_image_without_data(name):
     choices = replace(SMALL, image=ImageChoice(bundled=name), data=DataChoice())
     state = swept(choices=choices, ranges={**FEW, "method": list(METHODS), "wavelet_level": [1]})
-    state.page(SweepState).error = "mended"  # of a sweep with data; there are none now
+    state.page(SweepState).error = "mended"  # this error belongs to a sweep with data
     app = launched(state)
     said = html(app)
     assert "Recommended: " in said
@@ -285,7 +285,7 @@ def test_a_stopped_sweep_keeps_what_is_finished():
     assert n >= 1
     app = launched(state)
     assert "Recommended" in html(app)
-    if n < 12:  # a quick machine may have been through
+    if n < 12:  # a fast machine may have finished
         assert f"Stopped after {n} of 12 settings; these are shown." in texts(app)
 
 

@@ -311,12 +311,12 @@ def test_a_volume_of_one_layer_is_judged(image):
 def test_measures_of_volumes_are_listed_beside_crops_and_saved(ensemble, monkeypatch):
     own = Measure("Bottom row, %", "Made up.", lambda of: of.inside[:, 0].mean((1, 2)), 0.5)
     monkeypatch.setattr("ccwsim.metrics.measures.MEASURES", (*MEASURES, own))
-    shared_values.clear()  # other tests may have had the table without it
+    shared_values.clear()  # earlier tests may have cached the table without this entry
     app = launched(ensemble=ensemble, seen=frozenset({"measures"}))
     said = html(app)
     for shown in MEASURES:
         assert (shown.title in said) is (shown.volumes is not False)
-    assert "Bottom row, %" in said  # an entry of the table is all that the page needs
+    assert "Bottom row, %" in said  # the page needs only an entry of the table
     rows = csv_rows(measures_csv(measure(ensemble, 7)))
     assert [row["measure"] for row in rows][-1] == "Bottom row, %"
     share = float(rows[0]["realization_2"])

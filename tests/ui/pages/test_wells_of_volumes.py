@@ -110,7 +110,7 @@ def test_a_depth_that_was_guessed_can_be_left_out():
     answers = dict(state_of(app).data_draft.answers)
     assert "depth" not in answers
     assert (answers["depth_from"], answers["depth_to"], answers["z"]) == ("z", "depth", "x")
-    assert answers.get("x") is None  # it gave its column to z
+    assert answers.get("x") is None  # the column is now used as z
 
 
 def test_layers_rows_and_columns_of_cells():
@@ -143,14 +143,14 @@ def test_every_column_of_every_table_can_be_chosen():
     assert state.data_draft is None
     assert state.choices.data.answers == tuple(
         sorted((role, own) for role, own in NAMED.items() if role != "facies")
-    )  # the column that is left has the facies, which is shown
+    )  # the remaining column has the facies
     assert value(app, "facies") == "s"
     data = data_of(state.choices)
     assert data.n > 24
     assert {cell[1:] for cell in map(tuple, data.cells.tolist())} >= {(2, 10), (9, 20), (9, 21)}
     assert [len(frame.value) for frame in app.dataframe[:3]] == [2, 3, 1]
     assert "p → well" in app.dataframe[2].value.columns
-    choose(app, survey_inclination="s")  # −80 from straight down cannot be
+    choose(app, survey_inclination="s")  # an inclination of −80 is impossible
     assert "line 2: s -80 is not from 0 to 180" in listed(app)
     assert "survey_dip" not in dict(state_of(app).data_draft.answers)
     choose(app, survey_dip="s")
@@ -188,7 +188,7 @@ def test_problems_of_tables_of_wells_are_listed_together_each_with_a_choice():
     assert "pairs of intervals that overlap: 1" in said
     assert "wells without a collar: 1" in said
     assert "rows that cannot be used: 1" in said
-    assert "only one depth" not in said  # the neighbouring row has it
+    assert "only one depth" not in said  # the other depth is that of the neighbouring row
     assert "intervals.csv, lines 2 and 3: two intervals of 'A' overlap below the dep" in listed(app)
     assert "intervals.csv, line 5: an interval of 'B' has no facies" in listed(app)
     assert data_of(state_of(app).choices).n == 0
