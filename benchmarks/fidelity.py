@@ -18,8 +18,8 @@ columns:
 
 If CCWSIM_DATA is a folder of published data, its images are measured too.
 
-``--drawn N`` instead measures N other maps from each generator of bundled images, which were not
-used to choose any setting; "chosen" are the generators whose bundled image was used.
+``--drawn N`` instead measures N other maps from each generator of bundled images. These maps were
+not used to choose any setting; "chosen" are the generators whose bundled image was used.
 
 ``--data`` instead measures studies with hard data. Ratios compare the default variant with the
 published variant. The columns:
