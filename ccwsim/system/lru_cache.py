@@ -54,10 +54,12 @@ class LruCache(Generic[Value]):
 
     def get_or_make(self, key: Hashable, make: Callable[[], Value]) -> Value:
         """Return a value, computed if absent from the cache. Two threads may compute it twice."""
-        value = self.get(key)
-        if value is None:
-            value = make()
-            self.put(key, value)
+        with self._lock:
+            if key in self._values:
+                self._values.move_to_end(key)
+                return self._values[key]
+        value = make()
+        self.put(key, value)
         return value
 
 
