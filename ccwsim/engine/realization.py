@@ -151,7 +151,7 @@ def repair(
         share = WINDOWS_A_TILE_DATA if n_data else WINDOWS_A_TILE
         most = max(round(share * n_tiles), 1)
     forced = in_three(study.hard_data.cells[data_status == FORCED])
-    n_facies, inputs = study.training_image.n_facies, image.repair(template)
+    inputs = image.repair(template)
 
     def part(first: float, last: float) -> Report:
         low = REPAIR_SHARE + (1 - REPAIR_SHARE) * first
@@ -161,7 +161,7 @@ def repair(
     n_trials = TRIALS_A_CELL_DATA if n_data else TRIALS_A_CELL
     if volume or n_data:
         repair_cells(*cells, False, part(0.0, 0.1), n_trials)
-    repair_seams(target, inputs, n_facies, most, forced, rng, part(0.1, 0.9))
+    repair_seams(target, inputs, most, forced, rng, part(0.1, 0.9))
     repair_cells(*cells, True, part(0.9, 1.0), n_trials)
 
 
@@ -174,7 +174,8 @@ def target_of(
     sources = sources.reshape(shape if sources.size else (0, 0, 0))
     by_chance = study.parameters.draws_as_published
     known = image.scaled(), image.bits(), image.square_bits()
-    return Target(*known, data, indices.reshape(shape), sources, by_chance)
+    balance = np.zeros(study.training_image.n_facies, np.int64)
+    return Target(*known, data, indices.reshape(shape), sources, balance, by_chance)
 
 
 def random_numbers(seed: int, number: int) -> np.random.Generator:

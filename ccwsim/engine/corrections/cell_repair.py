@@ -165,7 +165,7 @@ def change_cells(target, patterns, firsts, lengths, part, rng, walks, ends, ends
         for k in range(n_found):
             first = np.uint64(part.unseen[k])
             while part.is_unseen[first] and part.trials[0] > 0:
-                cell, facies = best_change(first, patterns, part)
+                cell, facies = best_change(first, target.balance, patterns, part)
                 if facies == UNKNOWN:
                     break
                 change_cell(cell, facies, 0, patterns, part)
@@ -177,7 +177,7 @@ def change_cells(target, patterns, firsts, lengths, part, rng, walks, ends, ends
             if part.is_unseen[first] and part.trials[0] > 0:
                 with_datum = has_data(target.data, box_of(first, origin, patterns, part))
                 limits = ends_at_data if with_datum else ends
-                n = walk(first, limits, patterns, part, rng)
+                n = walk(first, limits, target.balance, patterns, part, rng)
                 n_changed += write_back(n, target, origin, part)
     return n_changed
 
@@ -203,6 +203,8 @@ def write_back(n, target, origin, part):
         place = origin[0] + z, origin[1] + y, origin[2] + x
         if target.grid[place] == part.facies[part.changed[i]]:
             continue
+        target.balance[target.grid[place]] -= 1
+        target.balance[part.facies[part.changed[i]]] += 1
         target.grid[place] = part.facies[part.changed[i]]
         n_different += 1
         if target.sources.size > 0:
@@ -275,19 +277,20 @@ def find_unseen_patterns(patterns, part):
 
 
 @part_of_kernel
-def best_change(first, patterns, part):
+def best_change(first, balance, patterns, part):
     """Return the change of one cell of a pattern that leaves the fewest unseen patterns.
 
-    The cell gets the facies of a neighbour. The new facies is UNKNOWN if no change reduces the
+    The cell gets the facies of a neighbour. Of equally good changes, the change is best that brings
+    `balance`, shape (n_facies,), closer to 0. The new facies is UNKNOWN if no change reduces the
     number of unseen patterns.
     """
     cells, aside = part.facies, part.aside
     n_aside = np.uint64(len(aside))
-    gain, best, best_facies = np.int64(0), first, np.uint8(UNKNOWN)
+    gain, best, best_facies, best_excess = np.int64(1), first, np.uint8(UNKNOWN), np.int64(1 << 60)
     for step in part.steps:
         cell = first + step
         n = np.int64(part.n_unseen[cell])
-        if n <= gain or part.was_tried[cell] or not part.is_free[cell]:
+        if n < gain or part.was_tried[cell] or not part.is_free[cell]:
             continue
         own = latest = cells[cell]
         for a in range(n_aside):
@@ -296,16 +299,17 @@ def best_change(first, patterns, part):
             if is_new and facies != UNKNOWN:
                 latest = facies
                 part.trials[0] -= 1
-                left = n_unseen_after(cell, facies, n - gain, patterns, part)
-                if n - left > gain:
-                    gain, best, best_facies = n - left, cell, facies
-        if gain == 0:
+                left = n_unseen_after(cell, facies, n - gain + 1, patterns, part)
+                excess = balance[facies] - balance[own]
+                if n - left > gain or (n - left == gain and excess < best_excess):
+                    gain, best, best_facies, best_excess = n - left, cell, facies, excess
+        if best_facies == UNKNOWN:
             part.was_tried[cell] = True
     return best, best_facies
 
 
 @part_of_kernel
-def walk(first, ends, patterns, part, rng):
+def walk(first, ends, balance, patterns, part, rng):
     """Run a tabu search from an unseen pattern; return the number of retained changes.
 
     The retained changes are listed first in `part.changed`; they reduce unseen patterns.
@@ -320,7 +324,8 @@ def walk(first, ends, patterns, part, rng):
             n_near -= 1
             near[k] = near[n_near]
             continue
-        cell, facies, added = next_change(near[k], n_changed, least - more, patterns, part, rng)
+        better = least - more
+        cell, facies, added = next_change(near[k], n_changed, better, balance, patterns, part, rng)
         if facies == UNKNOWN or more + added > least + further:
             break
         changed[n_changed], before[n_changed] = cell, part.facies[cell]
@@ -338,16 +343,18 @@ def walk(first, ends, patterns, part, rng):
 
 
 @part_of_kernel
-def next_change(first, n_changed, better, patterns, part, rng):
+def next_change(first, n_changed, better, balance, patterns, part, rng):
     """Return a cell to change, its new facies, and the number of added unseen patterns.
 
-    The change is chosen at random among the changes that add the fewest unseen patterns; this
-    number may be negative. A recently changed cell changes only if the change adds fewer than
-    `better` unseen patterns; `better` is at most 0. The facies is UNKNOWN if no cell can change.
+    The change is chosen at random among the changes that add the fewest unseen patterns (a number
+    that may be negative) and, of these, best restore `balance` (`best_change`). A recently changed
+    cell changes only if the change adds fewer than `better` unseen patterns; `better` is at most 0.
+    The facies is UNKNOWN if no cell can change.
     """
     cells, aside = part.facies, part.aside
     n_aside, n_equal = np.uint64(len(aside)), 0
     least, best, best_facies = np.int64(1 << 20), first, np.uint8(UNKNOWN)
+    least_excess = np.int64(0)
     for step in part.steps:
         cell = first + step
         if not part.is_free[cell]:
@@ -366,9 +373,12 @@ def next_change(first, n_changed, better, patterns, part, rng):
             left = n_unseen_after(cell, facies, most, patterns, part)
             if left >= most:
                 continue
-            n_equal = n_equal + 1 if left - n == least else 1
+            excess, is_equal = balance[facies] - balance[own], left - n == least
+            if is_equal and excess > least_excess:
+                continue
+            n_equal = n_equal + 1 if is_equal and excess == least_excess else 1
             if n_equal == 1 or draw_index(rng, n_equal) == 0:
-                least, best, best_facies = left - n, cell, facies
+                least, best, best_facies, least_excess = left - n, cell, facies, excess
     return best, best_facies, least
 
 

@@ -85,6 +85,8 @@ class Target(NamedTuple):
     grid: NDArray[np.uint8]  # shape (nz, ny, nx): the realization
     # shape (nz, ny, nx) or empty: flat index in the TI for each cell; −1 for a cell changed singly
     sources: NDArray[np.int32]
+    # shape (n_facies,): cells of each facies that seam repair has added so far
+    balance: NDArray[np.int64]
     # if True, each location is compared with a fixed probability (as in the published draw); if
     # False, one location out of each group of a few is compared
     by_chance: bool = False
@@ -269,7 +271,7 @@ def resimulate_windows(target, cells, size, tolerance, anyway, most, rng, work, 
     compared. If `anyway` is false, data that the grid honours are skipped. `fits`, shape (n,), is
     set to True if a patch fits the window or the grid already honours the datum.
     """
-    image, _, _, data, grid, sources, _ = target
+    image, _, _, data, grid, sources, _, _ = target
     for i in range(len(cells)):
         z, y, x = cells[i, 0], cells[i, 1], cells[i, 2]
         if grid[z, y, x] == data[z, y, x] and not anyway:
@@ -298,7 +300,7 @@ def fitting_windows(target, box, limit, most, rng, honouring, strips, best):
     Return the number of locations in `best`. At most `limit` cells of the ring may be wrong; at
     most about `most` locations are compared; `honouring` and `strips` are workspace.
     """
-    image, bits, square_bits, data, grid, _, by_chance = target
+    image, bits, square_bits, data, grid, _, _, by_chance = target
     rows = (image.shape[0] - box.nz + 1) * (image.shape[1] - box.ny + 1)
     at_once, start = rows, np.int64(0)
     if image.shape[0] > 1:

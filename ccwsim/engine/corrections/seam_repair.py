@@ -25,8 +25,12 @@ from ccwsim.engine.corrections.resimulation import (
 )
 from ccwsim.engine.corrections.unseen_patterns import (
     Patterns,
+    Trial,
+    box_within_reach,
     known_patterns,
-    n_unseen,
+    make_trial,
+    n_unseen_around,
+    n_unseen_with,
     unseen_places,
 )
 from ccwsim.engine.kernels import kernel, part_of_kernel
@@ -57,7 +61,10 @@ MAX_COMPARED = 500
 LOCATIONS = 12_500
 """Approximate number of locations in a volume that are compared for each window."""
 CHANGE = 0.1
-"""Cost, in unseen patterns, of each cell that changes from one facies to another."""
+"""Cost, in unseen patterns, of each cell by which seam repair changes the number of cells of a
+facies; a change that restores the number has a negative cost. See `facies_weights`."""
+MAX_WEIGHT = 20.0
+"""Maximum factor of this cost for a rare facies."""
 WINDOWS_A_TILE, WINDOWS_A_TILE_DATA = 0.125, 1.0
 """Maximum number of repaired windows per tile of a map, without and with data. Windows with the
 most unseen patterns are repaired first. In volumes, all windows of ordinary images are repaired."""
@@ -90,11 +97,8 @@ class RepairWorkspace(NamedTuple):
     strips: Strips
     cut: CutWorkspace
     best_mask: NDArray[np.bool_]  # shape of a window: the mask of the best cut
-    trial: NDArray[np.uint8]  # a window and the cells within reach of its patterns
-    rows: NDArray[np.uint32]  # shape of `trial`: numbers of rows of patterns
-    numbers: NDArray[np.uint32]  # numbers of the patterns of a layer
-    counts: NDArray[np.int64]  # shape (n_facies,): cells of each facies that a patch adds
-    no_sources: NDArray[np.int32]  # empty
+    trial: Trial
+    weights: NDArray[np.float64]  # shape (n_facies,): made by `facies_weights`
 
 
 def window_lengths(template: Triple, room: Triple) -> tuple[Triple, Triple, Triple]:
@@ -144,13 +148,12 @@ def prepare_repair(
     return Repair(patterns, near, *lengths, running, energy.astype(kind), least)
 
 
-def make_workspace(repair: Repair, target: Target, n_facies: int) -> RepairWorkspace:
+def make_workspace(repair: Repair, target: Target) -> RepairWorkspace:
     """Return the workspace for the windows of a realization."""
     nz, ny, nx = repair.energy.shape
     shape = min(nz, max(LOCATIONS // (ny * nx), 1)), ny, nx
     kind, n, window = repair.energy.dtype, prod(shape), repair.window
     both = tuple(2 * n for n in repair.ring)
-    wide = tuple(w + 2 * r for w, r in zip(window, repair.patterns.reach, strict=True))
     return RepairWorkspace(
         scores=np.zeros(shape, kind),
         terms=make_terms(repair.running, window, both, repair.block),  # type: ignore[arg-type]
@@ -161,18 +164,24 @@ def make_workspace(repair: Repair, target: Target, n_facies: int) -> RepairWorks
         strips=make_strips(target.square_bits, window),
         cut=make_cut(window, repair.ring),
         best_mask=np.zeros(window, np.bool_),
-        trial=np.zeros(wide, np.uint8),
-        rows=np.zeros(wide, np.uint32),
-        numbers=np.zeros(wide[1] * wide[2], np.uint32),
-        counts=np.zeros(n_facies, np.int64),
-        no_sources=np.zeros((0, 0, 0), np.int32),
+        trial=make_trial(window, repair.patterns, len(target.balance)),
+        weights=facies_weights(target),
     )
+
+
+def facies_weights(target: Target) -> NDArray[np.float64]:
+    """Return the factor of `CHANGE` for each facies, shape (n_facies,), at most `MAX_WEIGHT`.
+
+    The factor increases with the relative effect of a cell on the proportion of a rare facies.
+    """
+    n = np.bincount(target.image.ravel(), minlength=len(target.balance))
+    p = n / target.image.size
+    return np.clip(0.25 / np.maximum(p * (1 - p), 1e-9), 1.0, MAX_WEIGHT)
 
 
 def repair_seams(
     target: Target,
     repair: Repair,
-    n_facies: int,
     most: int,
     forced: NDArray[np.int64],
     rng: np.random.Generator,
@@ -188,7 +197,7 @@ def repair_seams(
     n_changed = 0
     if any(n > m for n, m in zip(window, target.grid.shape, strict=True)):
         places = places[:0]  # the grid is smaller than a window
-    work = make_workspace(repair, target, n_facies)
+    work = make_workspace(repair, target)
     for first in range(0, max(len(places), 1), WINDOWS_PER_CALL):  # one call even without windows
         report(first / max(len(places), 1))
         some = places[first : first + WINDOWS_PER_CALL]
@@ -199,7 +208,7 @@ def repair_seams(
 @kernel
 def repair_windows(target, repair, places, forced, rng, work):
     """Repair windows around `places`, shape (n, 3); return the number of replaced windows."""
-    image, _, _, data, grid, sources, _ = target
+    image, _, _, data, grid, sources, balance, _ = target
     nz, ny, nx = repair.window
     oz, oy, ox = repair.ring
     patterns, n_changed, volume = repair.patterns, 0, grid.shape[0] > 1
@@ -212,10 +221,8 @@ def repair_windows(target, repair, places, forced, rng, work):
         box = Box(z0, y0, x0, nz, ny, nx, sides, oz, oy, ox)
         if has_any(forced, box):
             continue
-        around = surroundings(grid, box, patterns, work.trial)
-        first_z, first_y, first_x = z0 - around.z0, y0 - around.y0, x0 - around.x0
-        inside = Box(first_z, first_y, first_x, nz, ny, nx, sides, oz, oy, ox)
-        before = n_unseen(work.trial, around, patterns, work.rows, work.numbers, 1 << 30)
+        around = box_within_reach(box, patterns, grid.shape)
+        before = n_unseen_around(grid, around, patterns, work.trial)
         if before < repair.least:
             continue
         if has_data(data, box):
@@ -231,25 +238,25 @@ def repair_windows(target, repair, places, forced, rng, work):
                 continue  # a location with this misfit hardly ever reduces unseen patterns
             place = work.best[number, 1], work.best[number, 2], work.best[number, 3]
             keep_old(grid, data, image, place, box, work.cut)
-            mask, change = work.cut.keep_mask, 0
-            for k in range(len(work.counts)):
-                work.counts[k] = 0
-            surroundings(grid, box, patterns, work.trial)
-            paste(image, place, inside, mask, work.counts, work.trial, work.no_sources)
-            for k in range(len(work.counts)):
-                change += abs(work.counts[k])
-            limit = np.int64(np.ceil(least))
-            after = n_unseen(work.trial, around, patterns, work.rows, work.numbers, limit)
+            keep_mask = work.cut.keep_mask
+            # at most `before`, because patches that restore the balance have negative costs
+            limit = np.int64(before)
+            after = n_unseen_with(
+                image, place, box, around, keep_mask, grid, patterns, limit, work.trial
+            )
+            change, counts = 0.0, work.trial.counts
+            for k in range(len(counts)):
+                change += work.weights[k] * (abs(balance[k] + counts[k]) - abs(balance[k]))
             cost = after + CHANGE * change / 2
             if cost < least and after < before:
                 least, chosen = cost, place
                 for z in range(nz):
                     for y in range(ny):
                         for x in range(nx):
-                            work.best_mask[z, y, x] = mask[z, y, x]
+                            work.best_mask[z, y, x] = keep_mask[z, y, x]
         if chosen[0] >= 0:
             n_changed += 1
-            paste(image, chosen, box, work.best_mask, work.counts[:0], grid, sources)
+            paste(image, chosen, box, work.best_mask, balance, grid, sources)
     return n_changed
 
 
@@ -285,7 +292,7 @@ def well_fitting_windows(target, box, repair, rng, work):
     overlap on all sides. The search starts at a random layer of locations and covers as many layers
     as `work.scores` has.
     """
-    image, _, square_bits, _, grid, _, _ = target
+    image, _, square_bits, _, grid, _, _, _ = target
     running, scores, places = repair.running, work.scores, work.ranking.places
     n_groups = overlap_terms(grid, box, repair.block, running, work.terms)
     n_layers = len(scores)
@@ -305,21 +312,3 @@ def well_fitting_windows(target, box, repair, rng, work):
         )
         work.best[k, 0], work.best[k, 1], work.best[k, 2], work.best[k, 3] = misfit, z, y, x
     return len(places)
-
-
-@part_of_kernel
-def surroundings(grid, box, patterns, trial):
-    """Copy a box and all cells that share patterns with it to `trial`; return the larger box."""
-    reach_z, reach_y, reach_x = patterns.reach
-    z0, y0, x0 = max(box.z0 - reach_z, 0), max(box.y0 - reach_y, 0), max(box.x0 - reach_x, 0)
-    nz = min(box.z0 + box.nz + reach_z, grid.shape[0]) - z0
-    ny = min(box.y0 + box.ny + reach_y, grid.shape[1]) - y0
-    nx = min(box.x0 + box.nx + reach_x, grid.shape[2]) - x0
-    flat, cells = trial.reshape(-1), grid.reshape(-1)
-    for z in range(nz):
-        for y in range(ny):
-            to = np.uint64((z * trial.shape[1] + y) * trial.shape[2])
-            first = np.uint64(((z0 + z) * grid.shape[1] + y0 + y) * grid.shape[2] + x0)
-            for x in range(np.uint64(nx)):
-                flat[to + x] = cells[first + x]
-    return Box(z0, y0, x0, nz, ny, nx, 0, 0, 0, 0)

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import kernel, part_of_kernel
-from ccwsim.engine.stages.path import Box, Triple
+from ccwsim.engine.stages.cut import paste
+from ccwsim.engine.stages.path import LEFT, TOP, Box, Triple
 
 SIDE, SPACING = 4, 2
 """Side of a pattern in a map, and spacing of the cells in a pattern."""
@@ -45,6 +46,24 @@ class Patterns(NamedTuple):
     shift: int  # right shift of the number of a pattern
 
 
+class Trial(NamedTuple):
+    """Workspace to paste patches beside the grid and count the unseen patterns that they leave."""
+
+    cells: NDArray[np.uint8]  # a patch and the cells within reach of its patterns
+    rows: NDArray[np.uint32]  # shape of `cells`: numbers of rows of patterns
+    numbers: NDArray[np.uint32]  # numbers of the patterns of a layer
+    counts: NDArray[np.int64]  # shape (n_facies,): cells of each facies that a patch adds
+    no_sources: NDArray[np.int32]  # empty
+
+
+def make_trial(patch: Triple, patterns: Patterns, n_facies: int) -> Trial:
+    """Return the workspace to try patches of at most `patch` cells."""
+    wide = tuple(n + 2 * r for n, r in zip(patch, patterns.reach, strict=True))
+    numbers, no_sources = np.zeros(wide[1] * wide[2], np.uint32), np.zeros((0, 0, 0), np.int32)
+    counts = np.zeros(n_facies, np.int64)
+    return Trial(np.zeros(wide, np.uint8), np.zeros(wide, np.uint32), numbers, counts, no_sources)
+
+
 def known_patterns(image: NDArray[np.uint8], spacing: int | None = None) -> Patterns:
     """Return the patterns of an image of shape (nz, ny, nx).
 
@@ -70,6 +89,20 @@ def known_patterns(image: NDArray[np.uint8], spacing: int | None = None) -> Patt
     strip = 1, min(ROWS_AT_ONCE, image.shape[1]), image.shape[2]
     mark_known(image, patterns, *_pattern_buffers(patterns, strip))
     return patterns
+
+
+def mean_thickness(image: NDArray[np.uint8]) -> NDArray[np.float64]:
+    """Return the mean thickness of each facies in cells, shape (n_facies,).
+
+    The thickness of a straight band is its number of cells divided by half of its boundary edges.
+    """
+    n = int(image.max()) + 1
+    edges = np.zeros(n)
+    for axis in range(image.ndim):
+        low, high = (np.delete(image, end, axis) for end in (-1, 0))
+        for facies in (low[low != high], high[low != high]):
+            edges += np.bincount(facies, minlength=n)
+    return 2 * np.bincount(image.ravel(), minlength=n) / np.maximum(edges, 1)
 
 
 def _pattern_buffers(
@@ -227,3 +260,57 @@ def n_unseen(cells, box, patterns, rows, numbers, limit):
         if n >= limit:
             return n
     return n
+
+
+@part_of_kernel
+def box_within_reach(box, patterns, shape):
+    """Return the box of all cells that share patterns with a box of a grid."""
+    reach_z, reach_y, reach_x = patterns.reach
+    z0, y0, x0 = max(box.z0 - reach_z, 0), max(box.y0 - reach_y, 0), max(box.x0 - reach_x, 0)
+    nz = min(box.z0 + box.nz + reach_z, shape[0]) - z0
+    ny = min(box.y0 + box.ny + reach_y, shape[1]) - y0
+    nx = min(box.x0 + box.nx + reach_x, shape[2]) - x0
+    return Box(z0, y0, x0, nz, ny, nx, 0, 0, 0, 0)
+
+
+@part_of_kernel
+def simulated_within_reach(box, patterns):
+    """Return the box of a patch of a map and of all earlier cells that share patterns with it."""
+    y0 = max(box.y0 - patterns.reach[1], 0) if box.sides & TOP else box.y0
+    x0 = max(box.x0 - patterns.reach[2], 0) if box.sides & LEFT else box.x0
+    return Box(box.z0, y0, x0, 1, box.y0 + box.ny - y0, box.x0 + box.nx - x0, 0, 0, 0, 0)
+
+
+@part_of_kernel
+def n_unseen_around(grid, around, patterns, trial):
+    """Count the unseen patterns in the box `around` of a grid."""
+    copy_box(grid, around, trial.cells)
+    return n_unseen(trial.cells, around, patterns, trial.rows, trial.numbers, 1 << 30)
+
+
+@part_of_kernel
+def n_unseen_with(image, place, box, around, keep_mask, grid, patterns, limit, trial):
+    """Count the unseen patterns in the box `around` if a patch is pasted; may end at `limit`.
+
+    `trial.counts` gets the number of cells of each facies that the patch adds. The other arguments
+    are documented in `paste`.
+    """
+    for k in range(len(trial.counts)):
+        trial.counts[k] = 0
+    copy_box(grid, around, trial.cells)
+    z0, y0, x0 = box.z0 - around.z0, box.y0 - around.y0, box.x0 - around.x0
+    inside = Box(z0, y0, x0, box.nz, box.ny, box.nx, box.sides, box.oz, box.oy, box.ox)
+    paste(image, place, inside, keep_mask, trial.counts, trial.cells, trial.no_sources)
+    return n_unseen(trial.cells, around, patterns, trial.rows, trial.numbers, limit)
+
+
+@part_of_kernel
+def copy_box(grid, box, cells):
+    """Copy a box of the grid to the beginning of `cells`."""
+    flat, given = cells.reshape(-1), grid.reshape(-1)
+    for z in range(box.nz):
+        for y in range(box.ny):
+            to = np.uint64((z * cells.shape[1] + y) * cells.shape[2])
+            first = np.uint64(((box.z0 + z) * grid.shape[1] + box.y0 + y) * grid.shape[2] + box.x0)
+            for x in range(np.uint64(box.nx)):
+                flat[to + x] = given[first + x]

@@ -28,7 +28,9 @@ SHAPES = [(1, 40, 50), (6, 14, 15)]
 def target_of(image: NDArray[np.uint8], grid: NDArray[np.uint8], sources: bool = False) -> Target:
     data = np.full(grid.shape, UNKNOWN, np.uint8)
     origin = np.full(grid.shape if sources else (0, 0, 0), -1, np.int32)
-    return Target(image, to_bits(image), to_square_bits(image), data, grid, origin)
+    return Target(
+        image, to_bits(image), to_square_bits(image), data, grid, origin, np.zeros(256, np.int64)
+    )
 
 
 def damaged(shape: Cell, n_facies: int, share: float, seed: int) -> NDArray[np.uint8]:
@@ -59,6 +61,7 @@ class OneByOne:
         self.grid, self.data, self.cells = target.grid.copy(), target.data, patterns.cells
         self.firsts = list(np.ndindex(windows(self.grid, patterns).shape[:3]))
         self.starts = set(self.firsts)
+        self.balance = np.zeros(256, int)
 
     def is_unseen(self, first: Cell) -> bool:
         part = tuple(slice(k, k + n) for k, n in zip(first, self.cells, strict=True))
@@ -101,6 +104,16 @@ class OneByOne:
                     latest = facies
                     yield cell, facies, self.more_after(cell, facies)
 
+    def change(self, cell: Cell, facies: int) -> None:
+        """Change a cell for good."""
+        self.balance[self.grid[cell]] -= 1
+        self.balance[facies] += 1
+        self.grid[cell] = facies
+
+    def excess(self, change: tuple[Cell, int, int]) -> int:
+        """Return by how much more the new facies has been added so far than the old one."""
+        return int(self.balance[change[1]] - self.balance[self.grid[change[0]]])
+
     def walk(self, first: Cell, rng: np.random.Generator) -> None:
         """Run a tabu search from a pattern, then restore the best state."""
         near, more, least, stays = [first], 0, 0, {}
@@ -120,14 +133,15 @@ class OneByOne:
             for cell, facies, own in self.changes(near[k]):
                 if stays.get(cell, 0) > len(changed) and more + own >= least:
                     continue
-                if best is not None and own > best[2]:
+                rank = own, self.excess((cell, facies, own))
+                if best is not None and rank > (best[2], best[3]):
                     continue
-                n_equal = n_equal + 1 if best is not None and own == best[2] else 1
+                n_equal = n_equal + 1 if best is not None and rank == (best[2], best[3]) else 1
                 if n_equal == 1 or draw_index(rng, n_equal) == 0:
-                    best = cell, facies, own
+                    best = cell, facies, *rank
             if best is None or more + best[2] > least + further:
                 break
-            cell, facies, own = best
+            cell, facies, own, _ = best
             changed.append((cell, int(self.grid[cell])))
             around = (np.subtract(cell, step) for step in np.ndindex(self.cells))
             around = [tuple(other) for other in around if tuple(other) in self.starts]
@@ -139,16 +153,24 @@ class OneByOne:
                 least, n_kept = more, len(changed)
         for cell, facies in reversed(changed[n_kept:]):
             self.grid[cell] = facies
+        kept = {cell: int(self.grid[cell]) for cell, _ in changed[:n_kept]}
+        for cell, facies in reversed(changed[:n_kept]):
+            self.grid[cell] = facies
+        for cell, facies in kept.items():
+            self.change(cell, facies)
 
     def repaired(self, rng: np.random.Generator, walks: bool) -> tuple[NDArray[np.uint8], int]:
         n_changed = 0
         found = [first for first in self.firsts if self.is_unseen(first)]
         for first in found:
             while self.is_unseen(first):
-                least = min(self.changes(first), key=lambda change: change[2], default=None)
-                if least is None or least[2] >= 0:
+                ranked = (
+                    (change[2], self.excess(change), change) for change in self.changes(first)
+                )
+                least = min(ranked, key=lambda each: each[:2], default=None)
+                if least is None or least[0] >= 0:
                     break
-                self.grid[least[0]] = least[1]
+                self.change(*least[2][:2])
                 n_changed += 1
         for first in found if walks else ():
             if self.is_unseen(first):

@@ -128,7 +128,9 @@ NO_SOURCES = np.zeros((0, 0, 0), np.int32)
 
 def target_of(image, grid, cells, facies, sources: NDArray[np.int32] = NO_SOURCES) -> Target:
     bits = to_bits(image), to_square_bits(image)
-    return Target(image, *bits, data_grid(cells, facies, grid.shape), grid, sources)
+    return Target(
+        image, *bits, data_grid(cells, facies, grid.shape), grid, sources, np.zeros(256, np.int64)
+    )
 
 
 def test_windows_report_growing_shares_below_one():

@@ -64,15 +64,16 @@ def prepared(shape: tuple[int, int, int], n_facies: int) -> tuple[NDArray[np.uin
 def as_target(image: NDArray[np.uint8], grid: NDArray[np.uint8], data: NDArray[np.uint8]) -> Target:
     """Return a realization to correct, without sources."""
     bits = to_bits(image), to_square_bits(image)
-    return Target(image, *bits, data, grid, np.zeros((0, 0, 0), np.int32))
+    no_sources, balance = np.zeros((0, 0, 0), np.int32), np.zeros(int(image.max()) + 1, np.int64)
+    return Target(image, *bits, data, grid, no_sources, balance)
 
 
 @pytest.mark.parametrize("n_facies", [2, 3, 5])
 @pytest.mark.parametrize("shape", SHAPES)
 def test_patterns_that_the_image_never_has_are_counted(shape, n_facies):
     image, repair = prepared(shape, n_facies)
-    work = make_workspace(repair, as_target(image, image, image), n_facies)
-    size = work.trial.shape
+    trial = make_workspace(repair, as_target(image, image, image)).trial
+    size = trial.cells.shape
     rng = np.random.default_rng(1)
     other = blobs((shape[0], 40, 41), n_facies, 7)
     other[rng.random(other.shape) < 0.02] = 0
@@ -82,14 +83,14 @@ def test_patterns_that_the_image_never_has_are_counted(shape, n_facies):
         ]
         n = [min(n, m) for n, m in zip(other.shape, size, strict=True)]
         part = other[tuple(slice(k, k + m) for k, m in zip(first, n, strict=True))]
-        work.trial[: n[0], : n[1], : n[2]] = part
+        trial.cells[: n[0], : n[1], : n[2]] = part
         wanted = int(unseen(part, image, repair).sum())
-        given = Box(0, 0, 0, *n, 0, 0, 0, 0), repair.patterns, work.rows, work.numbers
-        found = n_unseen(work.trial, *given, 1 << 30)
+        given = Box(0, 0, 0, *n, 0, 0, 0, 0), repair.patterns, trial.rows, trial.numbers
+        found = n_unseen(trial.cells, *given, 1 << 30)
         exact = repair.patterns.shift == 0
         assert found <= wanted
         assert found == wanted if exact else found > 0.9 * wanted - 3
-        assert n_unseen(work.trial, *given, 3) >= min(found, 3)
+        assert n_unseen(trial.cells, *given, 3) >= min(found, 3)
 
 
 @pytest.mark.parametrize("n_facies", [2, 4])
@@ -135,7 +136,7 @@ def test_windows_are_compared_by_their_ring(shape, n_facies):
     rng = np.random.default_rng(0)
     data = np.full(grid.shape, UNKNOWN, np.uint8)
     target = as_target(image, grid, data)
-    work = make_workspace(repair, target, n_facies)
+    work = make_workspace(repair, target)
     (nz, ny, nx), (oz, oy, ox) = repair.window, repair.ring
     sides = LEFT | RIGHT | TOP | BOTTOM | (BELOW | ABOVE if oz else 0)
     box = Box(0, 11, 13, nz, ny, nx, sides, oz, oy, ox)
@@ -218,7 +219,7 @@ def test_any_grid_and_any_image_will_do(grid_shape, image_shape, n_facies, seed)
     grid = rng.integers(0, n_facies, grid_shape).astype(np.uint8)
     data = np.where(rng.random(grid_shape) < 0.1, grid, UNKNOWN).astype(np.uint8)
     target = as_target(image, grid, data)
-    repair_seams(target, repair, n_facies, 40, np.zeros((0, 3), np.int64), rng)
+    repair_seams(target, repair, 40, np.zeros((0, 3), np.int64), rng)
     assert (grid < n_facies).all()
     assert (grid[data != UNKNOWN] == data[data != UNKNOWN]).all()
 
@@ -232,9 +233,9 @@ def test_windows_with_forced_cells_stay_as_they_are():
     target = as_target(image, grid, data)
     everywhere = np.argwhere(grid < 2)
     rng = np.random.default_rng(0)
-    assert repair_seams(target, repair, 2, 100, everywhere, rng) == 0
+    assert repair_seams(target, repair, 100, everywhere, rng) == 0
     np.testing.assert_array_equal(grid, before)
-    assert repair_seams(target, repair, 2, 100, everywhere[:0], rng) > 0
+    assert repair_seams(target, repair, 100, everywhere[:0], rng) > 0
 
 
 def test_it_can_be_stopped_and_tells_how_far_it_is():
@@ -251,7 +252,7 @@ def test_it_can_be_stopped_and_tells_how_far_it_is():
     target = as_target(image, grid, data)
     with pytest.raises(InterruptedError):
         repair_seams(
-            target, repair, 2, 10**6, np.zeros((0, 3), np.int64), np.random.default_rng(0), report
+            target, repair, 10**6, np.zeros((0, 3), np.int64), np.random.default_rng(0), report
         )
     assert seen == sorted(seen)
 
