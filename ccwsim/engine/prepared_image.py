@@ -12,11 +12,14 @@ from numpy.typing import NDArray
 
 from ccwsim.engine.corrections.proportions import (
     DataProportions,
+    gain_factors,
     margin_weights,
     proportions_of_data,
 )
 from ccwsim.engine.corrections.resimulation import isolated_datum_thresholds
 from ccwsim.engine.corrections.seam_repair import Repair, prepare_repair
+from ccwsim.engine.corrections.trend_of_data import Trend, trend_of_data
+from ccwsim.engine.corrections.unseen_patterns import Patterns, known_patterns, mean_thickness
 from ccwsim.engine.lengths import ScaledLengths, lengths_of
 from ccwsim.engine.stages.bits import to_bits, to_square_bits
 from ccwsim.engine.stages.conditioning import legal_splits
@@ -31,6 +34,10 @@ KEPT_BYTES = 500_000_000
 """Maximum total size, in bytes, of the prepared parts of an image that are stored in memory."""
 
 
+THIN = 3.0
+"""Maximum mean thickness, in cells, of a facies that is thin."""
+
+
 class OrientedImage(NamedTuple):
     """A training image in one orientation of the path, prepared for the search."""
 
@@ -41,6 +48,7 @@ class OrientedImage(NamedTuple):
     places: Triple  # number of layers, rows and columns of locations
     proportions: NDArray[np.float64]  # shape (n_facies,): proportions of the training image
     margin: NDArray[np.float64]  # shape (n_facies,): made by `margin_weights`; 0 if not steered
+    gain_factors: NDArray[np.float64]  # shape (n_facies,): made by `gain_factors`
 
     @property
     def n_places(self) -> int:
@@ -73,11 +81,13 @@ def orient_image(
     size = tuple(t >> n for t, n in zip(template, level, strict=True))
     places = tuple(n - t + 1 for n, t in zip(pyramid.sums.shape[1:], size, strict=True))
     proportions = np.array(study.training_image.proportions)  # kernels need a writable array
-    margin = np.zeros(len(proportions))
+    margin, factors = np.zeros(len(proportions)), np.ones(len(proportions))
     if steers(study):
-        margin = margin_weights(pyramid.sums, size, prod(template), proportions)  # type: ignore[arg-type]
+        patches = pyramid.sums, size, prod(template), proportions
+        margin, factors = margin_weights(*patches), gain_factors(*patches)  # type: ignore[arg-type]
     sums = squares, running, places
-    return OrientedImage(pyramid, np.array(splits), *sums, proportions, margin)  # type: ignore[arg-type]
+    steering = proportions, margin, factors
+    return OrientedImage(pyramid, np.array(splits), *sums, *steering)  # type: ignore[arg-type]
 
 
 def n_planes(study: Study) -> int:
@@ -164,9 +174,38 @@ class PreparedImage:
 
         return self.part(("proportions of data",), make)
 
+    def trend_of_data(self, orientation: int) -> Trend | None:
+        """Return the trend of the hard data, if there is one, in an orientation of the path."""
+
+        def make() -> Trend | None:
+            if orientation == 0:
+                shape, (_, ty, tx) = in_layers(self.study.grid.shape), self.lengths[0].template
+                return trend_of_data(self.proportions_of_data(), shape, min(ty, tx) / 2)
+            trend = self.trend_of_data(0)
+            if trend is None:
+                return None
+            facies = np.moveaxis(trend.proportions, -1, 0)
+            planes = [to_path(plane[None], orientation)[0] for plane in facies]
+            return trend._replace(proportions=np.stack(planes, axis=-1))
+
+        return self.part(("trend of data", orientation), make)
+
+    def patterns(self, orientation: int) -> Patterns:
+        """Return the patterns of the image in an orientation of the path."""
+        return self.part(
+            ("patterns", orientation), lambda: known_patterns(self.scaled(orientation))
+        )
+
     def part(self, key: tuple[Any, ...], make: Callable[[], Any]) -> Any:
         """Return a prepared part by its key; call `make` if the part is not in memory."""
         return self._parts.get_or_make(key, make)
+
+    @cached_property
+    def has_thin_facies(self) -> bool:
+        """Whether a facies consists of bodies that are only a few cells thick."""
+        usual = int(np.argmax(self.study.training_image.proportions))
+        thicknesses = np.delete(mean_thickness(self.scaled()), usual)
+        return bool((thicknesses < THIN).any())
 
     @cached_property
     def isolated_datum_thresholds(self) -> NDArray[np.float64]:

@@ -14,6 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.engine.corrections.proportions import GAIN, Steering, draw_between, draw_target
+from ccwsim.engine.corrections.resimulation import NO_PATTERNS
+from ccwsim.engine.corrections.trend_of_data import expected_before, rake
 from ccwsim.engine.lengths import ScaledLengths, lengths_of, templates
 from ccwsim.engine.prepared_image import OrientedImage, PreparedImage, n_planes, steers
 from ccwsim.engine.stages.conditioning import (
@@ -63,14 +65,18 @@ SLACK = 8
 of 448 cells without data. The limit is proportional to the overlap."""
 N_DRAWN = 2
 """Number of random locations per patch without data; the best after refinement is used."""
+N_DRAWN_THIN, LARGE_TEMPLATE = 6, 64
+"""This number if an image has thin facies and the template is at least LARGE_TEMPLATE; the location
+that leaves the fewest unseen patterns is then used."""
 REACH = 4
 """Locations at most this number of cells (at least one block) from the verbatim continuation of a
 patch are excluded."""
 FEW_LOCATIONS = 100
 """If there are fewer locations than this number plus 4 K, continuations are not excluded."""
-TARGET_SPREAD = 0.7
+TARGET_SPREAD, TARGET_SPREAD_RARE = 0.7, 0.8
 """Spread of the target proportions of maps, divided by the spread between pieces of the image. The
-ratio is below 1 because proportions of maps also vary around the target."""
+ratio is below 1 because proportions of maps also vary around the target; those of rare facies are
+steered more strongly and vary less."""
 WEIGHT_OF_MORE_FACIES = 2
 """Factor of the weights of data if there are over two facies; fewer locations then honour data."""
 DATUM_FACTOR = 25
@@ -94,7 +100,7 @@ class Plan(NamedTuple):
 
     def workspace(self) -> PatchWorkspace:
         """Return the workspace to simulate the patches."""
-        return make_workspace(self.inputs.oriented, self.inputs.search, self.data[-1], self.totals)
+        return make_workspace(self.inputs, self.totals)
 
 
 def make_plan(
@@ -113,9 +119,10 @@ def make_plan(
     data = tuple(_data_at(study, image, path, lengths, k) for k in range(p.scale + 1))
     search = _search(image, lengths, oriented.n_places, orientation)
     patches, before = _patches(image, path, lengths, oriented, data[0])
-    steering = _steering(study, image, oriented, rng)
+    steering = _steering(image, path, lengths[-1], oriented, patches, rng)
     totals = image.part(("totals",), lambda: totals_of(image))
-    inputs = PatchInputs(patches, before, oriented, data[-1], search, steering)
+    patterns = image.patterns(orientation) if search.by_unseen else NO_PATTERNS
+    inputs = PatchInputs(patches, before, oriented, data[-1], search, steering, patterns)
     return Plan(path, lengths, data, inputs, totals)
 
 
@@ -134,7 +141,7 @@ def simulate_tiles(
 def empty_grid(study: Study, plan: Plan, scale: int, keep_sources: bool) -> Simulated:
     """Return the grid of a scale before its first patch."""
     shape, inputs = _scaled(plan.path.full, plan.lengths[scale]), plan.inputs
-    counted = inputs.search.match or inputs.steering.gain > 0
+    counted = inputs.search.match or inputs.steering.is_on
     return Simulated(
         np.full(shape, UNKNOWN, np.uint8),
         np.zeros(shape if keep_sources and scale == 0 else (0, 0, 0), np.int32),
@@ -209,22 +216,37 @@ def _offset(p: Parameters, lengths: tuple[ScaledLengths, ...], rng: np.random.Ge
 
 
 def _steering(
-    study: Study, image: PreparedImage, oriented: OrientedImage, rng: np.random.Generator
+    image: PreparedImage,
+    path: RasterPath,
+    coarse: ScaledLengths,
+    oriented: OrientedImage,
+    patches: NDArray[np.int64],
+    rng: np.random.Generator,
 ) -> Steering:
     """Return random target proportions of a realization."""
-    unsteered = Steering(oriented.proportions, oriented.margin, 0.0)
+    study, off = image.study, np.zeros(len(oriented.proportions))
+    unsteered = Steering(oriented.proportions[None], oriented.margin, off, False)
     if not steers(study):
         return unsteered
     shape = in_layers(study.grid.shape)
     target = draw_target(image.scaled(), oriented.proportions, shape, rng)
     if shape[0] == 1:
-        target = oriented.proportions + TARGET_SPREAD * (target - oriented.proportions)
+        spread = np.where(oriented.gain_factors > 1, TARGET_SPREAD_RARE, TARGET_SPREAD)
+        target = oriented.proportions + spread * (target - oriented.proportions)
+    trend = image.trend_of_data(path.orientation) if study.hard_data.n else None
     if study.hard_data.n:
-        target = draw_between(target, oriented.proportions, image.proportions_of_data(), rng)
+        residual = trend.residual if trend else 1.0
+        data = image.proportions_of_data()
+        target = draw_between(target, oriented.proportions, data, rng, residual)
         if target is None:
             return unsteered
-    gain = GAIN * prod(image.lengths[-1].cell_size) / prod(shape)
-    return Steering(target, oriented.margin, gain)
+    targets = target[None]
+    if trend:
+        expected = rake(trend.proportions, target)
+        sizes = coarse.overlap, coarse.cell_size
+        targets = expected_before(expected, trend.pixel, patches, *sizes, path)
+    gain = GAIN * prod(coarse.cell_size) / prod(shape) * oriented.gain_factors
+    return Steering(targets, oriented.margin, gain, True)
 
 
 def totals_of(image: PreparedImage) -> type[np.signedinteger]:
@@ -301,6 +323,9 @@ def _search(
     far = _overlap_of_location(image.lengths[0]) / 4**p.scale
     z, y, x = along_path(p.location_weights, orientation)
     location = max(z, y, x)
+    as_published = p.draws_as_published or p.match_proportions
+    may_try = not (as_published or coarse.volume or p.scale)
+    by_unseen = may_try and max(coarse.template) >= LARGE_TEMPLATE and image.has_thin_facies
     axes = (z / location, y / location, x / location) if location else (0.0, 0.0, 0.0)
     return Search(
         template=coarse.template,
@@ -319,7 +344,8 @@ def _search(
         location_axes=axes,
         exact=p.exact_data,
         slack=-1 if p.draws_as_published else round(slack * cell_cost),
-        n_drawn=1 if p.draws_as_published or p.match_proportions else N_DRAWN,
+        n_drawn=1 if as_published else N_DRAWN_THIN if by_unseen else N_DRAWN,
+        by_unseen=by_unseen,
         reach=tuple(max(1, REACH >> n) for n in lengths[0].level),  # type: ignore[arg-type]
     )
 

@@ -14,6 +14,13 @@ from numpy.typing import NDArray
 
 from ccwsim.engine.corrections.proportions import Steering, closest_to_target, draw_towards
 from ccwsim.engine.corrections.refinement import data_at_stake, refine_place
+from ccwsim.engine.corrections.unseen_patterns import (
+    Patterns,
+    Trial,
+    make_trial,
+    n_unseen_with,
+    simulated_within_reach,
+)
 from ccwsim.engine.kernels import inlined_part_of_kernel, kernel, part_of_kernel
 from ccwsim.engine.prepared_image import OrientedImage
 from ccwsim.engine.stages.bits import Strips, make_strips, take_strips
@@ -47,6 +54,9 @@ from ccwsim.engine.stages.similarity import (
     score_places,
 )
 
+UNSEEN = 64
+"""Misfit of an unseen pattern, in wrong cells of overlap, if several locations are compared."""
+
 
 class Search(NamedTuple):
     """The parameters of the simulation loop, with lengths in cells of the coarsest grid."""
@@ -70,6 +80,7 @@ class Search(NamedTuple):
     exact: bool
     slack: int  # maximum difference in score from the best location without data; −1: none
     n_drawn: int  # number of random locations without data, of which the best is used
+    by_unseen: bool  # whether the best location is the one that leaves the fewest unseen patterns
     reach: Triple  # number of blocks around the continuation of a patch that are excluded
 
 
@@ -83,6 +94,7 @@ class PatchInputs(NamedTuple):
     data: PlacedData
     search: Search
     steering: Steering
+    patterns: Patterns  # patterns of the oriented image, for `by_unseen`
 
 
 class PlacingWorkspace(NamedTuple):
@@ -113,6 +125,7 @@ class PatchWorkspace(NamedTuple):
     chances: NDArray[np.float64]  # shape (K,), for `draw_towards`
     misses: Misses
     placing: PlacingWorkspace
+    trial: Trial
 
 
 class Simulated(NamedTuple):
@@ -125,10 +138,9 @@ class Simulated(NamedTuple):
     locations: NDArray[np.int32]  # shape (n_patches, 3): locations in the oriented TI
 
 
-def make_workspace(
-    oriented: OrientedImage, search: Search, data: PlacedData, totals: type[np.signedinteger]
-) -> PatchWorkspace:
+def make_workspace(inputs: PatchInputs, totals: type[np.signedinteger]) -> PatchWorkspace:
     """Return the workspace for patches; `totals` is the type for scores plus costs."""
+    _, _, oriented, data, search, _, patterns = inputs
     kind, shape, n = oriented.squares.dtype, oriented.places, oriented.n_places
     template, n_facies = search.template, len(oriented.proportions)
     ranking, others = (make_ranking(n, search.n_candidates, each) for each in (kind, totals))
@@ -146,6 +158,7 @@ def make_workspace(
         chances=np.zeros(search.n_candidates),
         misses=make_misses(len(data.columns), oriented.pyramid.sums.shape[1:], shape),
         placing=make_placing(oriented.pyramid.square_bits, template, search.overlap, data),
+        trial=make_trial(template, patterns, 0),
     )
 
 
@@ -168,7 +181,7 @@ def box_of(p, overlap):
 @kernel
 def simulate_patches(first, last, inputs, work, simulated, rng):
     """Simulate patches `first` to `last` − 1 of the raster path; `simulated` changes in place."""
-    patches, before, oriented, data, search, _ = inputs
+    patches, before, oriented, data, search, _, patterns = inputs
     image, square_bits, _, _ = oriented.pyramid
     grid, block, scores, placing = simulated.grid, search.block, work.scores, work.placing
     places, n_places = work.ranking.places, (scores.shape[1], scores.shape[2])
@@ -203,9 +216,10 @@ def simulate_patches(first, last, inputs, work, simulated, rng):
             take_strips(grid, box, square_bits, placing.strips)
             at_stake = placing.at_stake[: data_at_stake(grid, data, box, placing.at_stake)]
         least, place = np.int64(1 << 60), (np.int64(0), np.int64(0), np.int64(0))
-        n_drawn = search.n_drawn if is_free and refine else 1
+        by_unseen = search.by_unseen and is_free and n > 1
+        n_drawn = search.n_drawn if by_unseen or (is_free and refine) else 1
         for _ in range(n_drawn):
-            drawn = draw(n, box, inputs, simulated.counts, work, rng)
+            drawn = draw(n, number, box, inputs, simulated.counts, work, rng)
             misfit, near = np.int64(0), place_of(places[drawn], n_places, block)
             if refine:
                 strips, missed = placing.strips, search.missed
@@ -213,6 +227,13 @@ def simulate_patches(first, last, inputs, work, simulated, rng):
                     image, square_bits, box, block, near, strips, at_stake, missed
                 )
                 near = z, y, x
+            if by_unseen:
+                keep_old(grid, data.required, image, near, box, placing.cut)
+                around, mask = simulated_within_reach(box, patterns), placing.cut.keep_mask
+                most = min((least - misfit) // UNSEEN + 1, np.int64(1 << 30))
+                misfit += UNSEEN * n_unseen_with(
+                    image, near, box, around, mask, grid, patterns, most, work.trial
+                )
             if misfit < least:
                 least, place = misfit, near
                 work.choice[0], work.choice[1], work.choice[2] = n, n_drawn, drawn
@@ -240,7 +261,7 @@ def conditional_candidates(box, has_data, is_split, slack, grid, inputs, work, r
     `has_data` is true if the co-template contains data; otherwise only the location has a cost.
     `is_split` is true if the patch is a part of a split tile. `grid` has the shape (nz, ny, nx).
     """
-    _, _, oriented, data, search, _ = inputs
+    _, _, oriented, data, search, _, _ = inputs
     weights = DENSE if is_split else SPARSE
     share = search.share if has_data and not weights.everywhere else 1.0
     flat, places = work.totals.reshape(-1), work.total_ranking.places
@@ -257,15 +278,15 @@ def conditional_candidates(box, has_data, is_split, slack, grid, inputs, work, r
 
 
 @part_of_kernel
-def draw(n, box, inputs, counts, work, rng):
-    """Return the index of a random candidate, steered towards the target proportions."""
-    _, _, oriented, _, search, steering = inputs
+def draw(n, number, box, inputs, counts, work, rng):
+    """Return the index of a random candidate of patch `number`, steered towards the targets."""
+    _, _, oriented, _, search, steering, _ = inputs
     block, n_places = search.block, (work.scores.shape[1], work.scores.shape[2])
     candidates = work.ranking.places[:n]
-    if steering.gain > 0:
+    if steering.is_on:
         tilt, chances, running = work.tilt, work.chances, oriented.running
         return draw_towards(
-            running, candidates, box, block, n_places, steering, counts, tilt, chances, rng
+            running, candidates, number, box, block, n_places, steering, counts, tilt, chances, rng
         )
     if search.match:
         image, target = oriented.pyramid.image, oriented.proportions

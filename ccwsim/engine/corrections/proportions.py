@@ -49,12 +49,23 @@ MAX_STEPS = 50
 ACCURATE = 1e-7
 
 
-class Steering(NamedTuple):
-    """Target proportions of a realization; a gain of 0 turns steering off."""
+RARE = 0.2
+"""Maximum proportion of a rare facies."""
+USUAL_VARIANCE = 0.05
+"""Variance of the proportion of a facies between patches for which GAIN is made. Rare facies vary
+less, so their gain is larger."""
+MAX_FACTOR = 100.0
+"""Maximum factor of the gain of a rare facies."""
 
-    target: NDArray[np.float64]  # shape (n_facies,)
+
+class Steering(NamedTuple):
+    """Target proportions of a realization."""
+
+    # shape (1 or n_patches, n_facies): targets for the cells that are simulated before a patch
+    targets: NDArray[np.float64]
     margin: NDArray[np.float64]  # shape (n_facies,): made by `margin_weights`
-    gain: float  # change of λ per excess cell, see `draw_towards`
+    gain: NDArray[np.float64]  # shape (n_facies,): change of λ per excess cell, see `draw_towards`
+    is_on: bool
 
 
 def margin_weights(
@@ -82,6 +93,19 @@ def margin_weights(
         step = np.linalg.lstsq(spread, off, rcond=1e-9)[0]
         weights += step / max(1.0, float(np.abs(step).max()))  # steps of at most 1
     return np.pad(weights, (len(proportions) - len(weights), 0))
+
+
+def gain_factors(
+    sums: NDArray[np.integer[Any]], size: Triple, cells: int, proportions: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the factor of the gain for each facies, shape (n_facies,); 1 if a facies is not rare.
+
+    The arguments are those of `margin_weights`. In patches that seldom contain a facies, the gain
+    would have little effect, so rare facies would be lost.
+    """
+    variances = np.broadcast_to(np.var(_shares(sums, size) / cells, axis=0), len(proportions))
+    factors = np.clip(USUAL_VARIANCE / np.maximum(variances, 1e-9), 1.0, MAX_FACTOR)
+    return np.where(proportions < RARE, factors, 1.0)
 
 
 def _shares(sums: NDArray[np.integer[Any]], size: Triple) -> NDArray[np.float64]:
@@ -118,6 +142,7 @@ def draw_target(
 class DataProportions(NamedTuple):
     """Proportions of hard data in each column of cells with data."""
 
+    columns: NDArray[np.int64]  # shape (n, 2): row and column
     shares: NDArray[np.float64]  # shape (n, n_facies)
     weights: NDArray[np.float64]  # shape (n,): share of the grid that is nearest to each column
     natural: float  # variance of the targets of `draw_target`, summed over the facies
@@ -144,12 +169,13 @@ def proportions_of_data(
     places = np.column_stack([rows.ravel(), across.ravel()])
     from scipy.spatial import KDTree  # SciPy takes 0.25 s to import; only data need it
 
-    _, nearest = KDTree(np.column_stack(np.divmod(columns, nx))).query(places)
+    positions = np.column_stack(np.divmod(columns, nx))
+    _, nearest = KDTree(positions).query(places)
     weights = np.bincount(nearest, minlength=len(columns)) / len(places)
     rng = np.random.default_rng(0)
     drawn = [draw_target(image, proportions, grid_shape, rng) for _ in range(N_TARGETS)]
     shares = counts / counts.sum(axis=1, keepdims=True)
-    return DataProportions(shares, weights, float(np.var(drawn, axis=0).sum()))
+    return DataProportions(positions, shares, weights, float(np.var(drawn, axis=0).sum()))
 
 
 def draw_between(
@@ -157,43 +183,49 @@ def draw_between(
     proportions: NDArray[np.float64],
     data: DataProportions,
     rng: np.random.Generator,
+    residual: float = 1.0,
 ) -> NDArray[np.float64] | None:
     """Return a weighted mean of the random `target` and the proportions of hard data.
 
     The weights depend on the variance between pieces of the image and the variance between columns
     of data. Columns are resampled with replacement, so that the target reflects the uncertainty of
-    data. Return None if data contradict the image, for example because wells were preferentially
-    drilled into one facies.
+    data; `residual` is the share of their variance that a trend does not explain. Return None if
+    data contradict the image, for example because wells were preferentially drilled into one
+    facies.
     """
     n = len(data.weights)
     mean = data.weights @ data.shares
     single = 1 - proportions @ proportions  # variance of one cell
     spread = FEW * single + np.square(data.shares - mean).sum()
-    error = np.square(data.weights).sum() * spread / (FEW + n - 1)
+    error = np.square(data.weights).sum() * spread * residual / (FEW + n - 1)
     if np.square(mean - proportions).sum() > CONTRADICTED * (data.natural + error):
         return None
     again = rng.integers(n, size=n)
     seen = data.weights[again] @ data.shares[again] / data.weights[again].sum()
+    seen = mean + np.sqrt(residual) * (seen - mean)
     certain = data.natural / (data.natural + error)
     return (1 - certain) * target + certain * seen
 
 
 @part_of_kernel
-def draw_towards(running, candidates, box, block, n_places, steering, counts, tilt, chances, rng):
+def draw_towards(
+    running, candidates, number, box, block, n_places, steering, counts, tilt, chances, rng
+):
     """Return the index of a random candidate, with a probability proportional to exp(−λ·f).
 
     λ increases with the excess of a facies over its target; f are the proportions of the candidate.
-    `candidates`, shape (n,), are numbers of locations. `n_places` has the numbers of rows and
-    columns of locations. `running` comes from `running_sums`. `counts`, shape (n_facies,), has the
-    number of simulated cells of each facies. `tilt`, shape (n_facies,), and `chances`, shape (n,),
-    are workspace.
+    `candidates`, shape (n,), are numbers of locations of patch `number`. `n_places` has the numbers
+    of rows and columns of locations. `running` comes from `running_sums`. `counts`, shape
+    (n_facies,), has the number of simulated cells of each facies. `tilt`, shape (n_facies,), and
+    `chances`, shape (n,), are workspace.
     """
     n_planes, n = running.shape[1], 0
+    target = steering.targets[min(number, len(steering.targets) - 1)]
     for k in range(len(counts)):
         n += counts[k]
     for k in range(len(counts)):
-        excess = counts[k] - steering.target[k] * n
-        tilt[k] = steering.margin[k] + steering.gain * excess
+        excess = counts[k] - target[k] * n
+        tilt[k] = steering.margin[k] + steering.gain[k] * excess
     if n_planes == 1:  # for two facies, block sums count only facies 1
         tilt[0] = tilt[1] - tilt[0] if len(counts) > 1 else 0.0
     cells, least, flat = box.nz * box.ny * box.nx, np.inf, running.reshape(-1)

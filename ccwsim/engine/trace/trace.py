@@ -338,7 +338,7 @@ class Trace:
             correlation=correlation,
             slack=slack,
             copies=own(copies),
-            steered=inputs.steering.gain > 0,
+            steered=inputs.steering.is_on,
             data=data,
             totals=own(totals) if data is not None or search.location_cost > 0 else None,
         )

@@ -7,6 +7,7 @@ from scipy import stats
 from ccwsim import HardData, Parameters, TrainingImage, datasets, simulate
 from ccwsim.engine.corrections import proportions as proportions_module
 from ccwsim.engine.corrections.proportions import (
+    MAX_FACTOR,
     N_COMPARED,
     PART,
     DataProportions,
@@ -15,6 +16,7 @@ from ccwsim.engine.corrections.proportions import (
     draw_between,
     draw_target,
     draw_towards,
+    gain_factors,
     margin_weights,
     proportions_of_data,
 )
@@ -96,13 +98,14 @@ def test_a_candidate_is_drawn_as_often_as_its_proportions_say(n_facies):
     box, n_places = Box(0, 0, 0, 2, 8, 8, 0, 0, 2, 2), (9, 11)
     candidates = np.array([0, 31, 98, 150])
     counts = np.arange(1, n_facies + 1) * 100
-    target = np.full(n_facies, 1 / n_facies)
-    steering = Steering(target, np.linspace(0.0, 2.0, n_facies), 0.02)
+    target, gain = np.full(n_facies, 1 / n_facies), np.linspace(0.01, 0.02, n_facies)
+    targets = np.stack([1 - target, target, 0 * target])  # of patches 0, 1 and 2
+    steering = Steering(targets, np.linspace(0.0, 2.0, n_facies), gain, True)
     tilt, chances = np.zeros(n_facies), np.zeros(4)
     running = running_sums(sums, (0, 1, 1), (2, 8, 8))
-    fixed = running, candidates, box, block, n_places, steering, counts, tilt, chances
+    fixed = running, candidates, 1, box, block, n_places, steering, counts, tilt, chances
     drawn = np.bincount([draw_towards(*fixed, rng) for _ in range(4000)], minlength=4)
-    weights = steering.margin + 0.02 * (counts - target * counts.sum())
+    weights = steering.margin + gain * (counts - target * counts.sum())
     expected = []
     for number in candidates:
         z, y, x = place_of(number, n_places, block)
@@ -111,6 +114,27 @@ def test_a_candidate_is_drawn_as_often_as_its_proportions_say(n_facies):
         expected.append(np.exp(-weights @ shares))
     expected = 4000 * np.array(expected) / sum(expected)
     assert stats.chisquare(drawn, expected).pvalue > 1e-4
+
+
+def test_only_rare_facies_have_a_larger_gain():
+    image = np.zeros((1, 120, 120), np.uint8)
+    image[0, ::2] = 1
+    image[0, 20:26, 30:50] = 2
+    sums = build_pyramid(image, (0, 1, 1), 3).sums
+    proportions = np.bincount(image.ravel()) / image.size
+    factors = gain_factors(sums, (1, 8, 8), 256, proportions)
+    assert factors[:2].tolist() == [1, 1]
+    assert 1 < factors[2] <= MAX_FACTOR
+
+
+def test_a_rare_facies_is_not_lost():
+    rng = np.random.default_rng(5)
+    array, (y, x) = np.zeros((150, 150), int), np.mgrid[:150, :150]
+    for row, column in rng.uniform(0, 150, (9, 2)):
+        array[(y - row) ** 2 + (x - column) ** 2 < 30] = 1
+    image = TrainingImage(array)
+    shares = simulate(image, (150, 150), n_realizations=40, seed=3).proportions[:, 1]
+    assert abs(shares.mean() / image.proportions[1] - 1) < 0.15
 
 
 def test_targets_vary_as_pieces_of_the_image_do():
@@ -176,7 +200,8 @@ def test_a_column_of_data_weighs_as_the_part_of_the_grid_that_is_nearest_to_it()
 
 def as_data(shares) -> DataProportions:
     shares = np.column_stack([1 - np.array(shares), shares])
-    return DataProportions(shares, np.full(len(shares), 1 / len(shares)), natural=0.002)
+    columns, weights = np.zeros((len(shares), 2), int), np.full(len(shares), 1 / len(shares))
+    return DataProportions(columns, shares, weights, natural=0.002)
 
 
 def targets(data: DataProportions, n: int = 500) -> np.ndarray:

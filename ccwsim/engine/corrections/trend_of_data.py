@@ -1,0 +1,114 @@
+"""The trend of hard data: proportions that data suggest for each place (not in the paper).
+
+A global target proportion would move facies from places where data show them to places where data
+exclude them. If a smooth map of the data predicts single data better than their mean does, the
+running proportions of a realization are therefore compared with the part of the map that is already
+simulated.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.engine.corrections.proportions import DataProportions
+from ccwsim.engine.stages.path import RasterPath, Triple
+
+N_PIXELS = 64
+"""Number of pixels of the map along the longer side of the grid."""
+FRACTIONS = (1 / 4, 1 / 6, 1 / 8, 1 / 12, 1 / 16, 1 / 24, 1 / 32)
+"""Standard deviations of the Gaussian that are tried, divided by the longer side of the grid."""
+MIN_COLUMNS = 10
+"""Minimum number of columns of data from which a trend is estimated."""
+SIGNIFICANT = 2.0
+"""Minimum improvement of the prediction, in standard errors."""
+N_RAKINGS = 3
+"""Number of steps that bring the mean of the map to the target of a realization."""
+
+
+class Trend(NamedTuple):
+    """Expected proportions of facies at each place, estimated from hard data."""
+
+    proportions: NDArray[np.float64]  # shape (n_rows, n_columns, n_facies): one value per pixel
+    pixel: float  # side of a pixel in cells
+    residual: float  # variance of data around the map / variance around their mean
+
+
+def trend_of_data(data: DataProportions, grid_shape: Triple, min_width: float) -> Trend | None:
+    """Return the Gaussian mean of data that best predicts left-out columns of data.
+
+    The standard deviation of the Gaussian is at least `min_width` cells. Return None if no mean is
+    significantly better than the mean of all data.
+    """
+    n = len(data.shares)
+    if n < MIN_COLUMNS:
+        return None
+    from scipy.ndimage import gaussian_filter  # slow to import; only data need it
+
+    _, ny, nx = grid_shape
+    pixel = max(ny, nx) / N_PIXELS
+    shape = int(np.ceil(ny / pixel)), int(np.ceil(nx / pixel))
+    at = tuple((data.columns / pixel).astype(int).T)
+    sums = np.zeros((*shape, data.shares.shape[1]))
+    np.add.at(sums, at, data.shares)
+    mean = data.shares.mean(axis=0)
+    errors = np.square((data.shares - mean) * n / (n - 1)).sum(axis=1)  # each column left out
+    best, found = float(errors.mean()), None
+    for fraction in FRACTIONS:
+        width = fraction * N_PIXELS
+        if width * pixel < min_width:
+            break
+        options = {"sigma": (width, width, 0), "mode": "constant"}
+        impulse = np.zeros((2 * N_PIXELS + 1,) * 2 + (1,))
+        impulse[N_PIXELS, N_PIXELS] = 1
+        own = float(gaussian_filter(impulse, **options).max())  # weight of a datum at its place
+        smooth = gaussian_filter(sums, **options)
+        weight = smooth.sum(axis=2, keepdims=True)
+        left = smooth[at] - own * data.shares, weight[at] - own  # the mean of all data counts once
+        error = np.square(data.shares - (left[0] + own * mean) / (left[1] + own)).sum(axis=1)
+        gain = errors - error
+        if error.mean() < best and gain.mean() > SIGNIFICANT * gain.std() / np.sqrt(n):
+            best, found = float(error.mean()), (smooth + own * mean) / (weight + own)
+    return None if found is None else Trend(found, pixel, best / float(errors.mean()))
+
+
+def rake(proportions: NDArray[np.float64], target: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return a map of proportions, shape (…, n_facies), whose mean is about `target`."""
+    axes = tuple(range(proportions.ndim - 1))
+    for _ in range(N_RAKINGS):
+        proportions = proportions * (target / np.maximum(proportions.mean(axis=axes), 1e-9))
+        proportions /= np.maximum(proportions.sum(axis=-1, keepdims=True), 1e-9)
+    return proportions
+
+
+def expected_before(
+    proportions: NDArray[np.float64],
+    pixel: float,
+    patches: NDArray[np.int64],
+    overlap: Triple,
+    cell_size: Triple,
+    path: RasterPath,
+) -> NDArray[np.float64]:
+    """Return the mean proportions of all tiles before each patch, shape (n_patches, n_facies).
+
+    `proportions`, shape (n_rows, n_columns, n_facies), are in path coordinates. `patches` come from
+    `make_patches`; their cells have `cell_size` grid cells along each axis.
+    """
+    ny, nx, n_facies = proportions.shape
+    table = np.zeros((ny + 1, nx + 1, n_facies))
+    table[1:, 1:] = proportions.cumsum(axis=0).cumsum(axis=1)
+    new = patches[:, 3:6] - overlap * (patches[:, :3] > 0)  # lengths without the overlap
+    last = patches[:, :3] + patches[:, 3:6]
+    scale, start = np.array(cell_size) / pixel, np.array(path.offset) / pixel
+    low = np.floor((last - new) * scale - start).astype(int)[:, 1:]
+    high = np.ceil(last * scale - start).astype(int)[:, 1:]
+    (y0, x0), (y1, x1) = np.clip(low, 0, (ny - 1, nx - 1)).T, np.clip(high, 1, (ny, nx)).T
+    y1, x1 = np.maximum(y1, y0 + 1), np.maximum(x1, x0 + 1)
+    mean = table[y1, x1] - table[y0, x1] - table[y1, x0] + table[y0, x0]
+    mean /= ((y1 - y0) * (x1 - x0))[:, None]
+    n_cells = new.prod(axis=1)[:, None]
+    sums, totals = np.cumsum(mean * n_cells, axis=0), np.cumsum(n_cells, axis=0)
+    whole = proportions.mean(axis=(0, 1), keepdims=True)[0]
+    return np.concatenate([whole, sums[:-1] / np.maximum(totals[:-1], 1)])

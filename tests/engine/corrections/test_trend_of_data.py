@@ -1,0 +1,87 @@
+"""Data whose proportions differ from place to place are not spread evenly over the grid."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from ccwsim import HardData, Parameters, TrainingImage, simulate
+from ccwsim.engine.corrections.proportions import proportions_of_data
+from ccwsim.engine.corrections.trend_of_data import expected_before, rake, trend_of_data
+from ccwsim.engine.stages.path import in_order, make_patches, make_path
+from tests.small_images import blobs
+
+SHAPE = (1, 120, 100)
+
+
+def data_with(chance: np.ndarray, n: int = 300, seed: int = 0):
+    """Return the proportions of data; facies 1 is as likely as `chance` says for each row."""
+    rng = np.random.default_rng(seed)
+    cells = rng.choice(SHAPE[1] * SHAPE[2], n, replace=False)
+    cells = np.column_stack([np.zeros(n, int), *np.divmod(cells, SHAPE[2])])
+    facies = (rng.random(n) < chance[cells[:, 1]]).astype(np.uint8)
+    mean = float(chance.mean())
+    image = blobs((1, 60, 60), 2)
+    return proportions_of_data(cells, facies, image, np.array([1 - mean, mean]), SHAPE)
+
+
+def test_a_trend_is_found_and_only_where_there_is_one():
+    rows = np.linspace(0.0, 0.9, SHAPE[1])
+    trend = trend_of_data(data_with(rows), SHAPE, 8.0)
+    assert trend is not None
+    found = trend.proportions[..., 1].mean(axis=1)
+    wanted = rows[((np.arange(len(found)) + 0.5) * trend.pixel).astype(int).clip(max=SHAPE[1] - 1)]
+    assert np.abs(found - wanted).max() < 0.15
+    assert np.allclose(trend.proportions.sum(axis=-1), 1)
+    assert 0.3 < trend.residual < 0.9
+    even = [trend_of_data(data_with(np.full(120, 0.3), seed=k), SHAPE, 8.0) for k in range(20)]
+    assert sum(each is not None for each in even) <= 2
+    assert trend_of_data(data_with(rows, 9), SHAPE, 8.0) is None
+
+
+def test_a_raked_map_has_the_mean_that_is_wanted():
+    rng = np.random.default_rng(1)
+    given = rng.dirichlet([2, 1, 1], (20, 30))
+    raked = rake(given, np.array([0.3, 0.3, 0.4]))
+    assert np.allclose(raked.mean(axis=(0, 1)), [0.3, 0.3, 0.4], atol=0.01)
+    assert np.allclose(raked.sum(axis=-1), 1)
+    assert np.allclose(rake(given, given.mean(axis=(0, 1))), given, atol=1e-6)
+
+
+@pytest.mark.parametrize("offset", [(0, 0, 0), (0, 5, 17)])
+def test_expected_proportions_are_those_of_the_cells_that_are_done(offset):
+    template, overlap, pixel = (1, 32, 32), (0, 8, 8), 2.0
+    path = make_path(SHAPE, 0, template, overlap, 0, offset)
+    step = tuple(t - o for t, o in zip(template, overlap, strict=True))
+    splits = np.array([(1, 1, 1)])
+    patches = make_patches(path, step, overlap, splits, np.zeros(len(in_order(path)), np.int64))
+    share = np.random.default_rng(0).random((60, 50))
+    given = np.stack([1 - share, share], axis=-1)
+    found = expected_before(given, pixel, patches, overlap, (1, 1, 1), path)
+    assert np.allclose(found.sum(axis=1), 1)
+    assert np.allclose(found[0], given.mean(axis=(0, 1)))
+    # cell by cell, for the patches of the interior
+    cells = np.full(path.full[1:], np.nan)
+    oy, ox = offset[1:]
+    cells[oy : oy + 120, ox : ox + 100] = np.kron(share, np.ones((2, 2)))
+    done = np.zeros(path.full[1:], bool)
+    for k, (_, y, x, _, ny, nx, *_) in enumerate(patches):
+        if k > 3:
+            assert abs(found[k, 1] - np.nanmean(cells[done])) < 0.05
+        done[y : y + ny, x : x + nx] = True
+
+
+def test_facies_stay_where_data_show_them():
+    """Channels of an image without trend do not fill the part of the grid where data have none."""
+    image = TrainingImage(blobs((1, 100, 100), 2)[0])
+    rng = np.random.default_rng(2)
+    at = rng.choice(120 * 100, 400, replace=False)
+    cells = np.column_stack(np.divmod(at, 100))
+    share = float(image.proportions[1])
+    north = cells[:, 0] >= 60
+    facies = np.where(north, rng.random(400) < min(1.6 * share, 1.0), rng.random(400) < 0.4 * share)
+    e = simulate(image, (120, 100), Parameters(16, 4, 1), HardData(cells, facies.astype(int)), 8)
+    low, high = (e.indices[:, part].mean() for part in (np.s_[:50], np.s_[70:]))
+    assert e.n_mismatched.sum() == 0
+    assert low < 0.75 * share
+    assert high > 1.15 * share
