@@ -7,7 +7,15 @@ columns:
 
 - bias: largest difference between a mean proportion and that of the image, in percentage points
 - spread: standard deviation of proportions, relative to that of pieces of the image
+- rare: relative error of the mean proportion of the rarest facies, in percent
 - JS: divergence between the patterns of 4 × 4 cells (3 × 3 × 3 in volumes) and those of the image
+- pooled: the same divergence, between the image and the patterns of all realizations together
+- far: divergence as for "pooled" of patterns of 3 × 3 (× 3) cells that are 5 cells apart (in
+  volumes 2 cells); no correction optimizes these patterns
+- bodies, extent: number of geobodies of the rarest facies per area, and their mean length along the
+  longest axis, relative to the image; bodies of fewer than 5 cells do not count
+- crossed: share of the pairs of cells at opposite sides, W-E and S-N, that the most frequent facies
+  connects, minus the same share in the image
 - tau: mean error of the connectivity functions E-W and N-S
 - ends: dead ends of all facies except the most frequent, relative to the image (only maps)
 - lattice: range of the mean of many realizations over positions in a patch (only maps)
@@ -40,6 +48,8 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
+from scipy.spatial.distance import jensenshannon
 
 from benchmarks.volumes import image_of
 from benchmarks.volumes import published as published_volumes
@@ -60,11 +70,12 @@ WAYS: dict[str, dict[str, bool]] = {
     "default": {},
 }
 COLUMNS = (
-    "bias", "spread", "JS", "tau", "ends", "lattice", "unseen", "copied", "variety", "CPU",
+    "bias", "rare", "spread", "JS", "pooled", "far", "tau", "ends", "bodies", "extent", "crossed",
+    "lattice", "unseen", "copied", "variety", "CPU",
 )  # fmt: skip
-RATIOS = ("JS", "tau", "variety", "CPU")
+RATIOS = ("JS", "pooled", "far", "tau", "variety", "CPU")
 """Columns that are averaged as ratios to the published variant."""
-GEOMETRIC = ("ends",)
+GEOMETRIC = ("ends", "bodies", "extent")
 N, N_LATTICE, N_VOLUMES, N_DATA = 40, 300, 6, 24
 OF_DATA = ("ends", "JS", "Brier", "variety", "wrong", "forced")
 """Columns of studies with hard data."""
@@ -161,6 +172,46 @@ def tau_error(e: Ensemble, image: TrainingImage) -> float:
     return float(np.mean(found))
 
 
+def divergence(found: NDArray[np.uint8], image: NDArray[np.uint8], side: int, step: int) -> float:
+    """Return the divergence, in bits, of patterns of `side` cells that are `step` cells apart."""
+    n_facies, counts = int(image.max()) + 1, []
+    for cells in (found, image[None]):
+        shape = [1 if n == 1 else n - (side - 1) * step for n in cells.shape[1:]]
+        codes = np.zeros((len(cells), *shape), np.int64)
+        for first in np.ndindex(*(1 if n == 1 else side for n in cells.shape[1:])):
+            part = (slice(k * step, k * step + n) for k, n in zip(first, shape, strict=True))
+            codes = codes * n_facies + cells[(slice(None), *part)]
+        counts.append(dict(zip(*np.unique(codes, return_counts=True), strict=True)))
+    both = [
+        np.array([each.get(code, 0) for code in counts[0] | counts[1]], float) for each in counts
+    ]
+    return float(jensenshannon(*both, base=2) ** 2)
+
+
+def geobodies(maps: NDArray[np.uint8], facies: int) -> tuple[float, float]:
+    """Return the number of geobodies per cell, and their mean length along the longest axis."""
+    n, lengths = 0, []
+    for each in maps:
+        labels, _ = ndimage.label(each == facies, np.ones((3,) * each.ndim))
+        large = np.bincount(labels.ravel()) >= 5
+        boxes = [box for box, ok in zip(ndimage.find_objects(labels), large[1:], strict=True) if ok]
+        lengths += [max(part.stop - part.start for part in box) for box in boxes]
+        n += len(boxes)
+    return n / maps.size, float(np.mean(lengths)) if lengths else 0.0
+
+
+def crossed(maps: NDArray[np.uint8], facies: int) -> float:
+    """Return the share of pairs of cells at opposite sides (W-E, S-N) in the same geobody."""
+    shares = []
+    for each in maps:
+        labels, n = ndimage.label(each == facies)
+        for axis in (-1, -2):
+            sides = [np.bincount(np.take(labels, end, axis).ravel(), minlength=n + 1)[1:]
+                     / np.take(labels, end, axis).size for end in (0, -1)]  # fmt: skip
+            shares.append(sides[0] @ sides[1])
+    return float(np.mean(shares))
+
+
 def _own(image: TrainingImage) -> NDArray:
     """Return the codes of all facies except the most frequent."""
     return np.delete(image.codes, int(np.argmax(image.proportions)))
@@ -173,7 +224,16 @@ def judged(image: TrainingImage, p: Parameters, data: HardData | None = None) ->
     n = N_VOLUMES if volume else N
     e = simulate(image, shape, p, data, n, seed=1, keep_sources=True)
     sources = np.asarray(e.sources)[:10]
+    index, most = np.asarray(image.indices), int(np.argmax(image.proportions))
+    rare = int(np.argmin(image.proportions))
+    bodies, wanted_bodies = geobodies(e.indices[:10], rare), geobodies(index[None], rare)
     rows = {
+        "rare": 100 * (e.proportions[:, rare].mean() / image.proportions[rare] - 1),
+        "pooled": divergence(e.indices, index, 3 if volume else 4, 1),
+        "far": divergence(e.indices, index, 3, 2 if volume else 5),
+        "bodies": bodies[0] / max(wanted_bodies[0], 1e-9),
+        "extent": bodies[1] / max(wanted_bodies[1], 1e-9),
+        "crossed": crossed(e.indices[:10], most) - crossed(index[None], most),
         "bias": 100 * np.abs(e.proportions.mean(axis=0) - image.proportions).max(),
         "spread": float((e.proportions.std(axis=0) / spread_of_pieces(image, shape)).mean()),
         "JS": pattern_distance(e, image, size=3 if volume else 4, factors=(1,)).mean(),
