@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile
 from ccwsim.io.formats.text_tables import numbered
-from ccwsim.io.hard_data.column_names import (
+from ccwsim.io.hard_data.columns import (
     counts_from_one,
     height_column,
     is_points,

@@ -134,11 +134,17 @@ class TestWells:
     @pytest.mark.parametrize(
         ("text", "said"),
         [
-            (well("A,1,1,0,1", "well,x,y,depth,facies"), r"depths \(depth\) but no z of the coll"),
-            (well("A,1,1,0,1,1", "well,x,y,from,to,facies"), r"depths \(from and to\) but no z"),
+            (
+                well("A,1,1,0,1", "well,x,y,depth,facies"),
+                "no column of heights of points or collars",
+            ),
+            (
+                well("A,1,1,0,1,1", "well,x,y,from,to,facies"),
+                "rename a column to 'z', or set z= to",
+            ),
             (well("A,1,1,0,1", "well,x,y,porosity,facies"), "no column of heights"),
-            (well("A,1,1,0,1,1", "well,x,y,z,from,facies"), "add a column 'to'"),
-            (well("A,1,1,0,1,1", "well,x,y,z,to,facies"), "add a column 'from'"),
+            (well("A,1,1,0,1,1", "well,x,y,z,from,facies"), "no column of ends of intervals"),
+            (well("A,1,1,0,1,1", "well,x,y,z,to,facies"), "no column of starts of intervals"),
             (well("A,1,1,0,3,2,1"), "line 2: the upper depth 3 is below the lower depth 2"),
             (well("A,1,1,0,0,1e300,1"), "too far"),
             (well("3,4,1", "row,col,facies"), "no column of layers"),
@@ -259,9 +265,9 @@ def test_depths_below_z_are_said_and_may_be_left_out():
     [
         ({"z": "a", "x": "a"}, "x and z are both 'a'; name two columns"),
         ({"well": "e"}, "no variable 'e'; choose from 'a', 'b', 'c', 'd'"),
-        ({"z": ""}, "no column of heights, which a volume needs"),
+        ({"z": ""}, "no column of heights of points or collars; it has"),
         ({"x": "a", "y": "b", "depth": "c", "depth_to": "d"}, "depth and depth_to are both named"),
-        ({"z": "c", "depth_to": "d"}, "add a column 'from', or set depth_from= to a column"),
+        ({"z": "c", "depth_to": "d"}, "rename a column to 'from', or set depth_from= to a column"),
         (
             {"z": "c", "depth": "d", "coordinates": "cells"},
             "depth = 'd' is a depth below z, but ce",

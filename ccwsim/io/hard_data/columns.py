@@ -1,25 +1,65 @@
-"""Assign the columns of a table of hard data to coordinates, heights and facies."""
+"""Assign the columns of a table of hard data to roles, as the user asks or by their names."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+import tomllib
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Literal
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
 
 from ccwsim.io.data_file import DataFile, listed
-from ccwsim.io.hard_data.column_names import (
-    DEPTHS,
-    HEIGHTS,
-    LAYERS,
-    WELL_OF_POINTS,
-    WELL_TABLES,
-    asked_columns,
-    columns_of,
-    counts_from_one,
-    place_columns,
-    value_column,
-)
 from ccwsim.model.errors import CCWSIMError, shown
+
+_FILE = Path(__file__).parents[2] / "assets" / "column_names.toml"
+WORDS = {
+    kind: tuple(text.split()) for kind, text in tomllib.loads(_FILE.read_text("utf-8")).items()
+}
+"""For each kind of column, the words that identify a column of this kind."""
+
+
+class Role(NamedTuple):
+    """The role of a column: its kind, which is a key of `WORDS`, and its name in messages."""
+
+    kind: str
+    what: str
+    call: str
+    prefix: int = 0  # longer words may match the start of a name
+    optional: bool = False
+
+
+Asked = Mapping[str, Any]
+"""The columns that a user names, by role; an empty text means that there is no such column."""
+DEPTHS = {
+    "depth_from": Role("from", "starts of intervals", "from", optional=True),
+    "depth_to": Role("to", "ends of intervals", "to", optional=True),
+    "depth": Role("depth", "depths", "from and to, or depth", optional=True),
+}
+_NAMES_OF_WELLS = Role("well", "the names of the wells", "well")
+_WELL_OF_POINTS = {"well": Role("hole", "the names of the wells", "well", optional=True)}
+HEIGHTS = {"z": Role("collar", "heights of points or collars", "z"), **DEPTHS}
+LAYERS = {"z": Role("layer", "layers", "layer")}
+COLLARS = {
+    "collar_well": _NAMES_OF_WELLS,
+    "x": Role("x", "x of the collars", "x", 4),
+    "y": Role("y", "y of the collars", "y", 4),
+    "z": Role("collar", "the elevations of the collars", "z"),
+    "collar_length": Role("length", "the lengths of the wells", "length", optional=True),
+}
+INTERVALS = {"well": _NAMES_OF_WELLS, **DEPTHS}
+SURVEYS = {
+    "survey_well": _NAMES_OF_WELLS,
+    "survey_depth": Role("survey_depth", "depths", "depth"),
+    "survey_azimuth": Role("azimuth", "directions", "azimuth"),
+    "survey_inclination": Role("inclination", "the tilt of wells", "inclination", optional=True),
+    "survey_dip": Role("dip", "the tilt of wells", "inclination or dip", optional=True),
+}
+WELL_TABLES = {"collars": COLLARS, "intervals": INTERVALS, "surveys": SURVEYS}
+"""The roles of columns in each table of wells."""
+ALTERNATIVE_ROLES = {"depth": ("depth_from", "depth_to"), "survey_dip": ("survey_inclination",)}
+"""By role, the roles that are preferred by default if a table also has columns of these roles."""
 
 
 @dataclass(frozen=True)
@@ -55,9 +95,9 @@ class PointColumns:
         if self.coordinates is not None and not known:
             raise CCWSIMError(f'coordinates = {shown(self.coordinates)} must be "world" or "cells"')
 
-    def named(self, *, volume: bool = True) -> dict[str, str | None]:
-        """Return the given columns by role; leave out columns for volumes if `volume` is false."""
-        roles = ("x", "y", "facies", *(("well", "z", *DEPTHS) if volume else ()))
+    def named(self) -> dict[str, str | None]:
+        """Return the given columns by role."""
+        roles = ("x", "y", "facies", "well", "z", *DEPTHS)
         return {role: getattr(self, role) for role in roles}
 
 
@@ -130,30 +170,26 @@ def assign_columns(file: DataFile, asked: PointColumns, *, volume: bool) -> Assi
     columns, named = dict[str, str](), dict[str, str]()
     notes, problems = list[str](), list[str]()
     world = asked.coordinates != "cells"
-    try:
-        role = next((role for role in ("z", *DEPTHS, "well") if getattr(asked, role)), None)
-        if role and not volume:
-            column = shown(getattr(asked, role))
-            raise CCWSIMError(
-                f"{role} = {column} applies only to volumes; give a grid with nz, or leave the "
-                "column out"
-            )
-        named = asked_columns(file, asked.named(volume=volume))
+    with _collected(problems):
+        if not volume:
+            reason = "applies only to volumes; give a grid with nz, or leave the column out"
+            _refuse(asked, ("z", *DEPTHS, "well"), reason)
+        named = asked_columns(file, asked.named())
         taken = [column for role, column in named.items() if role not in ("x", "y")]
-        places = place_columns(file, asked.x, asked.y, asked.coordinates, taken)
+        places = place_columns(file, named.get("x"), named.get("y"), asked.coordinates, taken)
         columns["x"], columns["y"], world, notes = places
-    except CCWSIMError as error:
-        problems.append(str(error))
     unclear = bool(notes or problems)
     if volume:
-        try:
-            roles = {**(HEIGHTS if world else LAYERS), **WELL_OF_POINTS}
+        with _collected(problems):
+            roles = {**(HEIGHTS if world else LAYERS), **_WELL_OF_POINTS}
             taken = [*columns.values(), *([named["facies"]] if "facies" in named else [])]
             columns |= columns_of(file, roles, vars(asked), taken)
-            _check_heights(file, columns, asked, world)
-        except CCWSIMError as error:
-            problems.append(str(error))
-    _assign_facies(file, columns, asked.facies, problems)
+            if not world:
+                _refuse(asked, DEPTHS, "is a depth below z, but cells have layers; leave it out")
+            ends = {"depth_from", "depth_to"}
+            _check_complete(file, roles, columns, ends if ends & columns.keys() else ())
+    with _collected(problems):
+        columns["facies"] = value_column(file, columns.values(), asked.facies)
     cells = [] if world else [columns[role] for role in ("x", "y", "z") if role in columns]
     from_one = bool(cells) and counts_from_one(*cells)
     return Assignment(columns, tuple(notes), tuple(problems), world, unclear, from_one)
@@ -170,77 +206,245 @@ def assign_well_columns(file: DataFile, table: str, asked: WellColumns) -> Assig
     {'well': 'BHID', 'depth_from': 'From', 'depth_to': 'To', 'facies': 'Rock'}
     """
     roles, columns, problems = WELL_TABLES[table], dict[str, str](), list[str]()
-    facies = {"facies": asked.facies} if table == "intervals" else {}
-    try:
-        value = asked_columns(file, facies)
-        columns = columns_of(file, roles, vars(asked), [*value.values()])
-        asked_columns(file, {**facies, **{role: getattr(asked, role) for role in roles}})
-        _check_well_columns(file, table, columns)
-    except CCWSIMError as error:
-        problems.append(str(error))
-    if table == "intervals":
-        _assign_facies(file, columns, asked.facies, problems)
+    has_facies = table == "intervals"
+    with _collected(problems):
+        facies = {"facies": asked.facies} if has_facies else {}
+        named = asked_columns(file, {**facies, **{role: getattr(asked, role) for role in roles}})
+        taken = [named["facies"]] if "facies" in named else []
+        columns = columns_of(file, roles, vars(asked), taken)
+        needs_tilt = table == "surveys" and "survey_inclination" not in columns
+        needs_depth = has_facies and not {"depth_from", "depth_to"} & columns.keys()
+        needed = ["survey_dip"] if needs_tilt else ["depth"] if needs_depth else []
+        _check_complete(file, roles, columns, needed)
+    if has_facies:
+        with _collected(problems):
+            columns["facies"] = value_column(file, columns.values(), asked.facies)
     return Assignment(columns, problems=tuple(problems))
 
 
-def _assign_facies(
-    file: DataFile, columns: dict[str, str], asked: str | None, problems: list[str]
-) -> None:
-    """Add the column of facies; if no column fits, append the error's text to `problems`."""
+@contextmanager
+def _collected(problems: list[str]) -> Iterator[None]:
+    """Add the message of an error to `problems`, so that all open questions are known at once."""
     try:
-        rest = [name for name in file.names if name not in columns.values()]
-        columns["facies"] = value_column(file, rest, asked)
+        yield
     except CCWSIMError as error:
         if str(error) not in problems:
             problems.append(str(error))
 
 
-def _check_heights(
-    file: DataFile, columns: Mapping[str, str], asked: PointColumns, world: bool
+def _refuse(asked: PointColumns, roles: Iterable[str], reason: str) -> None:
+    """Raise an error if the user names a column of one of these roles."""
+    if role := next((role for role in roles if getattr(asked, role)), None):
+        raise CCWSIMError(f"{role} = {shown(getattr(asked, role))} {reason}")
+
+
+def _check_complete(
+    file: DataFile, roles: Mapping[str, Role], columns: Mapping[str, str], needed: Iterable[str]
 ) -> None:
-    """Raise an error if a table of data in a volume has no column of heights."""
-    if not world and (role := next((role for role in DEPTHS if getattr(asked, role)), None)):
-        raise CCWSIMError(
-            f"{file.name}: {role} = {shown(getattr(asked, role))} is a depth below z, but cells "
-            "have layers; leave the column out"
-        )
-    there = ", ".join(file.names)
-    if "z" in columns:
-        _check_depths(file, columns)
-        return
-    if not world:
-        raise CCWSIMError(
-            f"{file.name} has no column of layers, which a volume needs; set z= to one of {there}"
-        )
-    depths = " and ".join(columns[role] for role in DEPTHS if role in columns)
-    said = f"depths ({depths}) but no z of the collars" if depths else "no column of heights"
-    raise CCWSIMError(
-        f"{file.name} has {said}, which a volume needs; add a column z, or set z= to one of {there}"
-    )
-
-
-def _check_depths(file: DataFile, columns: Mapping[str, str]) -> None:
-    """Raise an error if intervals have only one of the depths "from" and "to"."""
-    ends = [role for role in ("depth_from", "depth_to") if role in columns]
-    if len(ends) == 1:
-        other = "depth_to" if ends == ["depth_from"] else "depth_from"
-        raise CCWSIMError(
-            f"{file.name} has only the depth {columns[ends[0]]} at one end of intervals; add a "
-            f"column '{DEPTHS[other].call}', or set {other}= to a column of the file"
-        )
-
-
-def _check_well_columns(file: DataFile, table: str, columns: Mapping[str, str]) -> None:
-    """Raise an error if a required column is missing in a table of wells."""
-    roles = WELL_TABLES[table]
-    needed = [role for role, kind in roles.items() if not kind.optional]
-    if table == "surveys" and "survey_inclination" not in columns:
-        needed.append("survey_dip")
-    if table == "intervals" and not {"depth_from", "depth_to"} & columns.keys():
-        needed.append("depth")
-    for role in needed:
-        if role not in columns:
+    """Raise an error if no column has a role that is not optional, or is needed in this table."""
+    for role, kind in roles.items():
+        if role not in columns and (not kind.optional or role in needed):
             raise CCWSIMError(
-                f"{file.name} has no column of {roles[role].what}; it has {listed(file.names)}; "
-                f"rename a column to '{roles[role].call}', or set {role}= to a column of the file"
+                f"{file.name} has no column of {kind.what}; it has {listed(file.names)}; "
+                f"rename a column to '{kind.call}', or set {role}= to a column of the file"
             )
+
+
+def is_points(names: list[str]) -> bool:
+    """Return whether some of these column names are names of coordinates.
+
+    Examples
+    --------
+    >>> is_points(["X [m]", "Y [m]", "facies"]), is_points(["facies", "porosity"])
+    (True, False)
+    """
+    pairs = ("x", "y"), ("row", "column")
+    return any(_first(names, first) and _first(names, second) for first, second in pairs)
+
+
+def place_columns(
+    file: DataFile,
+    x: str | None = None,
+    y: str | None = None,
+    coordinates: str | None = None,
+    taken: Sequence[str] = (),
+) -> tuple[str, str, bool, list[str]]:
+    """Return two columns of coordinates, whether coordinates are in world units, and notes.
+
+    The user may name the columns `x` and `y`. Columns in `taken` have another role, so they are
+    not guessed as coordinates.
+
+    Examples
+    --------
+    >>> columns = ("Easting [m]", "Northing [m]", "facies")
+    >>> place_columns(DataFile("table", "a.csv", {}, is_table=True, columns=columns))
+    ('Easting [m]', 'Northing [m]', True, [])
+    """
+    names, cells, asked = list(file.names), coordinates == "cells", [x, y]
+    free = [name for name in names if name not in (*asked, *taken)]
+    column, row = x or _first(free, "column"), y or _first(free, "row")
+    first, second = x or _first(free, "x", 4), y or _first(free, "y", 4)
+    if coordinates is None and column and row:
+        cells = _is(column, "column") and _is(row, "row") and not (first and second)
+        cells |= column == first and row == second and _is(column, "column")
+    if first and second and not cells:
+        return first, second, True, []
+    if row and column and coordinates != "world":
+        letters = counts_from_one(row, column) and asked == [None, None]
+        note = [f"{column} counts cells along x, and {row} along y."] if letters else []
+        return column, row, False, note
+    places = [name for name in free if name in file.variables and not _is(name, *_NOT_PLACES)]
+    if len(names) < 3 or len(places) < asked.count(None):
+        raise CCWSIMError(
+            f"{file.name} needs columns x, y, facies or row, col, facies; it has {listed(names)}; "
+            "name the columns (x=, y=)"
+        )
+    guess = iter(places)
+    if cells:  # the usual order is row, column
+        row, column = y or next(guess), x or next(guess)
+        return column, row, False, [_untold(row, column, "row and col")]
+    first, second = x or next(guess), y or next(guess)
+    return first, second, True, [_untold(first, second, "x and y")]
+
+
+def counts_from_one(*columns: str) -> bool:
+    """Return whether all these columns of cell numbers have names that count from 1.
+
+    Examples
+    --------
+    >>> counts_from_one("I", "J"), counts_from_one("row", "col")
+    (True, False)
+    """
+    return all(_is(column, "from_one") for column in columns)
+
+
+_NOT_PLACES = ("z", "label", "code", "value", "depth", "from", "to", "length")
+"""Kinds of columns that are never guessed as coordinates."""
+
+
+def _untold(one: str, two: str, said: str) -> str:
+    return f"No column name shows coordinates. {one} and {two} are read as {said}."
+
+
+def columns_of(
+    file: DataFile, roles: Mapping[str, Role], asked: Asked, taken: Sequence[str] = ()
+) -> dict[str, str]:
+    """Return the column of each role in a table, as given by the user or guessed by name.
+
+    If a table has a column "depth" and also columns "from" and "to", the columns that the user
+    names are returned (default: "from" and "to"). Inclinations are preferred to dips by default.
+
+    Examples
+    --------
+    >>> columns = ("hole", "from", "to", "depth", "rock")
+    >>> file = DataFile("table", "a.csv", {}, is_table=True, columns=columns)
+    >>> columns_of(file, INTERVALS, {})
+    {'well': 'hole', 'depth_from': 'from', 'depth_to': 'to'}
+    >>> columns_of(file, INTERVALS, {"depth": "DEPTH", "well": ""})
+    {'depth': 'depth'}
+    """
+    named = asked_columns(file, {role: asked.get(role) for role in roles})
+    free = [name for name in file.names if name not in (*named.values(), *taken)]
+    columns = {}
+    for role, kind in roles.items():
+        column = named.get(role)
+        if column is None and asked.get(role) is None:
+            column = _first(free, kind.kind, kind.prefix)
+        if column is not None:
+            columns[role] = column
+            free = [name for name in free if name != column]
+    for one, others in ALTERNATIVE_ROLES.items():
+        rivals = [other for other in others if other in named]
+        if one in named and rivals:
+            raise CCWSIMError(
+                f"{file.name}: {one} and {rivals[0]} are both named, but are alternatives; leave "
+                "one out"
+            )
+        if one in named:
+            columns = {role: column for role, column in columns.items() if role not in others}
+        elif any(other in columns for other in others):
+            columns.pop(one, None)
+    return columns
+
+
+def asked_columns(file: DataFile, asked: Asked) -> dict[str, str]:
+    """Return the columns given by the user; raise an error if one is missing or given twice.
+
+    Examples
+    --------
+    >>> file = DataFile("table", "a.csv", {}, is_table=True, columns=("East", "North"))
+    >>> asked_columns(file, {"x": "east", "y": None, "z": ""})
+    {'x': 'East'}
+    """
+    roles: dict[str, str] = {}  # role by column
+    for role, name in asked.items():
+        if name is None or (isinstance(name, str) and not name):
+            continue
+        column = file.column(name)
+        first = roles.setdefault(column, role)
+        if first != role:
+            raise CCWSIMError(
+                f"{file.name}: {first} and {role} are both {shown(column)}; name two columns"
+            )
+    return {role: column for column, role in roles.items()}
+
+
+def value_column(file: DataFile, taken: Collection[str], variable: str | None) -> str:
+    """Find the column of facies among the columns that are not `taken` as coordinates.
+
+    Examples
+    --------
+    >>> file = DataFile("table", "a.csv", {}, is_table=True, columns=("x", "y", "id", "Code"))
+    >>> value_column(file, ["x", "y"], None)
+    'Code'
+    """
+    if variable is not None:
+        return file.column(variable)
+    rest = [name for name in file.names if name not in taken]
+    named = _first(rest, "code", 5) or _first(rest, "value")
+    if named:
+        return named
+    likely = [name for name in rest if not _is(name, "z", "label")]
+    if len(likely) == 2 and len(file.names) == 4 and _unnamed(file):
+        return likely[1]  # four columns with generic names are x, y, z and the value
+    if len(likely) == 1:
+        return likely[0]
+    if not likely:
+        others = f" (among {', '.join(rest[:9])})" if rest else ""
+        raise CCWSIMError(
+            f"{file.name} has no column that looks like facies{others}; name the column (facies=)"
+        )
+    there = ", ".join(map(repr, likely[:20]))
+    raise CCWSIMError(f"{file.name} has {len(likely)} variables: {there}; pick one (facies=)")
+
+
+def _unnamed(file: DataFile) -> bool:
+    return all(re.match(r"(col|column|var)[ _]?\d", name.lower()) for name in file.names)
+
+
+def height_column(rest: list[str], key: str) -> str | None:
+    """Find the column of heights among `rest`; return None if there is none.
+
+    Examples
+    --------
+    >>> height_column(["Z", "facies"], "facies")
+    'Z'
+    """
+    return next((name for name in rest if _is(name, "z") and name != key), None)
+
+
+def _first(names: list[str], kind: str, prefix: int = 0) -> str | None:
+    """Return the first name that equals a word, or starts with a word of ≥ `prefix` letters."""
+    words = WORDS[kind]
+    exact = next((name for word in words for name in names if _plain(name) == word), None)
+    long = [word for word in words if prefix and len(word) >= prefix]
+    return exact or next((n for word in long for n in names if _plain(n).startswith(word)), None)
+
+
+def _is(name: str, *kinds: str) -> bool:
+    return any(_plain(name) in WORDS[kind] for kind in kinds)
+
+
+def _plain(name: str) -> str:
+    """Return a column name in lower case, without units and punctuation: "X [m]" becomes x."""
+    return re.sub(r"[^a-z0-9]", "", re.split(r"[\[(,]", name.lower())[0])

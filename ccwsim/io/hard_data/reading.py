@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from ccwsim.io.data_file import DataFile, printable
 from ccwsim.io.formats.pictures import PictureFile
 from ccwsim.io.formats.text_tables import UNKNOWN, is_number, not_a_number, numbered
-from ccwsim.io.hard_data.column_names import height_column
 from ccwsim.io.hard_data.columns import (
     GUESSED,
     NOTHING_ASSIGNED,
     Assignment,
     PointColumns,
     assign_columns,
+    height_column,
 )
 from ccwsim.io.hard_data.points import ImportedPoints, check_few, heights_below, known_points
 from ccwsim.io.opening import PathOrFile, open_file

@@ -11,8 +11,13 @@ from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile
 from ccwsim.io.formats.pictures import PictureFile
-from ccwsim.io.hard_data.column_names import SURVEYS, WELL_TABLES
-from ccwsim.io.hard_data.columns import GUESSED_WELLS, WellColumns, assign_well_columns
+from ccwsim.io.hard_data.columns import (
+    GUESSED_WELLS,
+    SURVEYS,
+    WELL_TABLES,
+    WellColumns,
+    assign_well_columns,
+)
 from ccwsim.io.hard_data.intervals import usable_intervals
 from ccwsim.io.hard_data.paths import Stations, bend_between, positions
 from ccwsim.io.hard_data.placing import (
