@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.formats.text_tables import is_number
-from ccwsim.io.hard_data.points import ImportedPoints, RowProblem, along_wells
+from ccwsim.io.hard_data.points import FAR, ImportedPoints, RowProblem, along_wells
 from ccwsim.model.arrays import as_integers, is_whole
 from ccwsim.model.classes import Classes, asks_for_codes, classify
 from ccwsim.model.errors import CCWSIMError, shown
@@ -18,8 +18,6 @@ from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 
-_FAR = 2.0**40
-"""Maximum distance of points from the grid, in cells; a larger distance is an error."""
 _LISTED = 6
 """Maximum number of problems of a kind that a message lists."""
 Treatment = Literal["error", "drop"]
@@ -254,21 +252,14 @@ def _cells(
     if not points.world:
         cells = np.rint(points.places)
         broken = ~(np.abs(points.places - cells).max(axis=1, initial=0) <= 1e-3)  # also NaN
-        broken |= ~(np.abs(cells).max(axis=1, initial=0) <= _FAR)
-        if broken.any():
-            raise CCWSIMError(
-                f"{points.name}, {points.named(np.flatnonzero(broken))}: rows and columns must be "
-                "whole numbers; for world coordinates name the columns x and y"
-            )
+        broken |= ~(np.abs(cells).max(axis=1, initial=0) <= FAR)
+        said = "rows and columns must be whole numbers; for world coordinates name them x and y"
+        points.refuse(broken, said)
         return cells.astype(np.int64), np.zeros(points.n)
     frame = grid or Grid.of((1,) * points.places.shape[1])
     in_cells = (points.places - frame.origin) / frame.cell_size
-    far = ~(np.abs(in_cells).max(axis=1, initial=0) <= _FAR)  # also NaN
-    if far.any():
-        raise CCWSIMError(
-            f"{points.name}, {points.named(np.flatnonzero(far))}: the coordinates are too far "
-            "from the grid; correct them"
-        )
+    far = ~(np.abs(in_cells).max(axis=1, initial=0) <= FAR)  # also NaN
+    points.refuse(far, "the coordinates are too far from the grid; correct them")
     floors = np.floor(in_cells[:, ::-1]).astype(np.int64)
     cells = grid.cells_of(*points.places.T) if grid else floors
     return cells, np.linalg.norm(in_cells[:, ::-1] - cells - 0.5, axis=1)
@@ -278,12 +269,12 @@ def _facies(points: ImportedPoints, threshold: float | None, classes: Classes) -
     if not points.n:
         return np.empty(0, np.int64)
     if threshold is None and asks_for_codes(classes):
-        bad = np.flatnonzero(np.abs(points.values - np.rint(points.values)) > 1e-3)
-        if len(bad):
-            raise CCWSIMError(
-                f"{points.name}, {points.named(bad)}: {points.values[bad[0]]:g} is not a facies "
-                "code; for continuous values give the class edges or threshold of the image"
-            )
+        bad = np.abs(points.values - np.rint(points.values)) > 1e-3
+        points.refuse(
+            bad,
+            f"{points.values[bad.argmax()]:g} is not a facies code; for continuous values give the "
+            "class edges or threshold of the image",
+        )
         classes = "codes"
     return classify(points.values, threshold=threshold, classes=classes, what=points.name)
 

@@ -16,8 +16,8 @@ from ccwsim.model.classes import are_codes
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
 
-_FAR = 2.0**40
-"""Maximum distance of heights from the grid, in layers; a larger distance is an error."""
+FAR = 2.0**40
+"""Maximum distance of data from the grid, in cells; a larger distance is an error."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +28,7 @@ class ImportedPoints:
     """Coordinates, shape (n, 2) or (n, 3): x, y (and z) in world units if `world` is true,
     otherwise (layer,) row (from the south) and column."""
     values: NDArray[np.float64]
-    """Facies codes or values of a continuous variable, shape (n,); never NaN."""
+    """Facies codes or values of a continuous variable, shape (n,); only `known` removes NaN."""
     lines: NDArray[np.int64]
     """The line number of each datum in the file, from 1, shape (n,)."""
     world: bool
@@ -81,15 +81,36 @@ class ImportedPoints:
         """
         return _named_lines(self.counted, self.lines[which])
 
+    def refuse(self, bad: NDArray[np.bool_], said: str) -> None:
+        """Raise an error with the lines of bad data, if there are any."""
+        if bad.any():
+            raise CCWSIMError(f"{self.name}, {self.named(np.flatnonzero(bad))}: {said}")
+
     def taken(self, which: NDArray | list[int]) -> ImportedPoints:
         """Return the data selected by a mask or by indices."""
         return replace(
             self,
-            places=self.places[which],
-            values=self.values[which],
-            lines=self.lines[which],
-            spans=None if self.spans is None else self.spans[which],
+            places=frozen(self.places[which]),
+            values=frozen(self.values[which]),
+            lines=frozen(self.lines[which]),
+            spans=None if self.spans is None else frozen(self.spans[which]),
         )
+
+    def known(self) -> ImportedPoints:
+        """Return the data with a value and coordinates, if they are not too many.
+
+        A note names the rows without coordinates.
+        """
+        check_few(self.name, self.n, "rows")
+        known, placed = ~np.isnan(self.values), np.isfinite(self.places).all(axis=1)
+        notes = self.notes
+        if lost := self.lines[known & ~placed].tolist():
+            said = ", ".join(map(str, lost[:6])) + (" …" if len(lost) > 6 else "")
+            notes += (f"Rows without coordinates, left out: {len(lost)} ({self.counted} {said}).",)
+        n_missing = self.n - int(np.count_nonzero(known & placed))
+        points = replace(self.taken(known & placed), n_missing=n_missing, notes=notes)
+        points.refuse(np.isinf(points.values), "the value is not finite; correct it")
+        return points
 
 
 def _named_lines(counted: str, lines: NDArray[np.integer]) -> str:
@@ -156,44 +177,6 @@ class RowProblems:
         return there
 
 
-def known_points(
-    file: DataFile,
-    variable: str,
-    places: NDArray,
-    values: NDArray,
-    lines: NDArray,
-    *,
-    world: bool = True,
-    counted: str = "line",
-    notes: Sequence[str] = (),
-    spans: NDArray | None = None,
-) -> ImportedPoints:
-    """Return the rows with a value and coordinates; a note names rows without coordinates."""
-    check_few(file.name, len(values), "rows")
-    values, places = values.astype(np.float64), places.astype(np.float64)
-    known, placed = file.known(values), np.isfinite(places).all(axis=1)
-    if lost := lines[known & ~placed].tolist():
-        said = ", ".join(map(str, lost[:6])) + (" …" if len(lost) > 6 else "")
-        notes = [*notes, f"Rows without coordinates, left out: {len(lost)} ({counted} {said})."]
-        known &= placed
-    points = ImportedPoints(
-        frozen(places[known]),
-        frozen(values[known]),
-        frozen(lines[known]),
-        world,
-        counted,
-        file.name,
-        variable,
-        int(np.count_nonzero(~known)),
-        tuple(notes),
-        spans=None if spans is None else frozen(spans[known]),
-    )
-    if not np.isfinite(points.values).all():
-        bad = np.flatnonzero(~np.isfinite(points.values))
-        raise CCWSIMError(f"{file.name}, {points.named(bad)}: the value is not finite; correct it")
-    return points
-
-
 def check_few(name: str, n: int, what: str) -> None:
     """Raise an error if a file has too many rows or cells for hard data."""
     if n > limits().points:
@@ -240,12 +223,8 @@ def along_wells(points: ImportedPoints, grid: Grid | None) -> ImportedPoints:
     if grid is None or grid.nz is None:
         raise CCWSIMError(f"{points.name}: depth intervals need a grid with nz; give such a grid")
     bottom, top = ((points.spans - grid.origin[2]) / grid.cell_size[2] - 0.5).T
-    far = np.flatnonzero(~(np.maximum(np.abs(bottom), np.abs(top)) <= _FAR))  # also NaN
-    if len(far):
-        raise CCWSIMError(
-            f"{points.name}, {points.named(far)}: the depths are too far from the grid; correct "
-            "them"
-        )
+    far = ~(np.maximum(np.abs(bottom), np.abs(top)) <= FAR)  # also NaN
+    points.refuse(far, "the depths are too far from the grid; correct them")
     first = np.ceil(bottom).astype(np.int64)
     counts = np.ceil(top).astype(np.int64) - first
     n = int(counts.sum())

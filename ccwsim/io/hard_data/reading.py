@@ -19,9 +19,9 @@ from ccwsim.io.hard_data.columns import (
     assign_columns,
     height_column,
 )
-from ccwsim.io.hard_data.points import ImportedPoints, check_few, heights_below, known_points
+from ccwsim.io.hard_data.points import ImportedPoints, check_few, heights_below
 from ccwsim.io.opening import PathOrFile, open_file
-from ccwsim.model.arrays import Shape, check_int, describe_shape
+from ccwsim.model.arrays import AXES, Shape, check_int, describe_shape
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.missing import CUSTOMARY_CODES
 
@@ -161,10 +161,8 @@ def _is_volume(grid_shape: Shape | None) -> bool:
 
 
 def _of_table(file: DataFile, assigned: Assignment) -> ImportedPoints:
-    check_few(file.name, len(next(iter(file.variables.values()))), "rows")
-    lines, roles = file.lines, assigned.columns
-    if lines is None:
-        raise CCWSIMError(f"{file.name}: too many lines for hard data; remove empty lines")
+    lines, roles = lines_of(file), assigned.columns
+    check_few(file.name, len(lines), "rows")
     along = [numbers_of(file, column) for column in assigned.of("x", "y")]
     notes, spans = list(assigned.notes), None
     if "z" in roles:
@@ -182,46 +180,38 @@ def _of_table(file: DataFile, assigned: Assignment) -> ImportedPoints:
     if assigned.from_one and min(np.nanmin(numbers, initial=1) for numbers in along) >= 1:
         along = [numbers - 1 for numbers in along]
         notes.append("Cells are counted from 1, because no number is 0.")
-    places = np.stack(along if assigned.world else along[::-1], axis=1)
+    values, words = facies_of(file, roles["facies"])
     wells = names_of_wells(file, roles["well"]) if "well" in roles else ()
-    return points_of_rows(
-        file, roles["facies"], places, wells, world=assigned.world, notes=notes, spans=spans
-    )
+    return ImportedPoints(
+        places=np.stack(along if assigned.world else along[::-1], axis=1),
+        values=values,
+        lines=lines,
+        world=assigned.world,
+        counted=file.counted,
+        name=file.name,
+        variable=roles["facies"],
+        notes=tuple(notes),
+        words=words,
+        spans=spans,
+        wells=dict(zip(lines.tolist(), wells, strict=False)),
+    ).known()
 
 
-def points_of_rows(
-    file: DataFile,
-    column: str,
-    places: NDArray[np.float64],
-    wells: Sequence[str] = (),
-    *,
-    world: bool = True,
-    notes: Sequence[str] = (),
-    spans: NDArray[np.float64] | None = None,
-) -> ImportedPoints:
-    """Return the points of a table; the column of facies contains codes or names."""
-    lines = lines_of(file)
-    values, words, file = facies_of_rows(file, column)
-    how = {"world": world, "counted": file.counted, "notes": notes, "spans": spans}
-    points = known_points(file, column, places, values, lines, **how)
-    names = zip(lines.tolist(), wells, strict=True) if wells else ()
-    return replace(points, words=words, wells=dict(names))
-
-
-def facies_of_rows(
-    file: DataFile, column: str
-) -> tuple[NDArray[np.float64], tuple[str, ...], DataFile]:
-    """Return the values of facies, their names if values are indices, and the file of values."""
-    values = file.variables.get(column)
-    if values is not None:
-        return values.astype(np.float64), (), file
-    values, words = _indices_of_names(file, column)
-    return values, words, replace(file, missing=())  # an index is never a code for missing values
+def facies_of(file: DataFile, column: str) -> tuple[NDArray[np.float64], tuple[str, ...]]:
+    """Return the values of facies, NaN if unknown, and their names if values are indices."""
+    if column not in file.words:
+        values = file.variables[column]
+        return np.where(file.known(values), values, np.nan).astype(np.float64), ()
+    fields = file.words[column]
+    unknown = {field for field in fields if field.lower() in UNKNOWN}
+    unknown |= {f for f in fields if is_number(f) and float(f) in (*CUSTOMARY_CODES, *file.missing)}
+    return numbered(fields, unknown)
 
 
 def lines_of(file: DataFile) -> NDArray[np.int64]:
     """Return the line number of each row of a table."""
-    assert file.lines is not None
+    if file.lines is None:
+        raise CCWSIMError(f"{file.name}: too many lines for hard data; remove empty lines")
     return file.lines
 
 
@@ -247,34 +237,29 @@ def numbers_of(file: DataFile, column: str) -> NDArray[np.float64]:
         bad = next((k for k, f in enumerate(fields) if not is_number(f) and f), 0)
         line = int(lines_of(file)[bad])
         raise CCWSIMError(not_a_number(file.name, line, fields[bad], file.counted))
-    return file.variables[column]
-
-
-def _indices_of_names(file: DataFile, column: str) -> tuple[NDArray[np.float64], tuple[str, ...]]:
-    """Return the index of the facies name of each row (NaN if unknown), and the distinct names."""
-    fields = file.words[column]
-    unknown = {field for field in fields if field.lower() in UNKNOWN}
-    unknown |= {f for f in fields if is_number(f) and float(f) in (*CUSTOMARY_CODES, *file.missing)}
-    return numbered(fields, unknown)
+    return file.variables[column].astype(np.float64)
 
 
 def _of_list(file: DataFile, key: str, coordinates: str | None, volume: bool) -> ImportedPoints:
-    rows = file.variables[key][0]
+    """Read a matrix as a table whose columns are coordinates and, in the last column, facies."""
+    rows, in_text = file.variables[key][0], file.lines is not None
     if volume and rows.shape[1] < 4:
         raise CCWSIMError(
             f"{file.name} has three columns without names, but data of a volume need four: x, y, "
             "z and facies"
         )
-    rows = rows[:, [0, 1, 2, -1] if volume else [0, 1, -1]]
-    world = coordinates == "world" or (coordinates is None and file.lines is not None)
-    said = ("x, y" if world else "row, column") + " and facies"
-    if volume:
-        said = ("x, y, z" if world else "layer, row, column") + " and facies"
-    lines = np.arange(1, len(rows) + 1) if file.lines is None else file.lines
-    counted = "row" if file.lines is None else "line"
-    notes = [f"Columns without names are read as {said}."]
-    how = {"world": world, "counted": counted, "notes": notes}
-    return known_points(file, key, rows[:, :-1], rows[:, -1], lines, **how)
+    world = coordinates == "world" or (coordinates is None and in_text)
+    columns = {axis: axis for axis in AXES} if world else {"z": "layer", "y": "row", "x": "column"}
+    if not volume:
+        del columns["z"]
+    note = f"Columns without names are read as {', '.join(columns.values())} and facies."
+    values = rows[:, [*range(len(columns)), -1]]
+    columns["facies"] = "facies"
+    variables = dict(zip(columns.values(), values.T, strict=True))
+    table = replace(file, variables=variables, is_table=True)
+    if not in_text:
+        table = replace(table, lines=np.arange(1, len(rows) + 1), counted="row")
+    return _of_table(table, Assignment(columns, (note,), world=world))
 
 
 def _of_grid(file: DataFile, key: str, cells: NDArray, grid_shape: Shape | None) -> ImportedPoints:
@@ -288,10 +273,16 @@ def _of_grid(file: DataFile, key: str, cells: NDArray, grid_shape: Shape | None)
         )
     known = file.known(cells)
     check_few(file.name, int(np.count_nonzero(known)), "known cells")
-    lines = np.flatnonzero(known) + 1
-    how = {"world": False, "counted": "cell"}
-    points = known_points(file, key, np.argwhere(known), cells[known], lines, **how)
-    return replace(points, grid=file.placed(cells.shape))
+    return ImportedPoints(
+        places=np.argwhere(known).astype(np.float64),
+        values=cells[known].astype(np.float64),
+        lines=np.flatnonzero(known) + 1,
+        world=False,
+        counted="cell",
+        name=file.name,
+        variable=key,
+        grid=file.placed(cells.shape),
+    ).known()
 
 
 def _is_list(values: NDArray, in_text: bool, grid_shape: Shape | None) -> bool:

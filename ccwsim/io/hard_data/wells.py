@@ -34,11 +34,10 @@ from ccwsim.io.hard_data.points import (
     along_wells,
     check_few,
     heights_below,
-    known_points,
 )
 from ccwsim.io.hard_data.reading import (
     PointsPreview,
-    facies_of_rows,
+    facies_of,
     lines_of,
     names_of_wells,
     numbers_of,
@@ -245,7 +244,7 @@ def _complete_rows(
     file: DataFile, columns: Sequence[str], found: RowProblems
 ) -> tuple[list[NDArray[np.float64]], NDArray[np.bool_]]:
     """Return columns of numbers and a mask of the rows with all of them; note other rows."""
-    numbers = [numbers_of(file, column).astype(np.float64) for column in columns]
+    numbers = [numbers_of(file, column) for column in columns]
     usable = np.ones(len(lines_of(file)), bool)
     for column, values in zip(columns, numbers, strict=True):
         found.bad(file, ~np.isfinite(values), f"{column} is missing", "add it")
@@ -329,32 +328,35 @@ def _points(
     file: DataFile, wells: dict[str, Well], grid: Grid, asked: WellColumns, found: RowProblems
 ) -> ImportedPoints:
     """Return the points of all wells: one per single depth, or one per cell of each interval."""
-    assigned = assign_well_columns(file, "intervals", asked).complete()
-    columns, column = assigned.columns, assigned.columns["facies"]
-    check_few(file.name, len(lines_of(file)), "rows")
-    missing = np.full(len(lines_of(file)), np.nan)
-    depths = [
-        numbers_of(file, columns[role]).astype(np.float64) if role in columns else missing
-        for role in (("depth", "depth") if "depth" in columns else ("depth_from", "depth_to"))
-    ]
+    columns = assign_well_columns(file, "intervals", asked).complete().columns
+    lines = lines_of(file)
+    check_few(file.name, len(lines), "rows")
+    single = "depth" in columns
+    roles = ("depth", "depth") if single else ("depth_from", "depth_to")
+    missing = np.full(len(lines), np.nan)
+    depths = [numbers_of(file, columns[r]) if r in columns else missing for r in roles]
     names = names_of_wells(file, columns["well"])
     lengths = {name: well.length for name, well in wells.items()}
     rows, start, end = usable_intervals(file, names, depths, lengths, found)
-    names = np.array(names)[rows]
-    collars = np.array([wells[name].collar for name in names.tolist()]).reshape(-1, 3)
-    single = "depth" in columns
-    below, spans = heights_below(
-        file.name, lines_of(file)[rows], np.zeros(len(rows)), [start] if single else [start, end]
-    )
-    places = collars + np.outer(below, [0, 0, 1])
-    spans = None if spans is None else spans + collars[:, 2:]
-    values, words, file_of_values = facies_of_rows(file, column)
-    values = _with_facies(file, values, file_of_values.known(values), rows, names, found)
-    lines = lines_of(file)
-    points = known_points(file_of_values, column, places, values, lines[rows], spans=spans)
-    pairs = zip(lines[rows].tolist(), names.tolist(), strict=True)
-    points = replace(points, words=words, wells=dict(pairs), problems=tuple(found.found))
-    known = np.isin(lines[rows], points.lines)
+    names, lines = np.array(names)[rows], lines[rows]
+    places = np.array([wells[name].collar for name in names.tolist()]).reshape(-1, 3)
+    below = [start] if single else [start, end]
+    places[:, 2], spans = heights_below(file.name, lines, places[:, 2], below)
+    values, words = facies_of(file, columns["facies"])
+    points = ImportedPoints(
+        places=places,
+        values=_with_facies(file, values[rows], rows, names, found),
+        lines=lines,
+        world=True,
+        counted=file.counted,
+        name=file.name,
+        variable=columns["facies"],
+        words=words,
+        spans=spans,
+        wells=dict(zip(lines.tolist(), names.tolist(), strict=True)),
+        problems=tuple(found.found),
+    ).known()
+    known = np.isin(lines, points.lines)
     names, start, end = names[known], start[known], end[known]
     bent = np.array([bool(wells[name].stations) for name in names.tolist()], bool)
     parts = [along_wells(points.taken(~bent), grid)]
@@ -405,14 +407,12 @@ def _notes_on_paths(
 def _with_facies(
     file: DataFile,
     values: NDArray[np.float64],
-    known: NDArray[np.bool_],
     rows: NDArray[np.int64],
     names: NDArray[np.str_],
     found: RowProblems,
 ) -> NDArray[np.float64]:
     """Return the values of rows; if asked for, a missing one is that of the interval above."""
-    values, known = values[rows].copy(), known[rows]
-    for k in np.flatnonzero(~known).tolist():
+    for k in np.flatnonzero(np.isnan(values)).tolist():
         said = f"an interval of {shown(str(names[k]))} has no facies"
         found.add("on_no_facies", file, [rows[k]], said, "add it")
         if found.decided("on_no_facies") == "above" and k and names[k] == names[k - 1]:
