@@ -142,6 +142,15 @@ def _sides(shape: tuple[float, ...]) -> str:
     return " × ".join(map(shown, shape[:6])) + (" × …" if len(shape) > 6 else "")
 
 
+def check_table(name: str, n_rows: int, n_columns: int) -> None:
+    """Raise an error if a table has too many columns or values, or no rows."""
+    if n_columns > MAX_VARIABLES:
+        raise CCWSIMError(f"{name}: {n_columns} columns exceed the limit of {MAX_VARIABLES}")
+    if not n_rows:
+        raise CCWSIMError(f"{name} has no rows; give at least one datum")
+    check_cells(name, (n_rows * n_columns,))
+
+
 def limited_to_whole() -> AbstractContextManager[None]:
     """Allow more cells in files of which only a part is used."""
     return limited(replace(limits(), cells=limits().whole))

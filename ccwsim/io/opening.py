@@ -22,7 +22,6 @@ from ccwsim.io.formats.gis import GIS_FILES, is_geojson, is_shapefile_zip, read_
 from ccwsim.io.formats.grdecl import is_grdecl, is_irap, read_grdecl, read_irap
 from ccwsim.io.formats.labelled import read_hdf5, read_netcdf
 from ccwsim.io.formats.matlab import is_matlab4, read_matlab, read_matlab4
-from ccwsim.io.formats.memory_tables import read_memory_table
 from ccwsim.io.formats.numpy_files import read_npy, read_npz
 from ccwsim.io.formats.pictures import (
     MAX_COLOURS,
@@ -33,6 +32,7 @@ from ccwsim.io.formats.pictures import (
     read_picture,
 )
 from ccwsim.io.formats.rasters import DRIVERS, is_map, read_raster
+from ccwsim.io.formats.tables import read_memory_table
 from ccwsim.io.formats.text_grids import is_esri, is_gslib, read_esri, read_gslib
 from ccwsim.io.formats.text_tables import read_delimited
 from ccwsim.io.formats.unread import refusal

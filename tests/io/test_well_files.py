@@ -249,7 +249,7 @@ def test_geojson_of_names_and_other_shapes():
         b'{"features": [',
         b'{"features": []}',
     ):
-        with pytest.raises(CCWSIMError, match=r"GeoJSON|no points"):
+        with pytest.raises(CCWSIMError, match=r"GeoJSON|no rows"):
             points(broken)
 
 
@@ -265,7 +265,7 @@ def test_geopackage_and_shapefile_read_alike(ending):
     content = sample.gis(ending)
     data = cio.read_hard_data(BytesIO(content), (3, 4))
     assert data.digest == cio.read_hard_data(BytesIO(sample.csv()), (3, 4)).digest
-    few, said = upload_limits({"CCWSIM_MAX_UPLOAD_POINTS": "3"}), "4 points with 2 columns exceed"
+    few, said = upload_limits({"CCWSIM_MAX_UPLOAD_POINTS": "3"}), "4 points exceed the limit of 3"
     with limited(few), pytest.raises(CCWSIMError, match=said):
         cio.read_points(BytesIO(content))
     with pytest.raises(CCWSIMError, match="file"):

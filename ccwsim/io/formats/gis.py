@@ -4,29 +4,22 @@ from __future__ import annotations
 
 import json
 import struct
-from dataclasses import replace
 from io import BytesIO
-from typing import Any, NamedTuple
+from itertools import chain
+from math import inf, nan
+from typing import Any
 from zipfile import ZipFile
 
 import numpy as np
 
 from ccwsim.io.archive import opened_archive
-from ccwsim.io.data_file import DataFile, broken, distinct_names, printable
-from ccwsim.io.limits import MAX_VARIABLES, check_cells, limits
+from ccwsim.io.data_file import DataFile, broken, optional_package, printable
+from ccwsim.io.formats.tables import table_of
+from ccwsim.io.limits import check_table, limits
 from ccwsim.model.errors import CCWSIMError
 
 GIS_FILES = {"geopackage": "GeoPackage", "shapefile": "Shapefile", "shp": "Shapefile"}
 """Names of the formats that pyogrio reads."""
-
-
-class Point(NamedTuple):
-    """A point, its properties, and the number of its feature, counted from 1."""
-
-    number: int
-    x: float
-    y: float
-    values: dict[str, Any]
 
 
 def is_geojson(text: bytes) -> bool:
@@ -55,15 +48,24 @@ def read_geojson(text: bytes, name: str) -> DataFile:
         raise CCWSIMError(f"{name}: {n} values in JSON are too many; save the points as CSV")
     kinds = ValueError, TypeError, KeyError, AttributeError, RecursionError
     with broken(f"{name} is not a GeoJSON file of points; save points as GeoJSON", *kinds):
-        features = enumerate(json.loads(text)["features"], start=1)
-        points = [point for k, feature in features for point in _points(feature, name, k)]
-    return _table("GeoJSON points", name, points)
+        features = json.loads(text)["features"]
+        places = [_places(feature["geometry"], name, k) for k, feature in enumerate(features, 1)]
+        values = [dict(feature.get("properties") or {}) for feature in features]
+    counts = np.array([len(some) for some in places], np.int64)
+    numbers = np.repeat(np.arange(1, len(features) + 1), counts)
+    keys = list(dict.fromkeys(str(key) for properties in values for key in properties))
+    points = np.array([place for some in places for place in some]).reshape(-1, 2).T
+    columns = (
+        np.fromiter((values[k - 1].get(key) for k in numbers), object, len(numbers)) for key in keys
+    )
+    columns = chain(points, columns)  # made one by one, after their number is checked
+    return table_of("GeoJSON points", name, ["x", "y", *keys], columns, numbers, "feature")
 
 
-def _points(feature: Any, name: str, number: int) -> list[Point]:
-    geometry, values = feature["geometry"], feature.get("properties") or {}
+def _places(geometry: Any, name: str, number: int) -> list[tuple[float, float]]:
+    """Return x and y of the points of a feature; a feature without geometry has one, NaN."""
     if geometry is None:
-        return [Point(number, float("nan"), float("nan"), dict(values))]
+        return [(nan, nan)]
     kind = geometry["type"]
     if kind not in ("Point", "MultiPoint"):
         raise CCWSIMError(
@@ -71,16 +73,16 @@ def _points(feature: Any, name: str, number: int) -> list[Point]:
             "Point; save points"
         )
     places = [geometry["coordinates"]] if kind == "Point" else geometry["coordinates"]
-    return [Point(number, _finite(x), _finite(y), dict(values)) for x, y, *_ in places]
+    return [(_number(x), _number(y)) for x, y, *_ in places]
 
 
-def _finite(value: Any) -> float:
+def _number(value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise TypeError("a coordinate is not a number")
     try:
         return float(value)
     except OverflowError:
-        return float("inf")
+        return inf
 
 
 def is_shapefile_zip(content: bytes) -> bool:
@@ -99,33 +101,19 @@ def read_gis(content: bytes, name: str, kind: str) -> DataFile:
             f"{name}: a .shp file is not enough without its table (.dbf); put all files of the "
             "Shapefile into one zip"
         )
-    try:
-        from pyogrio import raw, read_info
-    except ImportError as error:
-        raise CCWSIMError(
-            f"{name}: {GIS_FILES[kind]} files need the package pyogrio; install it "
-            "(pip install 'ccwsim[files]'), or save the points as GeoJSON or CSV"
-        ) from error
+    pyogrio = optional_package("pyogrio", f"{GIS_FILES[kind]} files", "ccwsim[files]")
     if kind == "shapefile":
         content = _parts(content, name)
     with broken(f"{name}: the file cannot be read", remedy="save it again"):
-        info = read_info(content)
-        n, fields = int(info["features"]), list(info["fields"])
-        if n > limits().points or len(fields) > MAX_VARIABLES:
-            raise CCWSIMError(
-                f"{name}: {n} points with {len(fields)} columns exceed the limits of "
-                f"{limits().points} points or {MAX_VARIABLES} columns; leave some out"
-            )
-        check_cells(name, (max(n, 1) * (len(fields) + 2),))
-        meta, _, shapes, columns = raw.read(content, max_features=limits().points + 1)
+        info, most = pyogrio.read_info(content), limits().points
+        if (n := int(info["features"])) > most:
+            raise CCWSIMError(f"{name}: {n} points exceed the limit of {most}; leave some out")
+        check_table(name, max(n, 1), len(info["fields"]) + 2)
+        meta, _, shapes, columns = pyogrio.raw.read(content, max_features=most + 1)
         places = [_point(shape, name, k) for k, shape in enumerate(shapes, start=1)]
-    keys = [str(key) for key in meta["fields"]]
-    rows = zip(*(column.tolist() for column in columns), strict=True) if keys else [()] * n
-    points = [
-        Point(k, x, y, dict(zip(keys, row, strict=True)))
-        for k, ((x, y), row) in enumerate(zip(places, rows, strict=True), start=1)
-    ]
-    return _table(f"{GIS_FILES[kind]} points", name, points)
+    names, columns = ["x", "y", *meta["fields"]], [*np.array(places).reshape(-1, 2).T, *columns]
+    numbers = np.arange(1, len(places) + 1)
+    return table_of(f"{GIS_FILES[kind]} points", name, names, columns, numbers, "feature")
 
 
 def _parts(content: bytes, name: str) -> bytes:
@@ -148,7 +136,7 @@ def _parts(content: bytes, name: str) -> bytes:
 def _point(shape: bytes | None, name: str, number: int) -> tuple[float, float]:
     """Return x and y of a point in well-known binary; z and m may follow and are ignored."""
     if shape is None:
-        return float("nan"), float("nan")
+        return nan, nan
     if len(shape) >= 21:
         order = "<" if shape[0] == 1 else ">"
         kind, x, y = struct.unpack_from(f"{order}Idd", shape, 1)
@@ -158,24 +146,3 @@ def _point(shape: bytes | None, name: str, number: int) -> tuple[float, float]:
         if kind & 0xFFFF in (4, 1004, 2004, 3004) and n == 1:
             return _point(shape[9:], name, number)
     raise CCWSIMError(f"{name}, feature {number}: a single point is needed; save points")
-
-
-def _table(kind: str, name: str, points: list[Point]) -> DataFile:
-    if not points:
-        raise CCWSIMError(f"{name}: the file contains no points")
-    properties = dict.fromkeys(str(key) for point in points for key in point.values)
-    keys = distinct_names(["x", "y", *properties])
-    if len(keys) > MAX_VARIABLES:
-        raise CCWSIMError(f"{name}: {len(keys)} columns exceed the limit of {MAX_VARIABLES}")
-    check_cells(name, (len(points) * len(keys),))
-    variables = {"x": np.array([p.x for p in points]), "y": np.array([p.y for p in points])}
-    words: dict[str, tuple[str, ...]] = {}
-    for key, label in zip(keys[2:], properties, strict=True):
-        fields = [point.values.get(label) for point in points]
-        if all(value is None or isinstance(value, (bool, int, float)) for value in fields):
-            variables[key] = np.array([np.nan if v is None else _finite(+v) for v in fields])
-        else:
-            words[key] = tuple("" if value is None else str(value)[:200] for value in fields)
-    lines = np.array([point.number for point in points], dtype=np.int64)
-    table = DataFile(kind, name, variables, is_table=True, lines=lines, words=words)
-    return replace(table, columns=tuple(keys), counted="feature")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import replace
 from io import BytesIO
 from math import prod
 from typing import NamedTuple
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 
 from ccwsim.io.archive import Archive, opened_archive
 from ccwsim.io.data_file import DataFile, broken, distinct_names
+from ccwsim.io.formats.tables import table_of
 from ccwsim.io.limits import MAX_VARIABLES, TooManyCells, check_cells
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
@@ -129,16 +129,8 @@ def _cells_and_facies(archive: Archive, name: str) -> DataFile | None:
         return None
     check_cells(name, (shape[0] * (shape[1] + 1),))
     cells, facies = (array.values() for array in arrays)
-    places = ("layer", "row", "col")[-shape[1] :]
-    columns: dict[str, NDArray] = dict(zip(places, cells.T, strict=True))
-    words = {}
-    if facies.dtype.kind == "U":
-        words["facies"] = tuple(text[:200] for text in facies.tolist())
-    else:
-        columns["facies"] = facies
-    lines = np.arange(1, shape[0] + 1)
-    table = DataFile("NumPy arrays", name, columns, is_table=True, lines=lines, words=words)
-    return replace(table, columns=(*places, "facies"), counted="row")
+    places, lines = ("layer", "row", "col")[-shape[1] :], np.arange(1, shape[0] + 1)
+    return table_of("NumPy arrays", name, [*places, "facies"], [*cells.T, facies], lines)
 
 
 def _grids(archive: Archive, name: str) -> tuple[dict[str, bytes], list[str]]:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile, distinct_names
-from ccwsim.io.limits import MAX_VARIABLES, check_cells, limits
+from ccwsim.io.limits import MAX_VARIABLES, check_cells, check_table, limits
 from ccwsim.model.bounds import MAX_FACIES
 from ccwsim.model.errors import CCWSIMError
 
@@ -145,6 +145,20 @@ def field_number(field: str, decimal: str) -> float | None:
     return float(number) if len(number) <= MAX_WORD and is_number(number) else None
 
 
+def column_of_numbers(fields: Sequence[str], decimal: str = ".") -> NDArray[np.float64] | None:
+    """Return a column as numbers, if it consists of numbers, or of words for 1 and 0.
+
+    Examples
+    --------
+    >>> column_of_numbers(["2", "NA"]), column_of_numbers(["yes", ""]), column_of_numbers(["sand"])
+    (array([ 2., nan]), array([ 1., nan]), None)
+    """
+    if {field.lower() for field in fields} <= BOOLEANS.keys() | UNKNOWN:
+        return np.array([BOOLEANS.get(field.lower(), np.nan) for field in fields])
+    values = [field_number(field, decimal) for field in fields]
+    return None if any(v is None or np.isinf(v) for v in values) else np.array(values, np.float64)
+
+
 def numbered(
     words: Sequence[str], unknown: Collection[str]
 ) -> tuple[NDArray[np.float64], tuple[str, ...]]:
@@ -255,9 +269,10 @@ def read_delimited(content: bytes, name: str) -> DataFile:
     if header.n_lines:
         body = [_DATE_AND_TIME.sub(rb"\1T\2", line) for line in body]
     n = len(names) if headed else len(marks.fields(body[0]))
-    if headed and n > MAX_VARIABLES:
-        raise CCWSIMError(f"{name}: {n} columns exceed the limit of {MAX_VARIABLES}")
-    check_cells(name, (len(body) * n,) if headed else (len(body), n))
+    if headed:
+        check_table(name, len(body), n)
+    else:
+        check_cells(name, (len(body), n))
     at = np.array(numbers, dtype=np.int64)
     values, words = _fast(body, name, n, marks), {}
     if values is None:
@@ -466,16 +481,14 @@ def _by_field(
             raise CCWSIMError(f"{name} is too large for words or empty fields; remove these")
     columns, words = [], {}
     for k, fields in enumerate(zip(*table, strict=True)):
-        values = [field_number(field, marks.decimal) for field in fields]
-        if {field.lower() for field in fields} <= BOOLEANS.keys() | UNKNOWN:
-            values = [BOOLEANS.get(field.lower(), np.nan) for field in fields]
-        bad = [j for j, value in enumerate(values) if value is None or np.isinf(value)]
-        if bad and not headed:
-            raise CCWSIMError(not_a_number(name, numbers[bad[0]], fields[bad[0]]))
-        if bad:
-            words[k] = fields
-            values = [np.nan] * len(values)
-        columns.append(np.array(values, dtype=np.float64))
+        column = column_of_numbers(fields, marks.decimal)
+        if column is None and not headed:
+            values = [field_number(field, marks.decimal) for field in fields]
+            bad = next(j for j, value in enumerate(values) if value is None or np.isinf(value))
+            raise CCWSIMError(not_a_number(name, numbers[bad], fields[bad]))
+        if column is None:
+            words[k], column = fields, np.full(len(fields), np.nan)
+        columns.append(column)
     return np.stack(columns, axis=1), words
 
 

@@ -1,15 +1,17 @@
-"""Read tables in memory like files: DataFrames, dicts of columns and structured arrays."""
+"""Make tables of columns, and read tables in memory: DataFrames, dicts and structured arrays."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile, distinct_names
-from ccwsim.io.formats.text_tables import UNKNOWN, is_number
+from ccwsim.io.formats.text_tables import column_of_numbers
+from ccwsim.io.limits import check_table
 from ccwsim.model.arrays import as_array
 from ccwsim.model.errors import CCWSIMError, shown
 
@@ -19,9 +21,6 @@ NAME = "the table"
 
 def read_memory_table(table: Any) -> DataFile:
     """Return the columns of a table for which `is_table` is true.
-
-    Columns of numbers are taken as they are. Other columns are texts, in which None and the missing
-    values of pandas are empty; if all texts are numbers, the column is a column of numbers.
 
     Examples
     --------
@@ -35,28 +34,43 @@ def read_memory_table(table: Any) -> DataFile:
         raise CCWSIMError(f"{NAME} has no columns; give columns x, y and facies")
     columns = [_values_of(table[key]) for key in keys]
     n = len(columns[0]) if columns[0].ndim else 0
-    names = distinct_names([str(key) for key in keys])
-    variables, words = dict[str, NDArray](), dict[str, tuple[str, ...]]()
-    for name, column in zip(names, columns, strict=True):
+    for key, column in zip(keys, columns, strict=True):
         if column.shape != (n,):
             raise CCWSIMError(
-                f"{NAME}: column {shown(name)} has the shape {column.shape}, not ({n},); columns "
+                f"{NAME}: column {shown(key)} has the shape {column.shape}, not ({n},); columns "
                 "need one value for each row, and different names"
             )
+    return table_of("table", NAME, keys, columns, np.arange(1, n + 1))
+
+
+def table_of(
+    kind: str,
+    name: str,
+    keys: Sequence[object],
+    columns: Iterable[NDArray],
+    lines: NDArray[np.int64],
+    counted: str = "row",
+) -> DataFile:
+    """Return columns as a table, in which `lines` are the numbers of the rows.
+
+    Columns of numbers are taken as they are. Other columns are texts, in which None and the missing
+    values of pandas are empty; if all texts are numbers, the column is a column of numbers.
+    """
+    check_table(name, len(lines), len(keys))
+    names = distinct_names([str(key) for key in keys])
+    variables, words = dict[str, NDArray](), dict[str, tuple[str, ...]]()
+    for label, column in zip(names, columns, strict=True):
         if column.dtype.kind in "buif":
-            variables[name] = column.astype(np.float64)
+            variables[label] = column.astype(np.float64)
             continue
         texts = tuple(_text_of(value) for value in column.tolist())
-        given = [text for text in texts if text.lower() not in UNKNOWN]
-        if given and all(map(is_number, given)):
-            variables[name] = np.array([float(t) if is_number(t) else np.nan for t in texts])
+        numbers = column_of_numbers(texts) if any(texts) else None
+        if numbers is None:
+            words[label] = texts
         else:
-            words[name] = texts
-    if not n:
-        raise CCWSIMError(f"{NAME} has no rows; give at least one datum")
-    lines = np.arange(1, n + 1)
-    kinds = {"is_table": True, "lines": lines, "counted": "row", "columns": tuple(names)}
-    return DataFile("table", NAME, variables, words=words, **kinds)
+            variables[label] = numbers
+    table = DataFile(kind, name, variables, is_table=True, lines=lines, counted=counted)
+    return replace(table, words=words, columns=tuple(names))
 
 
 def _values_of(column: Any) -> NDArray:
@@ -68,6 +82,6 @@ def _values_of(column: Any) -> NDArray:
 
 
 def _text_of(value: Any) -> str:
-    """Return a value of a column as text; missing values are empty."""
+    """Return a value of a column as short text; missing values are empty."""
     text = value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
-    return "" if text in ("None", "nan", "NaN", "<NA>", "NaT") else text.strip()
+    return "" if text in ("None", "nan", "NaN", "<NA>", "NaT") else text[:200].strip()
