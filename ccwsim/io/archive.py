@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from io import BytesIO
 
 from ccwsim.io.data_file import broken
-from ccwsim.io.limits import MAX_MEMBERS, check_bytes, check_packing
+from ccwsim.io.limits import MAX_MEMBERS, check_bytes
 from ccwsim.model.errors import CCWSIMError
 
 _ENTRY = b"PK\x01\x02"
@@ -30,7 +30,6 @@ class Archive:
         for info in infos:
             if info.compress_type not in _METHODS or info.flag_bits & 1:
                 raise CCWSIMError(f"{self._name}: its compression is not supported; save it again")
-            check_packing(self._name, info.compress_size, info.file_size)
         check_bytes(self._name, sum(max(info.file_size, 0) for info in infos), unpacked=True)
 
     def start(self, member: str, n_bytes: int) -> bytes:

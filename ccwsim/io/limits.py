@@ -20,9 +20,6 @@ MIB = 2**20
 MAX_VARIABLES = 1000
 """Maximum number of variables in a file; a user chooses a variable from a list."""
 
-PACKED_FREELY = 64 * MIB
-"""Unpacked bytes allowed at any compression ratio; uniform images compress extremely well."""
-
 MAX_MEMBERS = 2000
 """Maximum number of files in a zip; Python creates an object for each file."""
 
@@ -33,7 +30,6 @@ class FileLimits:
 
     bytes: int = 16 * 1024 * MIB  # size of the file
     unpacked: int = 64 * 1024 * MIB  # total size of all parts of a file, unpacked in memory
-    ratio: float = inf  # unpacked bytes per packed byte, for parts larger than `PACKED_FREELY`
     cells: int = 4_000_000_000  # number of values of all variables, or pixels of a picture
     whole: int = 4_000_000_000  # like `cells`, for a file that is read only in part
     points: int = 10_000_000  # number of hard data; each is checked during simulation and drawn
@@ -50,7 +46,6 @@ SCRIPT_LIMITS = FileLimits()
 UPLOAD_LIMITS = FileLimits(
     bytes=64 * MIB,
     unpacked=128 * MIB,
-    ratio=1000,
     cells=4_000_000,
     whole=70_000_000,
     points=100_000,
@@ -168,14 +163,6 @@ def check_bytes(name: str, n_bytes: int, *, unpacked: bool = False) -> None:
         verb = " unpacks to" if unpacked else " has"
         raise CCWSIMError(
             f"{name}{verb} {_megabytes(n_bytes)} MB, more than {_megabytes(most)} MB; {_SMALLER}"
-        )
-
-
-def check_packing(name: str, n_packed: int, n_bytes: int) -> None:
-    """Raise an error if unpacking a file gives implausibly many bytes."""
-    if n_bytes > PACKED_FREELY and n_bytes > limits().ratio * max(n_packed, 1):
-        raise CCWSIMError(
-            f"{name}: {n_bytes} bytes packed into {n_packed} are implausible; save uncompressed"
         )
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile, printable
-from ccwsim.io.limits import MAX_VARIABLES, check_bytes, check_cells, check_packing, limits
+from ccwsim.io.limits import MAX_VARIABLES, check_bytes, check_cells, limits
 from ccwsim.model.errors import CCWSIMError
 
 _TYPES = {
@@ -98,7 +98,6 @@ def _unpacked(data: memoryview, left: int, order: str, name: str) -> bytes:
             size = 0
         size += 8
         check_bytes(name, limits().unpacked - left + size, unpacked=True)
-        check_packing(name, len(data), size)
         parts = [start]
         while (more := size - sum(map(len, parts))) > 0:
             parts.append(stream.decompress(stream.unconsumed_tail, min(more, _BLOCK)))

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile, broken, distinct_names, printable
-from ccwsim.io.limits import MAX_VARIABLES, check_bytes, check_cells, check_packing
+from ccwsim.io.limits import MAX_VARIABLES, check_bytes, check_cells
 from ccwsim.model.errors import CCWSIMError, shown
 
 TYPES = {
@@ -30,8 +30,8 @@ _START = 1000
 """Number of bytes at the start of a file that are searched for the name of the format."""
 
 
-class _Appended(NamedTuple):
-    """The data after the XML elements of a file, as raw bytes or base64."""
+class _Stored(NamedTuple):
+    """Values outside the text of an element, or after all elements: raw bytes or base64."""
 
     data: memoryview | bytes
     raw: bool
@@ -96,15 +96,15 @@ def read_vti(content: bytes, name: str) -> DataFile:
     return file.at(spacing.tolist(), corner.tolist())
 
 
-def _tree(content: bytes, name: str) -> tuple[ElementTree.Element, _Appended]:
+def _tree(content: bytes, name: str) -> tuple[ElementTree.Element, _Stored]:
     """Return the XML elements of a file, and the appended data, which may not be XML."""
-    appended = _Appended(b"", True)
+    appended = _Stored(b"", True)
     at = content.find(b"<AppendedData")
     if at >= 0:
         end = content.find(b">", at)
         mark = content.find(b"_", max(end, at))
         raw = b"base64" not in content[at:end]
-        appended = _Appended(memoryview(content)[mark + 1 :] if mark >= 0 else b"", raw)
+        appended = _Stored(memoryview(content)[mark + 1 :] if mark >= 0 else b"", raw)
         content = content[:at] + b"</VTKFile>"
     kinds = ElementTree.ParseError, ValueError, LookupError
     with broken(f"{name}: the XML is broken", *kinds, remedy="get the complete file"):
@@ -139,7 +139,7 @@ def _numbers(
 class _Values:
     """Decoder of array values stored as text, base64 or raw bytes, compressed or uncompressed."""
 
-    def __init__(self, root: ElementTree.Element, appended: _Appended, name: str) -> None:
+    def __init__(self, root: ElementTree.Element, appended: _Stored, name: str) -> None:
         self._order = ">" if root.get("byte_order") == "BigEndian" else "<"
         self._packed = root.get("compressor", "")
         self._appended, self._name = appended, name
@@ -151,19 +151,18 @@ class _Values:
 
     def read(self, array: ElementTree.Element, n: int) -> NDArray:
         """Return the n values of an array; raise an error if it does not have n values."""
-        kind = np.dtype(self._order + TYPES[array.get("type", "")])
-        form, raw = array.get("format", "ascii"), False
+        kind, form = np.dtype(self._order + TYPES[array.get("type", "")]), array.get("format")
         text = (array.text or "").encode()
-        if form == "ascii":
-            return self._of_text(text, n)
         if form == "appended":
             at = array.get("offset", "")
             first = int(at) if re.fullmatch(r"[0-9]{1,15}", at) else len(self._appended.data)
-            text, raw = self._appended.data[first:], self._appended.raw
+            stored = self._appended._replace(data=self._appended.data[first:])
+        elif form == "binary":
+            stored = _Stored(b"".join(text.split()), raw=False)
         else:
-            text = b"".join(text.split())
+            return self._of_text(text, n)
         check_bytes(self._name, n * kind.itemsize, unpacked=True)
-        data = (self._unpacked if self._packed else self._plain)(text, raw, n * kind.itemsize)
+        data = (self._unpacked if self._packed else self._plain)(stored, n * kind.itemsize)
         if len(data) != n * kind.itemsize:
             self._raise_count(n, len(data) // kind.itemsize)
         return np.frombuffer(data, kind).astype(kind.newbyteorder("="))
@@ -175,27 +174,17 @@ class _Values:
         with broken(f"{self._name}: an array has a word that is not a number", ValueError):
             return np.array(words, "S40").astype(np.float64)
 
-    def _plain(self, text: memoryview | bytes, raw: bool, n: int) -> bytes:
-        """Return uncompressed bytes, which follow their (possibly separately encoded) count."""
+    def _plain(self, stored: _Stored, n: int) -> bytes:
+        """Return uncompressed bytes, at most n + 1, which follow their count."""
         size = self._header.itemsize
-        promised = int(self._words(text, raw, 1)[0])
-        if raw:
-            return bytes(text[size : size + min(promised, n + 1)])
-        n_letters = -(-size // 3) * 4
-        if b"=" in bytes(text[:n_letters]):
-            return self._decoded(text[n_letters:], False, min(promised, n + 1))
-        return self._decoded(text, False, size + min(promised, n + 1))[size:]
+        return self._first(stored, size + min(self._counts(stored, 1)[0], n + 1))[size:]
 
-    def _unpacked(self, text: memoryview | bytes, raw: bool, n: int) -> bytes:
-        """Unpack compressed blocks, which follow a header with the sizes of the blocks."""
-        size = self._header.itemsize
-        n_blocks = int(self._words(text, raw, 1)[0])
-        if n_blocks * size > len(text):
-            self._raise_end()
-        sizes = self._words(text, raw, 3 + n_blocks)[3:].tolist()
-        start = (3 + n_blocks) * size
-        data = self._decoded(text[start if raw else -(-start // 3) * 4 :], raw, sum(sizes))
-        check_packing(self._name, len(data), n)
+    def _unpacked(self, stored: _Stored, n: int) -> bytes:
+        """Unpack compressed blocks to at most n + 1 bytes; a header states the sizes of blocks."""
+        n_blocks = self._counts(stored, 1)[0]
+        sizes = self._counts(stored, 3 + n_blocks)[3:]
+        start = (3 + n_blocks) * self._header.itemsize
+        data = self._first(stored, start + sum(sizes))[start:]
         blocks, at, left = [], 0, n
         for length in sizes:
             with broken(f"{self._name}: a packed array is broken", zlib.error):
@@ -204,20 +193,23 @@ class _Values:
             at, left = at + length, max(left - len(blocks[-1]), 0)
         return b"".join(blocks)
 
-    def _words(self, text: memoryview | bytes, raw: bool, n: int) -> NDArray[np.integer]:
+    def _counts(self, stored: _Stored, n: int) -> list[int]:
         """Return the first n numbers of a header."""
-        data = self._decoded(text, raw, n * self._header.itemsize)
+        data = self._first(stored, n * self._header.itemsize)
         if len(data) < n * self._header.itemsize:
             self._raise_end()
-        return np.frombuffer(data, self._header, count=n)
+        return np.frombuffer(data, self._header, count=n).tolist()
 
-    def _decoded(self, text: memoryview | bytes, raw: bool, n: int) -> bytes:
-        """Return the first n bytes of raw data or base64 text."""
-        if raw:
-            return bytes(text[:n])
-        letters = bytes(text[: -(-n // 3) * 4])
+    def _first(self, stored: _Stored, n: int) -> bytes:
+        """Return the first n bytes; in base64, header and values may be encoded separately."""
+        if stored.raw:
+            return bytes(stored.data[:n])
+        first, _, rest = bytes(stored.data[: _letters(n) + 4]).partition(b"=")
+        rest = rest.removeprefix(b"=")
         with broken(f"{self._name}: an array is not base64; save it again", binascii.Error):
-            return base64.b64decode(letters[: len(letters) // 4 * 4])[:n]
+            data = base64.b64decode(first[: _letters(n)] + b"==")
+            rest = rest[: _letters(n - len(data))]
+            return (data + base64.b64decode(rest[: len(rest) // 4 * 4]))[:n]
 
     def _raise_count(self, promised: int, n: int) -> NoReturn:
         more = "more than " if n > promised else ""
@@ -228,3 +220,8 @@ class _Values:
 
     def _raise_end(self) -> NoReturn:
         raise CCWSIMError(f"{self._name} ends in the middle of an array; get a complete file")
+
+
+def _letters(n: int) -> int:
+    """Return the number of letters of n bytes in base64."""
+    return -(-max(n, 0) // 3) * 4
