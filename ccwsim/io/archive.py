@@ -52,17 +52,7 @@ class Archive:
 
 @contextmanager
 def opened_archive(content: bytes, name: str) -> Iterator[Archive]:
-    """Yield the members of a zip file; raise an error if the file is broken.
-
-    Examples
-    --------
-    >>> content = BytesIO()
-    >>> with zipfile.ZipFile(content, "w") as file:
-    ...     file.writestr("a.txt", b"sand")
-    >>> with opened_archive(content.getvalue(), "a.zip") as archive:
-    ...     archive.read("a.txt")
-    b'sand'
-    """
+    """Yield the members of a zip file; raise an error if the file is broken."""
     entries = content.count(_ENTRY)  # opening a zip creates an object for each entry
     if entries > MAX_MEMBERS:
         raise CCWSIMError(

@@ -152,12 +152,7 @@ def limited_to_whole() -> AbstractContextManager[None]:
 
 
 def check_bytes(name: str, n_bytes: int, *, unpacked: bool = False) -> None:
-    """Raise an error if a file, or its unpacked content, is too large.
-
-    Examples
-    --------
-    >>> check_bytes("ti.npy", 128)
-    """
+    """Raise an error if a file, or its unpacked content, is too large."""
     most = limits().unpacked if unpacked else limits().bytes
     if n_bytes > most:
         verb = " unpacks to" if unpacked else " has"

@@ -109,13 +109,7 @@ def read_bytes(path_or_file: PathOrFile) -> tuple[bytes, str]:
 
 
 def kind_of(content: bytes) -> str:
-    """Detect the kind of a file: npy, npz, picture, matlab, vti, text or unknown.
-
-    Examples
-    --------
-    >>> kind_of(b"250 250 1")
-    'text'
-    """
+    """Detect the kind of a file: npy, npz, picture, matlab, vti, text or unknown."""
     for magic, kind in _MAGIC:
         if content.startswith(magic):
             if kind == "npz" and is_excel(content):

@@ -82,13 +82,7 @@ _NUMBERS = {"crop": "(row, column, rows, columns)", "layers": "(first layer, num
 
 
 def thinning(shape: tuple[int, ...], copies: float = 1.0) -> int:
-    """Return the smallest `every` with which `copies` of a grid are within the limit of cells.
-
-    Examples
-    --------
-    >>> thinning((300, 200))
-    1
-    """
+    """Return the smallest `every` with which `copies` of a grid are within the limit of cells."""
     cells = prod(shape) * copies
     return min(max(1, ceil(sqrt(cells / limits().cells))), *shape[-2:])
 

@@ -23,26 +23,12 @@ GIS_FILES = {"geopackage": "GeoPackage", "shapefile": "Shapefile", "shp": "Shape
 
 
 def is_geojson(text: bytes) -> bool:
-    """Return whether a text looks like GeoJSON.
-
-    Examples
-    --------
-    >>> is_geojson(b'{"type": "FeatureCollection", "features": []}'), is_geojson(b"{1}")
-    (True, False)
-    """
+    """Return whether a text looks like GeoJSON."""
     return text[:64].lstrip().startswith(b"{") and b'"features"' in text
 
 
 def read_geojson(text: bytes, name: str) -> DataFile:
-    """Return the points of a GeoJSON text as a table of x, y and one column per property.
-
-    Examples
-    --------
-    >>> text = b'{"features": [{"geometry": {"type": "Point", "coordinates": [1, 2]}, '
-    >>> file = read_geojson(text + b'"properties": {"facies": "sand"}}]}', "a.geojson")
-    >>> file.names, file.words
-    (('x', 'y', 'facies'), {'facies': ('sand',)})
-    """
+    """Return the points of a GeoJSON text as a table of x, y and one column per property."""
     n = text.count(b",") + text.count(b"[") + text.count(b"{")  # estimate of the number of objects
     if n > 2 * limits().fields:
         raise CCWSIMError(f"{name}: {n} values in JSON are too many; save the points as CSV")

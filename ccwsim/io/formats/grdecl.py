@@ -29,13 +29,7 @@ IRAP_UNKNOWN = 9999900.0
 
 
 def is_grdecl(content: bytes) -> bool:
-    """Return whether a text has the grid size of an Eclipse file.
-
-    Examples
-    --------
-    >>> is_grdecl(b"SPECGRID\\n 2 1 1 1 F /\\n")
-    True
-    """
+    """Return whether a text has the grid size of an Eclipse file."""
     return _SIZES.search(_bare(content[:65536])) is not None
 
 
@@ -128,13 +122,7 @@ def _regular(edges: NDArray, n: int) -> bool:
 
 
 def is_irap(content: bytes) -> bool:
-    """Return whether a text starts like an IRAP ASCII grid.
-
-    Examples
-    --------
-    >>> is_irap(b"-996 30 10.0 10.0\\n")
-    True
-    """
+    """Return whether a text starts like an IRAP ASCII grid."""
     return content.lstrip()[:5].split() == [str(IRAP_MARK).encode()]
 
 

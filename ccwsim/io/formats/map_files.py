@@ -146,13 +146,7 @@ def _netcdf(dataset: Any, crs: str) -> bytes:
 
 
 def netcdf_integers(values: NDArray) -> NDArray:
-    """Convert integers to the smallest sufficient NetCDF type; return other values unchanged.
-
-    Examples
-    --------
-    >>> netcdf_integers(np.array([200], np.uint8)).dtype
-    dtype('int16')
-    """
+    """Convert integers to the smallest sufficient NetCDF type; return other values unchanged."""
     if values.dtype.kind not in "ui":
         return values
     low, high = int(values.min()), int(values.max())

@@ -27,28 +27,13 @@ def read_npy(content: bytes, name: str, *, stacked: bool = False) -> DataFile:
     """Return the array of an `.npy` file; its shape is (ny, nx), or (n, ny, nx) with n slices.
 
     With `stacked`, the shape may also be (n, nz, ny, nx).
-
-    Examples
-    --------
-    >>> content = BytesIO()
-    >>> np.save(content, np.eye(2))
-    >>> read_npy(content.getvalue(), "a.npy").variables["array"].shape
-    (1, 2, 2)
     """
     grid = _grid(content, name, (2, 3, 4) if stacked else (2, 3))
     return DataFile("NumPy array", name, {"array": grid}, asks_up=True)
 
 
 def read_npz(content: bytes, name: str) -> DataFile:
-    """Return the grids in an `.npz` file, or its arrays `cells` and `facies` as a table.
-
-    Examples
-    --------
-    >>> content = BytesIO()
-    >>> np.savez_compressed(content, ti=np.eye(2), seed=7)
-    >>> list(read_npz(content.getvalue(), "a.npz").variables)
-    ['ti']
-    """
+    """Return the grids in an `.npz` file, or its arrays `cells` and `facies` as a table."""
     with opened_archive(content, name) as archive:
         table = _cells_and_facies(archive, name)
         if table is not None:
@@ -78,15 +63,7 @@ def place_arrays(grid: Grid) -> dict[str, NDArray]:
 
 
 def npz_arrays(content: bytes, name: str, kinds: Mapping[str, str]) -> dict[str, NDArray]:
-    """Return members of an `.npz` file; `kinds` maps their names to the allowed NumPy kinds.
-
-    Examples
-    --------
-    >>> content = BytesIO()
-    >>> np.savez_compressed(content, seed=7, parameters="{}", other=np.eye(2))
-    >>> npz_arrays(content.getvalue(), "a.npz", {"seed": "ui", "parameters": "U", "codes": "ui"})
-    {'seed': array(7), 'parameters': array('{}', dtype='<U2')}
-    """
+    """Return members of an `.npz` file; `kinds` maps their names to the allowed NumPy kinds."""
     with opened_archive(content, name) as archive:
         members = {key: f"{key}.npy" for key in kinds if f"{key}.npy" in archive.infos}
         archive.check(list(members.values()))

@@ -53,13 +53,6 @@ def read_picture(
     """Read a file as a picture, or as a grid if each pixel is a number of 16 bits or more.
 
     With a `part`, only the pixels of the part are read. With `up`, the first row is the south.
-
-    Examples
-    --------
-    >>> content = BytesIO()
-    >>> Image.new("1", (3, 2)).save(content, "PNG")
-    >>> read_picture(content.getvalue(), "a.png").rgb.shape
-    (2, 3, 3)
     """
     image = _opened(content, name)
     check_cells(name, (image.height, image.width))
@@ -119,11 +112,6 @@ def picture_as_bytes(
 
     After the n colours, the palette contains white for gaps between maps. With `are_codes`, the
     file marks the indices as facies codes.
-
-    Examples
-    --------
-    >>> picture_as_bytes(np.array([[0, 1]]), 2)[1:4]
-    b'PNG'
     """
     if indices.min() < 0 or indices.max() > min(n_colours, 255):
         raise CCWSIMError(f"a picture of {n_colours} colours cannot show colour {indices.max()}")
@@ -201,13 +189,7 @@ def colours_for(n: int, colours: Sequence[str] | None = None) -> NDArray[np.uint
 
 
 def grey_of(rgb: NDArray[np.uint8]) -> NDArray[np.float64]:
-    """Return the luminance (ITU-R 601) of each colour, from 0 (black) to 255 (white).
-
-    Examples
-    --------
-    >>> grey_of(np.array([[255, 255, 255]], np.uint8)).round(3).tolist()
-    [255.0]
-    """
+    """Return the luminance (ITU-R 601) of each colour, from 0 (black) to 255 (white)."""
     weights = np.array([0.299, 0.587, 0.114])
     return np.rint(rgb @ weights * 1000) / 1000
 
@@ -223,12 +205,6 @@ def distinct_colours(
     """Return the colours of a picture from dark to light, and the colour index of each cell.
 
     Only the colours of `known` cells count; the indices of other cells have no meaning.
-
-    Examples
-    --------
-    >>> colours, places = distinct_colours(np.array([[[255] * 3, [0] * 3]], np.uint8))
-    >>> places.tolist()
-    [[1, 0]]
     """
     packed = _packed(rgb, 8)
     there = np.zeros(1 << 24, bool)
@@ -246,13 +222,7 @@ SHARE_OF_MAIN, APART = 0.02, 72.0
 
 
 def main_colours(rgb: NDArray[np.uint8]) -> NDArray[np.float64]:
-    """Return frequent colours that differ clearly from each other, shape (n, 3).
-
-    Examples
-    --------
-    >>> main_colours(np.array([[[0] * 3, [9] * 3, [250] * 3]], np.uint8)).shape
-    (2, 3)
-    """
+    """Return frequent colours that differ clearly from each other, shape (n, 3)."""
     counts = np.bincount(_packed(rgb >> 4, 4).ravel(), minlength=1 << 12)
     order = np.argsort(-counts, kind="stable")
     points = np.stack([order >> 8, order >> 4, order], axis=1) % 16 * 16.0 + 8.0
@@ -273,14 +243,7 @@ def few_colours(picture: PictureFile, most: int = 200) -> tuple[NDArray[np.uint8
 
 
 def facies_colours_of(picture: PictureFile, codes: NDArray[np.int64]) -> list[str]:
-    """Return the median colour of each facies of a picture, in the order of the codes.
-
-    Examples
-    --------
-    >>> rgb = np.array([[[255, 0, 0], [0, 0, 255]]], np.uint8)
-    >>> facies_colours_of(PictureFile("a.png", rgb, None), np.array([[1, 0]]))
-    ['#0000ff', '#ff0000']
-    """
+    """Return the median colour of each facies of a picture, in the order of the codes."""
     order = np.argsort(codes, axis=None, kind="stable")
     _, starts = np.unique(codes.ravel()[order], return_index=True)
     of_facies = np.split(picture.rgb.reshape(-1, 3)[order], starts[1:])

@@ -46,13 +46,6 @@ def read_raster(content: bytes, name: str, kind: str) -> DataFile:
     ------
     CCWSIMError
         If rasterio is not installed, the file is broken, or its pages differ in size.
-
-    Examples
-    --------
-    >>> grid = b"DSAA\\n2 1\\n5 15\\n5 5\\n0 1\\n0 1\\n"
-    >>> file = read_raster(grid, "a.grd", "surfer text")
-    >>> file.variables["band 1"].tolist()
-    [[[0.0, 1.0]]]
     """
     with _opened(content, name, kind) as first, ExitStack() as opened:
         if max(len(first.subdatasets), first.count) > MAX_VARIABLES:
@@ -112,11 +105,6 @@ def code_and_wkt(said: str) -> tuple[str, str]:
     """Return a coordinate system as the authority's code, if there is one, and as WKT.
 
     Without rasterio, or for a text that is no coordinate system, both are the given text.
-
-    Examples
-    --------
-    >>> code_and_wkt("mine")
-    ('mine', 'mine')
     """
     with suppress(Exception):
         from rasterio.crs import CRS

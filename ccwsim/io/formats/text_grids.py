@@ -21,13 +21,7 @@ MAX_HEADER_LINE = 1000
 
 
 def is_gslib(content: bytes) -> bool:
-    """Return whether a text starts with a GSLIB header: title or sizes, count, names.
-
-    Examples
-    --------
-    >>> is_gslib(b"250 250 1\\n1\\nfacies\\n0\\n"), is_gslib(b"x,y,facies\\n1,2,0\\n")
-    (True, False)
-    """
+    """Return whether a text starts with a GSLIB header: title or sizes, count, names."""
     lines, _ = _head(content, 3)
     if len(lines) < 2:
         return False
@@ -225,13 +219,7 @@ _ALIASES = {"xdim": "dx", "ydim": "dy", "nodata": "nodata_value"}
 
 
 def is_esri(content: bytes) -> bool:
-    """Return whether a text starts with `ncols` or `nrows`.
-
-    Examples
-    --------
-    >>> is_esri(b"NCOLS 4\\nNROWS 3\\n")
-    True
-    """
+    """Return whether a text starts with `ncols` or `nrows`."""
     return content[:64].lstrip()[:5].lower() in (b"ncols", b"nrows")
 
 

@@ -46,13 +46,7 @@ def is_number(word: str) -> bool:
 def numbers_in(
     content: bytes, name: str, *, start: int = 0, first_line: int = 1
 ) -> NDArray[np.float64]:
-    """Return all numbers in a text from byte `start` on; this byte is in line `first_line`.
-
-    Examples
-    --------
-    >>> numbers_in(b"1 2.5\\n nan", "text")
-    array([1. , 2.5, nan])
-    """
+    """Return all numbers in a text from byte `start` on; this byte is in line `first_line`."""
     parts: list[NDArray[np.float64]] = []
     n, at, line = 0, start, first_line
     while at < len(content):
@@ -493,11 +487,5 @@ def _by_field(
 
 
 def not_a_number(name: str, line: int, field: str, counted: str = "line") -> str:
-    """Return the error message for a word in a field that must be a number.
-
-    Examples
-    --------
-    >>> not_a_number("wells.csv", 3, "1O.5")
-    "wells.csv, line 3: '1O.5' is not a number; correct it"
-    """
+    """Return the error message for a word in a field that must be a number."""
     return f"{name}, {counted} {line}: {field[:30]!r} is not a number; correct it"

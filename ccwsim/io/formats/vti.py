@@ -38,13 +38,7 @@ class _Stored(NamedTuple):
 
 
 def is_vti(content: bytes) -> bool:
-    """Return whether a file starts with VTK XML.
-
-    Examples
-    --------
-    >>> is_vti(b'<?xml version="1.0"?><VTKFile type="ImageData">')
-    True
-    """
+    """Return whether a file starts with VTK XML."""
     return b"<VTKFile" in content[:_START] and content.lstrip()[:1] == b"<"
 
 
@@ -52,15 +46,6 @@ def read_vti(content: bytes, name: str) -> DataFile:
     """Return the arrays of cell data as grids; if there are none, the arrays of point data.
 
     The value at a point becomes the value of a cell centred on the point.
-
-    Examples
-    --------
-    >>> from ccwsim.io.formats.map_files import vti_as_bytes
-    >>> from ccwsim.model.grid import Grid
-    >>> written = vti_as_bytes({"facies": np.eye(2)}, Grid(2, 2, origin=(5.0, 0.0)))
-    >>> file = read_vti(written, "a.vti")
-    >>> file.variables["facies"].tolist(), file.origin
-    ([[[1.0, 0.0], [0.0, 1.0]]], (5.0, 0.0))
     """
     root, appended = _tree(content, name)
     image = root.find("ImageData")

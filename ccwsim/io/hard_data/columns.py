@@ -308,13 +308,7 @@ def place_columns(
 
 
 def counts_from_one(*columns: str) -> bool:
-    """Return whether all these columns of cell numbers have names that count from 1.
-
-    Examples
-    --------
-    >>> counts_from_one("I", "J"), counts_from_one("row", "col")
-    (True, False)
-    """
+    """Return whether all these columns of cell numbers have names that count from 1."""
     return all(_is(column, "from_one") for column in columns)
 
 
@@ -423,13 +417,7 @@ def _unnamed(file: DataFile) -> bool:
 
 
 def height_column(rest: list[str], key: str) -> str | None:
-    """Find the column of heights among `rest`; return None if there is none.
-
-    Examples
-    --------
-    >>> height_column(["Z", "facies"], "facies")
-    'Z'
-    """
+    """Find the column of heights among `rest`; return None if there is none."""
     return next((name for name in rest if _is(name, "z") and name != key), None)
 
 

@@ -32,13 +32,6 @@ def usable_intervals(
 
     `names` and `depths` (upper and lower, NaN if missing) belong to the rows; `lengths` are those
     of the wells, infinite if unknown. The user's decisions are in `found` too.
-
-    Examples
-    --------
-    >>> file = DataFile("table", "a.csv", {}, is_table=True, lines=np.array([2, 3]))
-    >>> depths = np.array([0.0, np.nan]), np.array([8.0, 14.0])
-    >>> usable_intervals(file, ["A", "A"], depths, {"A": 20.0}, RowProblems()).start
-    array([0., 8.])
     """
     start, end = depths[0].copy(), depths[1].copy()
     keep = found.with_collar(file, names, lengths)

@@ -62,11 +62,5 @@ def _gone(stations: Stations, k: int, along: NDArray[np.float64]) -> NDArray[np.
 
 
 def bend_between(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
-    """Return the angle between two directions in radians; small angles are accurate, too.
-
-    Examples
-    --------
-    >>> round(bend_between(np.array([0.0, 0.0, -1.0]), np.array([1.0, 0.0, 0.0])), 6)
-    1.570796
-    """
+    """Return the angle between two directions in radians; small angles are accurate, too."""
     return 2 * float(np.arcsin(min(float(np.linalg.norm(second - first)) / 2, 1.0)))
