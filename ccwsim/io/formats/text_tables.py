@@ -231,61 +231,55 @@ def read_delimited(content: bytes, name: str) -> DataFile:
             f"{name}: {n_lines} lines exceed the limit of {limits().lines}; use an SGeMS grid or "
             "an npy file, or cut a smaller piece"
         )
-    lines, numbers, remark = _filled_lines(content, name)
-    if not lines:
-        raise CCWSIMError(f"{name}: the file contains no values")
-    header = _own_header(lines)
-    lines, numbers = lines[header.n_lines :], numbers[header.n_lines :]
+    lines, remark = _filled_lines(content, name)
+    header = _own_header(lines.texts)
+    lines = lines.after(header.n_lines)
+    if header.n_lines:  # a date and a time are one field
+        texts = [_DATE_AND_TIME.sub(rb"\1T\2", line) for line in lines.texts]
+        lines = _Lines(texts, lines.numbers)
     if header.wrapped:
-        lines, numbers = _unwrapped(lines, numbers, len(header.names))
-    stated = re.fullmatch(rb"sep=(.)", lines[0], re.IGNORECASE) if lines else None
-    lines, numbers = (lines[1:], numbers[1:]) if stated else (lines, numbers)
-    if not lines:
-        raise CCWSIMError(f"{name}: no values follow the header")
-    sample = [line[:2000].decode("utf-8", "replace") for line in lines[1:21] or lines]
+        lines = _unwrapped(lines, len(header.names))
+    stated = re.fullmatch(rb"sep=(.)", lines.texts[0], re.IGNORECASE) if lines.texts else None
+    lines = lines.after(1 if stated else 0)
+    if not lines.texts:
+        raise CCWSIMError(f"{name}: the file contains no values")
+    sample = [line[:2000].decode("utf-8", "replace") for line in lines.texts[1:21] or lines.texts]
     separator = None if header.names else stated[1].decode() if stated else separator_of(sample)
-    n_titles = _n_titles(lines, separator)
-    lines, numbers = lines[n_titles:], numbers[n_titles:]
     marks = _Marks(separator, decimal_of(sample, separator))
-    first = marks.fields(lines[0])
-    if not header.names and (words := _words_of_matrix(lines, marks)):
-        return _matrix_of_names(words, numbers, name)
-    headed = not header.names and any(field_number(f, marks.decimal) is None for f in first)
-    names = first if headed else split_fields(remark, separator)
-    body, numbers = (lines[1:], numbers[1:]) if headed else (lines, numbers)
-    if headed and len(body) > 1 and _units(body, marks):
-        second = marks.fields(body[0])
-        names = names if len(second) <= len(names) else second  # a title precedes the header
-        body, numbers = body[1:], numbers[1:]
-    if not body:
-        raise CCWSIMError(f"{name}: {lines[0][:40].decode('latin-1')!r} contains no numbers")
-    names, headed = (list(header.names), True) if header.names else (names, headed)
-    if header.n_lines:
-        body = [_DATE_AND_TIME.sub(rb"\1T\2", line) for line in body]
-    n = len(names) if headed else len(marks.fields(body[0]))
-    if headed:
-        check_table(name, len(body), n)
+    lines = lines.after(_n_titles(lines.texts, marks))
+    if not header.names and (matrix := _matrix_of_names(lines, marks, name)):
+        return matrix
+    first = lines.texts[0][:40].decode("latin-1")
+    names, n_above = (header.names, 0) if header.names else _names_above(lines.texts, marks)
+    lines = lines.after(n_above)
+    if not lines.texts:
+        raise CCWSIMError(f"{name}: {first!r} contains no numbers")
+    n = len(names) or len(marks.fields(lines.texts[0]))
+    if not names and len(remarked := split_fields(remark, separator)) == n:
+        names = remarked
+    if names:
+        check_table(name, len(lines.texts), n)
     else:
-        check_cells(name, (len(body), n))
-    at = np.array(numbers, dtype=np.int64)
-    values, words = _fast(body, name, n, marks), {}
-    if values is None:
-        values, words = _by_field(body, numbers, name, n, marks, headed)
-    if not headed and len(names) != n:
-        values, at = _without_margins(values, at)
+        check_cells(name, (len(lines.texts), n))
+    columns = _fast(lines.texts, name, n, marks) or _by_field(lines, name, n, marks, bool(names))
+    at = np.array(lines.numbers, dtype=np.int64)
+    if not names:
+        values, at = _without_margins(np.stack(columns, axis=1), at)
         return DataFile("text matrix", name, {"matrix": values[None]}, lines=at, **_OF_MATRIX)
-    keys = distinct_names(names)
-    columns = dict(zip(keys, np.ascontiguousarray(values.T), strict=True))
-    empty = [k for k, key in enumerate(keys) if headed and np.isnan(columns[key]).all()]
-    kept = {key: columns[key] for k, key in enumerate(keys) if k not in {*empty, *words}}
-    if not kept:
+    named = dict(zip(distinct_names(list(names)), columns, strict=True))
+    words = {key: column for key, column in named.items() if isinstance(column, tuple)}
+    numbers = {
+        key: column
+        for key, column in named.items()
+        if not isinstance(column, tuple) and not np.isnan(column).all()
+    }
+    if not numbers:
         raise CCWSIMError(f"{name}: no column contains numbers")
-    texts = {keys[k]: fields for k, fields in words.items()}
-    names = tuple(key for key in keys if key in kept or key in texts)
-    if header.well and "well" not in map(str.lower, names):
-        texts["well"], names = (header.well,) * len(body), ("well", *names)
-    table = DataFile("table in text", name, kept, is_table=True, lines=at, words=texts)
-    return replace(table, columns=names, missing=header.missing)
+    keys = tuple(key for key in named if key in numbers or key in words)
+    if header.well and "well" not in map(str.lower, keys):
+        words["well"], keys = (header.well,) * len(at), ("well", *keys)
+    table = DataFile("table in text", name, numbers, is_table=True, lines=at, words=words)
+    return replace(table, columns=keys, missing=header.missing)
 
 
 _OF_MATRIX: dict[str, Any] = {"south_first": False, "asks_up": True}
@@ -304,46 +298,15 @@ def _without_margins(
     return values, lines
 
 
-MAX_SAMPLED = 20
-"""Number of lines at the start of a text from which its structure is told."""
+class _Lines(NamedTuple):
+    """The lines of a text that are not empty, and their numbers in the file."""
 
+    texts: list[bytes]
+    numbers: list[int]
 
-def _n_titles(lines: list[bytes], separator: str | None) -> int:
-    """Return the number of lines above the header whose fields, except the first, are empty."""
-    if separator is None:
-        return 0
-    rows = [
-        split_fields(line.decode("utf-8", "replace"), separator) for line in lines[:MAX_SAMPLED]
-    ]
-    titles = [len(row) > 2 and not any(row[1:]) for row in rows]
-    return titles.index(False) if False in titles else 0
-
-
-def _words_of_matrix(lines: list[bytes], marks: _Marks) -> list[list[str]] | None:
-    """Return the fields of a matrix of names; None if a line has a number or other lengths.
-
-    A table with a header has different names in its first line, a matrix repeats the names.
-    """
-    first = marks.fields(lines[0])
-    if len(lines) < 2 or len(set(first)) == len(first) or len(first) < 2:
-        return None
-    if any(field_number(f, marks.decimal) is not None for f in first if f):
-        return None
-    rows = [marks.fields(line) for line in lines]
-    rows = [row[:-1] if not row[-1] else row for row in rows]
-    names = {field for row in rows for field in row}
-    fits = len({len(row) for row in rows}) == 1 and len(names) <= MAX_FACIES
-    return rows if fits and not any(map(is_number, names - {""})) else None
-
-
-def _matrix_of_names(rows: list[list[str]], numbers: list[int], name: str) -> DataFile:
-    """Return the facies of a matrix of names, numbered in the order of the alphabet."""
-    check_cells(name, (len(rows), len(rows[0])))
-    fields = [field for row in rows for field in row]
-    values, names = numbered(fields, {field for field in fields if field.lower() in UNKNOWN})
-    at, grid = np.array(numbers, dtype=np.int64), values.reshape(1, len(rows), -1)
-    file = DataFile("text matrix", name, {"matrix": grid}, lines=at, **_OF_MATRIX)
-    return replace(file, labels={"matrix": names})
+    def after(self, n: int) -> _Lines:
+        """Return the lines after the first n."""
+        return _Lines(self.texts[n:], self.numbers[n:])
 
 
 class _Marks(NamedTuple):
@@ -356,10 +319,55 @@ class _Marks(NamedTuple):
         return split_fields(line.decode("utf-8", "replace"), self.separator)
 
 
-def _units(body: list[bytes], marks: _Marks) -> bool:
-    """Return whether the first row has only words and the second row has numbers."""
-    first, second = ([_counts(f, marks.decimal) for f in marks.fields(row)] for row in body[:2])
-    return not any(first) and any(second)
+MAX_SAMPLED = 20
+"""Number of lines at the start of a text from which its structure is told."""
+
+
+def _n_titles(lines: list[bytes], marks: _Marks) -> int:
+    """Return the number of lines above the header whose fields, except the first, are empty."""
+    if marks.separator is None:
+        return 0
+    rows = map(marks.fields, lines[:MAX_SAMPLED])
+    titles = [len(row) > 2 and not any(row[1:]) for row in rows]
+    return titles.index(False) if False in titles else 0
+
+
+def _names_above(lines: list[bytes], marks: _Marks) -> tuple[list[str], int]:
+    """Return the names of the columns, and the number of lines above the first row.
+
+    Two lines without numbers above the rows are names and units, or a title and names.
+    """
+    first, *others = map(marks.fields, lines[:3])
+    if all(field_number(field, marks.decimal) is not None for field in first):
+        return [], 0
+    counted = [any(_counts(field, marks.decimal) for field in row) for row in others]
+    if counted != [False, True]:
+        return first, 1
+    return max(first, others[0], key=len), 2
+
+
+def _matrix_of_names(lines: _Lines, marks: _Marks, name: str) -> DataFile | None:
+    """Return a matrix of facies names, numbered in the order of the alphabet, or None.
+
+    A table with a header has different names in its first line, a matrix repeats the names.
+    """
+    first = marks.fields(lines.texts[0])
+    if len(lines.texts) < 2 or len(set(first)) == len(first) or len(first) < 2:
+        return None
+    if any(field_number(f, marks.decimal) is not None for f in first if f):
+        return None
+    rows = [marks.fields(line) for line in lines.texts]
+    rows = [row[:-1] if not row[-1] else row for row in rows]
+    fields = [field for row in rows for field in row]
+    if len({len(row) for row in rows}) > 1 or any(map(is_number, {*fields} - {""})):
+        return None
+    values, names = numbered(fields, {field for field in fields if field.lower() in UNKNOWN})
+    if len(names) > MAX_FACIES:
+        return None
+    check_cells(name, (len(rows), len(rows[0])))
+    at, grid = np.array(lines.numbers, np.int64), values.reshape(1, len(rows), -1)
+    file = DataFile("text matrix", name, {"matrix": grid}, lines=at, **_OF_MATRIX)
+    return replace(file, labels={"matrix": names})
 
 
 class _Header(NamedTuple):
@@ -383,7 +391,7 @@ def _own_header(lines: list[bytes]) -> _Header:
         first, last = upper.index("BEGIN HEADER") + 1, upper.index("END HEADER")
         return _Header(tuple(start[first:last]), last + 1)
     data = next((k for k, line in enumerate(upper) if line.startswith("~A")), None)
-    if not upper[0].startswith("~") or data is None:
+    if data is None or not upper[0].startswith("~"):
         return _Header()
     section, curves, missing, wrapped, well = "", [], (), False, ""
     for line in start[:data]:
@@ -406,26 +414,22 @@ def _own_header(lines: list[bytes]) -> _Header:
 _DATE_AND_TIME = re.compile(rb"(\d{4}-\d{2}-\d{2}) (\d{2}:\d{2})")
 
 
-def _unwrapped(lines: list[bytes], numbers: list[int], n: int) -> tuple[list[bytes], list[int]]:
+def _unwrapped(lines: _Lines, n: int) -> _Lines:
     """Join the lines of each depth of a wrapped well log, so that each line has n fields."""
-    joined: list[bytes] = []
-    starts: list[int] = []
-    words: list[bytes] = []
-    for line, number in zip(lines, numbers, strict=True):
-        if not words:
-            starts.append(number)
+    joined, words, start = _Lines([], []), list[bytes](), 0
+    for line, number in zip(*lines, strict=True):
+        start = start if words else number
         words += line.split()
-        if len(words) >= n:
-            joined.append(b" ".join(words))
+        if len(words) >= n or number == lines.numbers[-1]:
+            joined.texts.append(b" ".join(words))
+            joined.numbers.append(start)
             words = []
-    return (joined, starts) if not words else ([*joined, b" ".join(words)], starts)
+    return joined
 
 
-def _filled_lines(content: bytes, name: str) -> tuple[list[bytes], list[int], str]:
-    """Return the non-empty lines, their line numbers, and the last comment before these lines."""
-    lines: list[bytes] = []
-    numbers: list[int] = []
-    remark = ""
+def _filled_lines(content: bytes, name: str) -> tuple[_Lines, str]:
+    """Return the non-empty lines, and the last comment before these lines."""
+    lines, remark = _Lines([], []), ""
     for k, line in enumerate(content.split(b"\n"), start=1):
         if len(line) > limits().line_bytes:
             raise CCWSIMError(
@@ -433,15 +437,15 @@ def _filled_lines(content: bytes, name: str) -> tuple[list[bytes], list[int], st
                 "bytes per line; split the line"
             )
         bare = line.strip(b" \r")
-        if bare.startswith(_COMMENT):
-            remark = bare[:2000].lstrip(b"#%/ ").decode("utf-8", "replace") if not lines else remark
-        elif bare.strip():
-            lines.append(bare)
-            numbers.append(k)
-    return lines, numbers, remark
+        if not bare.startswith(_COMMENT) and bare.strip():
+            lines.texts.append(bare)
+            lines.numbers.append(k)
+        elif bare.strip() and not lines.texts:
+            remark = bare[:2000].lstrip(b"#%/ ").decode("utf-8", "replace")
+    return lines, remark
 
 
-def _fast(body: list[bytes], name: str, n: int, marks: _Marks) -> NDArray[np.float64] | None:
+def _fast(body: list[bytes], name: str, n: int, marks: _Marks) -> list[NDArray[np.float64]] | None:
     """Parse all numbers at once; return None if a field is missing or is not a plain number."""
     sep = marks.separator.encode() if marks.separator else None
     if any(len(line.split(sep)) != n for line in body):
@@ -456,15 +460,16 @@ def _fast(body: list[bytes], name: str, n: int, marks: _Marks) -> NDArray[np.flo
         values = numbers_in(text, name)
     except CCWSIMError:
         return None
-    return values.reshape(-1, n) if len(values) == n * len(body) else None
+    complete = len(values) == n * len(body)
+    return list(np.ascontiguousarray(values.reshape(-1, n).T)) if complete else None
 
 
 def _by_field(
-    body: list[bytes], numbers: list[int], name: str, n: int, marks: _Marks, headed: bool
-) -> tuple[NDArray[np.float64], dict[int, tuple[str, ...]]]:
-    """Return all fields as numbers, and the text columns; empty fields and text become NaN."""
+    lines: _Lines, name: str, n: int, marks: _Marks, words_allowed: bool
+) -> list[NDArray[np.float64] | tuple[str, ...]]:
+    """Return each column as numbers, NaN for empty fields, or as words."""
     table: list[list[str]] = []
-    for line, number in zip(body, numbers, strict=True):
+    for line, number in zip(*lines, strict=True):
         fields = marks.fields(line)
         while len(fields) > n and not fields[-1]:
             fields.pop()
@@ -473,17 +478,15 @@ def _by_field(
         table.append(fields)
         if len(table) * n > limits().fields:
             raise CCWSIMError(f"{name} is too large for words or empty fields; remove these")
-    columns, words = [], {}
-    for k, fields in enumerate(zip(*table, strict=True)):
+    columns = []
+    for fields in zip(*table, strict=True):
         column = column_of_numbers(fields, marks.decimal)
-        if column is None and not headed:
+        if column is None and not words_allowed:
             values = [field_number(field, marks.decimal) for field in fields]
             bad = next(j for j, value in enumerate(values) if value is None or np.isinf(value))
-            raise CCWSIMError(not_a_number(name, numbers[bad], fields[bad]))
-        if column is None:
-            words[k], column = fields, np.full(len(fields), np.nan)
-        columns.append(column)
-    return np.stack(columns, axis=1), words
+            raise CCWSIMError(not_a_number(name, lines.numbers[bad], fields[bad]))
+        columns.append(fields if column is None else column)
+    return columns
 
 
 def not_a_number(name: str, line: int, field: str, counted: str = "line") -> str:
