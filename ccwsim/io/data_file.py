@@ -162,9 +162,14 @@ class DataFile:
         return unknown_note(values, self.missing)
 
 
+def first_of(words: Sequence[object], most: int = 6) -> str:
+    """Return the first of many words, separated by commas."""
+    return ", ".join(map(str, words[:most])) + (" …" if len(words) > most else "")
+
+
 def listed(names: Sequence[str]) -> str:
-    """Return the first names of many, separated by commas."""
-    return ", ".join(map(repr, names[:20])) + (" …" if len(names) > 20 else "")
+    """Return the first names of many in quotation marks, separated by commas."""
+    return first_of([repr(name) for name in names[:21]], 20)
 
 
 def _full_shape(name: str, shape: tuple[int, ...], n: int) -> tuple[int, int, int]:

@@ -408,8 +408,8 @@ def value_column(file: DataFile, taken: Collection[str], variable: str | None) -
         raise CCWSIMError(
             f"{file.name} has no column that looks like facies{others}; name the column (facies=)"
         )
-    there = ", ".join(map(repr, likely[:20]))
-    raise CCWSIMError(f"{file.name} has {len(likely)} variables: {there}; pick one (facies=)")
+    said = f"{file.name} has {len(likely)} variables: {listed(likely)}"
+    raise CCWSIMError(f"{said}; pick one (facies=)")
 
 
 def _unnamed(file: DataFile) -> bool:

@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.io.data_file import DataFile
 from ccwsim.io.hard_data.points import RowProblems
 from ccwsim.model.errors import shown
 
@@ -22,7 +21,6 @@ class Intervals(NamedTuple):
 
 
 def usable_intervals(
-    file: DataFile,
     names: Sequence[str],
     depths: Sequence[NDArray[np.float64]],
     lengths: Mapping[str, float],
@@ -34,13 +32,11 @@ def usable_intervals(
     of the wells, infinite if unknown. The user's decisions are in `found` too.
     """
     start, end = depths[0].copy(), depths[1].copy()
-    keep = found.with_collar(file, names, lengths)
-    empty = keep & np.isnan(start) & np.isnan(end)
-    found.bad(file, empty, "the depth is missing", "add it")
-    keep &= ~empty
+    keep = found.with_collar(names, lengths)
+    keep &= found.usable(keep & np.isnan(start) & np.isnan(end), "the depth is missing", "add it")
     wells = {name: k for k, name in enumerate(lengths)}
     ids = np.array([wells.get(name, -1) for name in names], np.int64)
-    ends_of_wells = np.array([*lengths.values(), np.nan])[ids]
+    bottoms = np.array([*lengths.values(), np.nan])[ids]
 
     def sorted_rows() -> NDArray[np.int64]:
         begins = ~np.isnan(start)
@@ -48,30 +44,33 @@ def usable_intervals(
         return order[keep[order]]
 
     order = sorted_rows()
-    _complete(file, order, ids, start, end, ends_of_wells, keep, found)
-    for k in np.flatnonzero(keep & (start > end)):
-        said = f"the upper depth {start[k]:g} is below the lower depth {end[k]:g}"
-        found.add("on_bad_row", file, [k], said, "exchange them")
-    for k in np.flatnonzero(keep & (start < 0)):
-        said = f"the depth {start[k]:g} is above the collar"
-        found.add("on_bad_row", file, [k], said, "correct it")
-    for k in np.flatnonzero(keep & (end > ends_of_wells)).tolist():
-        said = f"the depth {end[k]:g} is below the end of {shown(names[k])} at {ends_of_wells[k]:g}"
-        found.add("on_bad_row", file, [k], said, "correct one of them")
-    keep &= (start <= end) & (start >= 0) & (end <= ends_of_wells)
+    _complete(order, ids, start, end, bottoms, keep, found)
+    ordered = found.usable(
+        keep & (start > end),
+        lambda k: f"the upper depth {start[k]:g} is below the lower depth {end[k]:g}",
+        "exchange them",
+    )
+    below_collar = found.usable(
+        keep & (start < 0), lambda k: f"the depth {start[k]:g} is above the collar", "correct it"
+    )
+    in_well = found.usable(
+        keep & (end > bottoms),
+        lambda k: f"the depth {end[k]:g} is below the end of {shown(names[k])} at {bottoms[k]:g}",
+        "correct one of them",
+    )
+    keep &= ordered & below_collar & in_well
     order = sorted_rows()
-    _resolve_overlaps(file, order, names, start, end, keep, found)
+    _resolve_overlaps(order, names, start, end, keep, found)
     order = order[keep[order]]
     return Intervals(order, start[order], end[order])
 
 
 def _complete(
-    file: DataFile,
     order: NDArray[np.int64],
     ids: NDArray[np.int64],
     start: NDArray[np.float64],
     end: NDArray[np.float64],
-    ends_of_wells: NDArray[np.float64],
+    bottoms: NDArray[np.float64],
     keep: NDArray[np.bool_],
     found: RowProblems,
 ) -> None:
@@ -79,23 +78,22 @@ def _complete(
     wells = ids[order]
     first, last = np.diff(wells, prepend=-1) != 0, np.diff(wells, append=-1) != 0
     above = np.where(first, 0.0, np.roll(end[order], 1))
-    below = np.where(last, ends_of_wells[order], np.roll(start[order], -1))
+    below = np.where(last, bottoms[order], np.roll(start[order], -1))
     for values, others, which in ((start, above, "upper"), (end, below, "lower")):
         lacking = np.isnan(values[order])
         filled = lacking & np.isfinite(others)
         for k in order[filled]:
-            found.add("on_one_depth", file, [k], f"the {which} depth is missing", "add it")
+            found.add("on_one_depth", [k], f"the {which} depth is missing", "add it")
         values[order[filled]] = others[filled]
-        if found.decided("on_one_depth") == "drop":
+        if found.decisions["on_one_depth"] == "drop":
             keep[order[filled]] = False
         lost = np.zeros(len(keep), bool)
         lost[order[lacking & ~filled]] = True
-        found.bad(file, lost, f"the {which} depth is missing, and no other row has it", "add it")
-        keep &= ~lost
+        said = f"the {which} depth is missing, and no other row has it"
+        keep &= found.usable(lost, said, "add it")
 
 
 def _resolve_overlaps(
-    file: DataFile,
     order: NDArray[np.int64],
     names: Sequence[str],
     start: NDArray[np.float64],
@@ -104,14 +102,14 @@ def _resolve_overlaps(
     found: RowProblems,
 ) -> None:
     """Shorten or leave out intervals that overlap; without a decision, the upper is kept."""
-    decided = found.decided("on_overlap")
+    decided = found.decisions["on_overlap"]
     upper = order[0] if len(order) else -1
     for k in order.tolist():
         if names[upper] != names[k]:
             upper = k
         if upper != k and start[k] < end[upper]:
             said = f"two intervals of {shown(names[k])} overlap below the depth {start[k]:g}"
-            found.add("on_overlap", file, [upper, k], said, "correct one of them")
+            found.add("on_overlap", [upper, k], said, "correct one of them")
             if decided == "drop":
                 keep[[upper, k]] = False
             elif decided == "lower":

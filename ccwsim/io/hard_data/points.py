@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.io.data_file import DataFile
+from ccwsim.io.data_file import DataFile, first_of
 from ccwsim.io.limits import limits
 from ccwsim.model.arrays import frozen
 from ccwsim.model.classes import are_codes
@@ -105,8 +105,8 @@ class ImportedPoints:
         known, placed = ~np.isnan(self.values), np.isfinite(self.places).all(axis=1)
         notes = self.notes
         if lost := self.lines[known & ~placed].tolist():
-            said = ", ".join(map(str, lost[:6])) + (" …" if len(lost) > 6 else "")
-            notes += (f"Rows without coordinates, left out: {len(lost)} ({self.counted} {said}).",)
+            said = f"{len(lost)} ({self.counted} {first_of(lost)})"
+            notes += (f"Rows without coordinates, left out: {said}.",)
         n_missing = self.n - int(np.count_nonzero(known & placed))
         points = replace(self.taken(known & placed), n_missing=n_missing, notes=notes)
         points.refuse(np.isinf(points.values), "the value is not finite; correct it")
@@ -131,48 +131,45 @@ class RowProblem(NamedTuple):
     remedy: str
 
 
-class RowProblems:
-    """Problems with rows of tables of wells, which are collected, and the decisions on them."""
+class RowProblems(NamedTuple):
+    """Collects problems with rows of tables of wells."""
 
-    def __init__(self, decisions: Mapping[str, str] | None = None) -> None:
-        self._decisions = decisions or {}
-        self.found: list[RowProblem] = []
+    file: DataFile  # the present table
+    decisions: Mapping[str, str]  # decisions of the user by option
+    found: list[RowProblem]  # problems of all tables
 
-    def decided(self, option: str) -> str:
-        """Return the decision on a kind of problem; an empty text if there is none."""
-        return self._decisions.get(option, "")
+    def add(self, option: str, rows: Sequence[int | np.integer], said: str, remedy: str) -> None:
+        """Note a problem with some rows, by their indices."""
+        assert self.file.lines is not None
+        lines = _named_lines(self.file.counted, self.file.lines[np.array(rows)])
+        self.found.append(RowProblem(option, f"{self.file.name}, {lines}", said, remedy))
 
-    def add(
-        self, option: str, file: DataFile, rows: Sequence[int | np.integer], said: str, remedy: str
-    ) -> None:
-        """Note a problem with some rows of a table, by their indices."""
-        assert file.lines is not None
-        where = f"{file.name}, {_named_lines(file.counted, file.lines[np.array(rows)])}"
-        self.found.append(RowProblem(option, where, said, remedy))
-
-    def bad(self, file: DataFile, rows: NDArray[np.bool_], said: str, remedy: str) -> None:
-        """Note the rows of a mask, which cannot be used, one by one."""
-        for k in np.flatnonzero(rows):
-            self.add("on_bad_row", file, [k], said, remedy)
-
-    def named(self, file: DataFile, names: Sequence[str]) -> NDArray[np.bool_]:
-        """Return a mask of the rows with the name of a well, and note the others."""
-        there = np.array([bool(name) for name in names], bool)
-        self.bad(file, ~there, "the name of the well is missing", "add it")
-        return there
-
-    def with_collar(
-        self, file: DataFile, names: Sequence[str], collars: Collection[str]
+    def usable(
+        self, bad: NDArray[np.bool_], said: str | Callable[[int], str], remedy: str
     ) -> NDArray[np.bool_]:
+        """Note bad rows one by one, and return a mask of the others.
+
+        `said` is the problem, or a function that returns it for the index of a row.
+        """
+        for k in np.flatnonzero(bad).tolist():
+            self.add("on_bad_row", [k], said if isinstance(said, str) else said(k), remedy)
+        return ~bad
+
+    def with_name(self, names: Sequence[str]) -> NDArray[np.bool_]:
+        """Return a mask of the rows with the name of a well, and note the others."""
+        lost = np.array([not name for name in names], bool)
+        return self.usable(lost, "the name of the well is missing", "add it")
+
+    def with_collar(self, names: Sequence[str], collars: Collection[str]) -> NDArray[np.bool_]:
         """Return a mask of the rows whose well has a collar, and note the others."""
-        there = self.named(file, names)
+        there = self.with_name(names)
         rows_of_lost: dict[str, list[int]] = {}
         for k in np.flatnonzero(there).tolist():
             if names[k] not in collars:
                 rows_of_lost.setdefault(names[k], []).append(k)
         for name, rows in rows_of_lost.items():
             said = f"there is no collar of the well {shown(name)}"
-            self.add("on_no_collar", file, rows, said, "add it to the collars")
+            self.add("on_no_collar", rows, said, "add it to the collars")
             there[rows] = False
         return there
 

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.io.data_file import DataFile
+from ccwsim.io.data_file import DataFile, first_of
 from ccwsim.io.formats.pictures import PictureFile
 from ccwsim.io.hard_data.columns import (
     GUESSED_WELLS,
@@ -180,16 +180,17 @@ def read_well_points(
     grid = Grid.of(grid)
     if grid.nz is None:
         raise CCWSIMError(f"wells need a grid with layers, but {grid} is a map; give nz")
-    found = RowProblems({name: getattr(conversion, name) for name in ROW_CHOICES})
-    wells = _collars(_table(collars), columns, found)
+    decisions = {name: getattr(conversion, name) for name in ROW_CHOICES}
+    found = RowProblems(_table(collars), decisions, [])
+    wells = _collars(found, columns)
     if surveys is not None:
-        _add_stations(_table(surveys), wells, columns, found)
+        _add_stations(found._replace(file=_table(surveys)), wells, columns)
     elif lost := next((name for name in SURVEYS if getattr(columns, name)), None):
         named = shown(getattr(columns, lost))
         raise CCWSIMError(
             f"{lost} = {named} belongs to a table of surveys; give surveys, or leave the column out"
         )
-    return _points(_table(intervals), wells, grid, columns, found)
+    return _points(found._replace(file=_table(intervals)), wells, grid, columns)
 
 
 def preview_wells(
@@ -230,7 +231,7 @@ class Well(NamedTuple):
     row: int  # index of its row in the table of collars
     collar: NDArray[np.float64]  # x, y, z
     length: float
-    stations: list[Stations]  # empty for a vertical well
+    stations: Stations | None = None  # None for a vertical well
 
 
 def _table(path_or_file: PathOrFile) -> DataFile:
@@ -241,46 +242,44 @@ def _table(path_or_file: PathOrFile) -> DataFile:
 
 
 def _complete_rows(
-    file: DataFile, columns: Sequence[str], found: RowProblems
+    found: RowProblems, columns: Sequence[str]
 ) -> tuple[list[NDArray[np.float64]], NDArray[np.bool_]]:
     """Return columns of numbers and a mask of the rows with all of them; note other rows."""
-    numbers = [numbers_of(file, column) for column in columns]
-    usable = np.ones(len(lines_of(file)), bool)
+    numbers = [numbers_of(found.file, column) for column in columns]
+    usable = np.ones(len(lines_of(found.file)), bool)
     for column, values in zip(columns, numbers, strict=True):
-        found.bad(file, ~np.isfinite(values), f"{column} is missing", "add it")
-        usable &= np.isfinite(values)
+        usable &= found.usable(~np.isfinite(values), f"{column} is missing", "add it")
     return numbers, usable
 
 
-def _collars(file: DataFile, asked: WellColumns, found: RowProblems) -> dict[str, Well]:
+def _collars(found: RowProblems, asked: WellColumns) -> dict[str, Well]:
     """Return the wells in a table of collars, by name of the well."""
+    file, wells = found.file, dict[str, Well]()
     columns = assign_well_columns(file, "collars", asked).complete().columns
-    places, usable = _complete_rows(file, [columns[name] for name in ("x", "y", "z")], found)
+    places, usable = _complete_rows(found, [columns[name] for name in ("x", "y", "z")])
     lengths = np.full(len(usable), np.nan)
     if "collar_length" in columns:
         lengths = numbers_of(file, columns["collar_length"])
     lengths = np.where(np.isnan(lengths), np.inf, lengths)
-    wells: dict[str, Well] = {}
     names = names_of_wells(file, columns["collar_well"])
-    usable &= found.named(file, names)
+    usable &= found.with_name(names)
     for k, place in enumerate(np.column_stack(places)):
         if usable[k] and (name := names[k]) in wells:
             said = f"the well {shown(name)} has two collars"
-            found.add("on_bad_row", file, [wells[name].row, k], said, "leave one out")
+            found.add("on_bad_row", [wells[name].row, k], said, "leave one out")
         elif usable[k]:
-            wells[name] = Well(k, place, float(lengths[k]), [])
+            wells[name] = Well(k, place, float(lengths[k]))
     return wells
 
 
-def _add_stations(
-    file: DataFile, wells: dict[str, Well], asked: WellColumns, found: RowProblems
-) -> None:
+def _add_stations(found: RowProblems, wells: dict[str, Well], asked: WellColumns) -> None:
     """Add the stations of a table of surveys to the wells."""
+    file = found.file
     assigned = assign_well_columns(file, "surveys", asked).complete()
     well, depth, azimuth = assigned.of("survey_well", "survey_depth", "survey_azimuth")
     (tilt,) = assigned.of("survey_inclination", "survey_dip")
     is_dip = "survey_dip" in assigned.columns
-    (depths, bearings, tilts), usable = _complete_rows(file, (depth, azimuth, tilt), found)
+    (depths, bearings, tilts), usable = _complete_rows(found, (depth, azimuth, tilt))
     if is_dip and usable.any() and tilts[usable].max() > 0 and tilts[usable].min() >= 0:
         raise CCWSIMError(
             f"{file.name}: {tilt} is {tilts[usable].min():g} to {tilts[usable].max():g}, above "
@@ -289,21 +288,19 @@ def _add_stations(
         )
     least, most = (-90, 90) if is_dip else (0, 180)
     for what, values, low, high in ((azimuth, bearings, -180, 360), (tilt, tilts, least, most)):
-        out = (values < low) | (values > high)
-        usable &= ~out
-        for k in np.flatnonzero(out):
+        for k in np.flatnonzero((values < low) | (values > high)).tolist():
             said = f"{what} {values[k]:g} is not from {low} to {high} degrees"
-            found.add("on_bad_row", file, [k], said, "correct it")
-    for k in np.flatnonzero(depths < 0):
-        said = f"a station at depth {depths[k]:g} is above the collar"
-        found.add("on_bad_row", file, [k], said, "correct it")
-    usable &= ~(depths < 0)
+            found.add("on_bad_row", [k], said, "correct it")
+            usable[k] = False
+    usable &= found.usable(
+        depths < 0, lambda k: f"a station at depth {depths[k]:g} is above the collar", "correct it"
+    )
     # after subtracting `least`, dips and inclinations are both angles from straight down
     radians, bearing = np.radians(tilts - least), np.radians(bearings)
     flat = np.sin(radians)
     ways = np.column_stack([flat * np.sin(bearing), flat * np.cos(bearing), -np.cos(radians)])
     names = np.array(names_of_wells(file, well))
-    usable &= found.with_collar(file, names.tolist(), wells)
+    usable &= found.with_collar(names.tolist(), wells)
     for name in dict.fromkeys(names[usable].tolist()):
         rows = np.flatnonzero(usable & (names == name))
         rows = rows[np.argsort(depths[rows], kind="stable")]
@@ -312,22 +309,23 @@ def _add_stations(
             before = used[-1]
             if depths[k] == depths[before]:
                 said = f"a station of {shown(name)} at depth {depths[k]:g} is twice"
-                found.add("on_bad_row", file, [k], said, "correct it")
+                found.add("on_bad_row", [k], said, "correct it")
             elif bend_between(ways[before], ways[k]) > MAX_BEND:
                 said = f"{shown(name)} reverses its direction between these stations"
-                found.add("on_bad_row", file, [before, k], said, f"correct {azimuth} or {tilt}")
+                found.add("on_bad_row", [before, k], said, f"correct {azimuth} or {tilt}")
             else:
                 used.append(k)
         stations = Stations(depths[used], ways[used])
         if depths[used[0]] > 0:  # above its first station, a well keeps this station's direction
             stations = Stations(np.r_[0.0, depths[used]], ways[np.r_[used[0], used]])
-        wells[name].stations.append(stations)
+        wells[name] = wells[name]._replace(stations=stations)
 
 
 def _points(
-    file: DataFile, wells: dict[str, Well], grid: Grid, asked: WellColumns, found: RowProblems
+    found: RowProblems, wells: dict[str, Well], grid: Grid, asked: WellColumns
 ) -> ImportedPoints:
     """Return the points of all wells: one per single depth, or one per cell of each interval."""
+    file = found.file
     columns = assign_well_columns(file, "intervals", asked).complete().columns
     lines = lines_of(file)
     check_few(file.name, len(lines), "rows")
@@ -337,7 +335,7 @@ def _points(
     depths = [numbers_of(file, columns[r]) if r in columns else missing for r in roles]
     names = names_of_wells(file, columns["well"])
     lengths = {name: well.length for name, well in wells.items()}
-    rows, start, end = usable_intervals(file, names, depths, lengths, found)
+    rows, start, end = usable_intervals(names, depths, lengths, found)
     names, lines = np.array(names)[rows], lines[rows]
     places = np.array([wells[name].collar for name in names.tolist()]).reshape(-1, 3)
     below = [start] if single else [start, end]
@@ -345,7 +343,7 @@ def _points(
     values, words = facies_of(file, columns["facies"])
     points = ImportedPoints(
         places=places,
-        values=_with_facies(file, values[rows], rows, names, found),
+        values=_with_facies(values[rows], rows, names, found),
         lines=lines,
         world=True,
         counted=file.counted,
@@ -358,7 +356,7 @@ def _points(
     ).known()
     known = np.isin(lines, points.lines)
     names, start, end = names[known], start[known], end[known]
-    bent = np.array([bool(wells[name].stations) for name in names.tolist()], bool)
+    bent = np.array([wells[name].stations is not None for name in names.tolist()], bool)
     parts = [along_wells(points.taken(~bent), grid)]
     parts += [
         _along_path(points.taken([k]), wells[names[k]], start[k], end[k], grid)
@@ -369,10 +367,10 @@ def _points(
     if n_empty:
         notes += (f"Depth intervals that are too short to give any cell a datum: {n_empty}.",)
     notes += _notes_on_paths(points, names, end, wells)
-    arrays = {
-        name: [getattr(part, name) for part in parts] for name in ("places", "values", "lines")
+    joined = {
+        name: np.concatenate([getattr(part, name) for part in parts])
+        for name in ("places", "values", "lines")
     }
-    joined = {name: np.concatenate(arrays_of_parts) for name, arrays_of_parts in arrays.items()}
     return replace(parts[0], notes=notes, **joined)
 
 
@@ -384,20 +382,15 @@ def _notes_on_paths(
 ) -> tuple[str, ...]:
     """Return notes on wells without data and on assumed paths."""
     logged = set(names.tolist())
+    straight = [name for name, well in wells.items() if name in logged and not well.stations]
     surveyed = any(well.stations for well in wells.values())
-    empty = [name for name in wells if name not in logged]
-    straight = [name for name in wells if name in logged and not wells[name].stations and surveyed]
     kinds = {
-        "Wells without intervals": empty,
-        "Wells without stations, assumed vertical": straight,
+        "Wells without intervals": [name for name in wells if name not in logged],
+        "Wells without stations, assumed vertical": straight if surveyed else [],
     }
-    notes = [
-        f"{kind}: {len(which)} ({', '.join(which[:6])}{' …' if len(which) > 6 else ''})."
-        for kind, which in kinds.items()
-        if which
-    ]
+    notes = [f"{k}: {len(which)} ({first_of(which)})." for k, which in kinds.items() if which]
     stations = [wells[name].stations for name in names.tolist()]
-    last = np.array([known[0].depths[-1] if known else np.inf for known in stations])
+    last = np.array([np.inf if known is None else known.depths[-1] for known in stations])
     below = np.flatnonzero(end > last)
     if len(below):
         notes.append(f"Wells are straight below their last station ({points.named(below)}).")
@@ -405,7 +398,6 @@ def _notes_on_paths(
 
 
 def _with_facies(
-    file: DataFile,
     values: NDArray[np.float64],
     rows: NDArray[np.int64],
     names: NDArray[np.str_],
@@ -414,8 +406,8 @@ def _with_facies(
     """Return the values of rows; if asked for, a missing one is that of the interval above."""
     for k in np.flatnonzero(np.isnan(values)).tolist():
         said = f"an interval of {shown(str(names[k]))} has no facies"
-        found.add("on_no_facies", file, [rows[k]], said, "add it")
-        if found.decided("on_no_facies") == "above" and k and names[k] == names[k - 1]:
+        found.add("on_no_facies", [rows[k]], said, "add it")
+        if found.decisions["on_no_facies"] == "above" and k and names[k] == names[k - 1]:
             values[k] = values[k - 1]
     return values
 
@@ -427,9 +419,9 @@ def _along_path(
 
     A cell belongs to the interval that contains the middle of the well's path in the cell.
     """
-    (stations,) = well.stations
+    assert well.stations is not None
     if point.spans is None:
-        places = positions(well.collar, stations, np.array([start]))
+        places = positions(well.collar, well.stations, np.array([start]))
         return replace(point, places=places, spans=None)
     step = min(grid.cell_size) / STEPS_A_CELL
     reach = sum(grid.cell_size)  # follow the path up to the borders of the first and last cell
@@ -441,7 +433,7 @@ def _along_path(
             f"but cells are only {min(grid.cell_size):g} wide or high; correct the depths"
         )
     depths = step * np.arange(first, first + n, dtype=np.float64)  # multiples of `step`
-    path = positions(well.collar, stations, depths)
+    path = positions(well.collar, well.stations, depths)
     cells = grid.cells_of(*path.T)
     changes = np.flatnonzero((np.diff(cells, axis=0) != 0).any(axis=1)) + 1
     begins, ends = np.r_[0, changes], np.r_[changes, n] - 1
