@@ -1,6 +1,5 @@
 """Read and write files: training images, hard data, realizations, parameters."""
 
-from ccwsim.io.formats.map_files import can_write
 from ccwsim.io.formats.pictures import DEFAULT_COLOURS
 from ccwsim.io.guesses import guess_answers
 from ccwsim.io.hard_data.columns import PointColumns, WellColumns
@@ -22,7 +21,7 @@ from ccwsim.io.hard_data.points import ImportedPoints
 from ccwsim.io.hard_data.reading import PointsPreview, preview_points, read_points
 from ccwsim.io.hard_data.wells import import_wells, preview_wells, read_well_points, read_wells
 from ccwsim.io.limits import limited, upload_limits
-from ccwsim.io.maps import MAP_FORMATS, maps_as_bytes, write_maps
+from ccwsim.io.maps import MAP_FORMATS, can_write, maps_as_bytes, write_maps
 from ccwsim.io.opening import FileSummary, VariableSummary, inspect
 from ccwsim.io.parameters import parameters_from_json, parameters_to_json
 from ccwsim.io.realizations import (

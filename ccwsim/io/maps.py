@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from importlib.util import find_spec
 from io import BytesIO
 
 import numpy as np
@@ -11,9 +12,11 @@ from numpy.typing import ArrayLike, NDArray
 from ccwsim.io.atomic import format_of, write_bytes
 from ccwsim.io.data_file import printable
 from ccwsim.io.formats.grdecl import grdecl_as_bytes
-from ccwsim.io.formats.map_files import geotiff_as_bytes, netcdf_as_bytes, vti_as_bytes
+from ccwsim.io.formats.labelled import netcdf_as_bytes
 from ccwsim.io.formats.numpy_files import place_arrays
+from ccwsim.io.formats.rasters import geotiff_as_bytes
 from ccwsim.io.formats.text_grids import grid_as_bytes
+from ccwsim.io.formats.vti import vti_as_bytes
 from ccwsim.io.opening import PathOrFile
 from ccwsim.model.arrays import as_array
 from ccwsim.model.errors import CCWSIMError, shown
@@ -22,8 +25,22 @@ from ccwsim.model.grid import Grid
 MAP_FORMATS = ("npz", "gslib", "sgems", "dat", "grdecl", "vti", "tif", "nc")
 """Formats of maps, named by file ending."""
 
+_NEEDS = {"tif": "rasterio", "nc": "xarray"}
+"""Optional package that is needed to write each format."""
+
 DECIMALS = 6
 """Number of decimals of real numbers in text files."""
+
+
+def can_write(kind: str) -> bool:
+    """Return whether the package that a format needs is installed.
+
+    Examples
+    --------
+    >>> can_write("vti")
+    True
+    """
+    return kind not in _NEEDS or find_spec(_NEEDS[kind]) is not None
 
 
 def write_maps(
@@ -77,17 +94,13 @@ def maps_as_bytes(maps: Mapping[str, ArrayLike], grid: Grid, format: str) -> byt
     checked = {name: _map(name, values, grid) for name, values in maps.items()}
     if not checked:
         raise CCWSIMError("there are no maps to write; give at least one")
-    if kind == "npz":
-        return _npz(checked, grid)
-    if kind == "vti":
-        return vti_as_bytes(checked, grid)
-    if kind == "tif":
-        return geotiff_as_bytes(checked, grid)
-    if kind == "nc":
-        return netcdf_as_bytes(checked, grid)
+    writers = {"npz": _npz, "vti": vti_as_bytes, "tif": geotiff_as_bytes, "nc": netcdf_as_bytes}
+    if kind in writers:
+        return writers[kind](checked, grid)
+    rounded = {name: values.round(DECIMALS) for name, values in checked.items()}
     if kind == "grdecl":
-        return grdecl_as_bytes({name: v.round(DECIMALS) for name, v in checked.items()}, grid)
-    return grid_as_bytes([v.round(DECIMALS) for v in checked.values()], [*checked], grid)
+        return grdecl_as_bytes(rounded, grid)
+    return grid_as_bytes([*rounded.values()], [*rounded], grid)
 
 
 def _map(name: str, values: ArrayLike, grid: Grid) -> NDArray:

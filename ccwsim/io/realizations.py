@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.io.atomic import format_of, write_bytes
 from ccwsim.io.data_file import DataFile, printable
-from ccwsim.io.formats.map_files import realizations_as_netcdf
+from ccwsim.io.formats.labelled import realizations_as_netcdf
 from ccwsim.io.formats.numpy_files import npz_arrays, place_arrays, read_npy
 from ccwsim.io.formats.pictures import PictureFile, picture_as_bytes
 from ccwsim.io.maps import maps_as_bytes

@@ -14,7 +14,7 @@ import pytest
 
 import ccwsim.io as cio
 from ccwsim import CCWSIMError, Grid, metrics
-from ccwsim.io.formats.map_files import vti_as_bytes
+from ccwsim.io.formats.vti import vti_as_bytes
 from tests.io import sample_files as sample
 
 E = sample.ensemble()

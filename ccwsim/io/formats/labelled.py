@@ -1,8 +1,8 @@
-"""Read arrays with named axes: NetCDF and HDF5 files, and DataArrays of xarray."""
+"""Read arrays with named axes from NetCDF and HDF5 files, and write NetCDF."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from io import BytesIO
 from math import prod
@@ -14,10 +14,14 @@ from numpy.typing import NDArray
 from ccwsim.io.data_file import DataFile, broken, optional_package
 from ccwsim.io.formats.rasters import code_and_wkt
 from ccwsim.io.limits import MAX_VARIABLES, check_cells
+from ccwsim.model.arrays import AXES
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.grid import Grid
 from ccwsim.model.labelled_arrays import labelled_axes, oriented_values
 
 _MATLAB = "MATLAB_class"
+_CRS_VARIABLE = "spatial_ref"
+"""Name of the variable whose attributes state the coordinate system."""
 REALIZATION = "realization"
 """Name of the axis of realizations, as in files of this package."""
 
@@ -131,3 +135,46 @@ def _grid(array: NDArray, is_matlab: bool) -> NDArray:
     if is_matlab:
         array = np.swapaxes(array, -1, -2)
     return array if array.ndim == 3 else array[None]
+
+
+def netcdf_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
+    """Return maps as NetCDF variables; coordinates (z,) y, x are cell centres in world units.
+
+    Raises `CCWSIMError` if xarray is not installed, or codes do not fit NetCDF.
+    """
+    xarray = optional_package("xarray", ".nc files", "ccwsim[files]")
+    axes = dict(reversed(list(zip(AXES, grid.axes, strict=False))))
+    variables = {name: (tuple(axes), netcdf_integers(values)) for name, values in maps.items()}
+    return _netcdf(xarray.Dataset(variables, axes), grid.crs)
+
+
+def realizations_as_netcdf(array: Any) -> bytes:
+    """Return the DataArray of an ensemble as NetCDF; integers have at most 32 bits."""
+    optional_package("xarray", ".nc files", "ccwsim[files]")
+    codes = netcdf_integers(np.asarray(array.attrs["flag_values"]))
+    small = array.astype(codes.dtype)
+    small.attrs |= {"flag_values": codes, "seed": str(array.attrs["seed"])}
+    return _netcdf(small.to_dataset(), small.attrs.get("crs", ""))
+
+
+def _netcdf(dataset: Any, crs: str) -> bytes:
+    """Return a dataset as a file, with the coordinate system as in the CF conventions."""
+    if crs:
+        for variable in dataset.data_vars.values():
+            variable.attrs["grid_mapping"] = _CRS_VARIABLE
+        for axis in ("x", "y"):
+            dataset[axis].attrs["standard_name"] = f"projection_{axis}_coordinate"
+        said = {"crs": crs, "crs_wkt": code_and_wkt(crs)[1]}
+        dataset = dataset.assign({_CRS_VARIABLE: ((), np.int32(0), said)})
+    return bytes(dataset.to_netcdf(engine="scipy"))
+
+
+def netcdf_integers(values: NDArray) -> NDArray:
+    """Convert integers to the smallest sufficient NetCDF type; return other values unchanged."""
+    if values.dtype.kind not in "ui":
+        return values
+    low, high = int(values.min()), int(values.max())
+    for kind in (np.int8, np.int16, np.int32):
+        if np.iinfo(kind).min <= low and high <= np.iinfo(kind).max:
+            return values.astype(kind)
+    raise CCWSIMError("facies codes in NetCDF must be below 2³¹; renumber them")

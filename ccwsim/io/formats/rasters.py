@@ -1,17 +1,19 @@
-"""Read rasters with coordinates by GDAL: GeoTIFF, Surfer, ZMap and GRASS grids."""
+"""Read rasters with coordinates by GDAL (GeoTIFF, Surfer, ZMap, GRASS), and write GeoTIFF."""
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile, broken, distinct_names, optional_package
 from ccwsim.io.limits import MAX_VARIABLES, check_cells
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.grid import Grid
 
 DRIVERS = {
     "tiff": ("GeoTIFF", "GTiff"),
@@ -118,3 +120,48 @@ def _code_of(crs: Any) -> str:
     """Return the authority's code of a coordinate system if it has one, otherwise its WKT."""
     code = crs.to_string()
     return code if len(code) <= MAX_DIGITS else crs.to_wkt()
+
+
+def geotiff_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
+    """Return maps as a GeoTIFF, north up, with one named band per map and a common data type.
+
+    Raises `CCWSIMError` if rasterio is missing, codes do not fit a GeoTIFF, or maps are volumes.
+    """
+    if grid.nz is not None:
+        raise CCWSIMError("a GeoTIFF can show maps, not volumes; write vti, npz or gslib")
+    rasterio = optional_package("rasterio", ".tif files", "ccwsim[files]")
+    from rasterio.io import MemoryFile
+
+    (sx, sy), (ox, oy) = grid.cell_size, grid.origin
+    kind = _common_type(maps)
+    north_west = rasterio.Affine(sx, 0, ox, 0, -sy, oy + grid.ny * sy)
+    profile: dict[str, Any] = {"height": grid.ny, "width": grid.nx, "count": len(maps)}
+    profile |= {"dtype": kind, "transform": north_west, "compress": "deflate"}
+    if grid.crs:
+        with broken(f"crs = {shown(grid.crs)} is unknown to GDAL", remedy="correct it"):
+            profile["crs"] = rasterio.CRS.from_user_input(grid.crs)
+    with MemoryFile() as memory:
+        with memory.open(driver="GTiff", interleave="band", **profile) as file:
+            for band, (name, values) in enumerate(maps.items(), start=1):
+                file.write(values[::-1].astype(kind), band)
+                file.set_band_description(band, name)
+        return memory.read()
+
+
+def _common_type(maps: Mapping[str, NDArray]) -> str:
+    kind = np.result_type(*maps.values())
+    if kind == np.int8:
+        return "int16"  # older programs cannot read signed bytes
+    if kind.kind == "f":
+        return "float32" if kind.itemsize < 8 or _fit(maps, 2**24) else "float64"
+    if kind.itemsize == 8:
+        if not _fit(maps, 2**31):
+            raise CCWSIMError("facies codes in a GeoTIFF must be below 2³¹; renumber them")
+        return "int32"
+    return kind.name
+
+
+def _fit(maps: Mapping[str, NDArray], most: int) -> bool:
+    """Return whether the values of all integer maps fit into a smaller type."""
+    whole = [values for values in maps.values() if values.dtype.kind in "ui"]
+    return all(-most < int(v.min()) and int(v.max()) < most for v in whole)

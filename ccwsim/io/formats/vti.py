@@ -1,4 +1,4 @@
-"""Read VTK XML ImageData (.vti), as ParaView and pyvista write it for regular grids."""
+"""Read and write VTK XML ImageData (.vti), the format of ParaView and pyvista for regular grids."""
 
 from __future__ import annotations
 
@@ -6,9 +6,11 @@ import base64
 import binascii
 import re
 import zlib
+from collections.abc import Mapping
 from math import prod
 from typing import NamedTuple, NoReturn
 from xml.etree import ElementTree
+from xml.sax.saxutils import quoteattr
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,16 +18,20 @@ from numpy.typing import NDArray
 from ccwsim.io.data_file import DataFile, broken, distinct_names, printable
 from ccwsim.io.limits import MAX_VARIABLES, check_bytes, check_cells
 from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.grid import Grid
 
-TYPES = {
+_TYPES = {
     f"{name}{8 * size}": f"{kind}{size}"
     for name, kind in (("Int", "i"), ("UInt", "u"))
     for size in (1, 2, 4, 8)
 } | {"Float32": "f4", "Float64": "f8"}
+_NAMES_OF_TYPES = {kind: name for name, kind in _TYPES.items()}
 _HEADERS = {"UInt32": "u4", "UInt64": "u8"}
 _MARKS = ("vtkGhostType", "vtkGhostLevels", "vtkOriginalCellIds")
 """Names of arrays that VTK adds."""
 _NORTH_UP = "1 0 0 0 1 0 0 0 1"
+_BLOCK = 2**20
+"""Number of uncompressed bytes in each compressed block that is written."""
 _START = 1000
 """Number of bytes at the start of a file that are searched for the name of the format."""
 
@@ -67,7 +73,7 @@ def read_vti(content: bytes, name: str) -> DataFile:
         arrays, shape = pieces[0].findall("PointData/DataArray"), n_points
         corner = corner - spacing / 2
     arrays = [a for a in arrays if a.get("NumberOfComponents", "1") == "1"]
-    arrays = [a for a in arrays if a.get("type") in TYPES and a.get("Name") not in _MARKS]
+    arrays = [a for a in arrays if a.get("type") in _TYPES and a.get("Name") not in _MARKS]
     if not arrays or len(arrays) > MAX_VARIABLES:
         raise CCWSIMError(
             f"{name}: {len(arrays)} arrays have one number per cell; save 1 to {MAX_VARIABLES}"
@@ -136,7 +142,7 @@ class _Values:
 
     def read(self, array: ElementTree.Element, n: int) -> NDArray:
         """Return the n values of an array; raise an error if it does not have n values."""
-        kind, form = np.dtype(self._order + TYPES[array.get("type", "")]), array.get("format")
+        kind, form = np.dtype(self._order + _TYPES[array.get("type", "")]), array.get("format")
         text = (array.text or "").encode()
         if form == "appended":
             at = array.get("offset", "")
@@ -210,3 +216,32 @@ class _Values:
 def _letters(n: int) -> int:
     """Return the number of letters of n bytes in base64."""
     return -(-max(n, 0) // 3) * 4
+
+
+def vti_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
+    """Return maps or volumes (row 0 at the south) as VTK XML ImageData, one array per map.
+
+    A map becomes one layer of cells between z = 0 and z = 1.
+    """
+    extent = f'"0 {grid.nx} 0 {grid.ny} 0 {grid.nz or 1}"'
+    spacing = " ".join((*map(repr, grid.cell_size), "1")[:3])
+    origin = " ".join((*map(repr, grid.origin), "0")[:3])
+    parts = [
+        b'<?xml version="1.0"?>\n<VTKFile type="ImageData" version="1.0" byte_order="LittleEndian"'
+        b' header_type="UInt64" compressor="vtkZLibDataCompressor">\n',
+        f'<ImageData WholeExtent={extent} Origin="{origin}" '
+        f'Spacing="{spacing}">\n<Piece Extent={extent}>\n<CellData>\n'.encode(),
+    ]
+    for name, values in maps.items():
+        little = np.ascontiguousarray(values, values.dtype.newbyteorder("<"))
+        head = f'<DataArray type="{_NAMES_OF_TYPES[little.dtype.str[1:]]}" Name={quoteattr(name)} '
+        parts += [head.encode(), b'format="binary">', _packed(little), b"</DataArray>\n"]
+    return b"".join([*parts, b"</CellData>\n</Piece>\n</ImageData>\n</VTKFile>\n"])
+
+
+def _packed(values: NDArray) -> bytes:
+    """Return values in the layout of VTK: compressed blocks, preceded by their sizes."""
+    raw = memoryview(values.tobytes())
+    blocks = [zlib.compress(raw[k : k + _BLOCK], 6) for k in range(0, len(raw), _BLOCK)]
+    sizes = [len(blocks), _BLOCK, len(raw) % _BLOCK, *map(len, blocks)]
+    return base64.b64encode(np.array(sizes, "<u8").tobytes()) + base64.b64encode(b"".join(blocks))
