@@ -17,8 +17,12 @@ from ccwsim.io.hard_data.placing import (
     place_points,
     resolve_points,
 )
-from ccwsim.io.hard_data.points import ImportedPoints
-from ccwsim.io.hard_data.reading import PointsPreview, preview_points, read_points
+from ccwsim.io.hard_data.points import (
+    ImportedPoints,
+    PointsPreview,
+    preview_points,
+    read_points,
+)
 from ccwsim.io.hard_data.wells import import_wells, preview_wells, read_well_points, read_wells
 from ccwsim.io.limits import limited, upload_limits
 from ccwsim.io.maps import MAP_FORMATS, can_write, maps_as_bytes, write_maps

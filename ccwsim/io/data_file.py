@@ -172,6 +172,16 @@ def listed(names: Sequence[str]) -> str:
     return first_of([repr(name) for name in names[:21]], 20)
 
 
+def named_lines(counted: str, lines: NDArray[np.integer]) -> str:
+    """Return line numbers as a phrase: "lines 3, 7 and 12"."""
+    different = np.unique(lines)  # many cells of a well have one line number
+    numbers = [str(line) for line in different[:6]]
+    if len(numbers) < 2:
+        return f"{counted} {''.join(numbers)}"
+    last = f"{len(different) - 6} more" if len(different) > 6 else numbers.pop()
+    return f"{counted}s {', '.join(numbers)} and {last}"
+
+
 def _full_shape(name: str, shape: tuple[int, ...], n: int) -> tuple[int, int, int]:
     if len(shape) not in (2, 3) or not all(map(is_whole, shape)):
         raise CCWSIMError(f"{name}: shape = {shown(shape)} must be (rows, columns)")

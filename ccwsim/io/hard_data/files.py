@@ -9,7 +9,7 @@ from ccwsim.io.atomic import format_of, write_bytes
 from ccwsim.io.formats.csv_table import csv_as_bytes
 from ccwsim.io.hard_data.columns import PointColumns
 from ccwsim.io.hard_data.placing import Conversion, HardDataImport, place_points, resolve_points
-from ccwsim.io.hard_data.reading import read_points
+from ccwsim.io.hard_data.points import read_points
 from ccwsim.io.opening import PathOrFile
 from ccwsim.model.arrays import AXES
 from ccwsim.model.errors import CCWSIMError

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.formats.text_tables import is_number
-from ccwsim.io.hard_data.points import FAR, ImportedPoints, RowProblem, along_wells
+from ccwsim.io.hard_data.points import FAR, ImportedPoints, along_wells
+from ccwsim.io.hard_data.rows import RowProblem
 from ccwsim.model.arrays import as_integers, is_whole
 from ccwsim.model.classes import Classes, asks_for_codes, classify
 from ccwsim.model.errors import CCWSIMError, shown

@@ -1,20 +1,32 @@
-"""Hard data before they are placed in cells: coordinates, values and line numbers."""
+"""Read hard data from one file: a table, a list without column names, or a grid with gaps."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.io.data_file import DataFile, first_of
+from ccwsim.io.data_file import DataFile, first_of, named_lines, printable
+from ccwsim.io.formats.pictures import PictureFile
+from ccwsim.io.formats.text_tables import UNKNOWN, is_number, not_a_number, numbered
+from ccwsim.io.hard_data.columns import (
+    GUESSED,
+    NOTHING_ASSIGNED,
+    Assignment,
+    PointColumns,
+    assign_columns,
+    height_column,
+)
+from ccwsim.io.hard_data.rows import RowProblem
 from ccwsim.io.limits import limits
-from ccwsim.model.arrays import frozen
+from ccwsim.io.opening import PathOrFile, open_file
+from ccwsim.model.arrays import AXES, Shape, check_int, describe_shape, frozen
 from ccwsim.model.classes import are_codes
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
+from ccwsim.model.missing import CUSTOMARY_CODES
 
 FAR = 2.0**40
 """Maximum distance of data from the grid, in cells; a larger distance is an error."""
@@ -79,7 +91,7 @@ class ImportedPoints:
         >>> points.named(np.array([0, 1]))
         'lines 2 and 3'
         """
-        return _named_lines(self.counted, self.lines[which])
+        return named_lines(self.counted, self.lines[which])
 
     def refuse(self, bad: NDArray[np.bool_], said: str) -> None:
         """Raise an error with the lines of bad data, if there are any."""
@@ -111,67 +123,6 @@ class ImportedPoints:
         points = replace(self.taken(known & placed), n_missing=n_missing, notes=notes)
         points.refuse(np.isinf(points.values), "the value is not finite; correct it")
         return points
-
-
-def _named_lines(counted: str, lines: NDArray[np.integer]) -> str:
-    different = np.unique(lines)  # many cells of a well have one line number
-    numbers = [str(line) for line in different[:6]]
-    if len(numbers) < 2:
-        return f"{counted} {''.join(numbers)}"
-    last = f"{len(different) - 6} more" if len(different) > 6 else numbers.pop()
-    return f"{counted}s {', '.join(numbers)} and {last}"
-
-
-class RowProblem(NamedTuple):
-    """Rows of a table of wells that need a decision."""
-
-    option: str  # the field of `Conversion` that decides
-    where: str  # file and line numbers
-    said: str  # what is wrong
-    remedy: str
-
-
-class RowProblems(NamedTuple):
-    """Collects problems with rows of tables of wells."""
-
-    file: DataFile  # the present table
-    decisions: Mapping[str, str]  # decisions of the user by option
-    found: list[RowProblem]  # problems of all tables
-
-    def add(self, option: str, rows: Sequence[int | np.integer], said: str, remedy: str) -> None:
-        """Note a problem with some rows, by their indices."""
-        assert self.file.lines is not None
-        lines = _named_lines(self.file.counted, self.file.lines[np.array(rows)])
-        self.found.append(RowProblem(option, f"{self.file.name}, {lines}", said, remedy))
-
-    def usable(
-        self, bad: NDArray[np.bool_], said: str | Callable[[int], str], remedy: str
-    ) -> NDArray[np.bool_]:
-        """Note bad rows one by one, and return a mask of the others.
-
-        `said` is the problem, or a function that returns it for the index of a row.
-        """
-        for k in np.flatnonzero(bad).tolist():
-            self.add("on_bad_row", [k], said if isinstance(said, str) else said(k), remedy)
-        return ~bad
-
-    def with_name(self, names: Sequence[str]) -> NDArray[np.bool_]:
-        """Return a mask of the rows with the name of a well, and note the others."""
-        lost = np.array([not name for name in names], bool)
-        return self.usable(lost, "the name of the well is missing", "add it")
-
-    def with_collar(self, names: Sequence[str], collars: Collection[str]) -> NDArray[np.bool_]:
-        """Return a mask of the rows whose well has a collar, and note the others."""
-        there = self.with_name(names)
-        rows_of_lost: dict[str, list[int]] = {}
-        for k in np.flatnonzero(there).tolist():
-            if names[k] not in collars:
-                rows_of_lost.setdefault(names[k], []).append(k)
-        for name, rows in rows_of_lost.items():
-            said = f"there is no collar of the well {shown(name)}"
-            self.add("on_no_collar", rows, said, "add it to the collars")
-            there[rows] = False
-        return there
 
 
 def check_few(name: str, n: int, what: str) -> None:
@@ -238,3 +189,270 @@ def along_wells(points: ImportedPoints, grid: Grid | None) -> ImportedPoints:
     if empty:
         notes += (f"Depth intervals left out because they contain no cell centre: {empty}.",)
     return replace(points.taken(which), places=places, spans=None, notes=notes)
+
+
+PREFERRED = ("hd", "hard_data")
+"""Names of grids that are preferred if a file has several grids."""
+
+
+def read_points(
+    path_or_file: PathOrFile, columns: PointColumns = GUESSED, *, grid_shape: Shape | None = None
+) -> ImportedPoints:
+    """Read the hard data of a file, without placing them in cells.
+
+    Formats are tables in text (CSV, Petrel points, well logs), points in Geo-EAS, GeoJSON,
+    GeoPackage and Shapefile (the last two need pyogrio), and all formats of grids. Unknown cells of
+    grids are NaN or a code for missing values (−99, −999, −997799, −9977799). An array or
+    text of three unnamed columns is read as a list of data, unless it has the size of the grid. The
+    columns are row, col, facies in an array, and x, y, facies (or x, y, z, facies) in a text.
+
+    Raises `CCWSIMError` for a file that cannot be read or has no columns of coordinates and facies.
+
+    Parameters
+    ----------
+    path_or_file : str, Path or binary file
+        The format is detected from the content, not from the name.
+    columns : PointColumns
+        Names of columns (guessed if not given), and options for files that are grids.
+    grid_shape : (ny, nx) or (nz, ny, nx), optional
+        Shape of the simulation grid; a file that is a grid must have this shape. Data in a
+        volume need heights, which are z or the layer of a cell.
+
+    Examples
+    --------
+    >>> from io import BytesIO
+    >>> points = read_points(BytesIO(b"row,col,facies\\n3,4,1\\n"))
+    >>> points.places.tolist(), points.values.tolist(), points.lines.tolist()
+    ([[3.0, 4.0]], [1.0], [2])
+    """
+    file, volume = open_file(path_or_file), _is_volume(grid_shape)
+    if isinstance(file, PictureFile):
+        raise CCWSIMError(f"{file.name} is a picture; hard data must be a table or a grid")
+    if file.is_table:
+        return _of_table(file, assign_columns(file, columns, volume=volume).complete())
+    named = [name for name, column in columns.named().items() if column and name != "facies"]
+    if named:
+        said = " and ".join(named[:2])
+        raise CCWSIMError(f"{file.name} has no named columns; leave {said} out")
+    key = file.chosen(columns.facies, PREFERRED, "facies")
+    values = file.variables[key]
+    if _is_list(values, file.lines is not None, grid_shape):
+        return _of_list(file, key, columns.coordinates, volume)
+    how = {"up": columns.up, "slice_index": columns.slice_index, "z_up": columns.z_up}
+    return _of_grid(file, key, file.oriented(values, volume=volume, **how), grid_shape)
+
+
+@dataclass(frozen=True)
+class PointsPreview:
+    """The columns and first rows of a table of hard data, and the roles of its columns."""
+
+    name: str
+    columns: tuple[str, ...] = ()
+    """Names of all columns in file order; empty if the file is a grid or a list without names."""
+    numeric: tuple[str, ...] = ()
+    """Names of the columns of numbers."""
+    rows: tuple[tuple[str, ...], ...] = ()
+    """The first rows, with decimal points: 2,5 in the file is returned as 2.5."""
+    lines: tuple[int, ...] = ()
+    """For each row of `rows`, its line number in the file."""
+    n_rows: int = 0
+    """The total number of rows in the file."""
+    assignment: Assignment = NOTHING_ASSIGNED
+    """The assignment of columns to roles."""
+
+    @property
+    def guess(self) -> dict[str, str]:
+        """The given or guessed column of each role."""
+        return self.assignment.columns
+
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        """Assumptions and open questions about columns, one sentence each."""
+        return (*self.assignment.notes, *self.assignment.problems)
+
+
+def preview_points(
+    path_or_file: PathOrFile,
+    columns: PointColumns = GUESSED,
+    *,
+    grid_shape: Shape | None = None,
+    n_rows: int = 6,
+) -> PointsPreview:
+    """Return the first rows of a table of hard data and the roles of its columns.
+
+    Raises `CCWSIMError` if the file cannot be read, but not if columns cannot be guessed.
+
+    Parameters
+    ----------
+    path_or_file, columns, grid_shape
+        As in `read_points`.
+    n_rows : int
+        The number of rows to show, at least 1.
+
+    Examples
+    --------
+    >>> from io import BytesIO
+    >>> preview = preview_points(BytesIO(b"Well;Ostwert;Hochwert;Litho\\nA;1,5;2,5;Sand\\n"))
+    >>> preview.guess
+    {'x': 'Ostwert', 'y': 'Hochwert', 'facies': 'Litho'}
+    >>> preview.rows
+    (('A', '1.5', '2.5', 'Sand'),)
+    """
+    file = open_file(path_or_file)
+    if isinstance(file, PictureFile) or not file.is_table:
+        return PointsPreview(file.name)
+    assignment = assign_columns(file, columns, volume=_is_volume(grid_shape))
+    return preview_of(file, assignment, n_rows)
+
+
+def preview_of(file: DataFile, assignment: Assignment, n_rows: int) -> PointsPreview:
+    """Return the first rows of a table."""
+    n_rows = check_int("n_rows", n_rows, 1)
+    texts = [_texts(file, name, n_rows) for name in file.names]
+    n = len(next(iter(file.variables.values())))
+    lines = file.lines if file.lines is not None else np.arange(1, n + 1)
+    rows, numbers = tuple(zip(*texts, strict=True)), tuple(lines[:n_rows].tolist())
+    numeric = tuple(file.variables)
+    return PointsPreview(file.name, file.names, numeric, rows, numbers, n, assignment)
+
+
+def _texts(file: DataFile, column: str, n: int) -> Sequence[str]:
+    if column in file.words:
+        return [printable(field) for field in file.words[column][:n]]
+    return ["" if v != v else f"{v:.12g}" for v in file.variables[column][:n].tolist()]
+
+
+def _is_volume(grid_shape: Shape | None) -> bool:
+    return grid_shape is not None and len(grid_shape) == 3
+
+
+def _of_table(file: DataFile, assigned: Assignment) -> ImportedPoints:
+    lines, roles = lines_of(file), assigned.columns
+    check_few(file.name, len(lines), "rows")
+    along = [numbers_of(file, column) for column in assigned.of("x", "y")]
+    notes, spans = list(assigned.notes), None
+    if "z" in roles:
+        depths = assigned.of("depth_from", "depth_to", "depth")
+        z, *below = (numbers_of(file, column) for column in (roles["z"], *depths))
+        z, spans = heights_below(file.name, lines, z, below)
+        along.append(z)
+        if depths:
+            names = " and ".join(depths)
+            notes.append(f"{roles['z']} is the height of the collar. Depths below it: {names}.")
+    else:
+        height = height_column(list(file.variables), roles["facies"])
+        if height and len(np.unique(file.variables[height])) > 1:
+            notes.append(f"The column {height} is ignored, because the grid is a map.")
+    if assigned.from_one and min(np.nanmin(numbers, initial=1) for numbers in along) >= 1:
+        along = [numbers - 1 for numbers in along]
+        notes.append("Cells are counted from 1, because no number is 0.")
+    values, words = facies_of(file, roles["facies"])
+    wells = names_of_wells(file, roles["well"]) if "well" in roles else ()
+    return ImportedPoints(
+        places=np.stack(along if assigned.world else along[::-1], axis=1),
+        values=values,
+        lines=lines,
+        world=assigned.world,
+        counted=file.counted,
+        name=file.name,
+        variable=roles["facies"],
+        notes=tuple(notes),
+        words=words,
+        spans=spans,
+        wells=dict(zip(lines.tolist(), wells, strict=False)),
+    ).known()
+
+
+def facies_of(file: DataFile, column: str) -> tuple[NDArray[np.float64], tuple[str, ...]]:
+    """Return the values of facies, NaN if unknown, and their names if values are indices."""
+    if column not in file.words:
+        values = file.variables[column]
+        return np.where(file.known(values), values, np.nan).astype(np.float64), ()
+    fields = file.words[column]
+    unknown = {field for field in fields if field.lower() in UNKNOWN}
+    unknown |= {f for f in fields if is_number(f) and float(f) in (*CUSTOMARY_CODES, *file.missing)}
+    return numbered(fields, unknown)
+
+
+def lines_of(file: DataFile) -> NDArray[np.int64]:
+    """Return the line number of each row of a table."""
+    if file.lines is None:
+        raise CCWSIMError(f"{file.name}: too many lines for hard data; remove empty lines")
+    return file.lines
+
+
+def names_of_wells(file: DataFile, column: str) -> list[str]:
+    """Return the names of wells; a number gives the same name in text and numeric columns."""
+    if column in file.words:
+        words = [name.strip() for name in file.words[column]]
+        return [(is_number(word) and _name_of(float(word))) or word for word in words]
+    return [_name_of(value) for value in file.variables[column].tolist()]
+
+
+def _name_of(number: float) -> str:
+    """Return a number as a well name with all digits; the last digit can mark a sidetrack."""
+    if not np.isfinite(number):
+        return ""
+    return str(int(number)) if number.is_integer() else repr(number)
+
+
+def numbers_of(file: DataFile, column: str) -> NDArray[np.float64]:
+    """Return a column of coordinates; raise an error if it contains a word."""
+    if column in file.words:
+        fields = file.words[column]
+        bad = next((k for k, f in enumerate(fields) if not is_number(f) and f), 0)
+        line = int(lines_of(file)[bad])
+        raise CCWSIMError(not_a_number(file.name, line, fields[bad], file.counted))
+    return file.variables[column].astype(np.float64)
+
+
+def _of_list(file: DataFile, key: str, coordinates: str | None, volume: bool) -> ImportedPoints:
+    """Read a matrix as a table whose columns are coordinates and, in the last column, facies."""
+    rows, in_text = file.variables[key][0], file.lines is not None
+    if volume and rows.shape[1] < 4:
+        raise CCWSIMError(
+            f"{file.name} has three columns without names, but data of a volume need four: x, y, "
+            "z and facies"
+        )
+    world = coordinates == "world" or (coordinates is None and in_text)
+    columns = {axis: axis for axis in AXES} if world else {"z": "layer", "y": "row", "x": "column"}
+    if not volume:
+        del columns["z"]
+    note = f"Columns without names are read as {', '.join(columns.values())} and facies."
+    values = rows[:, [*range(len(columns)), -1]]
+    columns["facies"] = "facies"
+    variables = dict(zip(columns.values(), values.T, strict=True))
+    table = replace(file, variables=variables, is_table=True)
+    if not in_text:
+        table = replace(table, lines=np.arange(1, len(rows) + 1), counted="row")
+    return _of_table(table, Assignment(columns, (note,), world=world))
+
+
+def _of_grid(file: DataFile, key: str, cells: NDArray, grid_shape: Shape | None) -> ImportedPoints:
+    if grid_shape is not None and cells.shape != tuple(grid_shape):
+        size, other = f"{describe_shape(cells.shape)} cells", describe_shape(grid_shape)
+        if not _is_volume(grid_shape):
+            size = "{} rows and {} columns".format(*cells.shape)
+            other = "{} and {}".format(*grid_shape)
+        raise CCWSIMError(
+            f"{file.name} is a grid of {size}, but the simulation grid has {other}; use equal sizes"
+        )
+    known = file.known(cells)
+    check_few(file.name, int(np.count_nonzero(known)), "known cells")
+    return ImportedPoints(
+        places=np.argwhere(known).astype(np.float64),
+        values=cells[known].astype(np.float64),
+        lines=np.flatnonzero(known) + 1,
+        world=False,
+        counted="cell",
+        name=file.name,
+        variable=key,
+        grid=file.placed(cells.shape),
+    ).known()
+
+
+def _is_list(values: NDArray, in_text: bool, grid_shape: Shape | None) -> bool:
+    """Return whether a file lists data in 3 or 4 columns (x, y, (z,) facies) and is no grid."""
+    four = in_text or _is_volume(grid_shape)
+    one = values.shape[0] == 1 and (values.shape[2] == 3 or (four and values.shape[2] == 4))
+    return one and (grid_shape is None or values.shape[-len(grid_shape) :] != tuple(grid_shape))

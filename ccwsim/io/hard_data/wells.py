@@ -18,7 +18,6 @@ from ccwsim.io.hard_data.columns import (
     WellColumns,
     assign_well_columns,
 )
-from ccwsim.io.hard_data.intervals import usable_intervals
 from ccwsim.io.hard_data.paths import Stations, bend_between, positions
 from ccwsim.io.hard_data.placing import (
     ROW_CHOICES,
@@ -30,19 +29,17 @@ from ccwsim.io.hard_data.placing import (
 )
 from ccwsim.io.hard_data.points import (
     ImportedPoints,
-    RowProblems,
+    PointsPreview,
     along_wells,
     check_few,
-    heights_below,
-)
-from ccwsim.io.hard_data.reading import (
-    PointsPreview,
     facies_of,
+    heights_below,
     lines_of,
     names_of_wells,
     numbers_of,
     preview_of,
 )
+from ccwsim.io.hard_data.rows import RowProblems, usable_intervals
 from ccwsim.io.limits import limits
 from ccwsim.io.opening import PathOrFile, open_file
 from ccwsim.model.errors import CCWSIMError, shown

@@ -1,15 +1,67 @@
-"""Intervals of wells: complete missing depths, find rows that cannot be used, resolve overlaps."""
+"""Rows of tables of wells: problems with them, missing depths, and intervals that overlap."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.io.hard_data.points import RowProblems
+from ccwsim.io.data_file import DataFile, named_lines
 from ccwsim.model.errors import shown
+
+
+class RowProblem(NamedTuple):
+    """Rows of a table of wells that need a decision."""
+
+    option: str  # the field of `Conversion` that decides
+    where: str  # file and line numbers
+    said: str  # what is wrong
+    remedy: str
+
+
+class RowProblems(NamedTuple):
+    """Collects problems with rows of tables of wells."""
+
+    file: DataFile  # the present table
+    decisions: Mapping[str, str]  # decisions of the user by option
+    found: list[RowProblem]  # problems of all tables
+
+    def add(self, option: str, rows: Sequence[int | np.integer], said: str, remedy: str) -> None:
+        """Note a problem with some rows, by their indices."""
+        assert self.file.lines is not None
+        lines = named_lines(self.file.counted, self.file.lines[np.array(rows)])
+        self.found.append(RowProblem(option, f"{self.file.name}, {lines}", said, remedy))
+
+    def usable(
+        self, bad: NDArray[np.bool_], said: str | Callable[[int], str], remedy: str
+    ) -> NDArray[np.bool_]:
+        """Note bad rows one by one, and return a mask of the others.
+
+        `said` is the problem, or a function that returns it for the index of a row.
+        """
+        for k in np.flatnonzero(bad).tolist():
+            self.add("on_bad_row", [k], said if isinstance(said, str) else said(k), remedy)
+        return ~bad
+
+    def with_name(self, names: Sequence[str]) -> NDArray[np.bool_]:
+        """Return a mask of the rows with the name of a well, and note the others."""
+        lost = np.array([not name for name in names], bool)
+        return self.usable(lost, "the name of the well is missing", "add it")
+
+    def with_collar(self, names: Sequence[str], collars: Collection[str]) -> NDArray[np.bool_]:
+        """Return a mask of the rows whose well has a collar, and note the others."""
+        there = self.with_name(names)
+        rows_of_lost: dict[str, list[int]] = {}
+        for k in np.flatnonzero(there).tolist():
+            if names[k] not in collars:
+                rows_of_lost.setdefault(names[k], []).append(k)
+        for name, rows in rows_of_lost.items():
+            said = f"there is no collar of the well {shown(name)}"
+            self.add("on_no_collar", rows, said, "add it to the collars")
+            there[rows] = False
+        return there
 
 
 class Intervals(NamedTuple):
