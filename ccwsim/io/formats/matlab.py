@@ -13,7 +13,7 @@ from math import prod
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.io.data_file import DataFile, printable
+from ccwsim.io.data_file import DataFile, broken, printable
 from ccwsim.io.limits import MAX_VARIABLES, check_bytes, check_cells, limits
 from ccwsim.model.errors import CCWSIMError
 
@@ -33,8 +33,8 @@ _TYPES = {
 _MATRIX, _COMPRESSED = 14, 15
 _NUMERIC_CLASSES = range(6, 16)
 _COMPLEX = 0x08
-_START, _BLOCK = 2000, 4 * 2**20
-"""Number of bytes to unpack for the header of a packed variable, and number in each later step."""
+_START = 2000
+"""Number of bytes to unpack for the header of a packed variable."""
 
 
 def read_matlab(content: bytes, name: str) -> DataFile:
@@ -43,14 +43,24 @@ def read_matlab(content: bytes, name: str) -> DataFile:
     if order is None:
         raise CCWSIMError(f"{name}: the MATLAB header is broken; save it again with -v7")
     grids: dict[str, NDArray] = {}
-    for kind, element in _elements(memoryview(content)[128:], order, name):
-        array = _named_array(element, order, name) if kind == _MATRIX else None
+    for kind, data in _variables(_Elements(memoryview(content)[128:], order, name)):
+        array = _named_array(_Elements(data, order, name)) if kind == _MATRIX else None
         if array is not None:
             grids[array[0]] = _as_grid(array[1])
             check_cells(name, *(grid.shape for grid in grids.values()))
+    return _file_of(grids, name)
+
+
+def _file_of(grids: dict[str, NDArray], name: str) -> DataFile:
     if not grids:
         raise CCWSIMError(f"{name}: the file has no array of real numbers with rows and columns")
     return DataFile("MATLAB file", name, grids, asks_up=True)
+
+
+def _check_whole(name: str, n_stated: int, n: int) -> None:
+    """Raise an error if fewer bytes follow than a header states."""
+    if n < n_stated:
+        raise CCWSIMError(f"{name} ends in the middle of a variable; get a complete file")
 
 
 def _as_grid(array: NDArray) -> NDArray:
@@ -58,96 +68,88 @@ def _as_grid(array: NDArray) -> NDArray:
     return array.reshape((1, *array.shape)) if array.ndim == 2 else np.moveaxis(array, 2, 0)
 
 
-def _elements(content: memoryview, order: str, name: str) -> Iterator[tuple[int, memoryview]]:
+class _Elements:
+    """Elements that follow each other in a file or in a variable."""
+
+    def __init__(self, content: memoryview, order: str, name: str) -> None:
+        self.content, self.order, self.name, self.at = content, order, name, 0
+
+    def take(self) -> tuple[int, memoryview]:
+        """Return type and data of the next element."""
+        content, at = self.content, self.at
+        _check_whole(self.name, at + 8, len(content))
+        first, second = np.frombuffer(content, self.order + "u4", count=2, offset=at).tolist()
+        kind, size, start = first, second, at + 8
+        if first >> 16:  # short element: one word holds size and type, the next word holds the data
+            kind, size, start = first & 0xFFFF, first >> 16, at + 4
+        padded = 0 if kind == _COMPRESSED else -size % 8
+        self.at = at + 8 if first >> 16 else start + size + padded
+        _check_whole(self.name, start + size, min(self.at, len(content)))
+        return kind, content[start : start + size]
+
+
+def _variables(elements: _Elements) -> Iterator[tuple[int, memoryview]]:
     """Unpack and yield the top-level elements."""
-    at, n, left = 0, 0, limits().unpacked
-    while at + 8 <= len(content):
-        kind, data, at = _element(content, at, order, name)
+    n, left = 0, limits().unpacked
+    while elements.at + 8 <= len(elements.content):
+        kind, data = elements.take()
         if kind == _COMPRESSED:
-            at -= -len(data) % 8  # packed elements are not padded
-            data = memoryview(_unpacked(data, left, order, name))
+            data = memoryview(_unpacked(data, left, elements))
             left -= len(data)
-            kind, data, _ = _element(data, 0, order, name)
+            kind, data = _Elements(data, elements.order, elements.name).take()
         n += 1
         if n > MAX_VARIABLES:
-            raise CCWSIMError(f"{name}: more than {MAX_VARIABLES} variables")
+            raise CCWSIMError(f"{elements.name}: more than {MAX_VARIABLES} variables")
         yield kind, data
 
 
-def _unpacked(data: memoryview, left: int, order: str, name: str) -> bytes:
+def _unpacked(data: memoryview, left: int, elements: _Elements) -> bytes:
     """Check the size and the number of cells of an element, then unpack it."""
-    stream = zlib.decompressobj()
-    try:
+    stream, order, name = zlib.decompressobj(), elements.order, elements.name
+    with broken(f"{name}: a packed variable is broken; save it again", zlib.error):
         start = stream.decompress(data, _START)
-        if len(start) < 8:
-            raise CCWSIMError(f"{name} ends in the middle of a variable; get a complete file")
+        _check_whole(name, 8, len(start))
         kind, size = np.frombuffer(start, order + "u4", count=2).tolist()
-        if kind == _MATRIX:
-            _shape_and_name(memoryview(start)[8:], order, name)
-        else:
-            size = 0
-        size += 8
-        check_bytes(name, limits().unpacked - left + size, unpacked=True)
-        parts = [start]
-        while (more := size - sum(map(len, parts))) > 0:
-            parts.append(stream.decompress(stream.unconsumed_tail, min(more, _BLOCK)))
-            if not parts[-1]:
-                break
-        if kind == _MATRIX and (stream.decompress(stream.unconsumed_tail, 1) or not stream.eof):
+        if kind != _MATRIX:
+            return start
+        _shape_and_name(_Elements(memoryview(start)[8:], order, name))
+        check_bytes(name, limits().unpacked - left + size + 8, unpacked=True)
+        more = max(size + 8 - len(start), 0)
+        rest = stream.decompress(stream.unconsumed_tail, more) if more else b""
+        if stream.decompress(stream.unconsumed_tail, 1) or not stream.eof:
             raise CCWSIMError(f"{name}: a packed variable is broken; save it again")
-    except zlib.error as error:
-        raise CCWSIMError(f"{name}: a packed variable is broken; save it again") from error
-    return b"".join(parts)
+    return start + rest
 
 
-def _element(content: memoryview, at: int, order: str, name: str) -> tuple[int, memoryview, int]:
-    """Return type, data and end of the element at byte `at`."""
-    if at + 8 > len(content):
-        raise CCWSIMError(f"{name} ends in the middle of a variable; get a complete file")
-    first, second = np.frombuffer(content, order + "u4", count=2, offset=at).tolist()
-    if first >> 16:  # short element: one word holds size and type, the next word holds the data
-        size, start, end = first >> 16, at + 4, at + 8
-        kind = first & 0xFFFF
-    else:
-        kind, size, start = first, second, at + 8
-        end = start + size + -size % 8
-    if start + size > len(content) or (first >> 16 and size > 4):
-        raise CCWSIMError(f"{name} ends in the middle of a variable; get a complete file")
-    return kind, content[start : start + size], end
-
-
-def _shape_and_name(
-    content: memoryview, order: str, name: str
-) -> tuple[tuple[int, ...], str, int] | None:
-    """Return shape, name and start of values of a matrix; None if the matrix is not a real grid."""
-    _, flags, at = _element(content, 0, order, name)
-    _, sizes, at = _element(content, at, order, name)
+def _shape_and_name(elements: _Elements) -> tuple[tuple[int, ...], str] | None:
+    """Return shape and name of a matrix; None if the matrix is not a real grid."""
+    (_, flags), (_, sizes) = elements.take(), elements.take()
     if len(flags) < 4 or len(sizes) % 4:
-        raise CCWSIMError(f"{name}: a variable has a broken header; save it again")
-    word = int(np.frombuffer(flags, order + "u4", count=1)[0])
+        raise CCWSIMError(f"{elements.name}: a variable has a broken header; save it again")
+    word = int(np.frombuffer(flags, elements.order + "u4", count=1)[0])
     if word & 0xFF not in _NUMERIC_CLASSES or (word >> 8) & _COMPLEX:
         return None
     if len(sizes) not in (8, 12):  # neither two nor three dimensions
         return None
-    _, label, at = _element(content, at, order, name)
-    shape = tuple(np.frombuffer(sizes, order + "i4").tolist())
+    _, label = elements.take()
+    shape = tuple(np.frombuffer(sizes, elements.order + "i4").tolist())
     key = printable(bytes(label[:800]).decode("latin-1"))
     if prod(shape) == 0:
         return None
-    check_cells(f"{name}, {key}", (*shape[2:], *shape[:2]))  # the order of our axes
-    return shape, key, at
+    check_cells(f"{elements.name}, {key}", (*shape[2:], *shape[:2]))  # the order of our axes
+    return shape, key
 
 
-def _named_array(content: memoryview, order: str, name: str) -> tuple[str, NDArray] | None:
+def _named_array(elements: _Elements) -> tuple[str, NDArray] | None:
     """Return name and values of a matrix element; None if its values are not real numbers."""
-    header = _shape_and_name(content, order, name)
+    header = _shape_and_name(elements)
     if header is None:
         return None
-    shape, key, at = header
-    kind, data, _ = _element(content, at, order, name)
+    shape, key = header
+    kind, data = elements.take()
     if kind not in _TYPES or len(data) != prod(shape) * np.dtype(_TYPES[kind]).itemsize:
-        raise CCWSIMError(f"{name}, {key}: the values do not fill {shape}; save it again")
-    values = np.frombuffer(data, order + _TYPES[kind])
+        raise CCWSIMError(f"{elements.name}, {key}: the values do not fill {shape}; save it again")
+    values = np.frombuffer(data, elements.order + _TYPES[kind])
     return key, values.astype(values.dtype.newbyteorder("=")).reshape(shape, order="F")
 
 
@@ -182,14 +184,11 @@ def read_matlab4(content: bytes, name: str) -> DataFile:
         dtype = np.dtype(order + _PRECISIONS_4[min(kind % 1000 // 10, 5)])
         start = at + 20 + n
         size = ny * nx * dtype.itemsize
-        if start + size > len(content):
-            raise CCWSIMError(f"{name} ends in the middle of a variable; get a complete file")
+        _check_whole(name, start + size, len(content))
         if kind % 10 == 0 and not imaginary and ny * nx:
             check_cells(name, *(grid.shape for grid in grids.values()), (ny, nx))
             values = np.frombuffer(content, dtype, ny * nx, start).reshape(nx, ny).T
             label = printable(content[at + 20 : start].decode("latin-1").rstrip("\0"))
             grids[label] = values.astype(dtype.newbyteorder("="))[None]
         at = start + size * (1 + imaginary)
-    if not grids:
-        raise CCWSIMError(f"{name}: the file has no array of real numbers with rows and columns")
-    return DataFile("MATLAB file", name, grids, asks_up=True)
+    return _file_of(grids, name)

@@ -167,7 +167,7 @@ def place_points(
     """
     points = along_wells(points, grid)
     cells, offsets = _cells(points, grid)
-    given = _checked_names(conversion.facies_names)
+    given = _codes_by_name(conversion.facies_names)
     if points.words:
         facies, known = _by_name(points, training_image, given)
     else:
@@ -280,20 +280,17 @@ def _facies(points: ImportedPoints, threshold: float | None, classes: Classes) -
     return classify(points.values, threshold=threshold, classes=classes, what=points.name)
 
 
-def _checked_names(facies_names: FaciesNames | None) -> dict[str, int]:
+def _codes_by_name(facies_names: FaciesNames | None) -> dict[str, int]:
     """Check names and codes of facies; return the codes by lower-case name."""
     try:
-        pairs = [(_bare(name), code) for name, code in dict(facies_names or {}).items()]
+        codes = {_bare(name): code for name, code in dict(facies_names or {}).items()}
     except (TypeError, ValueError):
-        pairs = [("", None)]
-    for name, code in pairs:
-        if not name or not is_whole(code) or abs(int(code)) >= 2**53:  # type: ignore[arg-type]
-            raise CCWSIMError(
-                f"facies_names = {shown(facies_names)} must map names to whole numbers, as "
-                "{'sand': 1}"
-            )
-    pairs = [(name, int(code)) for name, code in pairs if len(name) < 400]  # type: ignore[arg-type]
-    return {n: code for n, code in pairs if not is_number(n) or np.isfinite(float(n))}
+        codes = {"": 0}
+    if not all(name and is_whole(code) and abs(int(code)) < 2**53 for name, code in codes.items()):
+        said = f"facies_names = {shown(facies_names)} must map names to whole numbers"
+        raise CCWSIMError(f"{said}, as {{'sand': 1}}")
+    finite = {name for name in codes if not is_number(name) or np.isfinite(float(name))}
+    return {name: int(code) for name, code in codes.items() if name in finite}
 
 
 def _bare(name: object) -> str:
@@ -397,7 +394,7 @@ def resolve_points(placed: PlacedPoints, conversion: Conversion = STRICT) -> Har
     ([1], 1)
     """
     points = placed.points
-    problems = _said_rows(points.problems, conversion)
+    problems, notes_on_rows = _on_rows(points.problems, conversion)
     if len(placed.outside) and conversion.on_outside == "error":
         problems.append(
             f"{points.name}, {points.named(placed.outside)}: {len(placed.outside)} of {points.n} "
@@ -417,32 +414,27 @@ def resolve_points(placed: PlacedPoints, conversion: Conversion = STRICT) -> Har
         code, tied = settled(facies, offsets, conversion.on_collision)
         keep[members] &= facies == code if code is not None else False
         ties += tied
-    return _report(placed, keep, ties, _notes_on_rows(points.problems, conversion))
+    return _report(placed, keep, ties, notes_on_rows)
 
 
-def _said_rows(problems: Sequence[RowProblem], conversion: Conversion) -> list[str]:
-    """Return a sentence for each problem without a decision, up to a limit for each kind."""
-    found = []
-    for option, choices_of_it in ROW_CHOICES.items():
-        there = [problem for problem in problems if problem.option == option]
-        if there and getattr(conversion, option) == "error":
-            found += [f"{p.where}: {p.said}; {p.remedy}" for p in there[:_LISTED]]
-            choices = " or ".join(f"'{choice}'" for choice in choices_of_it if choice != "error")
-            found[-1] += f", or choose what to do ({option}={choices})"
-            if len(there) > _LISTED:
-                found[-1] += f"; {len(there) - _LISTED} more of this kind"
-    return found
-
-
-def _notes_on_rows(problems: Sequence[RowProblem], conversion: Conversion) -> tuple[str, ...]:
-    notes = []
+def _on_rows(
+    problems: Sequence[RowProblem], conversion: Conversion
+) -> tuple[list[str], tuple[str, ...]]:
+    """Return errors for problems of rows without a decision, and notes on those with one."""
+    errors, notes = list[str](), list[str]()
     for option, kind in KINDS_OF_ROWS.items():
-        where = [problem.where for problem in problems if problem.option == option]
-        choice = getattr(conversion, option)
-        if where and (option, choice) != ("on_no_facies", "drop"):  # these rows are counted
-            said = "; ".join(where[:_LISTED]) + ("; …" if len(where) > _LISTED else "")
-            notes.append(f"{kind}: {len(where)} ({said}); {_DECIDED[choice]}.")
-    return tuple(notes)
+        there = [problem for problem in problems if problem.option == option]
+        choice, more = getattr(conversion, option), len(there) - _LISTED
+        if there and choice == "error":
+            errors += [f"{p.where}: {p.said}; {p.remedy}" for p in there[:_LISTED]]
+            choices = " or ".join(f"'{each}'" for each in CHOICES[option] if each != "error")
+            errors[-1] += f", or choose what to do ({option}={choices})"
+            errors[-1] += f"; {more} more of this kind" if more > 0 else ""
+        elif there and (option, choice) != ("on_no_facies", "drop"):  # these rows are counted
+            where = "; ".join(problem.where for problem in there[:_LISTED])
+            where += "; …" if more > 0 else ""
+            notes.append(f"{kind}: {len(there)} ({where}); {_DECIDED[choice]}.")
+    return errors, tuple(notes)
 
 
 def _said_unknown(placed: PlacedPoints) -> str:

@@ -64,110 +64,103 @@ class RowProblems(NamedTuple):
         return there
 
 
-class Intervals(NamedTuple):
-    """Rows of a table of intervals that can be used, sorted by well and depth."""
-
-    rows: NDArray[np.int64]  # indices of rows
-    start: NDArray[np.float64]
-    end: NDArray[np.float64]  # upper and lower depths along the well
-
-
-def usable_intervals(
-    names: Sequence[str],
-    depths: Sequence[NDArray[np.float64]],
-    lengths: Mapping[str, float],
-    found: RowProblems,
-) -> Intervals:
-    """Return the intervals that can be used; every problem is added to `found`.
+class Intervals:
+    """Intervals of wells, by the rows of their table; all problems are added to `found`.
 
     `names` and `depths` (upper and lower, NaN if missing) belong to the rows; `lengths` are those
-    of the wells, infinite if unknown. The user's decisions are in `found` too.
+    of the wells, infinite if unknown.
     """
-    start, end = depths[0].copy(), depths[1].copy()
-    keep = found.with_collar(names, lengths)
-    keep &= found.usable(keep & np.isnan(start) & np.isnan(end), "the depth is missing", "add it")
-    wells = {name: k for k, name in enumerate(lengths)}
-    ids = np.array([wells.get(name, -1) for name in names], np.int64)
-    bottoms = np.array([*lengths.values(), np.nan])[ids]
 
-    def sorted_rows() -> NDArray[np.int64]:
-        begins = ~np.isnan(start)
-        order = np.lexsort((begins, np.where(begins, start, end), ids))
-        return order[keep[order]]
+    def __init__(
+        self,
+        names: Sequence[str],
+        depths: Sequence[NDArray[np.float64]],
+        lengths: Mapping[str, float],
+        found: RowProblems,
+    ) -> None:
+        self.start, self.end = depths[0].copy(), depths[1].copy()
+        self._names, self._found = names, found
+        self._keep = found.with_collar(names, lengths)
+        wells = {name: k for k, name in enumerate(lengths)}
+        self._wells = np.array([wells.get(name, -1) for name in names], np.int64)
+        self._bottoms = np.array([*lengths.values(), np.nan])[self._wells]
 
-    order = sorted_rows()
-    _complete(order, ids, start, end, bottoms, keep, found)
-    ordered = found.usable(
-        keep & (start > end),
-        lambda k: f"the upper depth {start[k]:g} is below the lower depth {end[k]:g}",
-        "exchange them",
-    )
-    below_collar = found.usable(
-        keep & (start < 0), lambda k: f"the depth {start[k]:g} is above the collar", "correct it"
-    )
-    in_well = found.usable(
-        keep & (end > bottoms),
-        lambda k: f"the depth {end[k]:g} is below the end of {shown(names[k])} at {bottoms[k]:g}",
-        "correct one of them",
-    )
-    keep &= ordered & below_collar & in_well
-    order = sorted_rows()
-    _resolve_overlaps(order, names, start, end, keep, found)
-    order = order[keep[order]]
-    return Intervals(order, start[order], end[order])
+    def usable_rows(self) -> NDArray[np.int64]:
+        """Return the indices of the rows that can be used, sorted by well and depth.
 
+        Missing depths are completed, and overlaps are resolved, in `start` and `end`.
+        """
+        empty = self._keep & np.isnan(self.start) & np.isnan(self.end)
+        self._keep &= self._found.usable(empty, "the depth is missing", "add it")
+        self._complete()
+        self._check()
+        return self._without_overlaps()
 
-def _complete(
-    order: NDArray[np.int64],
-    ids: NDArray[np.int64],
-    start: NDArray[np.float64],
-    end: NDArray[np.float64],
-    bottoms: NDArray[np.float64],
-    keep: NDArray[np.bool_],
-    found: RowProblems,
-) -> None:
-    """Replace a missing depth by that of the row above or below, the collar, or the well's end."""
-    wells = ids[order]
-    first, last = np.diff(wells, prepend=-1) != 0, np.diff(wells, append=-1) != 0
-    above = np.where(first, 0.0, np.roll(end[order], 1))
-    below = np.where(last, bottoms[order], np.roll(start[order], -1))
-    for values, others, which in ((start, above, "upper"), (end, below, "lower")):
-        lacking = np.isnan(values[order])
-        filled = lacking & np.isfinite(others)
-        for k in order[filled]:
-            found.add("on_one_depth", [k], f"the {which} depth is missing", "add it")
-        values[order[filled]] = others[filled]
-        if found.decisions["on_one_depth"] == "drop":
-            keep[order[filled]] = False
-        lost = np.zeros(len(keep), bool)
-        lost[order[lacking & ~filled]] = True
-        said = f"the {which} depth is missing, and no other row has it"
-        keep &= found.usable(lost, said, "add it")
+    def _sorted(self) -> NDArray[np.int64]:
+        begins = ~np.isnan(self.start)
+        depths = np.where(begins, self.start, self.end)
+        order = np.lexsort((begins, depths, self._wells))
+        return order[self._keep[order]]
 
+    def _complete(self) -> None:
+        """Replace a missing depth by that of the row above or below, the collar, or the end."""
+        order = self._sorted()
+        wells = self._wells[order]
+        first, last = np.diff(wells, prepend=-1) != 0, np.diff(wells, append=-1) != 0
+        above = np.where(first, 0.0, np.roll(self.end[order], 1))
+        below = np.where(last, self._bottoms[order], np.roll(self.start[order], -1))
+        for values, others, which in ((self.start, above, "upper"), (self.end, below, "lower")):
+            lacking = np.isnan(values[order])
+            filled = lacking & np.isfinite(others)
+            for k in order[filled]:
+                self._found.add("on_one_depth", [k], f"the {which} depth is missing", "add it")
+            values[order[filled]] = others[filled]
+            if self._found.decisions["on_one_depth"] == "drop":
+                self._keep[order[filled]] = False
+            lost = np.zeros(len(self._keep), bool)
+            lost[order[lacking & ~filled]] = True
+            said = f"the {which} depth is missing, and no other row has it"
+            self._keep &= self._found.usable(lost, said, "add it")
 
-def _resolve_overlaps(
-    order: NDArray[np.int64],
-    names: Sequence[str],
-    start: NDArray[np.float64],
-    end: NDArray[np.float64],
-    keep: NDArray[np.bool_],
-    found: RowProblems,
-) -> None:
-    """Shorten or leave out intervals that overlap; without a decision, the upper is kept."""
-    decided = found.decisions["on_overlap"]
-    upper = order[0] if len(order) else -1
-    for k in order.tolist():
-        if names[upper] != names[k]:
-            upper = k
-        if upper != k and start[k] < end[upper]:
-            said = f"two intervals of {shown(names[k])} overlap below the depth {start[k]:g}"
-            found.add("on_overlap", [upper, k], said, "correct one of them")
-            if decided == "drop":
-                keep[[upper, k]] = False
-            elif decided == "lower":
-                end[upper], upper = start[k], k
-            else:
-                start[k] = end[upper]
-                end[k] = max(end[k], start[k])
-        if end[k] > end[upper]:
-            upper = k
+    def _check(self) -> None:
+        """Leave out rows whose depths are exchanged or outside the well."""
+        start, end, bottoms, names = self.start, self.end, self._bottoms, self._names
+
+        def exchanged(k: int) -> str:
+            return f"the upper depth {start[k]:g} is below the lower depth {end[k]:g}"
+
+        def above(k: int) -> str:
+            return f"the depth {start[k]:g} is above the collar"
+
+        def below(k: int) -> str:
+            return f"the depth {end[k]:g} is below the end of {shown(names[k])} at {bottoms[k]:g}"
+
+        checks = (
+            (start > end, exchanged, "exchange them"),
+            (start < 0, above, "correct it"),
+            (end > bottoms, below, "correct one of them"),
+        )
+        good = [self._found.usable(self._keep & bad, said, fix) for bad, said, fix in checks]
+        self._keep &= np.all(good, axis=0)
+
+    def _without_overlaps(self) -> NDArray[np.int64]:
+        """Shorten or leave out intervals that overlap; without a decision, the upper is kept."""
+        start, end, names = self.start, self.end, self._names
+        decided, order = self._found.decisions["on_overlap"], self._sorted()
+        upper = order[0] if len(order) else -1
+        for k in order.tolist():
+            if names[upper] != names[k]:
+                upper = k
+            if upper != k and start[k] < end[upper]:
+                said = f"two intervals of {shown(names[k])} overlap below the depth {start[k]:g}"
+                self._found.add("on_overlap", [upper, k], said, "correct one of them")
+                if decided == "drop":
+                    self._keep[[upper, k]] = False
+                elif decided == "lower":
+                    end[upper], upper = start[k], k
+                else:
+                    start[k] = end[upper]
+                    end[k] = max(end[k], start[k])
+            if end[k] > end[upper]:
+                upper = k
+        return order[self._keep[order]]

@@ -39,7 +39,7 @@ from ccwsim.io.hard_data.points import (
     numbers_of,
     preview_of,
 )
-from ccwsim.io.hard_data.rows import RowProblems, usable_intervals
+from ccwsim.io.hard_data.rows import Intervals, RowProblems
 from ccwsim.io.limits import limits
 from ccwsim.io.opening import PathOrFile, open_file
 from ccwsim.model.errors import CCWSIMError, shown
@@ -332,7 +332,9 @@ def _points(
     depths = [numbers_of(file, columns[r]) if r in columns else missing for r in roles]
     names = names_of_wells(file, columns["well"])
     lengths = {name: well.length for name, well in wells.items()}
-    rows, start, end = usable_intervals(names, depths, lengths, found)
+    intervals = Intervals(names, depths, lengths, found)
+    rows = intervals.usable_rows()
+    start, end = intervals.start[rows], intervals.end[rows]
     names, lines = np.array(names)[rows], lines[rows]
     places = np.array([wells[name].collar for name in names.tolist()]).reshape(-1, 3)
     below = [start] if single else [start, end]
