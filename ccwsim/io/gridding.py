@@ -95,14 +95,6 @@ def part_of_grid(
 
     `shape`, `up` and `z_up` are as in `read_training_image`. A grid that is one cell wide becomes a
     vertical section, whose rows are layers.
-
-    Examples
-    --------
-    >>> grid = {"v": np.arange(12).reshape(1, 3, 4)}
-    >>> file = DataFile("a", "a.npy", grid).at((10.0, 10.0), (0.0, 0.0))
-    >>> piece = part_of_grid(file, FilePart((1, 2, 2, 1)))
-    >>> piece.variables["v"].tolist(), piece.origin
-    ([[[6], [10]]], (20.0, 10.0))
     """
     south_first = file.south_first if up is None else up
     rights = ((-2, south_first), (-3, z_up is not False))

@@ -55,14 +55,6 @@ class IsolatedFile:
         Digest of the content and the name.
     limits : FileLimits
         Limits of the readers; `memory` and `seconds` limit the process.
-
-    Examples
-    --------
-    >>> from ccwsim.io import inspect
-    >>> from ccwsim.io.limits import UPLOAD_LIMITS
-    >>> file = IsolatedFile(b"x,y,facies\\n1,2,0\\n", "wells.csv", "digest", UPLOAD_LIMITS)
-    >>> inspect(file).is_table
-    True
     """
 
     def __init__(self, content: bytes, name: str, digest: str, limits: FileLimits) -> None:

@@ -39,12 +39,6 @@ def read_grdecl(content: bytes, name: str) -> DataFile:
     Layers run from the top, as K does. Rows run from the north, unless COORD or MAPAXES state that
     y grows with J. Cells with an ACTNUM of 0 are unknown. The cell size and the origin are those of
     COORD and ZCORN, or of DX, DY, DZ and TOPS, if the cells are equal and not rotated.
-
-    Examples
-    --------
-    >>> file = read_grdecl(b"DIMENS\\n 2 1 1 /\\nFACIES\\n 2*1 /\\n", "a.grdecl")
-    >>> file.variables["FACIES"].tolist()
-    [[[1.0, 1.0]]]
     """
     content = _bare(content)
     sizes = _SIZES.search(content)
@@ -127,15 +121,7 @@ def is_irap(content: bytes) -> bool:
 
 
 def read_irap(content: bytes, name: str) -> DataFile:
-    """Return the values of an IRAP ASCII grid, whose nodes are the centres of cells.
-
-    Examples
-    --------
-    >>> text = b"-996 1 10 10\\n5 15 5 5\\n2 0 5 5\\n0 0 0 0 0 0 0\\n0 1\\n"
-    >>> file = read_irap(text, "a.irap")
-    >>> file.variables["grid"].tolist(), file.origin
-    ([[[0.0, 1.0]]], (0.0, 0.0))
-    """
+    """Return the values of an IRAP ASCII grid, whose nodes are the centres of cells."""
     head = numbers_in(b" ".join(content.split(None, 19)[:19]), name).tolist()
     if len(head) < 19:
         raise CCWSIMError(f"{name}: the header is incomplete; get the complete file")
@@ -158,12 +144,6 @@ def grdecl_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
 
     J runs from the north and K from the top; a map is one layer of depths from 0 to 1. Keywords
     are the names of the maps in 8 letters or digits, after a comment with the full name.
-
-    Examples
-    --------
-    >>> text = grdecl_as_bytes({"facies": np.array([[0, 0, 1]])}, Grid(1, 3))
-    >>> text.decode().splitlines()[-3:]
-    ['FACIES', '2*0 1', '/']
     """
     nz, (ny, nx) = grid.nz or 1, grid.shape[-2:]
     (sx, sy, *along_z), (ox, oy, *bottom) = grid.cell_size, grid.origin

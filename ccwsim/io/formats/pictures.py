@@ -77,12 +77,6 @@ def picture_facies(
     `classes="codes"`, the default for PNGs written by this package, uses the palette indices or
     the grey values as codes. `classes=n` uses the n main colours. A threshold or a list of edges
     divides the grey values (0 is black, 255 is white).
-
-    Examples
-    --------
-    >>> rgb = np.array([[[0] * 3, [255] * 3]], np.uint8)
-    >>> picture_facies(PictureFile("a.png", rgb, None)).tolist()
-    [[0, 1]]
     """
     if threshold is None and isinstance(classes, (int, np.integer)):
         return nearest_colours(picture.rgb, int(classes))
@@ -171,13 +165,7 @@ DEFAULT_COLOURS = ("#1f3f77", "#f0a830", "#2f8f5b", "#a63d2f", "#7d5ba6", "#8a8f
 
 
 def colours_for(n: int, colours: Sequence[str] | None = None) -> NDArray[np.uint8]:
-    """Return n colours as red, green and blue, shape (n, 3).
-
-    Examples
-    --------
-    >>> colours_for(1, ["#ff8000"]).tolist()
-    [[255, 128, 0]]
-    """
+    """Return n colours as red, green and blue, shape (n, 3)."""
     given = list(DEFAULT_COLOURS if colours is None else colours)[:n]
     rgb = [_rgb(colour) for colour in given]
     for k in range(len(rgb), n):
@@ -255,12 +243,6 @@ def nearest_colours(rgb: NDArray[np.uint8], n: int) -> NDArray[np.int64]:
 
     The first colour is the most frequent colour. Each further colour is frequent and differs
     strongly from the colours already chosen. Lloyd's k-means then refines the colours.
-
-    Examples
-    --------
-    >>> picture = np.array([[[0] * 3, [3] * 3, [250] * 3, [255] * 3]], np.uint8)
-    >>> nearest_colours(picture, 2).tolist()
-    [[0, 0, 1, 1]]
     """
     if not 2 <= n <= MAX_COLOURS:
         raise CCWSIMError(f"classes = {shown(n)} must be from 2 to {MAX_COLOURS} for a picture")

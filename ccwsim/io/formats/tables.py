@@ -20,14 +20,7 @@ NAME = "the table"
 
 
 def read_memory_table(table: Any) -> DataFile:
-    """Return the columns of a table for which `is_table` is true.
-
-    Examples
-    --------
-    >>> file = read_memory_table({"Easting": [5, 15], "lith": ["sand", None]})
-    >>> file.variables["Easting"], file.words
-    (array([ 5., 15.]), {'lith': ('sand', '')})
-    """
+    """Return the columns of a table for which `is_table` is true."""
     keys = list(table.dtype.names) if hasattr(getattr(table, "dtype", None), "names") else []
     keys = keys or list(table if isinstance(table, Mapping) else table.columns)
     if not keys:

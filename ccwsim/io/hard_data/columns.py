@@ -196,15 +196,7 @@ def assign_columns(file: DataFile, asked: PointColumns, *, volume: bool) -> Assi
 
 
 def assign_well_columns(file: DataFile, table: str, asked: WellColumns) -> Assignment:
-    """Assign the columns of a table of wells to roles.
-
-    Examples
-    --------
-    >>> columns = ("BHID", "From", "To", "Rock")
-    >>> file = DataFile("table", "a.csv", {}, is_table=True, columns=columns)
-    >>> assign_well_columns(file, "intervals", WellColumns()).columns
-    {'well': 'BHID', 'depth_from': 'From', 'depth_to': 'To', 'facies': 'Rock'}
-    """
+    """Assign the columns of a table of wells to roles."""
     roles, columns, problems = WELL_TABLES[table], dict[str, str](), list[str]()
     has_facies = table == "intervals"
     with _collected(problems):
@@ -251,13 +243,7 @@ def _check_complete(
 
 
 def is_points(names: list[str]) -> bool:
-    """Return whether some of these column names are names of coordinates.
-
-    Examples
-    --------
-    >>> is_points(["X [m]", "Y [m]", "facies"]), is_points(["facies", "porosity"])
-    (True, False)
-    """
+    """Return whether some of these column names are names of coordinates."""
     pairs = ("x", "y"), ("row", "column")
     return any(_first(names, first) and _first(names, second) for first, second in pairs)
 
@@ -273,12 +259,6 @@ def place_columns(
 
     The user may name the columns `x` and `y`. Columns in `taken` have another role, so they are
     not guessed as coordinates.
-
-    Examples
-    --------
-    >>> columns = ("Easting [m]", "Northing [m]", "facies")
-    >>> place_columns(DataFile("table", "a.csv", {}, is_table=True, columns=columns))
-    ('Easting [m]', 'Northing [m]', True, [])
     """
     names, cells, asked = list(file.names), coordinates == "cells", [x, y]
     free = [name for name in names if name not in (*asked, *taken)]
@@ -362,14 +342,7 @@ def columns_of(
 
 
 def asked_columns(file: DataFile, asked: Asked) -> dict[str, str]:
-    """Return the columns given by the user; raise an error if one is missing or given twice.
-
-    Examples
-    --------
-    >>> file = DataFile("table", "a.csv", {}, is_table=True, columns=("East", "North"))
-    >>> asked_columns(file, {"x": "east", "y": None, "z": ""})
-    {'x': 'East'}
-    """
+    """Return the columns given by the user; raise an error if one is missing or given twice."""
     roles: dict[str, str] = {}  # role by column
     for role, name in asked.items():
         if name is None or (isinstance(name, str) and not name):
@@ -384,14 +357,7 @@ def asked_columns(file: DataFile, asked: Asked) -> dict[str, str]:
 
 
 def value_column(file: DataFile, taken: Collection[str], variable: str | None) -> str:
-    """Find the column of facies among the columns that are not `taken` as coordinates.
-
-    Examples
-    --------
-    >>> file = DataFile("table", "a.csv", {}, is_table=True, columns=("x", "y", "id", "Code"))
-    >>> value_column(file, ["x", "y"], None)
-    'Code'
-    """
+    """Find the column of facies among the columns that are not `taken` as coordinates."""
     if variable is not None:
         return file.column(variable)
     rest = [name for name in file.names if name not in taken]

@@ -230,12 +230,6 @@ def far_away(places: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Return a mask of places, shape (n, 2 or 3), whose x or y is far from those of the others.
 
     The distance is more than the extent of all places without the outer tenth along an axis.
-
-    Examples
-    --------
-    >>> x = np.append(np.arange(30.0), 5000)
-    >>> np.flatnonzero(far_away(np.column_stack([x, x])))
-    array([30])
     """
     far = np.zeros(len(places), bool)
     if not len(places) or not np.isfinite(places).all():

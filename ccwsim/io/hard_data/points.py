@@ -141,12 +141,6 @@ def heights_below(
 
     Two depths define an interval. The height of an interval is the height of its middle; spans,
     shape (n, 2), contain the heights of bottom and top.
-
-    Examples
-    --------
-    >>> collar, top, base = np.array([100.0]), np.array([10.0]), np.array([14.0])
-    >>> heights_below("a.csv", np.array([2]), collar, [top, base])
-    (array([88.]), array([[86., 90.]]))
     """
     if len(depths) < 2:
         return z - depths[0] if depths else z, None
