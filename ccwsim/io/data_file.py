@@ -67,23 +67,20 @@ class DataFile:
         """Return the name of the variable to read; by default, the only variable of the file."""
         names = list(self.variables)
         if variable is not None:
-            return self._named(variable, names)
-        liked = [n for n in names if n.lower() in preferred]
+            return self.column(variable, names)
+        liked = [name for name in names if name.lower() in preferred]
         if len(names) == 1 or len(liked) == 1:
             return (liked or names)[0]
         said = f"{self.name} has {len(names)} variables: {listed(names)}"
         raise CCWSIMError(f"{said}; pick one ({argument}=)")
 
-    def column(self, name: str) -> str:
-        """Find a column of numbers or text; return its name as written in the file."""
-        return self._named(name, list(self.names))
-
-    def _named(self, variable: str, names: list[str]) -> str:
-        said = variable if isinstance(variable, str) else shown(variable)
+    def column(self, name: str, among: Sequence[str] = ()) -> str:
+        """Find a column or variable; return its name as written in the file."""
+        names, said = among or self.names, name if isinstance(name, str) else shown(name)
         same = [n for n in names if n == said] or [n for n in names if n.lower() == said.lower()]
         if len(same) != 1:
             there = listed(names)
-            raise CCWSIMError(f"{self.name} has no variable {shown(variable)}; choose from {there}")
+            raise CCWSIMError(f"{self.name} has no variable {shown(name)}; choose from {there}")
         return same[0]
 
     def grid_of(self, variable: str, shape: tuple[int, ...] | None) -> NDArray:
@@ -212,7 +209,8 @@ def broken(message: str, *kinds: type[Exception], remedy: str = "") -> Iterator[
     except (CCWSIMError, MemoryError):
         raise
     except kinds as error:
-        reason = printable(" ".join(str(error).split()), 100)
+        said = getattr(error, "strerror", None) or str(error)
+        reason = printable(" ".join(said.split()), 100)
         raise CCWSIMError(f"{message} ({reason}); {remedy}" if remedy else message) from error
 
 

@@ -36,12 +36,7 @@ def as_grid(file: DataFile, shape: tuple[int, ...] | None = None) -> DataFile:
 
     With a `shape`, a table is unchanged too: its rows are the cells of this shape, in their order.
     Otherwise, each row goes to the cell of its coordinates, whatever the order of the rows. Cells
-    without a row are NaN.
-
-    Raises
-    ------
-    CCWSIMError
-        If the table has coordinates, but its points do not fill a regular grid.
+    without a row are NaN. Raises `CCWSIMError` for coordinates that do not fill a regular grid.
 
     Examples
     --------

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
 from contextvars import ContextVar
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from math import inf, prod
+from typing import Any
 
 from ccwsim.model.errors import CCWSIMError, shown
 
@@ -109,14 +110,8 @@ class TooManyCells(CCWSIMError):
 def check_cells(name: str, *shapes: tuple[float, ...]) -> int:
     """Return the number of values of arrays; raise an error for 0 or too many values.
 
-    A size that is not a whole number, as in a damaged header, is an error too.
-
-    Raises
-    ------
-    TooManyCells
-        If the arrays have too many values.
-    CCWSIMError
-        If a shape is impossible.
+    Too many values raise `TooManyCells`; an impossible size, as in a damaged header, raises
+    `CCWSIMError`.
     """
     for shape in shapes:
         if min(shape, default=0) < 1 or any(side % 1 != 0 for side in shape):
@@ -192,17 +187,13 @@ def upload_limits(environment: Mapping[str, str] | None = None) -> FileLimits:
     1000000
     """
     given = os.environ if environment is None else environment
-    kinds = {field.name: type(getattr(UPLOAD_LIMITS, field.name)) for field in fields(FileLimits)}
-    texts = {name: given.get(variable, "").strip() for name, variable in VARIABLES.items()}
-    changed = {k: _number(VARIABLES[k], text, kinds[k]) for k, text in texts.items() if text}
+    changed: dict[str, Any] = {}
+    for name, variable in VARIABLES.items():
+        if said := given.get(variable, "").strip():
+            kind = type(getattr(UPLOAD_LIMITS, name))
+            with suppress(ValueError, OverflowError):
+                changed[name] = kind(float(said))  # accept 4e6 for integers, too
+            if not changed.get(name, 0) > 0:
+                message = f"{variable} = {shown(said)} must be a number above 0; correct it"
+                raise CCWSIMError(message)
     return replace(UPLOAD_LIMITS, **changed)
-
-
-def _number(variable: str, said: str, kind: type) -> float:
-    try:
-        value = kind(float(said))  # accept 4e6 for integers, too
-    except (ValueError, OverflowError):
-        value = 0
-    if not value > 0:
-        raise CCWSIMError(f"{variable} = {shown(said)} must be a number above 0; correct it")
-    return value

@@ -127,17 +127,12 @@ def kind_of(content: bytes) -> str:
 
 
 def _of_path(path: Path) -> tuple[bytes, str]:
-    try:
+    with broken(f"{path} cannot be read", OSError, ValueError, remedy="check the path"):
         if not S_ISREG(path.stat().st_mode):
             raise CCWSIMError(f"{path} is not a file")
         check_bytes(path.name, path.stat().st_size)
         with path.open("rb") as file:
             return file.read(limits().bytes + 1), printable(path.name) or "file"
-    except CCWSIMError:
-        raise
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise CCWSIMError(f"{path} cannot be read: {reason}") from error
 
 
 def _of_object(file: Any) -> tuple[bytes, str]:
@@ -146,12 +141,10 @@ def _of_object(file: Any) -> tuple[bytes, str]:
     name = getattr(file, "name", None)
     base = name.replace("\\", "/").rsplit("/", 1)[-1] if isinstance(name, str) else ""
     name = printable(base) or "file"  # used only in messages
-    try:
+    with broken(f"{name} cannot be read", OSError, ValueError, remedy="open it again"):
         if hasattr(file, "seek"):
             file.seek(0)
         content = file.read(limits().bytes + 1)
-    except (OSError, ValueError) as error:
-        raise CCWSIMError(f"{name} cannot be read: {error}") from error
     if isinstance(content, str):
         raise CCWSIMError(f"{name} was opened as text; open it in binary mode")
     return bytes(content), name
@@ -241,19 +234,13 @@ def open_content(
 
 def _recognized(content: bytes, name: str) -> tuple[str, bytes]:
     """Return the kind of a file, a key of `READERS` if it can be read, and texts in UTF-8."""
-    kind = _kind_of_bytes(content, name)
+    kind = kind_of(content)
+    if kind == "tiff" and not (find_spec("rasterio") and is_map(content, name)):
+        kind = "picture"
     if kind != "text":
         return kind, content
     text = _plain_text(content, name)
     return next((kind for kind, fits in _TEXTS.items() if fits(text)), "table"), text
-
-
-def _kind_of_bytes(content: bytes, name: str) -> str:
-    """Return the kind of a file as `kind_of`, and "picture" for a TIFF that is no map."""
-    kind = kind_of(content)
-    if kind == "tiff" and not (find_spec("rasterio") and is_map(content, name)):
-        return "picture"
-    return kind
 
 
 def _plain_text(content: bytes, name: str) -> bytes:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -112,10 +112,9 @@ def read_training_image(
         raise CCWSIMError(
             f"slice_index = {shown(slice_index)} and volume=True exclude each other; give one"
         )
-    cut = {"crop": crop, "every": every, "layers": layers}
-    how = {"variable": variable, "up": up, "slice_index": slice_index, "volume": volume}
-    how |= {"z_up": z_up, "shape": shape}
-    file, given = _opened(path_or_file, how | cut)
+    answers = {"crop": crop, "every": every, "layers": layers, "shape": shape, "z_up": z_up}
+    answers |= {"variable": variable, "up": up, "slice_index": slice_index, "volume": volume}
+    file, key, values = _read(path_or_file, answers)
     if isinstance(file, PictureFile):
         if volume:
             raise CCWSIMError(f"{file.name} is a picture with one layer; leave out volume=")
@@ -123,7 +122,6 @@ def read_training_image(
         codes = picture_facies(file, threshold=threshold, classes=classes)
         codes, names = codes if up else codes[::-1], None
     else:
-        key, values = _values(file, **{name: given.get(name) for name in how})
         _check_known(file.name, file.unknown_note(values))
         codes = classify(values, threshold=threshold, classes=classes, what=f"{file.name}, {key}")
         names = file.labels.get(key)
@@ -187,34 +185,27 @@ def read_geometry(path_or_file: PathOrFile, **answers: Any) -> Grid | None:
     >>> read_geometry(BytesIO(b"2 1 1 10 10 1 500 0 0\\n1\\nfacies\\n0\\n1\\n"))
     Grid(ny=1, nx=2, cell_size=(10.0, 10.0), origin=(500.0, 0.0))
     """
-    file, answers = _opened(path_or_file, answers)
-    if isinstance(file, PictureFile) or answers.get("transpose"):
+    file, key, values = _read(path_or_file, answers)
+    if isinstance(file, PictureFile) or file.cell_size is None or answers.get("transpose"):
         return None
-    how = {name: answers[name] for name in answers if name in _OF_VALUES}
-    key, values = _values(file, **how)
-    layers = file.grid_of(key, answers.get("shape"))
-    if file.cell_size is None or layers.shape[1:] != values.shape[-2:]:
-        return None
-    return file.placed(values.shape)
+    is_section = file.variables[key].shape[1:] != values.shape[-2:]
+    return None if is_section else file.placed(values.shape)
 
 
-_OF_PART = ("shape", "up", "z_up")
-"""Parameters of `read_training_image` that matter for a part of a grid."""
-_OF_VALUES = ("variable", "slice_index", "volume", *_OF_PART)
-"""Parameters of `read_training_image` that choose values of a grid."""
-
-
-def _opened(
-    path_or_file: PathOrFile, answers: dict[str, Any]
-) -> tuple[DataFile | PictureFile, dict[str, Any]]:
-    """Return the file as a grid or a picture, and the parameters that are still needed."""
-    part = FilePart.answered(answers)
-    file = open_file(path_or_file, part, **{k: answers.get(k) for k in _OF_PART})
-    if part is not None:
-        answers = {name: value for name, value in answers.items() if name != "shape"}
-    if isinstance(file, DataFile):
-        file = as_grid(file, answers.get("shape"))
-    return file, answers
+def _read(
+    path_or_file: PathOrFile, answers: Mapping[str, Any]
+) -> tuple[DataFile | PictureFile, str, NDArray]:
+    """Return a file, and name and values of the variable; of a picture, only the file."""
+    part, shape = FilePart.answered(answers), answers.get("shape")
+    how: dict[str, Any] = {name: answers.get(name) for name in ("up", "z_up")}
+    file = open_file(path_or_file, part, shape=shape, **how)
+    if isinstance(file, PictureFile):
+        return file, "", np.empty(0)
+    shape = shape if part is None else None  # a part is a grid already
+    file = as_grid(file, shape)
+    key = file.chosen(answers.get("variable"), PREFERRED)
+    how |= {name: answers.get(name) for name in ("slice_index", "volume")}
+    return file, key, file.oriented(file.grid_of(key, shape), **how)
 
 
 def read_grid(path_or_file: PathOrFile, **answers: Any) -> NDArray[np.float64]:
@@ -235,13 +226,11 @@ def read_grid(path_or_file: PathOrFile, **answers: Any) -> NDArray[np.float64]:
     >>> read_grid(BytesIO(b"2 1 1\\n1\\nporosity\\n0.25\\n-999\\n"))
     array([[0.25,  nan]])
     """
-    file, answers = _opened(path_or_file, answers)
+    file, _, values = _read(path_or_file, answers)
     if isinstance(file, PictureFile):
         grey = grey_of(file.rgb)
         grey = grey if file.known is None else np.where(file.known, grey, np.nan)
         return grey if answers.get("up") else grey[::-1]
-    how = {name: answers[name] for name in answers if name in _OF_VALUES}
-    _, values = _values(file, **how)
     return np.where(file.known(values), values, np.nan).astype(np.float64)
 
 
@@ -305,17 +294,6 @@ def training_image_as_bytes(
     content = BytesIO()
     np.save(content, training_image.array, allow_pickle=False)
     return content.getvalue()
-
-
-def _values(
-    file: DataFile,
-    *,
-    variable: str | None = None,
-    shape: tuple[int, ...] | None = None,
-    **orientation: Any,
-) -> tuple[str, NDArray]:
-    key = file.chosen(variable, PREFERRED)
-    return key, file.oriented(file.grid_of(key, shape), **orientation)
 
 
 def _png(training_image: TrainingImage, colours: Sequence[str] | None) -> bytes:

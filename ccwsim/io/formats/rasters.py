@@ -42,13 +42,7 @@ def is_map(content: bytes, name: str) -> bool:
 
 
 def read_raster(content: bytes, name: str, kind: str) -> DataFile:
-    """Return the bands of a raster as variables, or its pages as the layers of volumes.
-
-    Raises
-    ------
-    CCWSIMError
-        If rasterio is not installed, the file is broken, or its pages differ in size.
-    """
+    """Return the bands of a raster as variables, or its pages as the layers of volumes."""
     with _opened(content, name, kind) as first, ExitStack() as opened:
         if max(len(first.subdatasets), first.count) > MAX_VARIABLES:
             raise CCWSIMError(f"{name}: more than {MAX_VARIABLES} pages or bands; save fewer")

@@ -16,6 +16,8 @@ from ccwsim.io.limits import MAX_VARIABLES, check_cells, limits
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 
+_IN_TITLE = re.compile(r"\((\d{1,6}) ?[xX×] ?(\d{1,6})(?: ?[xX×] ?(\d{1,6}))?\)")
+"""Sizes in a title such as "channels (250x250x1)", as SGeMS writes it."""
 MAX_HEADER_LINE = 1000
 """Maximum number of bytes of a header line."""
 
@@ -124,12 +126,6 @@ def _grid_sizes(line: str) -> tuple[int, int, int] | None:
     return int(nx), int(ny), int(nz)
 
 
-def _sizes_in(title: str) -> tuple[int, int, int] | None:
-    """Return the sizes in a title such as "channels (250x250x1)", as SGeMS writes it."""
-    sizes = re.search(r"\((\d{1,6}) ?[xX×] ?(\d{1,6})(?: ?[xX×] ?(\d{1,6}))?\)", title)
-    return (int(sizes[1]), int(sizes[2]), int(sizes[3] or 1)) if sizes else None
-
-
 class _Size(NamedTuple):
     """The numbers of a GSLIB header: cells along x, y and z, cell size, and corner of the grid."""
 
@@ -146,15 +142,12 @@ def _size_of(lines: list[str]) -> _Size | None:
         return _Size(cells, _three(numbers[3:6]), _three(numbers[6:9]))
     numbers = _leading_numbers(lines[1])[1:]
     if cells := _grid_sizes(" ".join(map(str, numbers[:3]))):
-        cell, centre = (
-            _three(numbers[6:9]),
-            numbers[3:6],
-        )  # programs of GSLIB state the centre first
+        cell, centre = _three(numbers[6:9]), numbers[3:6]  # as programs of GSLIB write them
         corner = [c - s / 2 for c, s in zip(centre, cell, strict=True)] if cell else []
         stacked = len(numbers) in (4, 10) and numbers[-1] % 1 == 0
         return _Size(cells, cell, corner, int(numbers[-1]) if stacked else 1)
-    cells = _sizes_in(lines[0])
-    return _Size(cells, [], []) if cells else None
+    sizes = _IN_TITLE.search(lines[0])
+    return _Size((int(sizes[1]), int(sizes[2]), int(sizes[3] or 1)), [], []) if sizes else None
 
 
 def _three(numbers: list[float]) -> list[float]:
