@@ -26,13 +26,7 @@ def write_bytes(path_or_file: Any, content: bytes) -> None:
 
 
 def format_of(path_or_file: Any, format: str | None, allowed: Collection[str]) -> str:
-    """Return the requested format; by default, return the ending of the path.
-
-    Examples
-    --------
-    >>> format_of("out.NPZ", None, {"npz", "png"})
-    'npz'
-    """
+    """Return the requested format; by default, return the ending of the path."""
     is_path = isinstance(path_or_file, (str, os.PathLike))
     ending = Path(path_or_file).suffix if is_path else ""
     kind = (format or ending).lower().removeprefix(".")

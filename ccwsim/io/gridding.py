@@ -37,14 +37,6 @@ def as_grid(file: DataFile, shape: tuple[int, ...] | None = None) -> DataFile:
     With a `shape`, a table is unchanged too: its rows are the cells of this shape, in their order.
     Otherwise, each row goes to the cell of its coordinates, whatever the order of the rows. Cells
     without a row are NaN. Raises `CCWSIMError` for coordinates that do not fill a regular grid.
-
-    Examples
-    --------
-    >>> y, x = np.divmod(np.arange(16.0), 4)
-    >>> columns = {"x": 10 * x + 5, "y": 35 - 10 * y, "facies": y}
-    >>> grid = as_grid(DataFile("table", "a.csv", columns, is_table=True))
-    >>> grid.variables["facies"][0, 0].tolist(), grid.cell_size, grid.origin
-    ([3.0, 3.0, 3.0, 3.0], (10.0, 10.0), (0.0, 0.0))
     """
     if shape is None and not file.is_table:
         return _of_rows(file)

@@ -177,11 +177,10 @@ def _of_npz(members: Mapping[str, NDArray], image: TrainingImage | None) -> Ense
         )
     n, *shape = stack.shape
     if image is None and "training_image" in members:
-        names = members["facies_names"].tolist() if "facies_names" in members else None
-        if names is not None:
-            if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-                raise CCWSIMError("facies_names must be a list; save it again")
-            names = [printable(name) for name in names]
+        names = members.get("facies_names")
+        if names is not None and names.ndim != 1:
+            raise CCWSIMError("facies_names must be a list; save it again")
+        names = None if names is None else [printable(name) for name in names.tolist()]
         label = printable(str(_one(members, "image_name", "")))
         image = TrainingImage(members["training_image"], name=label, facies_names=names)
     if image is None and "codes" in members:

@@ -189,9 +189,7 @@ def test_rows_without_a_value_are_left_out_and_counted(missing):
 
 
 def test_a_grid_must_be_the_simulation_grid():
-    with pytest.raises(
-        CCWSIMError, match="3 rows and 4 columns, but the simulation grid has 5 and 6"
-    ):
+    with pytest.raises(CCWSIMError, match="of 4 × 3 cells, but the simulation grid has 6 × 5"):
         load(SAMPLES["grid"], Grid(5, 6))
     assert load(SAMPLES["grid"], None).hard_data.digest == EXPECTED.digest
 

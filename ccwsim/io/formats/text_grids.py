@@ -44,12 +44,6 @@ def read_gslib(content: bytes, name: str) -> DataFile:
     The text is a grid if line 1 has three to nine numbers (`nx ny nz [sx sy sz [ox oy oz]]`), or
     line 2 has the sizes after the count. The text is a table (points, or a grid of unknown size)
     if line 1 is a title or one number.
-
-    Examples
-    --------
-    >>> file = read_gslib(b"3 2 1\\n1\\nfacies\\n0\\n0\\n1\\n1\\n1\\n0\\n", "ti.sgems")
-    >>> file.variables["facies"].tolist()
-    [[[0.0, 0.0, 1.0], [1.0, 1.0, 0.0]]]
     """
     lines, _ = _head(content, 2)
     count = lines[1].split()
@@ -217,14 +211,7 @@ def is_esri(content: bytes) -> bool:
 
 
 def read_esri(content: bytes, name: str) -> DataFile:
-    """Return the grid of an ESRI ASCII text; its first row is the north.
-
-    Examples
-    --------
-    >>> file = read_esri(b"ncols 2\\nnrows 1\\ncellsize 5\\nNODATA_value -1\\n0 1\\n", "a.asc")
-    >>> file.variables["grid"].tolist(), file.cell_size, file.missing
-    ([[[0.0, 1.0]]], (5.0, 5.0), (-1.0,))
-    """
+    """Return the grid of an ESRI ASCII text; its first row is the north."""
     if b"," in content:  # decimal commas
         content = content.replace(b",", b".")
     content = re.sub(rb"(?i)\b(null|na|n/a)\b", b"nan", content)

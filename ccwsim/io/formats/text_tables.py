@@ -29,13 +29,7 @@ _EXPONENT = re.compile(rb"(?<=\d)(\.?)[dD](?=[+-]?\d)")
 
 
 def is_number(word: str) -> bool:
-    """Return whether a word is a number (or NaN).
-
-    Examples
-    --------
-    >>> is_number(" 0.0000000e+000"), is_number("sand")
-    (True, False)
-    """
+    """Return whether a word is a number (or NaN)."""
     try:
         float(word)
     except ValueError:
@@ -63,25 +57,20 @@ def numbers_in(
 
 
 def _parsed(chunk: bytes, name: str, line: int) -> NDArray[np.float64]:
+    """Return the numbers in a part of a text; raise an error for the first other word."""
     words = chunk.split()
-    if not words:
-        return np.empty(0)
-    if b"_" not in chunk and len(max(words, key=len)) <= MAX_WORD:
+    if b"_" not in chunk and len(max(words, key=len, default=b"")) <= MAX_WORD:
         for text in (words, _EXPONENT.sub(rb"\1e", chunk).split()):
             with suppress(ValueError):
                 values = np.array(text, dtype=np.float64)
                 if not np.isinf(values).any():
                     return values
-    raise CCWSIMError(_first_bad(chunk, name, line))
-
-
-def _first_bad(chunk: bytes, name: str, line: int) -> str:
     for k, text in enumerate(chunk.split(b"\n")):
         for word in text.split():
             said = word[:MAX_WORD].decode("latin-1")
             if len(word) > MAX_WORD or not is_number(said) or np.isinf(float(said)):
-                return not_a_number(name, line + k, said)
-    return f"{name}: a value after line {line} is not a number; correct it"
+                raise CCWSIMError(not_a_number(name, line + k, said))
+    raise CCWSIMError(f"{name}: a value after line {line} is not a number; correct it")
 
 
 SEPARATORS = (";", "\t", ",", None)
@@ -156,13 +145,7 @@ def column_of_numbers(fields: Sequence[str], decimal: str = ".") -> NDArray[np.f
 def numbered(
     words: Sequence[str], unknown: Collection[str]
 ) -> tuple[NDArray[np.float64], tuple[str, ...]]:
-    """Return the index of each word among the sorted different words (NaN if unknown), and these.
-
-    Examples
-    --------
-    >>> numbered(["sand", "", "mud"], {""})
-    (array([ 1., nan,  0.]), ('mud', 'sand'))
-    """
+    """Return the index of each word among the sorted names (NaN if unknown), and the names."""
     names = tuple(sorted({*words} - {*unknown}))
     indices = {name: float(k) for k, name in enumerate(names)}
     return np.array([indices.get(word, np.nan) for word in words]), names

@@ -23,7 +23,11 @@ UNREAD = (
     ("an Eclipse binary file", rb"\0\0\0\x10[A-Z0-9_ ]{8}.{4}(INTE|REAL|DOUB|LOGI|CHAR)", _GRID),
     ("an IRAP binary grid", rb"\0\0\0\x20\xff\xff\xfc\x1c", "save it as IRAP ASCII"),
     ("an SGeMS binary file", rb"\xb2\x11\x17\x5d", "save it in SGeMS as GSLIB"),
-    ("an SEG-Y file", rb"\xc3[\x40\xf0]\xf1|C[ 0]1.{3197}.{0,60}\0", "save a slice as CSV"),
+    (
+        "an SEG-Y file",
+        rb"\xc3[\x40\xf0]\xf1|C[ 0]1.{3197}.{0,60}\0",
+        "save a slice as CSV or GSLIB",
+    ),
     ("a Petrel well trace", rb"\s*# WELL TRACE FROM PETREL", _SURVEY),
     ("a DLIS well log", rb".{4}V[12]\.\d\dRECORD", "save it as LAS or CSV"),
     ("a LAS point cloud (lidar)", rb"LASF", "save its points as CSV"),
@@ -36,7 +40,11 @@ UNREAD = (
     ("a Feather table", rb"ARROW1|FEA1", _TABLE),
     ("a file of R", rb"RD[AX]\d\n", _TABLE),
     ("a pickle of Python", rb"\x80[\x02-\x05]", "save its arrays as npy or npz"),
-    ("an old Excel or Office file", rb"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "save it as CSV"),
+    (
+        "an old Excel or Office file",
+        rb"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1",
+        "save it as .xlsx or CSV",
+    ),
     ("a PowerPoint file", rb"PK.*ppt/presentation", _PICTURE),
     ("a Word file", rb"PK.*word/document", f"{_PICTURE}, or its table as CSV"),
     ("an OpenDocument file", rb"PK.*mimetypeapplication/vnd\.oasis", _TABLE),
@@ -59,13 +67,7 @@ _DIRECTORY = 65536
 
 
 def refusal(content: bytes) -> str:
-    """Return the name of a format that is not read, and a remedy; empty for unknown formats.
-
-    Examples
-    --------
-    >>> refusal(b"%PDF-1.7")
-    'a PDF file; save the picture itself as PNG, or its table as CSV'
-    """
+    """Return the name of a format that is not read, and a remedy; empty for unknown formats."""
     start = content[:_START] + (content[-_DIRECTORY:] if content.startswith(b"PK") else b"")
     fits = (f"{name}; {fix}" for name, mark, fix in UNREAD if re.match(mark, start, re.DOTALL))
     return next(fits, "")

@@ -157,16 +157,7 @@ NOTHING_ASSIGNED = Assignment({})
 
 
 def assign_columns(file: DataFile, asked: PointColumns, *, volume: bool) -> Assignment:
-    """Assign columns of a table to coordinates, facies and, for a volume, heights and wells.
-
-    Examples
-    --------
-    >>> file = DataFile("table", "a.csv", {}, is_table=True, columns=("Ost", "Nord", "z", "Rock"))
-    >>> assign_columns(file, PointColumns(), volume=True).columns
-    {'x': 'Ost', 'y': 'Nord', 'z': 'z', 'facies': 'Rock'}
-    >>> assign_columns(file, PointColumns(well="Rock"), volume=False).problems
-    ("well = 'Rock' applies only to volumes; give a grid with nz, or leave the column out",)
-    """
+    """Assign columns of a table to coordinates, facies and, for a volume, heights and wells."""
     columns, named = dict[str, str](), dict[str, str]()
     notes, problems = list[str](), list[str]()
     world = asked.coordinates != "cells"

@@ -82,15 +82,7 @@ class ImportedPoints:
         return self.words[int(value)] if self.words else f"{value:g}"
 
     def named(self, which: NDArray[np.integer]) -> str:
-        """Return the line numbers of some data as a phrase: "lines 3, 7 and 12".
-
-        Examples
-        --------
-        >>> none = np.empty(0)
-        >>> points = ImportedPoints(none, none, np.array([2, 3]), True, "line", "a", "b")
-        >>> points.named(np.array([0, 1]))
-        'lines 2 and 3'
-        """
+        """Return the line numbers of some data as a phrase: "lines 3, 7 and 12"."""
         return named_lines(self.counted, self.lines[which])
 
     def refuse(self, bad: NDArray[np.bool_], said: str) -> None:
@@ -424,12 +416,9 @@ def _of_list(file: DataFile, key: str, coordinates: str | None, volume: bool) ->
 
 def _of_grid(file: DataFile, key: str, cells: NDArray, grid_shape: Shape | None) -> ImportedPoints:
     if grid_shape is not None and cells.shape != tuple(grid_shape):
-        size, other = f"{describe_shape(cells.shape)} cells", describe_shape(grid_shape)
-        if not _is_volume(grid_shape):
-            size = "{} rows and {} columns".format(*cells.shape)
-            other = "{} and {}".format(*grid_shape)
         raise CCWSIMError(
-            f"{file.name} is a grid of {size}, but the simulation grid has {other}; use equal sizes"
+            f"{file.name} is a grid of {describe_shape(cells.shape)} cells, but the simulation "
+            f"grid has {describe_shape(grid_shape)}; use equal sizes"
         )
     known = file.known(cells)
     check_few(file.name, int(np.count_nonzero(known)), "known cells")
