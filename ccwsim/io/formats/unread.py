@@ -9,6 +9,7 @@ _GRID = "save its grid as GSLIB, GRDECL or ESRI ASCII"
 _TABLE = "save its table as CSV"
 _PICTURE = "save the picture itself as PNG"
 _SURVEY = "save MD, AZIM and INCL as CSV, with a column of the well's name"
+_SLICE = "save a slice as CSV or GSLIB"
 _UNPACK = "unpack it and use the file in it"
 
 UNREAD = (
@@ -23,11 +24,7 @@ UNREAD = (
     ("an Eclipse binary file", rb"\0\0\0\x10[A-Z0-9_ ]{8}.{4}(INTE|REAL|DOUB|LOGI|CHAR)", _GRID),
     ("an IRAP binary grid", rb"\0\0\0\x20\xff\xff\xfc\x1c", "save it as IRAP ASCII"),
     ("an SGeMS binary file", rb"\xb2\x11\x17\x5d", "save it in SGeMS as GSLIB"),
-    (
-        "an SEG-Y file",
-        rb"\xc3[\x40\xf0]\xf1|C[ 0]1.{3197}.{0,60}\0",
-        "save a slice as CSV or GSLIB",
-    ),
+    ("an SEG-Y file", rb"\xc3[\x40\xf0]\xf1|C[ 0]1.{3197}.{0,60}\0", _SLICE),
     ("a Petrel well trace", rb"\s*# WELL TRACE FROM PETREL", _SURVEY),
     ("a DLIS well log", rb".{4}V[12]\.\d\dRECORD", "save it as LAS or CSV"),
     ("a LAS point cloud (lidar)", rb"LASF", "save its points as CSV"),
@@ -40,11 +37,7 @@ UNREAD = (
     ("a Feather table", rb"ARROW1|FEA1", _TABLE),
     ("a file of R", rb"RD[AX]\d\n", _TABLE),
     ("a pickle of Python", rb"\x80[\x02-\x05]", "save its arrays as npy or npz"),
-    (
-        "an old Excel or Office file",
-        rb"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1",
-        "save it as .xlsx or CSV",
-    ),
+    ("an old Excel or Office file", rb"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "save it as xlsx or CSV"),
     ("a PowerPoint file", rb"PK.*ppt/presentation", _PICTURE),
     ("a Word file", rb"PK.*word/document", f"{_PICTURE}, or its table as CSV"),
     ("an OpenDocument file", rb"PK.*mimetypeapplication/vnd\.oasis", _TABLE),

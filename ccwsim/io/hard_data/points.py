@@ -40,7 +40,7 @@ class ImportedPoints:
     """Coordinates, shape (n, 2) or (n, 3): x, y (and z) in world units if `world` is true,
     otherwise (layer,) row (from the south) and column."""
     values: NDArray[np.float64]
-    """Facies codes or values of a continuous variable, shape (n,); only `known` removes NaN."""
+    """Facies codes or values of a continuous variable, shape (n,); `known` removes NaN."""
     lines: NDArray[np.int64]
     """The line number of each datum in the file, from 1, shape (n,)."""
     world: bool
@@ -114,6 +114,9 @@ class ImportedPoints:
         n_missing = self.n - int(np.count_nonzero(known & placed))
         points = replace(self.taken(known & placed), n_missing=n_missing, notes=notes)
         points.refuse(np.isinf(points.values), "the value is not finite; correct it")
+        if points.spans is not None:
+            bottom, top = points.spans.T
+            points.refuse(bottom > top, "the upper depth is below the lower depth; exchange them")
         return points
 
 
@@ -127,7 +130,7 @@ def check_few(name: str, n: int, what: str) -> None:
 
 
 def heights_below(
-    name: str, lines: NDArray[np.int64], z: NDArray[np.float64], depths: list[NDArray[np.float64]]
+    z: NDArray[np.float64], depths: list[NDArray[np.float64]]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
     """Return heights and spans of data, from z and at most two columns of depths below z.
 
@@ -137,13 +140,6 @@ def heights_below(
     if len(depths) < 2:
         return z - depths[0] if depths else z, None
     start, end = depths
-    wrong = np.flatnonzero(start > end)
-    if len(wrong):
-        k = wrong[0]
-        raise CCWSIMError(
-            f"{name}, line {lines[k]}: the upper depth {start[k]:g} is below the lower depth "
-            f"{end[k]:g}; exchange them"
-        )
     return z - (start + end) / 2, np.stack([z - end, z - start], axis=1)
 
 
@@ -314,13 +310,12 @@ def _is_volume(grid_shape: Shape | None) -> bool:
 
 def _of_table(file: DataFile, assigned: Assignment) -> ImportedPoints:
     lines, roles = lines_of(file), assigned.columns
-    check_few(file.name, len(lines), "rows")
     along = [numbers_of(file, column) for column in assigned.of("x", "y")]
     notes, spans = list(assigned.notes), None
     if "z" in roles:
         depths = assigned.of("depth_from", "depth_to", "depth")
         z, *below = (numbers_of(file, column) for column in (roles["z"], *depths))
-        z, spans = heights_below(file.name, lines, z, below)
+        z, spans = heights_below(z, below)
         along.append(z)
         if depths:
             names = " and ".join(depths)

@@ -338,7 +338,7 @@ def _points(
     names, lines = np.array(names)[rows], lines[rows]
     places = np.array([wells[name].collar for name in names.tolist()]).reshape(-1, 3)
     below = [start] if single else [start, end]
-    places[:, 2], spans = heights_below(file.name, lines, places[:, 2], below)
+    places[:, 2], spans = heights_below(places[:, 2], below)
     values, words = facies_of(file, columns["facies"])
     points = ImportedPoints(
         places=places,
