@@ -93,12 +93,6 @@ class TooManyCells(CCWSIMError):
         """Return the shape of the largest array, and the number of all values per value of it.
 
         Raises this error itself if the file is too large for a part of it to be read.
-
-        Examples
-        --------
-        >>> with limited(UPLOAD_LIMITS):
-        ...     TooManyCells("a.npy", (1, 3000, 2000), 12_000_000).grid()
-        ((3000, 2000), 2.0)
         """
         _, shape, n = self.args
         shape = shape[-3:] if shape[-3:-2] != (1,) else shape[-2:]

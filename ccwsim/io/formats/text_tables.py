@@ -200,14 +200,6 @@ def read_delimited(content: bytes, name: str) -> DataFile:
 
     A row without numbers below the header, such as a row of units, is skipped. Headers of Petrel
     points and well logs (LAS) are also recognized.
-
-    Examples
-    --------
-    >>> file = read_delimited(b"x;y;facies\\r\\nm;m;-\\r\\n10,5;2;1\\r\\n", "data.csv")
-    >>> {k: v.tolist() for k, v in file.variables.items()}
-    {'x': [10.5], 'y': [2.0], 'facies': [1.0]}
-    >>> read_delimited(b"x,y,facies\\n1,2,sand\\n", "data.csv").words
-    {'facies': ('sand',)}
     """
     if (n_lines := content.count(b"\n")) > limits().lines:
         raise CCWSIMError(
