@@ -44,7 +44,7 @@ KEPT_RESULTS, KEPT_BYTES = 256, 256 * MIB
 
 
 class IsolatedFile:
-    """A file that the readers of this package read in another process.
+    """A file that the readers of this package read in a separate process.
 
     Parameters
     ----------

@@ -90,7 +90,7 @@ class TooManyCells(CCWSIMError):
         return self.args[0]
 
     def grid(self) -> tuple[tuple[int, ...], float]:
-        """Return the shape of the largest array, and the number of all values per value of it.
+        """Return the shape of the largest array, and the ratio of all values to its values.
 
         Raises this error itself if the file is too large for a part of it to be read.
         """
@@ -102,7 +102,7 @@ class TooManyCells(CCWSIMError):
 
 
 def check_cells(name: str, *shapes: tuple[float, ...]) -> int:
-    """Return the number of values of arrays; raise an error for 0 or too many values.
+    """Return the number of values of arrays, after checks of their sizes.
 
     Too many values raise `TooManyCells`; an impossible size, as in a damaged header, raises
     `CCWSIMError`.

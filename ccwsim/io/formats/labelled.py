@@ -107,8 +107,8 @@ def read_hdf5(content: bytes, name: str) -> DataFile:
 def _arrays(file: Any, h5py: Any, name: str) -> dict[str, Any]:
     """Return all arrays of a file by their paths, after their sizes and places are checked.
 
-    An array in another file is refused, because a file from a stranger would show files of the
-    server. Each array is visited once, although groups may contain each other.
+    Arrays in other files are refused, so that an upload cannot show files of the server. Each array
+    is visited once, although groups may contain each other.
     """
     arrays: dict[str, Any] = {}
 

@@ -37,7 +37,7 @@ _START = 1000
 
 
 class _Stored(NamedTuple):
-    """Values outside the text of an element, or after all elements: raw bytes or base64."""
+    """Values as raw bytes or in base64, in an element or after all elements."""
 
     data: memoryview | bytes
     raw: bool

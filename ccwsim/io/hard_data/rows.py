@@ -26,13 +26,13 @@ class RowProblems(NamedTuple):
 
     file: DataFile  # the present table
     decisions: Mapping[str, str]  # decisions of the user by option
-    found: list[RowProblem]  # problems of all tables
+    noted: list[RowProblem]  # problems of all tables
 
     def add(self, option: str, rows: Sequence[int | np.integer], said: str, remedy: str) -> None:
         """Note a problem with some rows, by their indices."""
         assert self.file.lines is not None
         lines = named_lines(self.file.counted, self.file.lines[np.array(rows)])
-        self.found.append(RowProblem(option, f"{self.file.name}, {lines}", said, remedy))
+        self.noted.append(RowProblem(option, f"{self.file.name}, {lines}", said, remedy))
 
     def usable(
         self, bad: NDArray[np.bool_], said: str | Callable[[int], str], remedy: str
@@ -65,7 +65,7 @@ class RowProblems(NamedTuple):
 
 
 class Intervals:
-    """Intervals of wells, by the rows of their table; all problems are added to `found`.
+    """Intervals of wells, by the rows of their table; `problems` collects the faults.
 
     `names` and `depths` (upper and lower, NaN if missing) belong to the rows; `lengths` are those
     of the wells, infinite if unknown.
@@ -76,11 +76,11 @@ class Intervals:
         names: Sequence[str],
         depths: Sequence[NDArray[np.float64]],
         lengths: Mapping[str, float],
-        found: RowProblems,
+        problems: RowProblems,
     ) -> None:
         self.start, self.end = depths[0].copy(), depths[1].copy()
-        self._names, self._found = names, found
-        self._keep = found.with_collar(names, lengths)
+        self._names, self._problems = names, problems
+        self._keep = problems.with_collar(names, lengths)
         wells = {name: k for k, name in enumerate(lengths)}
         self._wells = np.array([wells.get(name, -1) for name in names], np.int64)
         self._bottoms = np.array([*lengths.values(), np.nan])[self._wells]
@@ -91,7 +91,7 @@ class Intervals:
         Missing depths are completed, and overlaps are resolved, in `start` and `end`.
         """
         empty = self._keep & np.isnan(self.start) & np.isnan(self.end)
-        self._keep &= self._found.usable(empty, "the depth is missing", "add it")
+        self._keep &= self._problems.usable(empty, "the depth is missing", "add it")
         self._complete()
         self._check()
         return self._without_overlaps()
@@ -113,14 +113,14 @@ class Intervals:
             lacking = np.isnan(values[order])
             filled = lacking & np.isfinite(others)
             for k in order[filled]:
-                self._found.add("on_one_depth", [k], f"the {which} depth is missing", "add it")
+                self._problems.add("on_one_depth", [k], f"the {which} depth is missing", "add it")
             values[order[filled]] = others[filled]
-            if self._found.decisions["on_one_depth"] == "drop":
+            if self._problems.decisions["on_one_depth"] == "drop":
                 self._keep[order[filled]] = False
             lost = np.zeros(len(self._keep), bool)
             lost[order[lacking & ~filled]] = True
             said = f"the {which} depth is missing, and no other row has it"
-            self._keep &= self._found.usable(lost, said, "add it")
+            self._keep &= self._problems.usable(lost, said, "add it")
 
     def _check(self) -> None:
         """Leave out rows whose depths are exchanged or outside the well."""
@@ -140,20 +140,20 @@ class Intervals:
             (start < 0, above, "correct it"),
             (end > bottoms, below, "correct one of them"),
         )
-        good = [self._found.usable(self._keep & bad, said, fix) for bad, said, fix in checks]
+        good = [self._problems.usable(self._keep & bad, said, fix) for bad, said, fix in checks]
         self._keep &= np.all(good, axis=0)
 
     def _without_overlaps(self) -> NDArray[np.int64]:
         """Shorten or leave out intervals that overlap; without a decision, the upper is kept."""
         start, end, names = self.start, self.end, self._names
-        decided, order = self._found.decisions["on_overlap"], self._sorted()
+        decided, order = self._problems.decisions["on_overlap"], self._sorted()
         upper = order[0] if len(order) else -1
         for k in order.tolist():
             if names[upper] != names[k]:
                 upper = k
             if upper != k and start[k] < end[upper]:
                 said = f"two intervals of {shown(names[k])} overlap below the depth {start[k]:g}"
-                self._found.add("on_overlap", [upper, k], said, "correct one of them")
+                self._problems.add("on_overlap", [upper, k], said, "correct one of them")
                 if decided == "drop":
                     self._keep[[upper, k]] = False
                 elif decided == "lower":

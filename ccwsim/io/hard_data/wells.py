@@ -178,16 +178,16 @@ def read_well_points(
     if grid.nz is None:
         raise CCWSIMError(f"wells need a grid with layers, but {grid} is a map; give nz")
     decisions = {name: getattr(conversion, name) for name in ROW_CHOICES}
-    found = RowProblems(_table(collars), decisions, [])
-    wells = _collars(found, columns)
+    problems = RowProblems(_table(collars), decisions, [])
+    wells = _collars(problems, columns)
     if surveys is not None:
-        _add_stations(found._replace(file=_table(surveys)), wells, columns)
+        _add_stations(problems._replace(file=_table(surveys)), wells, columns)
     elif lost := next((name for name in SURVEYS if getattr(columns, name)), None):
         named = shown(getattr(columns, lost))
         raise CCWSIMError(
             f"{lost} = {named} belongs to a table of surveys; give surveys, or leave the column out"
         )
-    return _points(found._replace(file=_table(intervals)), wells, grid, columns)
+    return _points(problems._replace(file=_table(intervals)), wells, grid, columns)
 
 
 def preview_wells(
@@ -239,44 +239,44 @@ def _table(path_or_file: PathOrFile) -> DataFile:
 
 
 def _complete_rows(
-    found: RowProblems, columns: Sequence[str]
+    problems: RowProblems, columns: Sequence[str]
 ) -> tuple[list[NDArray[np.float64]], NDArray[np.bool_]]:
     """Return columns of numbers and a mask of the rows with all of them; note other rows."""
-    numbers = [numbers_of(found.file, column) for column in columns]
-    usable = np.ones(len(lines_of(found.file)), bool)
+    numbers = [numbers_of(problems.file, column) for column in columns]
+    usable = np.ones(len(lines_of(problems.file)), bool)
     for column, values in zip(columns, numbers, strict=True):
-        usable &= found.usable(~np.isfinite(values), f"{column} is missing", "add it")
+        usable &= problems.usable(~np.isfinite(values), f"{column} is missing", "add it")
     return numbers, usable
 
 
-def _collars(found: RowProblems, asked: WellColumns) -> dict[str, Well]:
+def _collars(problems: RowProblems, asked: WellColumns) -> dict[str, Well]:
     """Return the wells in a table of collars, by name of the well."""
-    file, wells = found.file, dict[str, Well]()
+    file, wells = problems.file, dict[str, Well]()
     columns = assign_well_columns(file, "collars", asked).complete().columns
-    places, usable = _complete_rows(found, [columns[name] for name in ("x", "y", "z")])
+    places, usable = _complete_rows(problems, [columns[name] for name in ("x", "y", "z")])
     lengths = np.full(len(usable), np.nan)
     if "collar_length" in columns:
         lengths = numbers_of(file, columns["collar_length"])
     lengths = np.where(np.isnan(lengths), np.inf, lengths)
     names = names_of_wells(file, columns["collar_well"])
-    usable &= found.with_name(names)
+    usable &= problems.with_name(names)
     for k, place in enumerate(np.column_stack(places)):
         if usable[k] and (name := names[k]) in wells:
             said = f"the well {shown(name)} has two collars"
-            found.add("on_bad_row", [wells[name].row, k], said, "leave one out")
+            problems.add("on_bad_row", [wells[name].row, k], said, "leave one out")
         elif usable[k]:
             wells[name] = Well(k, place, float(lengths[k]))
     return wells
 
 
-def _add_stations(found: RowProblems, wells: dict[str, Well], asked: WellColumns) -> None:
+def _add_stations(problems: RowProblems, wells: dict[str, Well], asked: WellColumns) -> None:
     """Add the stations of a table of surveys to the wells."""
-    file = found.file
+    file = problems.file
     assigned = assign_well_columns(file, "surveys", asked).complete()
     well, depth, azimuth = assigned.of("survey_well", "survey_depth", "survey_azimuth")
     (tilt,) = assigned.of("survey_inclination", "survey_dip")
     is_dip = "survey_dip" in assigned.columns
-    (depths, bearings, tilts), usable = _complete_rows(found, (depth, azimuth, tilt))
+    (depths, bearings, tilts), usable = _complete_rows(problems, (depth, azimuth, tilt))
     if is_dip and usable.any() and tilts[usable].max() > 0 and tilts[usable].min() >= 0:
         raise CCWSIMError(
             f"{file.name}: {tilt} is {tilts[usable].min():g} to {tilts[usable].max():g}, above "
@@ -287,9 +287,9 @@ def _add_stations(found: RowProblems, wells: dict[str, Well], asked: WellColumns
     for what, values, low, high in ((azimuth, bearings, -180, 360), (tilt, tilts, least, most)):
         for k in np.flatnonzero((values < low) | (values > high)).tolist():
             said = f"{what} {values[k]:g} is not from {low} to {high} degrees"
-            found.add("on_bad_row", [k], said, "correct it")
+            problems.add("on_bad_row", [k], said, "correct it")
             usable[k] = False
-    usable &= found.usable(
+    usable &= problems.usable(
         depths < 0, lambda k: f"a station at depth {depths[k]:g} is above the collar", "correct it"
     )
     # after subtracting `least`, dips and inclinations are both angles from straight down
@@ -297,7 +297,7 @@ def _add_stations(found: RowProblems, wells: dict[str, Well], asked: WellColumns
     flat = np.sin(radians)
     ways = np.column_stack([flat * np.sin(bearing), flat * np.cos(bearing), -np.cos(radians)])
     names = np.array(names_of_wells(file, well))
-    usable &= found.with_collar(names.tolist(), wells)
+    usable &= problems.with_collar(names.tolist(), wells)
     for name in dict.fromkeys(names[usable].tolist()):
         rows = np.flatnonzero(usable & (names == name))
         rows = rows[np.argsort(depths[rows], kind="stable")]
@@ -306,10 +306,10 @@ def _add_stations(found: RowProblems, wells: dict[str, Well], asked: WellColumns
             before = used[-1]
             if depths[k] == depths[before]:
                 said = f"a station of {shown(name)} at depth {depths[k]:g} is twice"
-                found.add("on_bad_row", [k], said, "correct it")
+                problems.add("on_bad_row", [k], said, "correct it")
             elif bend_between(ways[before], ways[k]) > MAX_BEND:
                 said = f"{shown(name)} reverses its direction between these stations"
-                found.add("on_bad_row", [before, k], said, f"correct {azimuth} or {tilt}")
+                problems.add("on_bad_row", [before, k], said, f"correct {azimuth} or {tilt}")
             else:
                 used.append(k)
         stations = Stations(depths[used], ways[used])
@@ -319,10 +319,10 @@ def _add_stations(found: RowProblems, wells: dict[str, Well], asked: WellColumns
 
 
 def _points(
-    found: RowProblems, wells: dict[str, Well], grid: Grid, asked: WellColumns
+    problems: RowProblems, wells: dict[str, Well], grid: Grid, asked: WellColumns
 ) -> ImportedPoints:
     """Return the points of all wells: one per single depth, or one per cell of each interval."""
-    file = found.file
+    file = problems.file
     columns = assign_well_columns(file, "intervals", asked).complete().columns
     lines = lines_of(file)
     check_few(file.name, len(lines), "rows")
@@ -332,7 +332,7 @@ def _points(
     depths = [numbers_of(file, columns[r]) if r in columns else missing for r in roles]
     names = names_of_wells(file, columns["well"])
     lengths = {name: well.length for name, well in wells.items()}
-    intervals = Intervals(names, depths, lengths, found)
+    intervals = Intervals(names, depths, lengths, problems)
     rows = intervals.usable_rows()
     start, end = intervals.start[rows], intervals.end[rows]
     names, lines = np.array(names)[rows], lines[rows]
@@ -342,7 +342,7 @@ def _points(
     values, words = facies_of(file, columns["facies"])
     points = ImportedPoints(
         places=places,
-        values=_with_facies(values[rows], rows, names, found),
+        values=_with_facies(values[rows], rows, names, problems),
         lines=lines,
         world=True,
         counted=file.counted,
@@ -351,7 +351,7 @@ def _points(
         words=words,
         spans=spans,
         wells=dict(zip(lines.tolist(), names.tolist(), strict=True)),
-        problems=tuple(found.found),
+        problems=tuple(problems.noted),
     ).known()
     known = np.isin(lines, points.lines)
     names, start, end = names[known], start[known], end[known]
@@ -400,13 +400,13 @@ def _with_facies(
     values: NDArray[np.float64],
     rows: NDArray[np.int64],
     names: NDArray[np.str_],
-    found: RowProblems,
+    problems: RowProblems,
 ) -> NDArray[np.float64]:
-    """Return the values of rows; if asked for, a missing one is that of the interval above."""
+    """Note missing values of facies; by decision, replace them by those of the interval above."""
     for k in np.flatnonzero(np.isnan(values)).tolist():
         said = f"an interval of {shown(str(names[k]))} has no facies"
-        found.add("on_no_facies", [rows[k]], said, "add it")
-        if found.decisions["on_no_facies"] == "above" and k and names[k] == names[k - 1]:
+        problems.add("on_no_facies", [rows[k]], said, "add it")
+        if problems.decisions["on_no_facies"] == "above" and k and names[k] == names[k - 1]:
             values[k] = values[k - 1]
     return values
 
