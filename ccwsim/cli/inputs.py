@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Iterable
 from dataclasses import asdict
 from pathlib import Path
@@ -9,18 +10,8 @@ from typing import Any, NamedTuple
 
 import click
 
-from ccwsim.cli.options import (
-    classes,
-    code_and_code,
-    edges_or_codes,
-    in_group,
-    name_and_code,
-    number_or_each,
-    one_or_each,
-    piece,
-    sizes,
-    suggestion,
-)
+from ccwsim.cli import options as types
+from ccwsim.cli.options import in_group, suggestion
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
@@ -29,189 +20,53 @@ from ccwsim.model.training_image import TrainingImage
 from ccwsim.sharing.codec import FieldSpec, fields_of
 
 DEFAULT_SHAPE = (256, 256)
+KINDS: dict[str, dict[str, Any]] = {
+    "text": {},
+    "number": {"type": float},
+    "whole number": {"type": int},
+    "two whole numbers": {"type": int, "nargs": 2},
+    "flag": {"is_flag": True},
+    "yes or no": {"default": None},
+    "sizes": {"type": types.sizes},
+    "classes": {"type": types.classes},
+    "edges": {"type": types.edges_or_codes},
+    "piece": {"type": int, "nargs": 4, "callback": types.piece},
+    "codes": {"type": types.code_and_code, "multiple": True},
+    "name and code": {"type": types.name_and_code, "multiple": True},
+}
+"""Arguments of `click.option`, by the kind of value in the table of options."""
 
-PROJECT_HELP = (
-    "read training image, grid, hard data, parameters, number of realizations and seed from a "
-    "project file (.ccwsim) saved by the dashboard; parameter options, --realizations and --seed "
-    "override the values in the project"
-)
-PARAMETERS_HELP = (
-    "read parameters from a JSON file saved by the dashboard; parameter options override them"
-)
-CELL_HEIGHT_HELP = "height of a cell of a volume in world units (default: 1)"
-BOTTOM_HELP = "z at the bottom of a volume (default: 0)"
-NAME = {"metavar": "NAME"}
-Options = dict[str, tuple[str, dict[str, Any], str]]
-"""Option, type of the values and help text, for each argument of a file reader."""
-IMAGE_OPTIONS: Options = {
-    "variable": ("--variable", NAME, "name of the variable, if the file has several variables"),
-    "threshold": (
-        "--threshold",
-        {"metavar": "V", "type": float},
-        "for grey or continuous values: facies 1 at or above V, facies 0 below V",
-    ),
-    "classes": (
-        "--classes",
-        {"metavar": "N|E1,E2…|codes", "type": classes},
-        "for continuous values: N classes with equal numbers of cells, or the edges of classes; "
-        "'codes' reads integers as facies codes, even if there are many",
-    ),
-    "merge": (
-        "--merge",
-        {"metavar": "CODE=CODE|none", "type": code_and_code, "multiple": True},
-        "facies of the image to merge with another; cells of a facies merged with none take the "
-        "facies of the nearest other cell; repeat for each facies",
-    ),
-    "shape": (
-        "--shape",
-        {"metavar": "NXxNY[xNZ]", "type": sizes},
-        "size of the image, if its file does not contain it (classic GSLIB)",
-    ),
-    "slice_index": (
-        "--slice",
-        {"metavar": "N", "type": int},
-        "read one slice of a 3-D image as a map; N is the number of the slice, counted from 0",
-    ),
-    "crop": (
-        "--crop",
-        {"metavar": "X Y NX NY", "type": int, "nargs": 4, "callback": piece},
-        "piece of the image: first column (counted from 0 at the west), first row (counted from 0 "
-        "at the south), number of columns, number of rows",
-    ),
-    "layers": (
-        "--layers",
-        {"metavar": "Z NZ", "type": int, "nargs": 2},
-        "layers of a volume: first layer (counted from 0 at the bottom), number of layers",
-    ),
-    "every": (
-        "--every",
-        {"metavar": "N", "type": int},
-        "for images that are too large: read only the middle cell of each block of N x N cells",
-    ),
-    "up": (
-        "--up/--no-up",
-        {"default": None},
-        "whether the first row of the file is in the south (--up) or in the north (--no-up); by "
-        "default in the north for pictures, raster maps such as GeoTIFF and ESRI, GRDECL and text "
-        "matrices, and in the south for other files",
-    ),
-    "z_up": (
-        "--z-up/--no-z-up",
-        {"default": None},
-        "whether the first layer of a volume is the bottom (--z-up, the default) or the top "
-        "(--no-z-up)",
-    ),
-    "transpose": ("--transpose", {"is_flag": True}, "exchange rows and columns"),
-}
-FILES_OF_DATA: Options = {
-    "hard_data": (
-        "--hard-data",
-        {"metavar": "F"},
-        "cells of known facies: a file (columns x, y, facies or row, col, facies; Geo-EAS points; "
-        "a grid with gaps), or the name of bundled data ('ccwsim datasets' lists them)",
-    ),
-    "collars": (
-        "--collars",
-        {"metavar": "F"},
-        "a table of well collars (name, x, y, z); --hard-data is then the table of well intervals "
-        "(name, from, to, facies)",
-    ),
-    "surveys": (
-        "--surveys",
-        {"metavar": "F"},
-        "a table of survey stations of deviated wells (name, depth, azimuth, inclination or dip)",
-    ),
-}
-COLUMN_OPTIONS = {
-    "x": ("--hard-x", "is x (in --collars, if given)"),
-    "y": ("--hard-y", "is y (in --collars, if given)"),
-    "z": ("--hard-z", "is z, for a volume (of --collars, if this table is given)"),
-    "well": ("--hard-well", "of --hard-data contains the well names, for a volume"),
-    "depth_from": ("--hard-from", "is the upper depth of well intervals, for a volume"),
-    "depth_to": ("--hard-to", "is the lower depth of well intervals, for a volume"),
-    "depth": ("--hard-depth", "is the depth of data in wells; '' for none"),
-    "collar_well": ("--collar-well", "of --collars contains the well names"),
-    "collar_length": ("--collar-length", "of --collars contains well lengths; '' for none"),
-    "survey_well": ("--survey-well", "of --surveys contains the well names"),
-    "survey_depth": ("--survey-depth", "of --surveys is the depth along wells"),
-    "survey_azimuth": ("--survey-azimuth", "of --surveys is the direction from north, clockwise"),
-    "survey_inclination": ("--survey-inclination", "of --surveys is the tilt from straight down"),
-    "survey_dip": (
-        "--survey-dip",
-        "of --surveys is the tilt from the horizontal, negative downwards",
-    ),
-}
-"""Options for the names of columns of hard data; their help starts with "which column"."""
-ROW_OPTIONS = {
-    "overlap": ("error upper lower drop", "intervals that overlap: keep one whole, or drop both"),
-    "no_collar": ("error drop", "wells that have no collar"),
-    "bad_row": ("error drop", "rows that cannot be used, such as those without a name or depth"),
-    "one_depth": (
-        "neighbour drop error",
-        "intervals with one depth: take the other from the neighbouring row, or drop them",
-    ),
-    "no_facies": (
-        "drop above error",
-        "intervals without facies: drop them, or take the facies of the interval above",
-    ),
-}
-"""Options for rows of tables of wells: the possible values, the default first, and a help text."""
-DATA_OPTIONS: Options = {
-    **{key: (o, NAME, f"which column {text}") for key, (o, text) in COLUMN_OPTIONS.items()},
-    "facies": (
-        "--hard-facies",
-        NAME,
-        "which column, or which variable of a grid, contains the facies (codes, names or values)",
-    ),
-    "facies_names": (
-        "--facies-name",
-        {"metavar": "NAME=CODE", "type": name_and_code, "multiple": True},
-        "facies code for a name that the training image does not have; repeat for each name",
-    ),
-    "coordinates": (
-        "--hard-coordinates",
-        {"type": click.Choice(["world", "cells"])},
-        "whether two columns with unclear names are x and y, or row and column (from 0)",
-    ),
-    "threshold": (
-        "--hard-threshold",
-        {"metavar": "V", "type": float},
-        "for continuous values: facies 1 at or above V, as for the training image",
-    ),
-    "classes": (
-        "--hard-classes",
-        {"metavar": "E1,E2…|codes", "type": edges_or_codes},
-        "for continuous values: class edges, as for the training image",
-    ),
-    "on_collision": (
-        "--on-collision",
-        {"type": click.Choice(["error", "drop", "majority", "nearest"])},
-        "if a cell has data of two facies: stop, drop all data of the cell, keep the majority "
-        "facies, or keep the facies of the datum nearest to the cell centre (default: error)",
-    ),
-    "on_outside": (
-        "--on-outside",
-        {"type": click.Choice(["error", "drop"])},
-        "what to do with data outside the grid (default: error)",
-    ),
-    "on_unknown": (
-        "--on-unknown",
-        {"type": click.Choice(["error", "drop"])},
-        "what to do with data of a facies not in the TI (default: error)",
-    ),
-    **{
-        f"on_{key}": (
-            f"--on-{key.replace('_', '-')}",
-            {"type": click.Choice(choices.split())},
-            f"with --collars: what to do with {text} (default: {choices.split()[0]})",
-        )
-        for key, (choices, text) in ROW_OPTIONS.items()
-    },
-}
-READING_DATA = {o[2:].replace("-", "_"): name for name, (o, *_) in DATA_OPTIONS.items()}
+
+class OptionRow(NamedTuple):
+    """A row of the table `options.csv` of the options that are not fields of a study."""
+
+    group: str
+    argument: str  # of the file reader
+    option: str
+    metavar: str
+    kind: str  # one of `KINDS`, or the allowed words, separated by "|"
+    help: str
+
+    @property
+    def name(self) -> str:
+        """Parameter of the command that the option sets."""
+        return self.option[2:].replace("-", "_") if self.group == "data" else self.argument
+
+
+_TEXT = Path(__file__).with_name("options.csv").read_text("utf-8")
+_TABLE = [OptionRow(**row) for row in csv.DictReader(_TEXT.splitlines())]
+
+
+def _rows(*groups: str) -> list[OptionRow]:
+    return [row for row in _TABLE if row.group in groups]
+
+
+IMAGE_ARGUMENTS = [row.argument for row in _rows("image")]
+READING_DATA = {row.name: row.argument for row in _rows("data")}
 """Argument of the hard data reader, for each parameter of the command."""
 _OF_GRID = ("grid", "cell_size", "origin", "crs", "cell_height", "bottom")
-OF_PROJECT = ("training_image", *_OF_GRID, *IMAGE_OPTIONS, *FILES_OF_DATA, *READING_DATA)
+_READ = [row.name for row in _rows("image", "files", "data")]
+OF_PROJECT = ("training_image", *_OF_GRID, *_READ)
 """Inputs that cannot be given beside --project, because a project contains them."""
 
 
@@ -226,36 +81,37 @@ class SimulationInputs(NamedTuple):
 
 def image_and_data_options(command: Any) -> Any:
     """Add the options for the inputs of a simulation."""
-    reading, data = in_group("Reading a training image from a file"), in_group("Hard data")
-    grid, parameters = in_group("Simulation grid"), in_group("Parameters of the simulation")
-    options = [
-        click.argument("training_image", metavar="[TI]", required=False),
-        in_group("A whole study")("--project", metavar="FILE", help=PROJECT_HELP),
-        *(reading(o, name, help=text, **how) for name, (o, how, text) in IMAGE_OPTIONS.items()),
-        *(data(o, help=text, **how) for o, how, text in (FILES_OF_DATA | DATA_OPTIONS).values()),
-        *(_option(row, grid) for row in fields_of("grid")),
-        grid("--cell-height", type=float, metavar="DZ", help=CELL_HEIGHT_HELP),
-        grid("--bottom", type=float, metavar="Z", help=BOTTOM_HELP),
-        parameters("--parameters", metavar="FILE.json", help=PARAMETERS_HELP),
-        *(_option(row, parameters) for row in fields_of("parameters")),
-        *(_option(row, in_group("Run")) for row in fields_of("study")),
-    ]
+    groups = {
+        "A whole study": _rows("project"),
+        "Reading a training image from a file": _rows("image"),
+        "Hard data": _rows("files", "data"),
+        "Simulation grid": [*fields_of("grid"), *_rows("grid")],
+        "Parameters of the simulation": [*_rows("parameters"), *fields_of("parameters")],
+        "Run": fields_of("study"),
+    }
+    options = [_option(row, in_group(group)) for group, rows in groups.items() for row in rows]
+    options.insert(0, click.argument("training_image", metavar="[TI]", required=False))
     for option in reversed(options):
         command = option(command)
     return command
 
 
-def _option(row: FieldSpec, option: Any) -> Any:
+def _option(row: OptionRow | FieldSpec, option: Any) -> Any:
+    if isinstance(row, OptionRow):
+        choices = {"type": click.Choice(row.kind.split("|"))}
+        how = choices if "|" in row.kind else KINDS[row.kind]
+        return option(row.option, row.name, metavar=row.metavar or None, help=row.help, **how)
     name, how = row.fields[0], {"help": row.help, "default": None}
     if row.no_option:
         return option(f"{row.option}/{row.no_option}", name, **how)
     how["metavar"] = row.metavar
     if row.kind == "sizes":
-        return option(row.option, type=sizes, **how)
+        return option(row.option, type=types.sizes, **how)
     if row.kind == "lengths":
         return option(row.option, name, type=float, nargs=2, **how)
     kinds = {"count": int, "whole": int, "number": float, "word": str, "crs": str}
-    each = {"location_weight": number_or_each, **dict.fromkeys(PER_AXIS, one_or_each)}
+    each = {"location_weight": types.number_or_each}
+    each |= dict.fromkeys(PER_AXIS, types.one_or_each)
     return option(row.option, name, type=each.get(name) or kinds[row.kind], **how)
 
 
@@ -312,7 +168,7 @@ def image_of(options: Any) -> TrainingImage:
     from ccwsim.io import read_training_image
 
     name = options.training_image
-    reading, bundled = _given(options, IMAGE_OPTIONS), datasets.all_image_names()
+    reading, bundled = _given(options, IMAGE_ARGUMENTS), datasets.all_image_names()
     if name in bundled:
         if reading:
             raise CCWSIMError(
@@ -361,7 +217,7 @@ def _grid_of_image(options: Any) -> Grid | None:
     name = options.training_image
     if _given(options, _OF_GRID) or name in datasets.all_image_names() or options.transpose:
         return None
-    return read_geometry(name, **_given(options, IMAGE_OPTIONS))
+    return read_geometry(name, **_given(options, IMAGE_ARGUMENTS))
 
 
 def hard_data_of(

@@ -36,6 +36,8 @@ def named() -> set[tuple[str, str]]:
                 if "var(--" in node.value or "style=" in node.value or "{ --" in node.value:
                     continue
                 found |= {(option, path.name) for option in OPTION.findall(node.value)}
+    for path in PACKAGE.rglob("options.csv"):
+        found |= {(option, path.name) for option in OPTION.findall(path.read_text("utf-8"))}
     return found
 
 
