@@ -15,9 +15,8 @@ import numpy as np
 import pytest
 
 from ccwsim import Grid
-from ccwsim.ui.frontend.cell_map import CellMap
+from ccwsim.ui.frontend.cells import CellMap, map_content
 from ccwsim.ui.frontend.component import component_parts
-from ccwsim.ui.frontend.map import map_content
 from tests.browser.hands import SOON, soon
 from tests.browser.served import CHROMIUM
 

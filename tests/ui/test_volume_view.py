@@ -10,8 +10,7 @@ import pytest
 from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, HardData, TrainingImage
-from ccwsim.ui.frontend.cell_map import N_STEPS, facies_map, points_of, share_map
-from ccwsim.ui.frontend.volume import volume_content
+from ccwsim.ui.frontend.cells import N_STEPS, facies_map, points_of, share_map, volume_content
 
 COLOURS = ["#112233", "#445566", "#778899"]
 IMAGE = TrainingImage(

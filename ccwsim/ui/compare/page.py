@@ -61,8 +61,7 @@ from ccwsim.ui.compare.settings import (
     use_setting,
     want_curves,
 )
-from ccwsim.ui.frontend.cell_map import facies_map, points_of
-from ccwsim.ui.frontend.cells import draw_cells
+from ccwsim.ui.frontend.cells import draw_cells, facies_map, points_of
 from ccwsim.ui.results.charts import draw_clickable_chart, titled_chart
 from ccwsim.ui.results.curves import draw_curve_key
 from ccwsim.ui.results.maps import (

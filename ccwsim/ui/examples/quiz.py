@@ -28,8 +28,7 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
 from ccwsim.sharing.choices import ImageChoice
-from ccwsim.ui.frontend.cell_map import CellMap
-from ccwsim.ui.frontend.cells import draw_cells
+from ccwsim.ui.frontend.cells import CellMap, draw_cells
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.results.maps import pretty
 from ccwsim.ui.session.fragments import follow

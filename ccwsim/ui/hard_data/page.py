@@ -16,8 +16,7 @@ from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.sharing.choices import DataChoice
-from ccwsim.ui.frontend.cell_map import CellMap, facies_map, points_of
-from ccwsim.ui.frontend.cells import draw_editable
+from ccwsim.ui.frontend.cells import CellMap, draw_editable, facies_map, points_of
 from ccwsim.ui.hard_data.edits import Editor, answer, fits, redo, take, take_edits, undo
 from ccwsim.ui.hard_data.menus import (
     draw_export,

@@ -13,7 +13,7 @@ from ccwsim.engine.stages.cut import UNKNOWN
 from ccwsim.engine.trace import Frame, PlaceFate, Trace, TracedPatch
 from ccwsim.figures import CIVIDIS, Theme, ramp
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.ui.frontend.cell_map import N_STEPS, CellMap
+from ccwsim.ui.frontend.cells import N_STEPS, CellMap
 
 DIM = 0.55
 """Share of the background colour that is mixed into the colours of dimmed facies."""

@@ -19,8 +19,7 @@ from ccwsim.figures import Theme, difference_colours
 from ccwsim.model.bounds import MAX_CANDIDATES_OFFERED, MAX_REALIZATIONS
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.ui.frontend.cell_map import facies_map
-from ccwsim.ui.frontend.cells import draw_cells
+from ccwsim.ui.frontend.cells import draw_cells, facies_map
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.how_it_works import maps, words
 from ccwsim.ui.how_it_works.maps import ColourScale, PatchView

@@ -16,8 +16,7 @@ from ccwsim.engine.stages.path import overlap_cells
 from ccwsim.engine.trace import ResimulatedWindow, Trace
 from ccwsim.figures import Theme
 from ccwsim.model.ensemble import FORCED
-from ccwsim.ui.frontend.cell_map import CellMap, facies_map, points_of
-from ccwsim.ui.frontend.cells import draw_cells
+from ccwsim.ui.frontend.cells import CellMap, draw_cells, facies_map, points_of
 from ccwsim.ui.hard_data.page import describe_data_status
 from ccwsim.ui.how_it_works.maps import box_mark, data_in, lit_map, patch_map
 from ccwsim.ui.how_it_works.run import How, is_volume

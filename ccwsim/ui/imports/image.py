@@ -18,8 +18,7 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.sharing.choices import ImageChoice
 from ccwsim.sharing.codec import MAX_LETTERS
-from ccwsim.ui.frontend.cell_map import CellMap, facies_map, share_map
-from ccwsim.ui.frontend.cells import draw_cells
+from ccwsim.ui.frontend.cells import CellMap, draw_cells, facies_map, share_map
 from ccwsim.ui.results.maps import middle_layer
 from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.resolve import image_of, points_in_files

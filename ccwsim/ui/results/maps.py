@@ -18,8 +18,7 @@ from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.grid import Grid
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.sharing.choices import CellsOfWells
-from ccwsim.ui.frontend.cell_map import CellMap, facies_map, points_of, share_map
-from ccwsim.ui.frontend.cells import draw_cells
+from ccwsim.ui.frontend.cells import CellMap, draw_cells, facies_map, points_of, share_map
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.results.curves import e_type_of
 from ccwsim.ui.session.cached import cached

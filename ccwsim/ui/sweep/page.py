@@ -31,8 +31,7 @@ from ccwsim.model.grid import Grid
 from ccwsim.model.numbers import seconds, three_digits
 from ccwsim.model.parameters import PER_AXIS, Parameters
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.ui.frontend.cell_map import facies_map, points_of
-from ccwsim.ui.frontend.cells import draw_cells
+from ccwsim.ui.frontend.cells import draw_cells, facies_map, points_of
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.results.charts import chart_menu, draw_clickable_chart
 from ccwsim.ui.results.maps import ghost_panel, middle_layers, step_buttons

@@ -18,8 +18,7 @@ from ccwsim.model.ensemble import FORCED, WRONG, Ensemble
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.numbers import three_digits
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.ui.frontend.cell_map import CellMap, facies_map, points_of, share_map
-from ccwsim.ui.frontend.cells import draw_cells
+from ccwsim.ui.frontend.cells import CellMap, draw_cells, facies_map, points_of, share_map
 from ccwsim.ui.results.charts import titled_chart
 from ccwsim.ui.results.tables import numbers_table
 from ccwsim.ui.session.state import State

@@ -14,8 +14,7 @@ from ccwsim.metrics import Anodi
 from ccwsim.model.bounds import MAX_REALIZATIONS
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.report.verdicts import describe_scaling
-from ccwsim.ui.frontend.cell_map import facies_map, points_of
-from ccwsim.ui.frontend.cells import draw_cells
+from ccwsim.ui.frontend.cells import draw_cells, facies_map, points_of
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.results.charts import draw_clickable_chart, titled_chart
 from ccwsim.ui.results.maps import (

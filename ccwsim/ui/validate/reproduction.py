@@ -49,8 +49,7 @@ from ccwsim.report.verdicts import (
     size_text,
     way_name,
 )
-from ccwsim.ui.frontend.cell_map import CellMap
-from ccwsim.ui.frontend.cells import draw_cells
+from ccwsim.ui.frontend.cells import CellMap, draw_cells
 from ccwsim.ui.results.charts import draw_chart, titled_chart
 from ccwsim.ui.results.curves import draw_band_key, draw_layers, draw_rows, judged_curves
 from ccwsim.ui.results.tables import csv_button, numbers_table

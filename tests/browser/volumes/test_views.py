@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 from ccwsim import Grid
-from ccwsim.ui.frontend.cell_map import CellMap, share_map
+from ccwsim.ui.frontend.cells import CellMap, share_map, volume_content
 from ccwsim.ui.frontend.component import component_parts
-from ccwsim.ui.frontend.volume import volume_content
 from tests.browser.hands import SOON, settled, soon
 from tests.browser.served import CHROMIUM
 from tests.browser.test_components import BEGIN, CALLS, FRAMES, begin
