@@ -8,19 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.figures import (
-    LIGHT,
-    Bundle,
-    Dots,
-    LayerData,
-    Theme,
-    curves_chart,
-    data_map_png,
-    share_png,
-    slices_png,
-    steps_of,
-    vertical_proportions_chart,
-)
+from ccwsim import figures
+from ccwsim.figures import LIGHT, Bundle, Dots, LayerData, Theme
 from ccwsim.metrics import band, vertical_proportions
 from ccwsim.metrics.bands import Statistic, curves_of
 from ccwsim.metrics.lags import Direction
@@ -62,16 +51,16 @@ def map_picture(
         if wrong.any():
             caption += f"; {np.count_nonzero(wrong)} of {data.n} data not honoured (red rings)"
     if indices.ndim == N_AXES:
-        return _slices(slices_png(indices, colours, dots=dots), caption, share)
-    png = data_map_png(indices, colours, dots)
+        return _slices(figures.slices_png(indices, colours, dots=dots), caption, share)
+    png = figures.data_map_png(indices, colours, dots)
     return Picture(png, caption, f"Map of facies: {caption}", share, pixelated=dots is None)
 
 
 def share_picture(shares: Floats, caption: str) -> Picture:
     """Return a picture of a share per cell of a map or volume: 0 is dark blue, 1 is yellow."""
     if shares.ndim == N_AXES:
-        return _slices(slices_png(*steps_of(shares)), caption)
-    return Picture(share_png(shares), caption, f"Map: {caption}", pixelated=True)
+        return _slices(figures.slices_png(*figures.steps_of(shares)), caption)
+    return Picture(figures.share_png(shares), caption, f"Map: {caption}", pixelated=True)
 
 
 def _slices(png: bytes, caption: str, share: float = 1.0) -> Picture:
@@ -151,7 +140,7 @@ def layers_chart(
 ) -> Any:
     """Return the chart of `layers_bundle`; `options` are passed to `vertical_proportions_chart`."""
     image, grid = ensemble.training_image, ensemble.grid
-    return vertical_proportions_chart(
+    return figures.vertical_proportions_chart(
         bundle,
         theme,
         x_title=f"{image.facies_names[facies]} (%)",
@@ -162,10 +151,17 @@ def layers_chart(
 
 
 def bundle_chart(
-    bundle: Bundle, statistic: Statistic, way: Direction, facies: str, top: float, height: int
+    bundle: Bundle,
+    statistic: Statistic,
+    way: Direction,
+    facies: str,
+    top: float,
+    height: int,
 ) -> Chart:
     """Return the chart of a bundle; the y axis ends at `top` for variograms, otherwise at 1."""
     top = 1.04 if statistic == "connectivity" else top
     title = f"{curve_title(statistic, way)} of {facies}"
-    figure = curves_chart(bundle, LIGHT, y_title=SIGNS[statistic], y_range=(0, top), height=height)
+    figure = figures.curves_chart(
+        bundle, LIGHT, y_title=SIGNS[statistic], y_range=(0, top), height=height
+    )
     return Chart(figure, title, f"{title}: realizations and training image", LEGEND)

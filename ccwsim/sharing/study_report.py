@@ -16,6 +16,7 @@ from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.numbers import seconds, three_digits
 from ccwsim.model.parameters import parameter_table
+from ccwsim.report import verdicts
 from ccwsim.report.document import (
     Block,
     Chart,
@@ -30,14 +31,6 @@ from ccwsim.report.document import (
     surroundings,
 )
 from ccwsim.report.pictures import bundle_chart, bundle_of, map_picture, share_picture
-from ccwsim.report.verdicts import (
-    HOW_MEASURED,
-    MEASURES_HEAD,
-    describe_curve,
-    describe_measures,
-    relative_text,
-    way_name,
-)
 from ccwsim.sharing.choices import Choices, Shown
 from ccwsim.sharing.codec import fields_of
 from ccwsim.sharing.link import left_out
@@ -129,7 +122,7 @@ def _facies(ensemble: Ensemble) -> Table:
     for k, code in enumerate(image.codes.tolist()):
         shares = (f"{100 * share:.1f} %" for share in (image.proportions[k], mean[k]))
         n = np.count_nonzero(ensemble.hard_data.facies == code)
-        off = relative_text(float(mean[k]), float(image.proportions[k]))
+        off = verdicts.relative_text(float(mean[k]), float(image.proportions[k]))
         rows.append((image.facies_names[k], str(code), *shares, off, str(n)))
     header = ("facies", "code", "in the training image", "in the realizations", "off", "hard data")
     return Table(header, tuple(rows))
@@ -200,7 +193,7 @@ def _curve_charts(ensemble: Ensemble, facies: int) -> tuple[Row, ...]:
             lags = np.arange(max_lag(way, image.shape, ensemble.grid.shape) + 1)
             bundles[way] = bundle_of(statistic, images, image, code, way, lags)
             fit = fit_curve(ensemble, statistic, code, way)
-            said.append(f"{way_name(way)}: {describe_curve(fit, statistic)}")
+            said.append(f"{verdicts.way_name(way)}: {verdicts.describe_curve(fit, statistic)}")
         each = [curves for b in bundles.values() for curves in (b.each.max(), b.reference.max())]
         top = 1.1 * float(np.nanmax(each)) or 1.0
         rows.append(
@@ -217,9 +210,10 @@ def _curve_charts(ensemble: Ensemble, facies: int) -> tuple[Row, ...]:
 def _measures(ensemble: Ensemble, facies: int) -> Table:
     found = measure(ensemble, int(ensemble.training_image.codes[facies]))
     rows = [
-        (row.title, row.image, row.realizations, row.verdict) for row in describe_measures(found)
+        (row.title, row.image, row.realizations, row.verdict)
+        for row in verdicts.describe_measures(found)
     ]
-    return Table(MEASURES_HEAD, tuple(rows), HOW_MEASURED)
+    return Table(verdicts.MEASURES_HEAD, tuple(rows), verdicts.HOW_MEASURED)
 
 
 def _times_and_proportions(ensemble: Ensemble, colours: Sequence[str]) -> Row:

@@ -22,14 +22,7 @@ from ccwsim.ui.session.file_names import grid_part
 from ccwsim.ui.session.resolve import image_of, imported_data
 from ccwsim.ui.session.state import State
 from ccwsim.ui.session.uploads import file_uploader
-from ccwsim.ui.study.data_step import (
-    data_uploader,
-    draw_table_uploaders,
-    keep_data_button,
-    link_to_import,
-    names_of_files,
-    use_data,
-)
+from ccwsim.ui.study import data_step
 from ccwsim.ui.study.image_questions import ask_about_image, image_of_file
 from ccwsim.ui.study.image_step import problem_of_image
 from ccwsim.ui.study.questions import ask_data, say_open
@@ -55,7 +48,9 @@ EXPORTS = {"csv": "CSV: x, y, facies", "gslib": "GSLIB points"}
 def draw_import(state: State) -> None:
     """Draw a menu to open a file of hard data and to answer questions about the file."""
     with st.popover("Import", key="import_menu"):
-        data_uploader("import_file", lambda file: use_file(state, DataChoice("file", upload=file)))
+        data_step.data_uploader(
+            "import_file", lambda file: use_file(state, DataChoice("file", upload=file))
+        )
         draft = state.data_draft or state.choices.data
         if draft.source == "file" and draft.upload is not None and draft.tables is None:
             _report(state, draft)
@@ -65,10 +60,10 @@ def draw_tables(state: State) -> None:
     """Draw a menu to open wells in two or three tables, as exported by drill-hole databases."""
     with st.popover("Wells in tables", key="tables_menu"):
         draft = state.data_draft or state.choices.data
-        draw_table_uploaders("table", draft, lambda choice: use_file(state, choice))
+        data_step.draw_table_uploaders("table", draft, lambda choice: use_file(state, choice))
         if draft.source != "file" or draft.tables is None or draft.waits:
             st.caption("Collars and intervals are required. Depths are measured along the well.")
-            keep_data_button(state, "tables_drop")
+            data_step.keep_data_button(state, "tables_drop")
         else:
             _report(state, draft)
 
@@ -99,7 +94,7 @@ def draw_export(state: State, data: HardData) -> None:
 def use_file(state: State, choice: DataChoice, grid: Grid | None = None) -> None:
     """Use the data in a file if the file can be read; otherwise keep the choice as a draft."""
     before = moment_of(state)
-    use_data(state, choice, grid)
+    data_step.use_data(state, choice, grid)
     if state.choices.data is choice:
         state.page(Editor).history.remember(before)
         state.reference = None
@@ -107,7 +102,7 @@ def use_file(state: State, choice: DataChoice, grid: Grid | None = None) -> None
 
 def _report(state: State, draft: DataChoice) -> None:
     if draft.tables is None:
-        st.caption(plain(f"From your file {names_of_files(draft)}"))
+        st.caption(plain(f"From your file {data_step.names_of_files(draft)}"))
     tried = replace(state.choices, data=draft)
     try:
         report = imported_data(tried)
@@ -118,8 +113,8 @@ def _report(state: State, draft: DataChoice) -> None:
     except CCWSIMError as error:
         say_open(tried, str(error))
     ask_data(tried, partial(use_file, state))
-    link_to_import()
-    keep_data_button(state, "import_drop")
+    data_step.link_to_import()
+    data_step.keep_data_button(state, "import_drop")
 
 
 def draw_sampling(state: State) -> None:

@@ -17,24 +17,11 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.sharing.choices import DataChoice
 from ccwsim.ui.frontend.cells import CellMap, draw_editable, facies_map, points_of
+from ccwsim.ui.hard_data import menus
 from ccwsim.ui.hard_data.edits import Editor, answer, fits, redo, take, take_edits, undo
-from ccwsim.ui.hard_data.menus import (
-    draw_export,
-    draw_import,
-    draw_problem,
-    draw_sampling,
-    draw_tables,
-)
 from ccwsim.ui.hard_data.table import draw_table
 from ccwsim.ui.hard_data.wells import draw_brush, draw_wells
-from ccwsim.ui.results.maps import (
-    colours_of,
-    draw_e_type,
-    draw_gallery,
-    draw_realization,
-    map_columns,
-    uncertainty_map,
-)
+from ccwsim.ui.results import maps
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import data_of, image_of, wells_of
 from ccwsim.ui.session.state import State
@@ -74,14 +61,14 @@ def draw_editor(state: State) -> None:
         draw_news(state, wait=local is None)
         with st.container(key="editing"):
             if problem:
-                draw_problem(state, problem)
+                menus.draw_problem(state, problem)
             else:
                 _draw(state)
 
 
 def _draw(state: State) -> None:
     data, image, grid = data_of(state.choices), image_of(state.choices.image), state.choices.grid
-    colours, ground = colours_of(state), state.page(Editor).ground
+    colours, ground = maps.colours_of(state), state.page(Editor).ground
     ensemble, answered = state.ensemble, answer(state)
     if ensemble is not None and not fits(ensemble, state.choices):
         ensemble = None
@@ -93,7 +80,7 @@ def _draw(state: State) -> None:
     _draw_actions(state, data)
     if grid.nz is None:
         with st.container(key="maps"):
-            left, middle, right = map_columns((1.0, 1.0, 0.56), 0, grid)
+            left, middle, right = maps.map_columns((1.0, 1.0, 0.56), 0, grid)
     else:
         draw_brush(state, grid.nz)
         left, middle = st.columns(2, gap="medium")
@@ -112,27 +99,27 @@ def _draw(state: State) -> None:
             panel_title("Realizations and E-type")
             step_note("After the first run, realizations are shown here and follow every edit.")
         elif ground == "e_type" and grid.nz is None:
-            draw_realization(ensemble, colours, state.shown)
+            maps.draw_realization(ensemble, colours, state.shown)
         else:
-            draw_e_type(state, ensemble, colours)
+            maps.draw_e_type(state, ensemble, colours)
     with right:
         if grid.nz is None:
             draw_table(state, data, image, colours)
         else:
             draw_wells(state, data)
     if ensemble is not None and grid.nz is None:
-        draw_gallery(state, ensemble, colours)
+        maps.draw_gallery(state, ensemble, colours)
 
 
 def _draw_actions(state: State, data: HardData) -> None:
     """Draw the menus; buttons for undo and redo are drawn only for volumes."""
     page_state, volume = state.page(Editor), state.choices.grid.nz is not None
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="editor_top"):
-        draw_import(state)
+        menus.draw_import(state)
         if volume:
-            draw_tables(state)
-        draw_sampling(state)
-        draw_export(state, data)
+            menus.draw_tables(state)
+        menus.draw_sampling(state)
+        menus.draw_export(state, data)
         if volume:
             history, args = page_state.history, {"args": (state,)}
             button("Undo", key="undo", on_click=undo, disabled=not history.past, **args)
@@ -187,7 +174,7 @@ def draw_canvas(
         shown = facies_map(ensemble.indices[min(state.shown, ensemble.n - 1)], image, colours, alt)
         shown = shown if grid.nz is not None else replace(shown, keys=())  # tools show facies
     else:
-        shown = uncertainty_map(state, ensemble, colours)
+        shown = maps.uncertainty_map(state, ensemble, colours)
     status = status_of(data, ensemble, state.shown if ground == "realization" else None)
     points = [
         [*point[:-1], int(how == WRONG), 0 if how == WRONG else how]

@@ -23,22 +23,9 @@ from ccwsim.ui.results.maps import middle_layer
 from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.resolve import image_of, points_in_files
 from ccwsim.ui.session.state import State
+from ccwsim.ui.study import image_questions, image_step
 from ccwsim.ui.study.changes import image_name
 from ccwsim.ui.study.diagnosis_panel import draw_advice
-from ccwsim.ui.study.image_questions import (
-    ask_about_image,
-    asked_of,
-    grid_of_file,
-    image_of_file,
-    picture_of_file,
-)
-from ccwsim.ui.study.image_step import (
-    image_uploader,
-    import_image,
-    keep_button,
-    use_advice,
-    use_image,
-)
 from ccwsim.ui.study.questions import answered
 from ccwsim.ui.study.run import simulate_button
 from ccwsim.ui.widgets.errors import if_possible
@@ -67,10 +54,10 @@ def draw_image_import(state: State) -> None:
         if waits:
             state.image_draft = new
         else:
-            use_image(state, new)
+            image_step.use_image(state, new)
 
     image, problem = _image_or_problem(choice)
-    asked = asked_of(choice)
+    asked = image_questions.asked_of(choice)
     with st.container(key="imports"):
         left, right = st.columns([1.5, 1.0], gap="large")
     with left:
@@ -83,20 +70,20 @@ def draw_image_import(state: State) -> None:
     with right:
         _take_file(state, choice)
         if image is not None or asked:
-            ask_about_image(choice, write)
+            image_questions.ask_about_image(choice, write)
         if image is not None:
             if waits:
                 _decide(state, choice)
             draw_facies(choice, image, write, _words_of_data(state))
             draw_turns(choice, write)
         elif waits:
-            keep_button(state)
+            image_step.keep_button(state)
 
 
 def _image_or_problem(choice: ImageChoice) -> tuple[TrainingImage | None, str]:
     try:
         if choice.upload is not None and not choice.answers:
-            image_of_file(choice.upload)  # the file reader raises a clearer error
+            image_questions.image_of_file(choice.upload)  # the file reader raises a clearer error
         return image_of(choice), ""
     except CCWSIMError as error:
         return None, str(error)
@@ -104,7 +91,9 @@ def _image_or_problem(choice: ImageChoice) -> tuple[TrainingImage | None, str]:
 
 def _take_file(state: State, choice: ImageChoice) -> None:
     panel_title("Training image", image_name(choice))
-    image_uploader("A file of yours", "import_image_file", partial(import_image, state))
+    image_step.image_uploader(
+        "A file of yours", "import_image_file", partial(image_step.import_image, state)
+    )
     if state.image_draft is None:
         simulate_button(state, "import_simulate")
     if choice.upload is None:
@@ -113,9 +102,9 @@ def _take_file(state: State, choice: ImageChoice) -> None:
 
 def _decide(state: State, choice: ImageChoice) -> None:
     with st.container(horizontal=True, gap="small"):
-        take = {"on_click": use_image, "args": (state, choice), "type": "primary"}
+        take = {"on_click": image_step.use_image, "args": (state, choice), "type": "primary"}
         button("Use this image", key="image_take", **take)
-        keep_button(state)
+        image_step.keep_button(state)
 
 
 def _pictures(choice: ImageChoice, image: TrainingImage | None, asked: tuple[str, ...]) -> None:
@@ -138,11 +127,11 @@ def _pictures(choice: ImageChoice, image: TrainingImage | None, asked: tuple[str
 def _file_map(choice: ImageChoice) -> None:
     """Draw the file: a picture in its original colours, or values on a colour scale."""
     assert choice.upload is not None
-    picture = picture_of_file(choice.upload, choice.answers)
+    picture = image_questions.picture_of_file(choice.upload, choice.answers)
     if picture is not None:
         shown = CellMap(*picture, ["" for _ in picture[1]], "The picture")
     else:
-        values = middle_layer(grid_of_file(choice.upload, choice.answers))
+        values = middle_layer(image_questions.grid_of_file(choice.upload, choice.answers))
         low, high = float(np.nanmin(values)), float(np.nanmax(values))
         shares = np.nan_to_num((values - low) / ((high - low) or 1.0))
         shown = share_map(shares, "", "Values of the file")
@@ -256,7 +245,7 @@ def draw_image_advice(state: State, choice: ImageChoice, image: TrainingImage) -
         return
 
     def take(advised: dict[str, int]) -> None:
-        use_image(state, choice)
-        use_advice(state, advised)
+        image_step.use_image(state, choice)
+        image_step.use_advice(state, advised)
 
     draw_advice(found, image, state.choices.parameters, take)

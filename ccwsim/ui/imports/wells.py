@@ -13,22 +13,9 @@ from ccwsim.io import PlacedPoints, PointsPreview
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.sharing.choices import Choices, DataChoice, WellTables
 from ccwsim.ui.results.maps import colours_of
-from ccwsim.ui.session.resolve import (
-    grid_for_data,
-    image_of,
-    imported_data,
-    placed_data,
-    preview_of,
-    previews_of_wells,
-)
+from ccwsim.ui.session import resolve
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.data_step import (
-    data_uploader,
-    draw_table_uploaders,
-    keep_data_button,
-    names_of_files,
-    use_data,
-)
+from ccwsim.ui.study import data_step
 from ccwsim.ui.study.questions import (
     IN_SCRIPTS,
     ask_columns_of_wells,
@@ -69,25 +56,27 @@ def draw_wells_import(state: State, tables: bool = False) -> None:
         choice = DataChoice("file", tables=WellTables() if tables else None)
     if tables:
         with st.container(horizontal=True, gap="medium", key="import_well_tables"):
-            draw_table_uploaders("wells", choice, partial(use_data, state))
+            data_step.draw_table_uploaders("wells", choice, partial(data_step.use_data, state))
     else:
-        data_uploader("wells_file", lambda file: use_data(state, DataChoice("file", upload=file)))
+        data_step.data_uploader(
+            "wells_file", lambda file: data_step.use_data(state, DataChoice("file", upload=file))
+        )
     if not choice.files:
         st.caption(HELP_ON_TABLES if tables else HELP)
         return
     tried = replace(state.choices, data=choice)
     _say_state(state, tried)
-    use = partial(use_data, state)
+    use = partial(data_step.use_data, state)
     ask_troubles(tried, use, wide=True)
     if tables:
-        for table, preview in previews_of_wells(choice).items():
+        for table, preview in resolve.previews_of_wells(choice).items():
             if isinstance(preview, PointsPreview):
                 _draw_rows(preview)
             ask_columns_of_wells(choice, table, preview, use, wide=True)
     elif summary_of(choice.upload) is None:
         return
     else:
-        preview = preview_of(choice, tried.grid)
+        preview = resolve.preview_of(choice, tried.grid)
         if preview.columns:
             _draw_rows(preview)
     map_, questions = st.columns([3, 2], gap="large")
@@ -101,13 +90,13 @@ def draw_wells_import(state: State, tables: bool = False) -> None:
 def _say_state(state: State, tried: Choices) -> None:
     """State whether the study uses the file and, if not, the reason."""
     choice = tried.data
-    name = names_of_files(choice)
+    name = data_step.names_of_files(choice)
     if choice.waits:
         st.info("Collars and intervals are required. Surveys are required only if wells deviate.")
-        keep_data_button(state, "wells_drop")
+        data_step.keep_data_button(state, "wells_drop")
         return
     try:
-        report = imported_data(tried)
+        report = resolve.imported_data(tried)
     except CCWSIMError as error:
         say_open(tried, str(error))
     else:
@@ -117,10 +106,10 @@ def _say_state(state: State, tried: Choices) -> None:
             simulate_button(state, "wells_simulate")
         else:
             st.info(plain(f"{n} data of {name} fit the grid but are not in the study yet."))
-            button("Use them", key="wells_use", on_click=use_data, args=(state, choice))
+            button("Use them", key="wells_use", on_click=data_step.use_data, args=(state, choice))
         for note in report.notes:
             st.caption(plain(note))
-    keep_data_button(state, "wells_drop")
+    data_step.keep_data_button(state, "wells_drop")
 
 
 def _draw_rows(preview: PointsPreview) -> None:
@@ -143,11 +132,12 @@ def _draw_map(state: State, tried: Choices) -> None:
     If no datum is in the grid, the map shows a larger grid that contains the data.
     """
     try:
-        placed, fitting, title = placed_data(tried), grid_for_data(tried), "Positions of the data"
+        placed, fitting = resolve.placed_data(tried), resolve.grid_for_data(tried)
+        title = "Positions of the data"
         n, n_out = placed.points.n, len(placed.outside)
         if fitting is not None and n_out == n:
             title, tried = "Positions of the data in a larger grid", replace(tried, grid=fitting)
-            placed = placed_data(tried)
+            placed = resolve.placed_data(tried)
     except CCWSIMError:  # the error is reported above
         return
     panel_title(title, f"grid of {described(tried.grid)}")
@@ -169,7 +159,7 @@ def _draw_map(state: State, tried: Choices) -> None:
 
 def _colours(state: State, tried: Choices, placed: PlacedPoints) -> list[str | None]:
     """Return the colour of each datum, or None for each datum that is not used."""
-    image = image_of(tried.image)
+    image = resolve.image_of(tried.image)
     known = dict(zip(image.codes.tolist(), colours_of(state), strict=False))
     lost = {*placed.outside.tolist(), *placed.unknown.tolist()}
     codes = placed.facies.tolist()

@@ -12,23 +12,12 @@ from typing import Any
 
 import streamlit as st
 
+from ccwsim import paper
 from ccwsim.jobs.job import Job
 from ccwsim.jobs.limits import Demand
 from ccwsim.model.bounds import MAX_SEED
 from ccwsim.model.errors import CCWSIMError
-from ccwsim.paper import (
-    EXPERIMENTS,
-    FULL,
-    QUICK,
-    Finished,
-    PaperInputs,
-    Reproduction,
-    document_of,
-    inputs_in,
-    reproduce,
-    summary,
-    verdict_of,
-)
+from ccwsim.paper import EXPERIMENTS, Finished, PaperInputs, Reproduction
 from ccwsim.report.document import report_html
 from ccwsim.system.log import reason
 from ccwsim.ui.session.fragments import follow
@@ -76,17 +65,19 @@ class PaperRun(PageRun[Reproduction]):
 
     def demand(self) -> Demand:
         """Return the resources of the largest experiment, because experiments run one at a time."""
-        x = QUICK if self.quick else FULL
+        x = paper.QUICK if self.quick else paper.FULL
         many, few = x.side(512) ** 2 * x.n_many, x.largest_side**2 * x.n_few
         n_cells = max(many, few, max(x.timed_sides) ** 2 * x.n_timed)
         return Demand(n_cells, 0, BYTES_PER_CELL * n_cells)
 
     def work(self, job: Job[Reproduction]) -> Reproduction:
-        extent, on_finished = QUICK if self.quick else FULL, self.finished.append
+        extent, on_finished = paper.QUICK if self.quick else paper.FULL, self.finished.append
         report, cancel = job.report, job.is_cancelled
-        found = reproduce(self.inputs, extent, self.seed, report, cancel, EXPERIMENTS, on_finished)
+        found = paper.reproduce(
+            self.inputs, extent, self.seed, report, cancel, EXPERIMENTS, on_finished
+        )
         if found.finished:
-            self.report = report_html(document_of(found)).encode()
+            self.report = report_html(paper.document_of(found)).encode()
         return found
 
 
@@ -104,9 +95,12 @@ def server_inputs() -> tuple[PaperInputs, str]:
     """Return the authors' inputs on the server, and a text about any problem with their folder."""
     folder = os.environ.get(VARIABLE)
     try:
-        return inputs_in(folder or None), ""
+        return paper.inputs_in(folder or None), ""
     except CCWSIMError as error:
-        return PaperInputs(), f"{VARIABLE} on the server: {error}. The bundled images are used."
+        return (
+            PaperInputs(),
+            f"{VARIABLE} on the server: {error}. The bundled images are used.",
+        )
 
 
 def draw_paper(state: State) -> None:
@@ -210,7 +204,7 @@ def ended_text(run: PaperRun) -> str:
     if run.result is None:
         return ""
     stopped = "Stopped. " if run.result.stopped else ""
-    return f"{stopped}{summary(run.result)}"
+    return f"{stopped}{paper.summary(run.result)}"
 
 
 def verdict_list(finished: Sequence[Finished]) -> str:
@@ -241,9 +235,9 @@ def _judged(finished: Finished) -> str:
 
 def _verdict(finished: Finished) -> str:
     if finished.outcome is None:
-        return f'<span class="bad">{escape(verdict_of(finished))}</span>'
+        return f'<span class="bad">{escape(paper.verdict_of(finished))}</span>'
     tones = {j.word: j.tone for j in finished.outcome.judgements}
     return ", ".join(
         f'<span class="{tones[part.split(" × ")[-1]]}">{escape(part)}</span>'
-        for part in verdict_of(finished).split(", ")
+        for part in paper.verdict_of(finished).split(", ")
     )

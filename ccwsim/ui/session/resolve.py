@@ -10,27 +10,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from ccwsim import datasets
+from ccwsim import datasets, io
 from ccwsim.datasets.sampling import sample_random
 from ccwsim.experiments.cost import typical_seconds
-from ccwsim.io import (
-    Conversion,
-    HardDataImport,
-    ImportedPoints,
-    PlacedPoints,
-    PointColumns,
-    PointsPreview,
-    WellColumns,
-    fit_grid,
-    place_points,
-    preview_points,
-    preview_wells,
-    read_geometry,
-    read_points,
-    read_training_image,
-    read_well_points,
-    resolve_points,
-)
 from ccwsim.io.hard_data.placing import CHOICES, ROW_CHOICES, far_away
 from ccwsim.io.isolated import IsolatedFile
 from ccwsim.io.limits import limited, upload_limits
@@ -58,11 +40,11 @@ from ccwsim.sharing.choices import (
 from ccwsim.ui.session.cached import CONTENT, cached
 from ccwsim.ui.session.progress import format_duration
 
-Made = TypeVar("Made", PointColumns, WellColumns, Conversion)
+Made = TypeVar("Made", io.PointColumns, io.WellColumns, io.Conversion)
 Moved = dict[str, tuple[Any, Any]]
 """Requested and used values of the parameters that are too large for the image, by name."""
 OF_VOLUMES = ("z", "well", "depth_from", "depth_to", "depth", "z_up")
-OF_SURVEYS = tuple(name for name in vars(WellColumns()) if name.startswith("survey"))
+OF_SURVEYS = tuple(name for name in vars(io.WellColumns()) if name.startswith("survey"))
 SETTLING = ("on_collision", "on_outside", "on_unknown")
 """Names of the answers that concern volumes, surveys, and data that do not fit, respectively."""
 BUT_NAMES = {**CONTENT, TrainingImage: lambda image: image.digest}
@@ -84,7 +66,7 @@ def image_of(choice: ImageChoice) -> TrainingImage:
         read = datasets.load(choice.bundled)
     else:
         with opened(choice.upload) as file:
-            read = read_training_image(file, **dict(choice.answers))
+            read = io.read_training_image(file, **dict(choice.answers))
     array = read.array
     if choice.transpose:
         array = np.swapaxes(array, -1, -2)
@@ -111,7 +93,7 @@ def data_of(choices: Choices) -> HardData:
     return imported_data(choices).hard_data
 
 
-def imported_data(choices: Choices) -> HardDataImport:
+def imported_data(choices: Choices) -> io.HardDataImport:
     """Return the hard data of a study and a report about their import."""
     choice, image, grid = choices.data, image_of(choices.image), choices.grid
     if choice.source == "file" and choice.files:
@@ -119,7 +101,7 @@ def imported_data(choices: Choices) -> HardDataImport:
     return _imported_cells(_cells_of(choices), choice.answers, grid, image)
 
 
-def placed_data(choices: Choices) -> PlacedPoints:
+def placed_data(choices: Choices) -> io.PlacedPoints:
     """Return the hard data of a study, placed on the grid, with the problems of the data."""
     choice, image, grid = choices.data, image_of(choices.image), choices.grid
     if choice.source == "file" and choice.files:
@@ -140,20 +122,20 @@ def _cells_of(choices: Choices) -> HardData:
 
 
 @cached(max_entries=32)
-def _placed_cells(data: HardData, grid: Grid, image: TrainingImage) -> PlacedPoints:
+def _placed_cells(data: HardData, grid: Grid, image: TrainingImage) -> io.PlacedPoints:
     if not data.n:  # without data, the array of cells has the number of axes of the grid
         data = HardData(np.empty((0, grid.n_dimensions)), ())
     cells, values = data.cells.astype(float), data.facies.astype(float)
     named: dict[str, Any] = {"counted": "datum", "name": "hard data", "variable": "facies"}
     lines = np.arange(1, data.n + 1)
-    points = ImportedPoints(places=cells, values=values, lines=lines, world=False, **named)
-    return place_points(points, grid, image, Conversion(classes="codes"))
+    points = io.ImportedPoints(places=cells, values=values, lines=lines, world=False, **named)
+    return io.place_points(points, grid, image, io.Conversion(classes="codes"))
 
 
 @cached(max_entries=32)
 def _imported_cells(
     data: HardData, answers: Answers, grid: Grid, image: TrainingImage
-) -> HardDataImport:
+) -> io.HardDataImport:
     return _settled(_placed_cells(data, grid, image), answers)
 
 
@@ -165,7 +147,7 @@ def wells_of(choices: Choices) -> CellsOfWells:
     return tuple((name, tuple(map(tuple, cells.tolist()))) for name, cells in found.items())
 
 
-def points_of(choice: DataChoice, grid: Grid | None = None) -> ImportedPoints:
+def points_of(choice: DataChoice, grid: Grid | None = None) -> io.ImportedPoints:
     """Return the points in files of hard data; a grid in a file may differ from `grid`."""
     if choice.tables is not None:
         decisions = tuple(answer for answer in choice.answers if answer[0] in ROW_CHOICES)
@@ -174,22 +156,22 @@ def points_of(choice: DataChoice, grid: Grid | None = None) -> ImportedPoints:
     return _points(choice.upload, _columns(choice, shape), shape)
 
 
-def points_in_files(choices: Choices) -> ImportedPoints:
+def points_in_files(choices: Choices) -> io.ImportedPoints:
     """Return the points in files of hard data; a grid in a file may differ from a study's map."""
     grid = choices.grid
     return points_of(choices.data, None if grid.nz is None else grid)  # heights need its layers
 
 
-def preview_of(choice: DataChoice, grid: Grid) -> PointsPreview:
+def preview_of(choice: DataChoice, grid: Grid) -> io.PointsPreview:
     """Return the columns of a file of hard data, with guessed roles."""
     return _preview(choice.upload, _columns(choice, grid.shape), grid.shape)
 
 
-def previews_of_wells(choice: DataChoice) -> dict[str, PointsPreview | CCWSIMError]:
+def previews_of_wells(choice: DataChoice) -> dict[str, io.PointsPreview | CCWSIMError]:
     """Return, for each table of wells, the columns with their guessed roles, or an error."""
     tables = choice.tables or WellTables()
     files = {"collars": tables.collars, "intervals": choice.upload, "surveys": tables.surveys}
-    found: dict[str, PointsPreview | CCWSIMError] = {}
+    found: dict[str, io.PointsPreview | CCWSIMError] = {}
     for table, upload in files.items():
         if upload is not None:
             try:
@@ -210,7 +192,7 @@ def grid_for_data(choices: Choices) -> Grid | None:
             far = far_away(points.places) if points.world else False
             if (grid.holds(cells) | far).all():
                 return None
-        fitting = fit_grid(points, shape=grid.shape)
+        fitting = io.fit_grid(points, shape=grid.shape)
     except CCWSIMError:
         return None
     if not points.world and points.grid is None:
@@ -230,48 +212,50 @@ def _made(kind: type[Made], choice: DataChoice) -> Made:
     return kind(**{name: answer for name, answer in choice.answers if name in vars(kind())})
 
 
-def _columns(choice: DataChoice, shape: Shape | None) -> PointColumns:
+def _columns(choice: DataChoice, shape: Shape | None) -> io.PointColumns:
     is_volume = shape is not None and len(shape) == 3
-    return _made(PointColumns, choice if is_volume else _without(choice, OF_VOLUMES))
+    return _made(io.PointColumns, choice if is_volume else _without(choice, OF_VOLUMES))
 
 
-def _well_columns(choice: DataChoice) -> WellColumns:
+def _well_columns(choice: DataChoice) -> io.WellColumns:
     has_surveys = choice.tables is not None and choice.tables.surveys is not None
-    return _made(WellColumns, choice if has_surveys else _without(choice, OF_SURVEYS))
+    return _made(io.WellColumns, choice if has_surveys else _without(choice, OF_SURVEYS))
 
 
-def _settled(placed: PlacedPoints, answers: Answers) -> HardDataImport:
+def _settled(placed: io.PlacedPoints, answers: Answers) -> io.HardDataImport:
     """Return points placed on the grid; the user's answers resolve conflicts."""
     settling = {name: answer for name, answer in answers if name in CHOICES}
-    return resolve_points(placed, Conversion(**settling))
+    return io.resolve_points(placed, io.Conversion(**settling))
 
 
 @cached(max_entries=32)
-def _preview(upload: Upload | None, columns: PointColumns, shape: Shape) -> PointsPreview:
+def _preview(upload: Upload | None, columns: io.PointColumns, shape: Shape) -> io.PointsPreview:
     with opened(upload) as file:
-        return preview_points(file, columns, grid_shape=shape)
+        return io.preview_points(file, columns, grid_shape=shape)
 
 
 @cached(max_entries=32)
-def _preview_of_wells(upload: Upload, table: str, columns: WellColumns) -> PointsPreview:
+def _preview_of_wells(upload: Upload, table: str, columns: io.WellColumns) -> io.PointsPreview:
     with opened(upload) as file:
-        return preview_wells(file, table, columns)
+        return io.preview_wells(file, table, columns)
 
 
 @cached(max_entries=32)
-def _points(upload: Upload | None, columns: PointColumns, shape: Shape | None) -> ImportedPoints:
+def _points(
+    upload: Upload | None, columns: io.PointColumns, shape: Shape | None
+) -> io.ImportedPoints:
     with opened(upload) as file:
-        return read_points(file, columns, grid_shape=shape)
+        return io.read_points(file, columns, grid_shape=shape)
 
 
 @cached(max_entries=32)
 def _well_points(
     tables: WellTables,
     intervals: Upload | None,
-    columns: WellColumns,
+    columns: io.WellColumns,
     decisions: Answers,
     grid: Grid | None,
-) -> ImportedPoints:
+) -> io.ImportedPoints:
     if grid is None or grid.nz is None:
         raise CCWSIMError(
             "wells in tables need a volume, but the study is a map; choose a training image that "
@@ -282,17 +266,17 @@ def _well_points(
             raise CCWSIMError(f"there is no table of {what} yet; choose a file")
     surveys: Any = nullcontext() if tables.surveys is None else opened(tables.surveys)
     with opened(tables.collars) as collars, opened(intervals) as log, surveys as stations:
-        how: dict[str, Any] = {"surveys": stations, "conversion": Conversion(**dict(decisions))}
-        return read_well_points(collars, log, grid, columns, **how)
+        how: dict[str, Any] = {"surveys": stations, "conversion": io.Conversion(**dict(decisions))}
+        return io.read_well_points(collars, log, grid, columns, **how)
 
 
 @cached(max_entries=32)
-def _placed(choice: DataChoice, grid: Grid, image: TrainingImage) -> PlacedPoints:
-    return place_points(points_of(choice, grid), grid, image, _made(Conversion, choice))
+def _placed(choice: DataChoice, grid: Grid, image: TrainingImage) -> io.PlacedPoints:
+    return io.place_points(points_of(choice, grid), grid, image, _made(io.Conversion, choice))
 
 
 @cached(max_entries=32)
-def _imported(choice: DataChoice, grid: Grid, image: TrainingImage) -> HardDataImport:
+def _imported(choice: DataChoice, grid: Grid, image: TrainingImage) -> io.HardDataImport:
     return _settled(_placed(_without(choice, SETTLING), grid, image), choice.answers)
 
 
@@ -431,7 +415,7 @@ def geometry_of(choice: ImageChoice) -> Grid | None:
     if choice.upload is None or choice.transpose:
         return None
     with opened(choice.upload) as file:
-        return read_geometry(file, **dict(choice.answers))
+        return io.read_geometry(file, **dict(choice.answers))
 
 
 def fitted_grid(grid: Grid, shape: Shape) -> Grid:

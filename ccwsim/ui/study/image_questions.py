@@ -23,14 +23,7 @@ from ccwsim.sharing.choices import Answers, ImageChoice, Upload
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.resolve import opened
-from ccwsim.ui.study.questions import (
-    answered,
-    ask_slice,
-    ask_variable,
-    ask_way,
-    rounded,
-    summary_of,
-)
+from ccwsim.ui.study import questions
 from ccwsim.ui.widgets.errors import if_possible
 from ccwsim.ui.widgets.fields import field, options_of
 from ccwsim.ui.widgets.text import step_note
@@ -57,8 +50,8 @@ def image_of_file(
     known = dict(answers or {})
     if not volume and "slice_index" not in known:
         known.setdefault("volume", False)
-    guessed, _ = _guessed(upload, answered((), **known))
-    choice = ImageChoice(upload=upload, answers=answered((), **guessed))
+    guessed, _ = _guessed(upload, questions.answered((), **known))
+    choice = ImageChoice(upload=upload, answers=questions.answered((), **guessed))
     colours = if_possible(lambda: _colours(upload, choice.answers))
     return replace(choice, colours=colours or ())
 
@@ -135,20 +128,20 @@ def ask_about_image(choice: ImageChoice, write: Write, *, volume: bool = True) -
         write(image_of_file(upload, kept | new, volume=volume))
 
     asked = asked_of(choice)
-    summary = summary_of(upload, FilePart.answered(known) if "part" in asked else None)
+    summary = questions.summary_of(upload, FilePart.answered(known) if "part" in asked else None)
     if summary is None:
         return
     if "part" in asked:
         _ask_part(upload, known, answer)
     if "variable" in asked:
         name = known.get("variable")
-        ask_variable(summary, name, lambda name: answer("variable", variable=name))
+        questions.ask_variable(summary, name, lambda name: answer("variable", variable=name))
     if "shape" in asked:
         _ask_shape(summary, known["shape"], answer)
     if "slice" in asked:
         _ask_layers(summary, known, answer)
     if "up" in asked or summary.is_picture or "up" in known:
-        ask_way("up", known, partial(answer, "up"))
+        questions.ask_way("up", known, partial(answer, "up"))
     if "gaps" in asked:
         _ask_gaps(upload, known, answer)
     if "values" in asked:
@@ -210,7 +203,7 @@ def _range(
 
 
 def _ask_gaps(upload: Upload, known: Mapping[str, Any], answer: Callable[..., None]) -> None:
-    values = grid_of_file(upload, answered((), **{**known, "crop": None}))
+    values = grid_of_file(upload, questions.answered((), **{**known, "crop": None}))
     n = int(np.isnan(values).sum())
     step_note(
         f"{n:,} of {values.size:,} cells have no value. Because a training image cannot have "
@@ -242,7 +235,9 @@ def _ask_layers(
     else:
         layer = known["slice_index"] + 1
         step_note(f"Layer {layer} of {n} is used as a map. For all layers, choose “{VOLUME}”.")
-        ask_slice(n, known["slice_index"], lambda k: answer("slice", slice_index=k), slider=True)
+        questions.ask_slice(
+            n, known["slice_index"], lambda k: answer("slice", slice_index=k), slider=True
+        )
     if volume and summary.asks_up:
         ends = options_of({True: "the bottom", False: "the top"})
         ends |= {"value": known.get("z_up", True), "key": "ask_z_up"}
@@ -267,7 +262,9 @@ def _ask_values(
 
     def choose(way: str) -> None:
         start: dict[str, Any] = {classes: {"classes": 2}, CODES: {"classes": "codes"}}
-        answer("values", **start.get(way, {"threshold": rounded(float(np.median(values)))}))
+        answer(
+            "values", **start.get(way, {"threshold": questions.rounded(float(np.median(values)))})
+        )
 
     label = "Colours become facies by" if is_picture else "Values become facies by"
     chosen = {"value": way, "write": choose, "options": ways}
@@ -303,5 +300,5 @@ def _histogram(
         answer("values", **({"classes": (one, *others)} if others else {"threshold": one}))
 
     data = {"counts": counts.tolist(), "low": low, "high": high, "label": "Limit between facies"}
-    data["edges"] = [rounded(edge) for edge in edges]
+    data["edges"] = [questions.rounded(edge) for edge in edges]
     draw_component("histogram", "image_histogram", data, "edges", moved)

@@ -24,16 +24,8 @@ from ccwsim.model.arrays import describe_shape
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.sharing.choices import Answers, Choices, DataChoice, Upload
+from ccwsim.ui.session import resolve
 from ccwsim.ui.session.cached import cached
-from ccwsim.ui.session.resolve import (
-    grid_for_data,
-    image_of,
-    opened,
-    placed_data,
-    points_in_files,
-    preview_of,
-    previews_of_wells,
-)
 from ccwsim.ui.widgets.errors import if_possible
 from ccwsim.ui.widgets.fields import button, field, options_of
 from ccwsim.ui.widgets.text import plain
@@ -110,7 +102,7 @@ Write = Callable[..., None]
 
 @cached(max_entries=8)
 def _summary(upload: Upload, part: FilePart | None) -> FileSummary:
-    with opened(upload) as file:
+    with resolve.opened(upload) as file:
         return inspect(file, part)
 
 
@@ -121,7 +113,7 @@ def summary_of(upload: Upload | None, part: FilePart | None = None) -> FileSumma
 
 def say_open(choices: Choices, problem: str) -> None:
     """Warn that data are not used until questions are answered, or show why the file is bad."""
-    choice, placed = choices.data, if_possible(lambda: placed_data(choices))
+    choice, placed = choices.data, if_possible(lambda: resolve.placed_data(choices))
     if choice.source == "file" and any(summary_of(file) is None for file in choice.files):
         st.error(plain(f"{problem}. {KEPT}"))
         return
@@ -194,25 +186,25 @@ def ask_data(choices: Choices, use: Use, *, wide: bool = False) -> None:
     write = writer(choice, use)
     if choice.source == "file" and choice.tables is not None:
         if not wide:
-            for table, preview in previews_of_wells(choice).items():
+            for table, preview in resolve.previews_of_wells(choice).items():
                 ask_columns_of_wells(choice, table, preview, use)
-        points = if_possible(lambda: points_in_files(choices))
+        points = if_possible(lambda: resolve.points_in_files(choices))
     elif choice.source == "file" and choice.upload is not None:
         summary = summary_of(choice.upload)
         if summary is None:
             return
         if summary.is_table:
-            preview = preview_of(choice, grid)
+            preview = resolve.preview_of(choice, grid)
             if grid.nz is not None and not wide:
                 st.caption(plain(taken_as(preview)))
             _ask_columns(choice, preview, ROLES if grid.nz is None else ROLES_OF_VOLUME, use, wide)
             _ask_coordinates(choice, preview, write)
         else:
             _ask_grid(summary, choice, grid.nz is not None, write)
-        points = if_possible(lambda: points_in_files(choices))
+        points = if_possible(lambda: resolve.points_in_files(choices))
     if points is not None and points.continuous:
         _ask_threshold(points, dict(choice.answers).get("threshold"), write)
-    placed = if_possible(lambda: placed_data(choices))
+    placed = if_possible(lambda: resolve.placed_data(choices))
     if placed is not None:
         _ask_names(choices, placed, write, wide)
     if not wide:
@@ -410,7 +402,7 @@ def _ask_threshold(points: ImportedPoints, known: float | None, write: Write) ->
 
 def _ask_names(choices: Choices, placed: PlacedPoints, write: Write, wide: bool) -> None:
     """Ask which facies of the image each name or unknown code in the file denotes."""
-    image, points = image_of(choices.image), placed.points
+    image, points = resolve.image_of(choices.image), placed.points
     given = dict(dict(choices.data.answers).get("facies_names", ()))
     unknown = {*placed.unknown_facies}
     asked = [*(points.words if wide else ()), *given, *sorted(unknown)]
@@ -440,7 +432,7 @@ def _code_of(placed: PlacedPoints, name: str) -> int | None:
 
 def offer_fit(choices: Choices, use: Use) -> None:
     """If some data are outside the grid, offer a grid that contains all data."""
-    grid = grid_for_data(choices)
+    grid = resolve.grid_for_data(choices)
     if grid is not None:
         fit = {"on_click": use, "args": (choices.data, grid)}
         button("Fit the grid to the data", key="ask_fit", **fit)
@@ -463,7 +455,7 @@ def described(grid: Grid) -> str:
 
 def ask_troubles(choices: Choices, use: Use, *, wide: bool = False) -> None:
     """List the rows that do not fit, in tables if `wide`, and ask how to handle these rows."""
-    choice, placed = choices.data, if_possible(lambda: placed_data(choices))
+    choice, placed = choices.data, if_possible(lambda: resolve.placed_data(choices))
     if placed is None:
         return
     write, known, troubles = writer(choice, use), dict(choice.answers), troubles_of(placed)

@@ -13,24 +13,11 @@ from streamlit.delta_generator import DeltaGenerator
 
 from ccwsim.metrics import warn_of_level
 from ccwsim.metrics.diagnosis import TREND_WEIGHT
+from ccwsim.model import bounds
 from ccwsim.model.arrays import Shape
-from ccwsim.model.bounds import (
-    MAX_CANDIDATES_OFFERED,
-    MAX_CO_TEMPLATE,
-    MAX_GRID_SIDE_OFFERED,
-    MAX_LOCATION_WEIGHT,
-    MAX_TEMPLATE_VARIATION,
-)
 from ccwsim.model.parameters import PER_AXIS, Parameters
+from ccwsim.ui.session import resolve
 from ccwsim.ui.session.fragments import error_boundary
-from ccwsim.ui.session.resolve import (
-    data_of,
-    fitted,
-    image_of,
-    levels,
-    overlap_sizes,
-    template_sizes,
-)
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.changes import VALUES
 from ccwsim.ui.study.data_step import data_step, problem_of_data
@@ -46,11 +33,11 @@ WORLD = {
 SIDES = {"nx": "Cells E–W", "ny": "Cells N–S", "nz": "Layers"}
 ON_TOP = ("template_size", "overlap_size", "wavelet_level", "n_candidates")
 NUMBERS = {
-    "n_candidates": (1, MAX_CANDIDATES_OFFERED, 1),
+    "n_candidates": (1, bounds.MAX_CANDIDATES_OFFERED, 1),
     "search_fraction": (0.01, 1.0, 0.01),
-    "co_template": (1, MAX_CO_TEMPLATE, 1),
-    "template_variation": (0.0, MAX_TEMPLATE_VARIATION, 0.05),
-    "location_weight": (0.0, MAX_LOCATION_WEIGHT, 0.5),
+    "co_template": (1, bounds.MAX_CO_TEMPLATE, 1),
+    "template_variation": (0.0, bounds.MAX_TEMPLATE_VARIATION, 0.05),
+    "location_weight": (0.0, bounds.MAX_LOCATION_WEIGHT, 0.5),
 }
 """Minimum, maximum and step of each number field of the grid."""
 LABELS = {
@@ -79,7 +66,9 @@ def grid_step(state: State) -> None:
     places = [place for _ in range(n_axes - 1) for place in pair()]
     for column, (name, label) in zip(places, SIDES.items(), strict=False):
         with column:
-            number = bound_to(grid, name, change, min_value=1, max_value=MAX_GRID_SIDE_OFFERED)
+            number = bound_to(
+                grid, name, change, min_value=1, max_value=bounds.MAX_GRID_SIDE_OFFERED
+            )
             number |= {"key": f"grid_{name}", "step": 8 if name == "nz" else 32}
             number["help"] = f"{label} of the simulation grid. Time grows with the number of cells."
             field(st.number_input, label, **number)
@@ -110,12 +99,12 @@ def _change_grid(state: State, **changes: object) -> None:
 def method_step(state: State) -> None:
     """Draw the step Method, which offers only values that are valid together."""
     step_title(4, "Method")
-    p, shape = state.choices.parameters, image_of(state.choices.image).shape
+    p, shape = state.choices.parameters, resolve.image_of(state.choices.image).shape
     change = partial(set_parameters, state)
     with size_fields(p, shape, change) or nullcontext():
         parameter_field(p, "n_candidates", change, "", st.number_input)
     if not problem_of_data(state.choices):
-        grid, n_data = state.choices.grid, data_of(state.choices).n
+        grid, n_data = state.choices.grid, resolve.data_of(state.choices).n
         if warning := warn_of_level(p, grid.shape, n_data):
             st.warning(plain(warning))
     with st.popover("Advanced", key="method_menu"):
@@ -144,9 +133,9 @@ def size_fields(
         sizes, axis = along[name], 0 if along_z else -1
         level, template = lengths.level[axis], lengths.template[axis]
         offered: dict[str, list[int]] = {
-            "template_size": template_sizes(level, shape, along_z),
-            "overlap_size": overlap_sizes(level, template, along_z),
-            "wavelet_level": [0] if ccsim else levels(shape, along_z),
+            "template_size": resolve.template_sizes(level, shape, along_z),
+            "overlap_size": resolve.overlap_sizes(level, template, along_z),
+            "wavelet_level": [0] if ccsim else resolve.levels(shape, along_z),
         }
 
         def write(value: int, name=name, sizes=sizes, along_z=along_z) -> None:
@@ -180,8 +169,8 @@ def _trend_field(p: Parameters, change: Callable[..., None]) -> None:
 
 def set_parameters(state: State, **changes: object) -> None:
     """Change parameters; sizes that no longer fit become the nearest valid sizes."""
-    shape = image_of(state.choices.image).shape
-    state.change(parameters=fitted(state.choices.parameters, shape, **changes))
+    shape = resolve.image_of(state.choices.image).shape
+    state.change(parameters=resolve.fitted(state.choices.parameters, shape, **changes))
 
 
 def parameter_field(
@@ -214,5 +203,5 @@ def parameter_field(
 
 
 def _reset(state: State) -> None:
-    shape = image_of(state.choices.image).shape
-    state.change(parameters=fitted(Parameters(), shape))
+    shape = resolve.image_of(state.choices.image).shape
+    state.change(parameters=resolve.fitted(Parameters(), shape))

@@ -11,25 +11,12 @@ from ccwsim.jobs.statistics import Task
 from ccwsim.metrics import Fit
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.numbers import three_digits
-from ccwsim.report.verdicts import (
-    Verdict,
-    advise_proportions,
-    describe_checks,
-    describe_proportion,
-    describe_variety,
-)
+from ccwsim.report import verdicts
+from ccwsim.report.verdicts import Verdict
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.data_fit import data_fit, flagged, is_judged
+from ccwsim.ui.validate import statistics
 from ccwsim.ui.validate.reproduction import describe_unseen_of
-from ccwsim.ui.validate.statistics import (
-    Validation,
-    checks,
-    known,
-    patterns,
-    proportions,
-    variety,
-    volume_patterns,
-)
 from ccwsim.ui.widgets.text import verdict_html
 
 MOMENT_SECONDS = 0.1
@@ -40,12 +27,12 @@ MAX_LISTED = 4
 
 def findings(state: State, ensemble: Ensemble) -> list[Verdict]:
     """Return the findings that follow from the statistics computed so far."""
-    page_state = state.page(Validation)
+    page_state = state.page(statistics.Validation)
     found = [of_data(ensemble)]
     tasks: dict[str, Task[Any]] = {
-        "shares": proportions(ensemble),
-        "variety": variety(ensemble),
-        "checks": checks(ensemble),
+        "shares": statistics.proportions(ensemble),
+        "variety": statistics.variety(ensemble),
+        "checks": statistics.checks(ensemble),
     }
     if is_judged(ensemble.hard_data, ensemble.grid):
         image, data = ensemble.training_image, ensemble.hard_data
@@ -55,20 +42,22 @@ def findings(state: State, ensemble: Ensemble) -> list[Verdict]:
         if page_state.worker.cache.get(task.key) is None:
             page_state.waiting[word] = task  # the finding is added when the page is drawn again
     page_state.worker.wait_for(tasks["shares"], MOMENT_SECONDS)
-    agreement = known(state, tasks["data_fit"]) if "data_fit" in tasks else None
+    agreement = statistics.known(state, tasks["data_fit"]) if "data_fit" in tasks else None
     if agreement and flagged(agreement):
         found.insert(0, Verdict(agreement.words, good=False))
-    checked = known(state, checks(ensemble))
+    checked = statistics.known(state, statistics.checks(ensemble))
     if checked is not None:
-        found += describe_checks(checked, ensemble.training_image.facies_names)
-    if shares := known(state, proportions(ensemble)):
+        found += verdicts.describe_checks(checked, ensemble.training_image.facies_names)
+    if shares := statistics.known(state, statistics.proportions(ensemble)):
         found += of_proportions(ensemble, shares.fit)
-    if ensemble.grid.nz is not None and (small := known(state, volume_patterns(ensemble))):
+    if ensemble.grid.nz is not None and (
+        small := statistics.known(state, statistics.volume_patterns(ensemble))
+    ):
         found.append(Verdict(describe_unseen_of(small), good=None))
-    differing = known(state, variety(ensemble))
+    differing = statistics.known(state, statistics.variety(ensemble))
     if differing is not None and ensemble.n > 1:
         found.append(of_variety(ensemble, differing))
-    apart = known(state, patterns(ensemble))
+    apart = statistics.known(state, statistics.patterns(ensemble))
     if apart and not apart.within[0].max() > 0:
         found.append(Verdict("realizations are copies of the training image", good=False))
     return found
@@ -91,18 +80,20 @@ def of_proportions(ensemble: Ensemble, fit: Fit | None) -> list[Verdict]:
     off = fit.outside if fit is not None else np.zeros(n, bool)
     said = [k for k in range(1 if n == 2 else 0, n) if n <= MAX_LISTED or off[k]]
     good = [None if fit is None else not missed for missed in off]
-    found = [Verdict(describe_proportion(ensemble, k), good=good[k]) for k in said]
+    found = [Verdict(verdicts.describe_proportion(ensemble, k), good=good[k]) for k in said]
     if n > MAX_LISTED:
         others = "all" if not said else "the other"
         found.append(Verdict(f"{others} proportions within the scatter of TI crops"))
-    advice = advise_proportions(ensemble, fit)
+    advice = verdicts.advise_proportions(ensemble, fit)
     return [*found, Verdict(advice, good=None)] if advice else found
 
 
 def of_variety(ensemble: Ensemble, differing: float) -> Verdict:
     """Return a finding on the differences between realizations; no difference is marked as bad."""
     shares = ensemble.proportions.mean(axis=0).tolist()
-    return Verdict(describe_variety(differing, shares), good=None if differing > 0 else False)
+    return Verdict(
+        verdicts.describe_variety(differing, shares), good=None if differing > 0 else False
+    )
 
 
 def draw_summary(state: State, ensemble: Ensemble) -> None:

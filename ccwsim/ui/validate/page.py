@@ -30,6 +30,7 @@ from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.news import draw_news
 from ccwsim.ui.study.run import problem_of, start_run, start_run_if_needed
+from ccwsim.ui.validate import statistics
 from ccwsim.ui.validate.conditioning import draw_data, draw_reference, draw_uncertainty
 from ccwsim.ui.validate.data_and_image import draw_data_and_image
 from ccwsim.ui.validate.findings import draw_summary
@@ -45,14 +46,6 @@ from ccwsim.ui.validate.reproduction import (
     draw_transitions,
 )
 from ccwsim.ui.validate.slices import ShownSlice, draw_slice_fields, slice_of
-from ccwsim.ui.validate.statistics import (
-    MAX_COMPARED,
-    Validation,
-    begin,
-    draw_work,
-    panel,
-    patterns,
-)
 from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
 from ccwsim.ui.widgets.text import panel_title
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
@@ -76,13 +69,13 @@ def draw_page(state: State) -> None:
         else:
             draw_ghost(state)
     with st.container(key="work"):
-        draw_work(state)
+        statistics.draw_work(state)
 
 
 def _draw_validation(state: State, ensemble: Ensemble) -> None:
     """Draw the first screen and all sections of the latest realizations."""
-    page_state = state.page(Validation)
-    begin(state)
+    page_state = state.page(statistics.Validation)
+    statistics.begin(state)
     page_state.worker.forget()
     page_state.waiting.clear()
     state.shown = min(state.shown, ensemble.n - 1)
@@ -125,7 +118,7 @@ def _draw_first_screen(state: State, colours: Sequence[str], elsewhere: tuple) -
     with error_boundary():
         if _shown_elsewhere(state) != elsewhere:
             st.rerun()
-        begin(state)
+        statistics.begin(state)
         ensemble = state.ensemble
         assert ensemble is not None
         here = slice_of(state, ensemble)
@@ -138,12 +131,14 @@ def _draw_first_screen(state: State, colours: Sequence[str], elsewhere: tuple) -
         with middle:
             draw_e_type(state, shown, colours)
         with right:
-            panel(state, "mds", patterns(ensemble), lambda found: _draw_mds(state, found))
+            statistics.panel(
+                state, "mds", statistics.patterns(ensemble), lambda found: _draw_mds(state, found)
+            )
 
 
 def _shown_elsewhere(state: State) -> tuple:
     """Return the choices that are made in the maps and affect other parts of the page."""
-    seen, ensemble = state.page(Validation).seen, state.ensemble
+    seen, ensemble = state.page(statistics.Validation).seen, state.ensemble
     here = slice_of(state, ensemble) if ensemble is not None and seen & SLICED else None
     return state.facies, state.shown if "reuse" in seen else None, here
 
@@ -169,7 +164,7 @@ def _draw_mds(state: State, found: Anodi) -> None:
     assert ensemble is not None
     n = len(found.owner) - 1
     first = f"first {n}; click a point to see the realization"
-    note = first if ensemble.n > MAX_COMPARED else "click one to see it"
+    note = first if ensemble.n > statistics.MAX_COMPARED else "click one to see it"
 
     def choose(k: int) -> None:
         state.shown = min(max(k, 0), n - 1)
@@ -205,7 +200,7 @@ SECTIONS = (
 
 def _draw_sections(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
     """Draw links to all sections; draw each section only after it has come into view."""
-    page_state = state.page(Validation)
+    page_state = state.page(statistics.Validation)
     links = "".join(f'<a href="#{name}" target="_self">{title}</a>' for name, title, *_ in SECTIONS)
     st.html(f'<nav class="sections" aria-label="On this page">{links}</nav>')
     for name, title, text, draw in SECTIONS:

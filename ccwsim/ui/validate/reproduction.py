@@ -13,19 +13,8 @@ import numpy as np
 import streamlit as st
 from numpy.typing import NDArray
 
-from ccwsim.figures import (
-    CIVIDIS,
-    Bundle,
-    Strip,
-    curves_chart,
-    divergence_chart,
-    geobody_sizes_chart,
-    lag_map_chart,
-    proportions_chart,
-    ramp,
-    strip_chart,
-    transiogram_chart,
-)
+from ccwsim import figures
+from ccwsim.figures import Bundle, Strip
 from ccwsim.io.formats.csv_table import csv_as_bytes
 from ccwsim.metrics import Anodi, Copying, Diagnosis, Measured
 from ccwsim.metrics.bands import STATISTICS, Statistic
@@ -34,21 +23,8 @@ from ccwsim.model.arrays import describe_shape, listing
 from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.numbers import three_digits
+from ccwsim.report import verdicts
 from ccwsim.report.pictures import bundle_of_curves
-from ccwsim.report.verdicts import (
-    HOW_MEASURED,
-    MEASURES_HEAD,
-    SIGNS,
-    curve_title,
-    describe_curve,
-    describe_geobodies,
-    describe_measures,
-    describe_patterns,
-    describe_proportion,
-    describe_unseen,
-    size_text,
-    way_name,
-)
 from ccwsim.ui.frontend.cells import CellMap, draw_cells
 from ccwsim.ui.results.charts import draw_chart, titled_chart
 from ccwsim.ui.results.curves import draw_band_key, draw_layers, draw_rows, judged_curves
@@ -59,14 +35,6 @@ from ccwsim.ui.study.diagnosis_panel import draw_diagnosis
 from ccwsim.ui.study.image_step import use_advice
 from ccwsim.ui.validate import statistics
 from ccwsim.ui.validate.slices import middle_layer, slice_of
-from ccwsim.ui.validate.statistics import (
-    Compared,
-    GeobodiesCompared,
-    LagMaps,
-    PatternsCompared,
-    Validation,
-    panel,
-)
 from ccwsim.ui.widgets.fields import bound_to, field, options_of
 from ccwsim.ui.widgets.text import panel_title, scrolled, step_note, verdict_html
 from ccwsim.ui.widgets.theme import chart_theme
@@ -109,30 +77,30 @@ def _draw_layers(state: State, ensemble: Ensemble) -> None:
     def draw(found: Bundle) -> None:
         draw_layers(ensemble, k, found, CURVE_HEIGHT)
 
-    panel(state, "layers", statistics.layers(ensemble, k), draw)
+    statistics.panel(state, "layers", statistics.layers(ensemble, k), draw)
 
 
 def _draw_unseen(state: State, ensemble: Ensemble) -> None:
     """Draw the share of each realization's patterns that are not in the training image."""
 
-    def draw(found: PatternsCompared) -> None:
+    def draw(found: statistics.PatternsCompared) -> None:
         strips = [("unseen", "of all patterns (%)", found.unseen)]
         if found.unseen_at_data is not None:
             strips.append(("unseen_at_data", "of patterns at hard data (%)", found.unseen_at_data))
         panel_title("Unseen patterns", describe_unseen_of(found))
         for key, title, shares in strips:
             strip = Strip(title, 100 * shares, np.nan)
-            chart = strip_chart(strip, chart_theme(), colour=chart_theme().ink)
+            chart = figures.strip_chart(strip, chart_theme(), colour=chart_theme().ink)
             draw_chart(chart, key, f"Patterns that the training image does not contain, {title}")
 
-    panel(state, "unseen", statistics.volume_patterns(ensemble), draw)
+    statistics.panel(state, "unseen", statistics.volume_patterns(ensemble), draw)
 
 
-def describe_unseen_of(found: PatternsCompared) -> str:
+def describe_unseen_of(found: statistics.PatternsCompared) -> str:
     """Return, as text, the mean share of patterns that are not in the training image."""
     at_data = found.unseen_at_data
     mean = None if at_data is None else float(np.nanmean(at_data))
-    return describe_unseen(float(found.unseen.mean()), mean, describe_shape(found.shape))
+    return verdicts.describe_unseen(float(found.unseen.mean()), mean, describe_shape(found.shape))
 
 
 def draw_curve(
@@ -147,33 +115,33 @@ def draw_curve(
     p = float(ensemble.training_image.proportions[state.facies])
     # 1.5 × the sill is above most variograms; so charts of both directions have the same scale
     top = 1.5 * p * (1 - p) or 0.5
-    title = curve_title(statistic, way)
+    title = verdicts.curve_title(statistic, way)
     key = f"{statistic}_{way[0] if isinstance(way, str) else 'azimuth'}"
 
-    def draw(found: Compared[Bundle]) -> None:
+    def draw(found: statistics.Compared[Bundle]) -> None:
         bundle = found.value
         highest = max(np.nan_to_num(curves).max() for curves in (bundle.each, bundle.reference))
         y_range = (0, 1.04) if statistic == "connectivity" else (0, max(top, 1.05 * float(highest)))
-        y_title = f"{SIGNS[statistic]} of {name}"
+        y_title = f"{verdicts.SIGNS[statistic]} of {name}"
         options: dict[str, Any] = {"y_range": y_range, "height": height}
         options["judged"] = judged_curves(found.fit)
-        chart = curves_chart(bundle, chart_theme(), y_title=y_title, **options)
-        note = describe_curve(found.fit, statistic)
+        chart = figures.curves_chart(bundle, chart_theme(), y_title=y_title, **options)
+        note = verdicts.describe_curve(found.fit, statistic)
         alt = f"{title} of {name}: training image, realizations, median and 5–95 % band"
         titled_chart(title, note, chart, key, alt)
 
-    panel(state, key, statistics.curves(ensemble, statistic, state.facies, way), draw)
+    statistics.panel(state, key, statistics.curves(ensemble, statistic, state.facies, way), draw)
 
 
 def draw_directions(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
     """Draw variogram and connectivity along a chosen direction, and the variogram maps."""
-    page_state = state.page(Validation)
+    page_state = state.page(statistics.Validation)
     options = bound_to(page_state, "azimuth", min_value=0, max_value=175, step=5, width=420)
     help_ = "0 is N–S, 45 is NE–SW, 90 is E–W, 135 is NW–SE. A dotted line marks the direction."
     label = "Direction, degrees from north to east"
     field(st.slider, label, key="azimuth", help=help_, **options)
     azimuth = float(page_state.azimuth)
-    for column, statistic in zip(st.columns(2, gap="medium"), SIGNS, strict=True):
+    for column, statistic in zip(st.columns(2, gap="medium"), verdicts.SIGNS, strict=True):
         with column:
             draw_curve(state, ensemble, statistic, azimuth, height=220)
     if ensemble.grid.nz is not None:
@@ -181,10 +149,10 @@ def draw_directions(state: State, ensemble: Ensemble, colours: Sequence[str]) ->
         return
     name = ensemble.training_image.facies_names[state.facies]
     task = statistics.lag_maps(ensemble, state.facies)
-    panel(state, "lag_maps", task, lambda found: _draw_lag_maps(found, name, azimuth))
+    statistics.panel(state, "lag_maps", task, lambda found: _draw_lag_maps(found, name, azimuth))
 
 
-def _draw_lag_maps(found: LagMaps, name: str, azimuth: float) -> None:
+def _draw_lag_maps(found: statistics.LagMaps, name: str, azimuth: float) -> None:
     columns = st.columns(3, gap="medium")
     largest = float(max(found.reference.max(), found.mean.max())) or 0.5
     apart = found.mean - found.reference
@@ -198,20 +166,20 @@ def _draw_lag_maps(found: LagMaps, name: str, azimuth: float) -> None:
         options: dict[str, Any] = {"largest": top, "difference": values is apart}
         options |= {"name": f"γ of {name}", "azimuth": azimuth}
         with column:
-            chart = lag_map_chart(found.lags, values, chart_theme(), **options)
+            chart = figures.lag_map_chart(found.lags, values, chart_theme(), **options)
             alt = f"{title}: variogram map of {name}, lags east and north"
             titled_chart(title, note, chart, key, alt)
 
 
 def draw_transitions(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
     """Draw the transiograms; with many facies, draw only transiograms from a chosen facies."""
-    page_state, names = state.page(Validation), ensemble.training_image.facies_names
+    page_state, names = state.page(statistics.Validation), ensemble.training_image.facies_names
     n = len(names)
     tails = list(range(n))
     with st.container(horizontal=True, gap="medium", vertical_alignment="bottom"):
         ways = axes_of(ensemble.grid.shape)
         page_state.along = page_state.along if page_state.along in ways else ways[0]
-        along = bound_to(page_state, "along", options=list(ways), format_func=way_name)
+        along = bound_to(page_state, "along", options=list(ways), format_func=verdicts.way_name)
         field(st.segmented_control, "Along", key="transitions_along", **along)
         if n > MAX_TAILS:
             page_state.tail = min(page_state.tail, n - 1)
@@ -220,12 +188,14 @@ def draw_transitions(state: State, ensemble: Ensemble, colours: Sequence[str]) -
             tails = [page_state.tail]
 
     def draw(bundles: dict[tuple[int, int], Bundle]) -> None:
-        chart = transiogram_chart(bundles, tails, range(n)[:MAX_HEADS], names, chart_theme())
+        chart = figures.transiogram_chart(
+            bundles, tails, range(n)[:MAX_HEADS], names, chart_theme()
+        )
         note = "probability of the second facies at a lag from a cell of the first facies"
         alt = "Transition probabilities between facies against the lag"
         titled_chart("Transiograms", note, chart, "transiograms", alt)
 
-    panel(state, "transitions", statistics.transitions(ensemble, page_state.along), draw)
+    statistics.panel(state, "transitions", statistics.transitions(ensemble, page_state.along), draw)
     if n > MAX_HEADS:
         step_note(f"Only the first {MAX_HEADS} of {n} facies are shown.")
 
@@ -235,40 +205,42 @@ def draw_geobodies(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
     image, k = ensemble.training_image, state.facies
     names = image.facies_names
 
-    def draw_shares(found: Compared[NDArray[np.float64]]) -> None:
-        chart = proportions_chart(names, image.proportions, found.value, colours, chart_theme())
-        note = describe_proportion(ensemble, k)
+    def draw_shares(found: statistics.Compared[NDArray[np.float64]]) -> None:
+        chart = figures.proportions_chart(
+            names, image.proportions, found.value, colours, chart_theme()
+        )
+        note = verdicts.describe_proportion(ensemble, k)
         alt = "Facies proportions of each realization and of the training image"
         titled_chart("Facies proportions", note, chart, "proportions", alt)
 
-    def draw_strips(found: GeobodiesCompared) -> None:
+    def draw_strips(found: statistics.GeobodiesCompared) -> None:
         columns = st.columns(2, gap="large") + st.columns(2, gap="large")
         for column, (title, key, strip) in zip(columns, strips_of(found), strict=True):
             with column:
-                chart = strip_chart(strip, chart_theme(), colour=colours[k])
+                chart = figures.strip_chart(strip, chart_theme(), colour=colours[k])
                 alt = f"{title} of {names[k]}: {strip.title}"
                 titled_chart(title, f"of {names[k]}", chart, key, alt)
         step_note(describe_percolation(found, names[k]))
-        for verdict in describe_geobodies(found.fit, names[k]):
+        for verdict in verdicts.describe_geobodies(found.fit, names[k]):
             st.html(f'<p class="note">{verdict_html(verdict)}</p>')
 
-    is_volume, page_state = ensemble.grid.nz is not None, state.page(Validation)
+    is_volume, page_state = ensemble.grid.nz is not None, state.page(statistics.Validation)
     task = statistics.geobodies(ensemble, k, page_state.neighbours if is_volume else None)
     left, right = st.columns([1.0, 2.0], gap="large")
     with left:
-        panel(state, "proportions", statistics.proportions(ensemble), draw_shares)
+        statistics.panel(state, "proportions", statistics.proportions(ensemble), draw_shares)
         if is_volume:
-            panel(state, "sizes", task, lambda found: _draw_sizes(found, names[k]))
+            statistics.panel(state, "sizes", task, lambda found: _draw_sizes(found, names[k]))
     with right:
         if is_volume:
             options = {**bound_to(page_state, "neighbours"), **options_of(TOUCHING)}
             field(st.segmented_control, "Cells are connected by", key="neighbours", **options)
-        panel(state, "geobodies", task, draw_strips)
+        statistics.panel(state, "geobodies", task, draw_strips)
 
 
-def _draw_sizes(found: GeobodiesCompared, name: str) -> None:
+def _draw_sizes(found: statistics.GeobodiesCompared, name: str) -> None:
     """Draw the share of a facies in geobodies of at least a given size."""
-    chart = geobody_sizes_chart(sizes_of(found), chart_theme(), y_title="share")
+    chart = figures.geobody_sizes_chart(sizes_of(found), chart_theme(), y_title="share")
     alt = f"Share of {name} in geobodies of at least this size"
     note = f"share of {name} in geobodies of this size or larger"
     titled_chart("Sizes of geobodies", note, chart, "sizes", alt)
@@ -279,7 +251,7 @@ def _draw_sizes(found: GeobodiesCompared, name: str) -> None:
         )
 
 
-def sizes_of(found: GeobodiesCompared) -> Bundle:
+def sizes_of(found: statistics.GeobodiesCompared) -> Bundle:
     """Return, for each size, the share of a facies in geobodies of this size or larger."""
     largest = [sizes[0] for sizes in (*found.each.sizes, *found.reference.sizes) if len(sizes)]
     cells = np.unique(np.geomspace(1, max(largest, default=1) + 1, N_SIZES).round())
@@ -287,7 +259,7 @@ def sizes_of(found: GeobodiesCompared) -> Bundle:
     return bundle_of_curves(cells, reference, each[:MAX_CURVES])
 
 
-def strips_of(found: GeobodiesCompared) -> list[tuple[str, str, Strip]]:
+def strips_of(found: statistics.GeobodiesCompared) -> list[tuple[str, str, Strip]]:
     """Return the strip charts of geobodies, with titles and keys."""
     each, image = found.each, found.reference
     unit = AREA if each.percolates_vertical is None else VOLUME
@@ -299,14 +271,18 @@ def strips_of(found: GeobodiesCompared) -> list[tuple[str, str, Strip]]:
     number, euler = (values.astype(np.float64) for values in (each.n_geobodies, each.euler_number))
     number_of_image, euler_of_image = float(image.n_geobodies[0]), float(image.euler_number[0])
     return [
-        ("Γ", "gamma", Strip("two random cells are connected", each.gamma, float(image.gamma[0]))),
+        (
+            "Γ",
+            "gamma",
+            Strip("two random cells are connected", each.gamma, float(image.gamma[0])),
+        ),
         ("Geobodies", "n_bodies", Strip(area, number * per, number_of_image * per_image)),
         ("Euler number", "euler", Strip(area, euler * per, euler_of_image * per_image)),
         ("Largest geobody", "largest", Strip("share of the facies", shares, share)),
     ]
 
 
-def describe_percolation(found: GeobodiesCompared, name: str) -> str:
+def describe_percolation(found: statistics.GeobodiesCompared, name: str) -> str:
     """Return a text that states in how many realizations a facies percolates."""
     each, image, n = found.each, found.reference, len(found.each.n_geobodies)
     ways = {"E–W": (each.percolates_ew, image.percolates_ew)}
@@ -333,17 +309,17 @@ def draw_measures(state: State, ensemble: Ensemble, colours: Sequence[str]) -> N
         n = len(found.each)
         panel_title(f"Measures of {name}", f"{'first ' if n < ensemble.n else ''}{n} realizations")
         rows = []
-        for row in describe_measures(found):
+        for row in verdicts.describe_measures(found):
             title = f'<span title="{escape(row.definition)}">{escape(row.title)}</span>'
             verdict = f'<span class="{"fact" if row.good else "fact odd"}">{row.verdict}</span>'
             rows.append([title, row.image, row.realizations, verdict])
-        table = numbers_table(rows, MEASURES_HEAD, "measures")
+        table = numbers_table(rows, verdicts.MEASURES_HEAD, "measures")
         st.html(scrolled(table, f"Measures of {name}"))
-        step_note(HOW_MEASURED)
+        step_note(verdicts.HOW_MEASURED)
         of = study_part(ensemble)
         csv_button("Measures as CSV", "measures", lambda: measures_csv(found), of, width="content")
 
-    panel(state, "measures", statistics.measures(ensemble, state.facies), draw)
+    statistics.panel(state, "measures", statistics.measures(ensemble, state.facies), draw)
 
 
 def measures_csv(found: Measured) -> bytes:
@@ -362,21 +338,21 @@ def measures_csv(found: Measured) -> bytes:
 def draw_patterns(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
     """Draw ANODI distances and ratios by resolution; for volumes, also distances of crops."""
     draw = partial(_draw_anodi, n_axes=ensemble.grid.n_dimensions)
-    panel(state, "anodi", statistics.patterns(ensemble), draw)
+    statistics.panel(state, "anodi", statistics.patterns(ensemble), draw)
     if ensemble.grid.nz is not None:
-        panel(state, "crops", statistics.volume_patterns(ensemble), _draw_distances)
+        statistics.panel(state, "crops", statistics.volume_patterns(ensemble), _draw_distances)
 
 
-def _draw_distances(found: PatternsCompared) -> None:
+def _draw_distances(found: statistics.PatternsCompared) -> None:
     """Draw the pattern distances of realizations, and of crops, from the training image."""
     panel_title("Distance from the training image", "Jensen–Shannon divergence, bits")
-    for verdict in describe_patterns(found.fit):
+    for verdict in verdicts.describe_patterns(found.fit):
         st.html(f"<p>{verdict_html(verdict, 'fact')}</p>")
     if found.fit is not None:
         step_note(
             "Pieces of the realizations and crops of the training image have "
-            f"{size_text(found.fit)} cells. Even crops have a distance from the image, because "
-            "they are small."
+            f"{verdicts.size_text(found.fit)} cells. Even crops have a distance from the image, "
+            "because they are small."
         )
 
 
@@ -386,7 +362,7 @@ def _draw_anodi(found: Anodi, n_axes: int) -> None:
     with left:
         ratio = float(found.mean_ratio[0])
         note = "" if np.isnan(ratio) else f"between / within = {three_digits(ratio)}"
-        chart = divergence_chart(found.factors, between, within, chart_theme())
+        chart = figures.divergence_chart(found.factors, between, within, chart_theme())
         alt = "Divergence between realizations, and from the training image, by resolution"
         titled_chart("Distance of patterns", note, chart, "anodi", alt)
     with right:
@@ -437,7 +413,7 @@ def draw_copying(state: State, ensemble: Ensemble, colours: Sequence[str]) -> No
             if here.axis is not None:
                 step_note("The share of seams refers to the volume; the map shows a slice.")
 
-    panel(state, "reuse", statistics.copied(ensemble, r), draw)
+    statistics.panel(state, "reuse", statistics.copied(ensemble, r), draw)
 
 
 def draw_image(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
@@ -448,7 +424,7 @@ def draw_image(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None
         p = state.choices.parameters
         draw_diagnosis(found, image, p, colours, lambda new: use_advice(state, new))
 
-    panel(state, "diagnosis", statistics.diagnosis(image), draw)
+    statistics.panel(state, "diagnosis", statistics.diagnosis(image), draw)
 
 
 def meter_of(found: Copying) -> list[tuple[str, str]]:
@@ -489,8 +465,8 @@ def use_map(found: Copying) -> CellMap:
         labels[-1] = f"used {n} times or more"
     return CellMap(
         indices=np.minimum(found.uses, n).astype(np.uint8),
-        colours=ramp(CIVIDIS, n + 1),
+        colours=figures.ramp(figures.CIVIDIS, n + 1),
         labels=labels,
         alt="How often each cell of the training image was used",
-        strip={"colours": list(CIVIDIS), "low": "0", "high": f"{n} uses"},
+        strip={"colours": list(figures.CIVIDIS), "low": "0", "high": f"{n} uses"},
     )

@@ -11,37 +11,10 @@ import numpy as np
 import streamlit as st
 from numpy.typing import NDArray
 
+from ccwsim import metrics
 from ccwsim.figures import Bundle
 from ccwsim.jobs.job import PATIENCE
 from ccwsim.jobs.statistics import Failure, Fraction, StatisticsWorker, Task
-from ccwsim.metrics import (
-    Anodi,
-    Calibration,
-    Check,
-    Copying,
-    Diagnosis,
-    EType,
-    Fit,
-    Geobodies,
-    Measured,
-    ReferenceScores,
-    anodi,
-    calibration,
-    check_ensemble,
-    copying,
-    diagnose,
-    differing_share,
-    fit_curve,
-    fit_geobodies,
-    fit_patterns,
-    fit_proportions,
-    geobody_statistics,
-    measure,
-    score_reference,
-    transiograms,
-    unseen_patterns,
-    variogram_map,
-)
 from ccwsim.metrics.bands import Statistic
 from ccwsim.metrics.lags import Direction, distinct_lags, max_lag
 from ccwsim.metrics.reference_band import PATTERN_SIZES
@@ -84,18 +57,18 @@ class Compared(Generic[Value]):
     """A statistic of realizations, and the fit of realizations to crops of the training image."""
 
     value: Value
-    fit: Fit | None
+    fit: metrics.Fit | None
 
 
 @dataclass(frozen=True, eq=False)
 class GeobodiesCompared:
     """Geobodies and cell counts of realizations and image, and the fit to crops of the image."""
 
-    each: Geobodies
-    reference: Geobodies
+    each: metrics.Geobodies
+    reference: metrics.Geobodies
     n_cells: int
     n_cells_reference: int
-    fit: Fit | None
+    fit: metrics.Fit | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +79,7 @@ class PatternsCompared:
     contain. `unseen_at_data` is the share among patterns with hard data, or None without data.
     """
 
-    fit: Fit | None
+    fit: metrics.Fit | None
     shape: tuple[int, ...]
     unseen: NDArray[np.float64]
     unseen_at_data: NDArray[np.float64] | None
@@ -132,7 +105,7 @@ def curves(
     lags, distances = distinct_lags(direction, longest)
     some = first(ensemble, MAX_CURVES)
     bundle = bundle_of(statistic, some, image, code, direction, lags, progress)
-    fit = fit_curve(ensemble, statistic, code, direction)
+    fit = metrics.fit_curve(ensemble, statistic, code, direction)
     return Compared(replace(bundle, lags=distances), fit)
 
 
@@ -142,8 +115,8 @@ def lag_maps(progress: Fraction, ensemble: Ensemble, facies: int) -> LagMaps:
     sides = (*ensemble.training_image.shape, *ensemble.grid.shape)
     reach = max(1, min(MAX_MAP_LAG, min(sides) // 2))
     code = code_of(ensemble, facies)
-    each = variogram_map(first(ensemble, MAX_CURVES), code, reach, progress)
-    reference = variogram_map(ensemble.training_image, code, reach)
+    each = metrics.variogram_map(first(ensemble, MAX_CURVES), code, reach, progress)
+    reference = metrics.variogram_map(ensemble.training_image, code, reach)
     return LagMaps(each.lags, reference.gamma[0], each.gamma.mean(axis=0))
 
 
@@ -157,8 +130,8 @@ def transitions(
     sparse = range(DENSE_LAGS + STRIDE, n_lags + 1, STRIDE)
     lags = np.array([*range(min(n_lags, DENSE_LAGS) + 1), *sparse])
     some = first(ensemble, MAX_CURVES)
-    each = transiograms(some, None, direction, lags, progress).probability
-    image = transiograms(ensemble.training_image, None, direction, lags).probability[0]
+    each = metrics.transiograms(some, None, direction, lags, progress).probability
+    image = metrics.transiograms(ensemble.training_image, None, direction, lags).probability[0]
     x = lags.astype(float)
     return {
         (tail, head): bundle_of_curves(x, image[tail, head], each[:, tail, head])
@@ -174,9 +147,9 @@ def layers(progress: Fraction, ensemble: Ensemble, facies: int) -> Bundle:
 
 
 @as_task
-def checks(progress: Fraction, ensemble: Ensemble) -> list[Check]:
+def checks(progress: Fraction, ensemble: Ensemble) -> list[metrics.Check]:
     """Return all comparisons of the realizations with crops of the training image."""
-    return check_ensemble(ensemble, progress)
+    return metrics.check_ensemble(ensemble, progress)
 
 
 @as_task
@@ -186,14 +159,14 @@ def volume_patterns(progress: Fraction, ensemble: Ensemble) -> PatternsCompared:
     size = min(PATTERN_SIZES[-1], *image.shape[-2:], *ensemble.grid.shape[-2:])
     sizes = [side for side in PATTERN_SIZES if side <= size]
     some = first(ensemble, MAX_COMPARED)
-    unseen = unseen_patterns(some, image, size, progress=progress)
+    unseen = metrics.unseen_patterns(some, image, size, progress=progress)
     at_data = None
     if data.n:
         mask = np.zeros(ensemble.grid.shape, bool)
         mask[tuple(data.cells.T)] = True
-        at_data = unseen_patterns(some, image, size, mask, progress=progress)
+        at_data = metrics.unseen_patterns(some, image, size, mask, progress=progress)
     shape = min(size, image.shape[0], ensemble.grid.shape[0]), size, size
-    return PatternsCompared(fit_patterns(ensemble, sizes), shape, unseen, at_data)
+    return PatternsCompared(metrics.fit_patterns(ensemble, sizes), shape, unseen, at_data)
 
 
 @as_task
@@ -203,40 +176,40 @@ def geobodies(
     """Return geobodies of a facies; by default, cells that touch at corners are connected."""
     image, code = ensemble.training_image, code_of(ensemble, facies)
     return GeobodiesCompared(
-        geobody_statistics(ensemble, code, neighbours, progress),
-        geobody_statistics(image, code, neighbours),
+        metrics.geobody_statistics(ensemble, code, neighbours, progress),
+        metrics.geobody_statistics(image, code, neighbours),
         ensemble.grid.n_cells,
         image.indices.size,
-        fit_geobodies(ensemble, code, neighbours),
+        metrics.fit_geobodies(ensemble, code, neighbours),
     )
 
 
 @as_task
-def measures(progress: Fraction, ensemble: Ensemble, facies: int) -> Measured:
+def measures(progress: Fraction, ensemble: Ensemble, facies: int) -> metrics.Measured:
     """Return all measures of a facies that are single numbers."""
-    return measure(ensemble, code_of(ensemble, facies), progress)
+    return metrics.measure(ensemble, code_of(ensemble, facies), progress)
 
 
 @as_task
 def proportions(progress: Fraction, ensemble: Ensemble) -> Compared[NDArray[np.float64]]:
     """Return the facies proportions of each realization."""
-    return Compared(ensemble.proportions, fit_proportions(ensemble))
+    return Compared(ensemble.proportions, metrics.fit_proportions(ensemble))
 
 
 @as_task
 def variety(progress: Fraction, ensemble: Ensemble) -> float:
     """Return the mean share of cells in which two realizations differ."""
-    return differing_share(ensemble)
+    return metrics.differing_share(ensemble)
 
 
 @as_task
-def patterns(progress: Fraction, ensemble: Ensemble) -> Anodi:
+def patterns(progress: Fraction, ensemble: Ensemble) -> metrics.Anodi:
     """Return ANODI of the realizations against the training image."""
-    return anodi(first(ensemble, MAX_COMPARED), ensemble.training_image, progress=progress)
+    return metrics.anodi(first(ensemble, MAX_COMPARED), ensemble.training_image, progress=progress)
 
 
 @as_task
-def e_type(progress: Fraction, ensemble: Ensemble) -> EType:
+def e_type(progress: Fraction, ensemble: Ensemble) -> metrics.EType:
     """Return probability, most likely facies and entropy of each cell."""
     return e_type_of(ensemble)
 
@@ -244,25 +217,25 @@ def e_type(progress: Fraction, ensemble: Ensemble) -> EType:
 @as_task
 def reference_scores(
     progress: Fraction, ensemble: Ensemble, reference: TrainingImage
-) -> tuple[ReferenceScores, Calibration]:
+) -> tuple[metrics.ReferenceScores, metrics.Calibration]:
     """Return the scores of the probabilities in the cells without data."""
     found = e_type_of(ensemble)
     scored = np.ones(ensemble.grid.shape, bool)
     scored[tuple(ensemble.hard_data.cells.T)] = False
-    scores = score_reference(found, reference, scored=scored)
-    return scores, calibration(found, reference, scored=scored)
+    scores = metrics.score_reference(found, reference, scored=scored)
+    return scores, metrics.calibration(found, reference, scored=scored)
 
 
 @as_task
-def diagnosis(progress: Fraction, image: TrainingImage) -> Diagnosis:
+def diagnosis(progress: Fraction, image: TrainingImage) -> metrics.Diagnosis:
     """Return the diagnosis of a training image, with the user's names of facies."""
-    return diagnose(image)
+    return metrics.diagnose(image)
 
 
 @as_task
-def copied(progress: Fraction, ensemble: Ensemble, r: int) -> Copying:
+def copied(progress: Fraction, ensemble: Ensemble, r: int) -> metrics.Copying:
     """Return the pieces copied in realization r; if its sources are unknown, simulate r again."""
-    return copying(sources_of(ensemble, r), ensemble.training_image.shape)
+    return metrics.copying(sources_of(ensemble, r), ensemble.training_image.shape)
 
 
 def sources_of(ensemble: Ensemble, r: int) -> NDArray[np.int32]:
