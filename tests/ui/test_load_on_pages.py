@@ -20,14 +20,14 @@ from ccwsim.jobs.limits import RESERVE
 from ccwsim.jobs.statistics import StatisticsWorker, Task
 from ccwsim.sharing.choices import DataChoice
 from ccwsim.system.lru_cache import LruCache
-from ccwsim.ui.benchmark.run import Benchmark, TimingRun
+from ccwsim.ui.benchmark.measurement import Benchmark, TimingRun
 from ccwsim.ui.compare.settings import ComparePageState
 from ccwsim.ui.paper.page import PaperState
 from ccwsim.ui.session.resolve import data_of
 from ccwsim.ui.session.server import NO_NEWS, is_news
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study.run import start_run
-from ccwsim.ui.sweep.plan import SweepState
+from ccwsim.ui.sweep.planning import SweepState
 from ccwsim.ui.validate.large_ensemble import LargeEnsembleState
 from ccwsim.ui.validate.large_ensemble import start as start_large_ensemble
 from tests.ui.test_pages import ROOT, SMALL, html, launched, settled, texts
@@ -236,7 +236,7 @@ def test_a_large_truth_takes_its_turn(monkeypatch):
 @pytest.mark.parametrize("alone", [True, False])
 def test_times_that_others_disturbed_are_told(monkeypatch, alone):
     queue = Queue(2, StillClock())
-    for module in ("jobs.job", "ui.benchmark.run"):
+    for module in ("jobs.job", "ui.benchmark.measurement"):
         monkeypatch.setattr(f"ccwsim.{module}.server_queue", lambda: queue)
     if not alone:
         queue.enter(Somebody())

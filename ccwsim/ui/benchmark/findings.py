@@ -17,7 +17,7 @@ from ccwsim.model.errors import Cancelled
 from ccwsim.model.numbers import plural, seconds, three_digits
 from ccwsim.paper import published_times as published
 from ccwsim.paper.published_times import PAPER, published_time
-from ccwsim.ui.benchmark.run import TimingRun
+from ccwsim.ui.benchmark.measurement import TimingRun
 from ccwsim.ui.results.maps import pretty
 from ccwsim.ui.session.progress import compilation_to_come, format_duration
 from ccwsim.ui.study.run import failed

@@ -17,26 +17,8 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.paper import published_times as published
 from ccwsim.paper.times import paper_series
 from ccwsim.system.machine import this_machine
-from ccwsim.ui.benchmark import findings
-from ccwsim.ui.benchmark.run import (
-    BYTES_PER_CELL,
-    DATA_SIDES,
-    DATA_SIDES_VOLUME,
-    NUMBERS,
-    SIDES,
-    TIMED_METHODS,
-    VOLUME_SIDES,
-    Benchmark,
-    Kind,
-    cases_of,
-    expected,
-    layers_of,
-    level_options,
-    number_options,
-    side_options,
-    start_timing,
-    timed_parameters,
-)
+from ccwsim.ui.benchmark import findings, measurement
+from ccwsim.ui.benchmark.measurement import SIDES, Benchmark, Kind
 from ccwsim.ui.results.charts import titled_chart
 from ccwsim.ui.session.file_names import image_part
 from ccwsim.ui.session.fragments import follow
@@ -94,17 +76,18 @@ def _draw_download(page_state: Benchmark) -> None:
 
 
 def _draw_largest(state: State) -> None:
-    page_state, nz = state.page(Benchmark), layers_of(state)
+    page_state, nz = state.page(Benchmark), measurement.layers_of(state)
     if nz is None:
-        sides, name, layers = side_options(this_machine().free_bytes), "largest", ""
+        sides, name, layers = measurement.side_options(this_machine().free_bytes), "largest", ""
         page_state.largest = min(page_state.largest, sides[-1])
         tip = (
             "Square grids from 256 × 256 up to this size. Time grows with the number of cells: "
             "5000 × 5000 cells take six times as long as 2000 × 2000."
         )
     else:
-        sides, name, layers = list(VOLUME_SIDES[1:]), "largest_volume", f" × {nz}"
-        tip = f"Volumes of {nz} layers from {VOLUME_SIDES[0]} × {VOLUME_SIDES[0]} to this size."
+        first, *sides = measurement.VOLUME_SIDES
+        name, layers = "largest_volume", f" × {nz}"
+        tip = f"Volumes of {nz} layers from {first} × {first} to this size."
     options: dict[str, Any] = {"options": sides, "width": 170 if nz else 150, "help": tip}
     options |= {"format_func": lambda side: f"{side} × {side}{layers}"}
     field(st.selectbox, "Largest grid", key=name, **bound_to(page_state, name), **options)
@@ -114,15 +97,17 @@ def _draw_largest(state: State) -> None:
 
 
 def _draw_numbers(state: State) -> None:
-    page_state, nz = state.page(Benchmark), layers_of(state)
-    name, sides = ("side", DATA_SIDES) if nz is None else ("side_volume", DATA_SIDES_VOLUME)
+    page_state, nz = state.page(Benchmark), measurement.layers_of(state)
+    name, sides = "side", measurement.DATA_SIDES
+    if nz is not None:
+        name, sides = "side_volume", measurement.DATA_SIDES_VOLUME
     layers = f" × {nz}" if nz else ""
     tip = "Size of the volume with the data. The paper has no times for volumes."
     options: dict[str, Any] = {"options": list(sides), "width": 170 if nz else 130}
     options["help"] = tip if nz else "The paper's Table 2 uses 512 × 512 cells."
     options["format_func"] = lambda side: f"{side} × {side}{layers}"
     field(st.selectbox, "Grid", key=f"data_{name}", **bound_to(page_state, name), **options)
-    numbers = number_options(getattr(page_state, name), nz)
+    numbers = measurement.number_options(getattr(page_state, name), nz)
     options = {"options": numbers, "format_func": lambda n: str(n or "none")}
     options["help"] = "Data are sampled from an unconditional realization at random cells."
     _draw_pills(page_state, "numbers", "Hard data", options)
@@ -130,9 +115,9 @@ def _draw_numbers(state: State) -> None:
 
 def _draw_choices(state: State, which: Literal["grid", "data"]) -> None:
     page_state = state.page(Benchmark)
-    options = {"options": list(TIMED_METHODS), "format_func": str.upper}
+    options = {"options": list(measurement.TIMED_METHODS), "format_func": str.upper}
     _draw_pills(page_state, f"{which}_methods", "Methods", options)
-    options = {"options": level_options(state), "help": LEVELS_HELP}
+    options = {"options": measurement.level_options(state), "help": LEVELS_HELP}
     _draw_pills(page_state, f"{which}_levels", "Levels", options)
 
 
@@ -149,7 +134,7 @@ def _draw_start(state: State, kind: Kind) -> None:
     number = {"min_value": 1, "max_value": MAX_REALIZATIONS_TIMED, "width": 140, "help": note}
     number |= bound_to(page_state, "n_realizations")
     field(st.number_input, "Realizations each", key=key, **number)
-    starts = {"on_click": start_timing, "args": (state, kind), "type": "primary"}
+    starts = {"on_click": measurement.start_timing, "args": (state, kind), "type": "primary"}
     busy = page_state.running is not None
     button("Measure", key=f"measure_{kind}", disabled=busy, **starts)
 
@@ -158,11 +143,13 @@ def _describe_plan(state: State, kind: Kind) -> str:
     """Describe the planned run, or name a missing choice."""
     page_state = state.page(Benchmark)
     try:
-        cases = cases_of(state, kind)
+        cases = measurement.cases_of(state, kind)
     except CCWSIMError as error:
         return str(error)
-    text = findings.describe_plan(len(cases), page_state.n_realizations, expected(state, cases))
-    n_bytes = max(case.n_cells for case in cases) * BYTES_PER_CELL
+    text = findings.describe_plan(
+        len(cases), page_state.n_realizations, measurement.expected(state, cases)
+    )
+    n_bytes = max(case.n_cells for case in cases) * measurement.BYTES_PER_CELL
     if n_bytes > MIN_BYTES_TOLD:
         text += f" Up to {n_bytes / 1e6:.0f} MB of memory."
     if page_state.running not in (None, getattr(page_state, kind)):
@@ -195,7 +182,7 @@ def _draw_grids(state: State) -> None:
     """Draw times against grid size, or outlines before the first run."""
     run = state.page(Benchmark).grids
     timings = list(run.timings) if run else []
-    ticks = ticks_of(timings, layers_of(state) is not None)
+    ticks = ticks_of(timings, measurement.layers_of(state) is not None)
     left, right = st.columns(2, gap="medium")
     with left:
         note = "red: the paper, another machine" if has_paper(timings) else "maps dashed"
@@ -246,10 +233,10 @@ def _draw_data(state: State) -> None:
         chosen = list(dict.fromkeys(map(findings.setting_of, run.cases)))
         numbers, shape = sorted({case.n_data for case in run.cases}), run.cases[0].grid_shape
     else:
-        nz = layers_of(state)
+        nz = measurement.layers_of(state)
         chosen, side = chosen_settings(state), page_state.side
         shape = (side, side) if nz is None else (nz, *[page_state.side_volume] * 2)
-        numbers = [n for n in NUMBERS if n in page_state.numbers]
+        numbers = [n for n in measurement.NUMBERS if n in page_state.numbers]
     timings, side = list(run.timings) if run else [], shape[-1]
     panel_title("CPU time of a realization", f"{describe_shape(shape)} cells")
     st.html(findings.data_table(timings, chosen, numbers, side))
@@ -266,8 +253,8 @@ def chosen_settings(state: State) -> list[findings.Setting]:
     own = state.page(Benchmark)
     if not own.data_levels or not own.data_methods:
         return []
-    volume = layers_of(state) is not None
-    found = timed_parameters(state, own.data_methods, own.data_levels)
+    volume = measurement.layers_of(state) is not None
+    found = measurement.timed_parameters(state, own.data_methods, own.data_levels)
     return [(p.method, level_of(p), volume) for p in found]
 
 

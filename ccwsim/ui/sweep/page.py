@@ -42,21 +42,8 @@ from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.news import draw_out_of_date
-from ccwsim.ui.sweep.plan import (
-    LABELS,
-    SweepRun,
-    SweepState,
-    describe_end,
-    describe_plan,
-    describe_study,
-    follow_sweep,
-    plan_of,
-    problem_of,
-    ranges_of,
-    start,
-    use_setting,
-    values_on_offer,
-)
+from ccwsim.ui.sweep import planning
+from ccwsim.ui.sweep.planning import SweepRun, SweepState
 from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, field
 from ccwsim.ui.widgets.text import panel_title, plain, step_note, step_title
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
@@ -109,7 +96,7 @@ def draw_page(state: State) -> None:
     run = state.page(SweepState).run
     with st.container(key="news"):  # always drawn, so that elements below do not move
         if run is not None and run.going:
-            follow_sweep(state, time.monotonic())
+            planning.follow_sweep(state, time.monotonic())
         elif run is not None and not is_current(run, state):
             draw_out_of_date("the study's training image, data or grid has changed. Sweep again.")
     with st.container(key="results"):
@@ -119,8 +106,8 @@ def draw_page(state: State) -> None:
             _draw_outlines()
             with st.container(key="first_row"):
                 _sweep_button(state, "sweep_first")
-            if not problem_of(state):
-                plan = plan_of(state).fitting
+            if not planning.problem_of(state):
+                plan = planning.plan_of(state).fitting
                 panel_title("Settings", "to be tried; a realization of each will appear here")
                 tiles = _to_come(plan, names_of(plan), "")
                 _draw_tiles(tiles, -1, state.choices.grid, lambda _: None)
@@ -132,11 +119,11 @@ def _draw_controls(state: State) -> None:
     """Draw the three steps of a sweep."""
     page_state = state.page(SweepState)
     step_title(1, "Study")
-    step_note(describe_study(state))
+    step_note(planning.describe_study(state))
     page_link("pages/simulate.py", "Change on Simulate")
     step_title(2, "Ranges")
-    ranges = ranges_of(state)
-    for name, values in values_on_offer(state.choices).items():
+    ranges = planning.ranges_of(state)
+    for name, values in planning.values_on_offer(state.choices).items():
         with st.container(key=f"range_{name}"):
             _draw_range(page_state, name, values, ranges[name])
     if page_state.ranges:
@@ -147,11 +134,11 @@ def _draw_controls(state: State) -> None:
     help_ = "More realizations reveal smaller differences, and take proportionally longer."
     options = {**bound_to(page_state, "n_realizations"), **limits, "help": help_}
     field(st.number_input, "Of each setting", key="n_swept", **options)
-    problem = problem_of(state) or page_state.message
+    problem = planning.problem_of(state) or page_state.message
     if problem:
         st.warning(plain(problem))
     else:
-        step_note(describe_plan(state, plan_of(state)))
+        step_note(planning.describe_plan(state, planning.plan_of(state)))
     _sweep_button(state, "sweep")
 
 
@@ -165,7 +152,7 @@ def _draw_range(page_state: SweepState, name: str, values: list[Any], chosen: li
     options = {"choices": values, "value": chosen, "help": meaning}
     if name == "method":
         options["format_func"] = str.upper
-    field(pills, LABELS[name], key=key, write=write, **options)
+    field(pills, planning.LABELS[name], key=key, write=write, **options)
 
 
 def pills(label: str, choices: list[Any], **options: Any) -> Any:
@@ -175,13 +162,13 @@ def pills(label: str, choices: list[Any], **options: Any) -> Any:
 
 def _sweep_button(state: State, key: str) -> None:
     """Draw the button that starts the sweep; if no sweep can start, write the reason."""
-    problem, run = problem_of(state), state.page(SweepState).run
+    problem, run = planning.problem_of(state), state.page(SweepState).run
     going = run is not None and run.going
-    n = 0 if problem else len(plan_of(state))
+    n = 0 if problem else len(planning.plan_of(state))
     text = f"Try {n} settings" if n > 1 else "Try this setting" if n else "Try settings"
     help_ = "A sweep is running." if going else problem or None
     options = {"type": "primary", "width": "stretch", "disabled": bool(problem) or going}
-    button(text, key=key, on_click=start, args=(state,), help=help_, **options)
+    button(text, key=key, on_click=planning.start, args=(state,), help=help_, **options)
 
 
 @st.fragment
@@ -192,7 +179,7 @@ def _draw_found(state: State) -> None:
         assert run is not None
         found = run.found
         run.n_drawn = len(found.rows)
-        if end := describe_end(run):
+        if end := planning.describe_end(run):
             st.warning(plain(end))
         if run.n_drawn:
             _draw_rows(state, run, found)
@@ -401,8 +388,9 @@ def minus(text: str) -> str:
 def use_button(state: State, parameters: Parameters, text: str, key: str) -> None:
     """Draw a button that applies a setting to the study and opens Simulate."""
     kind = "primary" if key == "use_setting" else "secondary"
-    options: dict[str, Any] = {"on_click": use_setting, "args": (state, parameters), "type": kind}
-    if button(text, key=key, help="Uses this setting in the study and opens Simulate.", **options):
+    options: dict[str, Any] = {"on_click": planning.use_setting, "args": (state, parameters)}
+    options |= {"type": kind, "help": "Uses this setting in the study and opens Simulate."}
+    if button(text, key=key, **options):
         go_to("pages/simulate.py", "The study has this setting now.")
 
 

@@ -19,7 +19,7 @@ from ccwsim.figures import DARK, LIGHT, TimeSeries, timings_chart
 from ccwsim.jobs.job import Job
 from ccwsim.model.parameters import METHODS
 from ccwsim.sharing.choices import Choices, DataChoice
-from ccwsim.ui.benchmark import run as benchmark_run
+from ccwsim.ui.benchmark import measurement as benchmark_run
 from ccwsim.ui.benchmark.findings import (
     data_table,
     describe_growth,
@@ -30,7 +30,7 @@ from ccwsim.ui.benchmark.findings import (
     timings_csv,
     why_ended,
 )
-from ccwsim.ui.benchmark.run import Benchmark, TimingRun, cases_of, side_options
+from ccwsim.ui.benchmark.measurement import Benchmark, TimingRun, cases_of, side_options
 from ccwsim.ui.session.progress import progress_text
 from ccwsim.ui.session.state import KEY, State
 from tests.ui.widgets import charts, csv_rows, html, named, opened

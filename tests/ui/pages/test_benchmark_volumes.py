@@ -8,7 +8,7 @@ import pytest
 from ccwsim import Grid, Parameters, datasets, simulate
 from ccwsim.experiments.timing import Timing, TimingCase, image_of_case, time_cases
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
-from ccwsim.ui.benchmark import run as benchmark_run
+from ccwsim.ui.benchmark import measurement as benchmark_run
 from ccwsim.ui.benchmark.findings import (
     describe_volumes,
     grid_table,
@@ -17,8 +17,8 @@ from ccwsim.ui.benchmark.findings import (
     setting_of,
     timings_csv,
 )
+from ccwsim.ui.benchmark.measurement import Benchmark, cases_of, layers_of
 from ccwsim.ui.benchmark.page import has_paper, measured_series, ticks_of
-from ccwsim.ui.benchmark.run import Benchmark, cases_of, layers_of
 from ccwsim.ui.session.state import KEY, State
 from tests.ui.pages.test_benchmark_page import settled
 from tests.ui.widgets import csv_rows, html, opened

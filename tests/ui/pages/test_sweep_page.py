@@ -17,7 +17,7 @@ from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.session.progress import progress_text
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.sweep.page import choose, is_current, numbers_of, sweep_csv
-from ccwsim.ui.sweep.plan import (
+from ccwsim.ui.sweep.planning import (
     MAX_SWEPT,
     SweepState,
     describe_end,

@@ -11,7 +11,7 @@ from ccwsim.experiments.sweep import recommended, sweep
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.sweep.page import sweep_csv
-from ccwsim.ui.sweep.plan import (
+from ccwsim.ui.sweep.planning import (
     SweepState,
     describe_study,
     plan_of,
