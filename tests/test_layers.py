@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
+import ccwsim
+
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "ccwsim"
 
@@ -62,6 +64,16 @@ def parsed(path: Path) -> ast.Module:
     return ast.parse(path.read_text("utf-8"))
 
 
+def named(node: ast.ImportFrom) -> set[tuple[str, str]]:
+    """Return the names that a line imports with their modules, also those of public names."""
+    homes = {name: f"ccwsim.{home}" for name, home in ccwsim._HOMES.items()}
+    module = str(node.module)
+    is_public = module == "ccwsim"
+    return {
+        (homes.get(alias.name, module) if is_public else module, alias.name) for alias in node.names
+    }
+
+
 @cache
 def imported(path: Path) -> set[str]:
     """Return the full names of all modules and objects that a file imports, also in functions."""
@@ -71,7 +83,7 @@ def imported(path: Path) -> set[str]:
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{path}: relative imports hide the folder"
-            names |= {f"{node.module}.{alias.name}" for alias in node.names}
+            names |= {f"{module}.{name}" for module, name in named(node)}
     return names
 
 
@@ -144,8 +156,8 @@ def every_import(path: Path, names: set[str]) -> set[str]:
     found = set()
     for node in ast.walk(parsed(path)):
         if isinstance(node, ast.ImportFrom):
-            each = {f"{node.module}.{alias.name}" for alias in node.names}
-            found |= each & names or ({node.module} & names)
+            each = {f"{module}.{name}" for module, name in named(node)}
+            found |= each & names or ({module for module, _ in named(node)} & names)
         elif isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names} & names
     return found
@@ -184,7 +196,6 @@ def test_the_core_can_be_imported_alone():
 
 
 def test_the_public_names_are_loaded_when_used():
-    ccwsim = importlib.import_module("ccwsim")
     assert set(ccwsim._HOMES) == set(ccwsim.__all__)
     code = "import sys, ccwsim; assert not {'numpy', 'numba'} & sys.modules.keys()"
     subprocess.run([sys.executable, "-c", code], check=True, cwd=ROOT)

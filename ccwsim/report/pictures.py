@@ -8,17 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim import figures
+from ccwsim import Ensemble, Grid, HardData, TrainingImage, figures
 from ccwsim.figures import LIGHT, Bundle, Dots, LayerData, Theme
 from ccwsim.metrics import band, vertical_proportions
 from ccwsim.metrics.bands import Statistic, curves_of
 from ccwsim.metrics.lags import Direction
 from ccwsim.metrics.stack import N_AXES, Fraction, Images, Stack
 from ccwsim.model.bounds import MAX_CURVES
-from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
-from ccwsim.model.training_image import TrainingImage
 from ccwsim.report.document import Chart, Picture
 from ccwsim.report.verdicts import SIGNS, curve_title
 

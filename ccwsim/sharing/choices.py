@@ -6,10 +6,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Literal
 
+from ccwsim import Grid, HardData, Parameters
 from ccwsim.model.arrays import digest
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
-from ccwsim.model.parameters import Parameters
 
 DataSource = Literal["none", "bundled", "file", "sampled", "placed"]
 EMap = Literal["probability", "most likely", "entropy"]

@@ -17,14 +17,10 @@ from typing import Any
 
 import numpy as np
 
-from ccwsim import datasets
+from ccwsim import CCWSIMError, Grid, HardData, Parameters, datasets
 from ccwsim.io.data_file import printable
 from ccwsim.model.arrays import digest
 from ccwsim.model.bounds import MAX_LINK_DATA, MAX_LINK_LETTERS, MAX_LINK_VALUES
-from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
-from ccwsim.model.parameters import Parameters
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Shown
 from ccwsim.sharing.codec import FIELDS, MAX_LETTERS, FieldSpec, fields_of, parts_of
 

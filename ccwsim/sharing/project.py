@@ -12,19 +12,15 @@ from typing import Any
 
 import numpy as np
 
+from ccwsim import CCWSIMError, Ensemble, Grid, HardData, Parameters, TrainingImage
 from ccwsim.io.archive import opened_archive
 from ccwsim.io.atomic import write_bytes
 from ccwsim.io.data_file import printable
 from ccwsim.io.formats.numpy_files import read_npy
 from ccwsim.io.opening import PathOrFile, read_bytes
 from ccwsim.model.arrays import check_int
-from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.errors import CCWSIMError, shown
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
-from ccwsim.model.parameters import Parameters
+from ccwsim.model.errors import shown
 from ccwsim.model.study import Study
-from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
 from ccwsim.sharing.choices import Shown
 from ccwsim.sharing.codec import fields_of

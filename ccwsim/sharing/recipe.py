@@ -5,10 +5,8 @@ from __future__ import annotations
 import shlex
 from dataclasses import dataclass, fields
 
-from ccwsim import datasets
+from ccwsim import Grid, Parameters, datasets
 from ccwsim.model.bounds import MAX_WRITTEN_DATA
-from ccwsim.model.grid import Grid
-from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
 from ccwsim.sharing.choices import Choices
 from ccwsim.sharing.codec import fields_of, format_number

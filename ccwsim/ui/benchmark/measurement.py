@@ -7,6 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Literal
 
+from ccwsim import CCWSIMError, Grid, Parameters, TrainingImage
 from ccwsim.experiments.timing import (
     CELLS_AT_ONCE,
     Timing,
@@ -20,11 +21,8 @@ from ccwsim.experiments.timing import (
 from ccwsim.jobs.job import Job, server_queue
 from ccwsim.jobs.limits import Demand
 from ccwsim.model.arrays import Shape
-from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.grid import Grid
-from ccwsim.model.parameters import METHODS, Parameters
+from ccwsim.model.parameters import METHODS
 from ccwsim.model.study import Study
-from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.footprint import demand_of
 from ccwsim.ui.session.page_run import PageRun, start_page_run
 from ccwsim.ui.session.resolve import fitted, image_of, levels

@@ -13,10 +13,8 @@ import numpy as np
 import streamlit as st
 from numpy.typing import NDArray
 
+from ccwsim import Grid, HardData, TrainingImage
 from ccwsim.figures import CIVIDIS, index_png, ramp
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
-from ccwsim.model.training_image import TrainingImage
 from ccwsim.sharing.choices import CellsOfWells
 from ccwsim.ui.frontend.component import draw_component
 

@@ -9,10 +9,8 @@ from typing import Any, Literal
 
 import numpy as np
 
+from ccwsim import Ensemble, HardData, TrainingImage
 from ccwsim.engine.revision import revise
-from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.hard_data import HardData
-from ccwsim.model.training_image import TrainingImage
 from ccwsim.sharing.choices import CellsOfWells, Choices, DataChoice, ImageChoice
 from ccwsim.ui.session.resolve import data_of, image_of, wells_of
 from ccwsim.ui.session.state import State

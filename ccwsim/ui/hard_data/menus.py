@@ -8,14 +8,11 @@ from typing import Any
 
 import streamlit as st
 
+from ccwsim import CCWSIMError, Grid, HardData, TrainingImage
 from ccwsim.datasets.sampling import sample_grid, sample_random, sample_wells
 from ccwsim.io.hard_data.files import hard_data_as_bytes
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_SAMPLED, MAX_SAMPLING_STEP
-from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
-from ccwsim.model.training_image import TrainingImage
 from ccwsim.sharing.choices import DataChoice, ImageChoice, Upload
 from ccwsim.ui.hard_data.edits import Editor, Sampling, fits, moment_of, take_data
 from ccwsim.ui.session.file_names import grid_part

@@ -11,10 +11,8 @@ import numpy as np
 import streamlit as st
 from numpy.typing import NDArray
 
-from ccwsim.model.ensemble import FORCED, WRONG, Ensemble
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
-from ccwsim.model.training_image import TrainingImage
+from ccwsim import Ensemble, Grid, HardData, TrainingImage
+from ccwsim.model.ensemble import FORCED, WRONG
 from ccwsim.sharing.choices import DataChoice
 from ccwsim.ui.frontend.cells import CellMap, draw_editable, facies_map, points_of
 from ccwsim.ui.hard_data import menus

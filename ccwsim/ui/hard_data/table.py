@@ -11,9 +11,7 @@ import streamlit as st
 from numpy.typing import ArrayLike
 from pandas.io.formats.style import Styler
 
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
-from ccwsim.model.training_image import TrainingImage
+from ccwsim import Grid, HardData, TrainingImage
 from ccwsim.ui.hard_data.edits import Editor, take_data
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.errors import catch_callback_errors, problem_in

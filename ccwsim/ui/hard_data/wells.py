@@ -9,9 +9,8 @@ import pandas as pd
 import streamlit as st
 from numpy.typing import NDArray
 
+from ccwsim import Grid, HardData
 from ccwsim.model.arrays import digest
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
 from ccwsim.sharing.choices import CellsOfWells, DataChoice
 from ccwsim.ui.hard_data.edits import AS_SHOWN, ERASE, Editor, layers_of_wells, take
 from ccwsim.ui.session.resolve import data_of, image_of, wells_of

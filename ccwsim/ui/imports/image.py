@@ -10,12 +10,10 @@ from typing import Any
 import numpy as np
 import streamlit as st
 
-from ccwsim import datasets
+from ccwsim import CCWSIMError, TrainingImage, datasets
 from ccwsim.figures import facies_colours
 from ccwsim.metrics import diagnose
 from ccwsim.model.arrays import describe_shape
-from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.training_image import TrainingImage
 from ccwsim.sharing.choices import ImageChoice
 from ccwsim.sharing.codec import MAX_LETTERS
 from ccwsim.ui.frontend.cells import CellMap, draw_cells, facies_map, share_map

@@ -12,11 +12,10 @@ from typing import Any
 
 import streamlit as st
 
-from ccwsim import paper
+from ccwsim import CCWSIMError, paper
 from ccwsim.jobs.job import Job
 from ccwsim.jobs.limits import Demand
 from ccwsim.model.bounds import MAX_SEED
-from ccwsim.model.errors import CCWSIMError
 from ccwsim.paper import EXPERIMENTS, Finished, PaperInputs, Reproduction
 from ccwsim.report.document import report_html
 from ccwsim.system.log import reason

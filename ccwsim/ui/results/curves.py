@@ -12,15 +12,14 @@ import numpy as np
 import streamlit as st
 from numpy.typing import NDArray
 
+from ccwsim import Ensemble, TrainingImage
 from ccwsim.figures import Bundle, Theme, curves_chart, proportions_chart, times_chart
 from ccwsim.metrics import EType, Fit, etype, fit_curve
 from ccwsim.metrics.bands import Statistic, curves_of
 from ccwsim.metrics.lags import DirectionName, axes_of, max_lag
 from ccwsim.metrics.stack import Stack
 from ccwsim.model.bounds import MAX_CURVES
-from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.numbers import seconds
-from ccwsim.model.training_image import TrainingImage
 from ccwsim.report.pictures import bundle_of_curves, layers_bundle, layers_chart
 from ccwsim.report.verdicts import (
     HOW_JUDGED,

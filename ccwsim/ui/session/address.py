@@ -11,10 +11,9 @@ from urllib.parse import urlencode
 import streamlit as st
 from streamlit.errors import StreamlitAPIException
 
+from ccwsim import CCWSIMError, Parameters
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_LINK_VALUES, MAX_SEED
-from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.parameters import Parameters
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Shown
 from ccwsim.sharing.link import first_values, link_of, meant, read_link
 from ccwsim.ui.session.kept import drafts_for_reload, keep_for_reload, kept_for_reload

@@ -8,12 +8,8 @@ from typing import Any, Concatenate, ParamSpec, TypeVar
 
 import streamlit as st
 
+from ccwsim import Ensemble, Grid, HardData, Parameters, TrainingImage
 from ccwsim.jobs.statistics import Fraction, Task
-from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
-from ccwsim.model.parameters import Parameters
-from ccwsim.model.training_image import TrainingImage
 from ccwsim.sharing.choices import DataChoice, ImageChoice, Upload, WellTables
 from ccwsim.system.lru_cache import LruCache
 

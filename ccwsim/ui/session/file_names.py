@@ -5,9 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.grid import Grid
-from ccwsim.model.training_image import TrainingImage
+from ccwsim import Ensemble, Grid, TrainingImage
 
 
 def image_part(image: TrainingImage) -> str:

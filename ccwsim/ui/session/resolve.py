@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from ccwsim import datasets, io
+from ccwsim import CCWSIMError, Grid, HardData, Parameters, TrainingImage, datasets, io
 from ccwsim.datasets.sampling import sample_random
 from ccwsim.experiments.cost import typical_seconds
 from ccwsim.io.hard_data.placing import CHOICES, ROW_CHOICES, far_away
@@ -20,12 +20,8 @@ from ccwsim.jobs.job import result_in_turn
 from ccwsim.jobs.limits import UNASKED_SECONDS
 from ccwsim.model.arrays import Shape
 from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED, MAX_LEVEL, MAX_TEMPLATE, MIN_TEMPLATE
-from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
-from ccwsim.model.parameters import PER_AXIS, Parameters, legal_sizes
+from ccwsim.model.parameters import PER_AXIS, legal_sizes
 from ccwsim.model.study import Study
-from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.footprint import demand_of
 from ccwsim.run.simulation import simulate
 from ccwsim.sharing.choices import (

@@ -8,10 +8,9 @@ from typing import Any, TypeVar
 
 import streamlit as st
 
+from ccwsim import Ensemble, TrainingImage
 from ccwsim.jobs.job import Job
 from ccwsim.jobs.limits import limits_of_environment
-from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.training_image import TrainingImage
 from ccwsim.sharing.choices import Choices, DataChoice, EMap, ImageChoice
 from ccwsim.ui.session.page_run import PageRun
 from ccwsim.ui.session.uploads import size_of_all

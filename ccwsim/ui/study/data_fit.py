@@ -8,12 +8,10 @@ from html import escape
 
 import streamlit as st
 
+from ccwsim import Grid, HardData, TrainingImage
 from ccwsim.jobs.statistics import Failure, Fraction, StatisticsWorker
 from ccwsim.metrics import DataFit, fit_data
 from ccwsim.metrics.data_fit import MIN_PLACES
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
-from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.session.cached import as_task, shared_values
 from ccwsim.ui.session.fragments import follow_tasks
 from ccwsim.ui.session.resolve import data_of, image_of

@@ -10,13 +10,9 @@ from typing import Any
 import numpy as np
 import streamlit as st
 
-from ccwsim import datasets
+from ccwsim import CCWSIMError, Grid, HardData, TrainingImage, datasets
 from ccwsim.figures import data_png
 from ccwsim.model.bounds import MAX_SAMPLED
-from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
-from ccwsim.model.training_image import TrainingImage
 from ccwsim.sharing.choices import Choices, DataChoice, DataSource, Upload, WellTables
 from ccwsim.ui.results.maps import colours_of, pretty
 from ccwsim.ui.session.address import page_link

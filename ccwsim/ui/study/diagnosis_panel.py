@@ -8,10 +8,9 @@ from typing import Any
 
 import streamlit as st
 
+from ccwsim import Parameters, TrainingImage
 from ccwsim.figures import proportions_chart, repetition_chart
 from ccwsim.metrics import QUARTERS, Diagnosis
-from ccwsim.model.parameters import Parameters
-from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.results.charts import titled_chart
 from ccwsim.ui.study.changes import describe_value
 from ccwsim.ui.widgets.fields import button

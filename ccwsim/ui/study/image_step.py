@@ -10,12 +10,10 @@ import numpy as np
 import streamlit as st
 from numpy.typing import NDArray
 
-from ccwsim import datasets
+from ccwsim import CCWSIMError, TrainingImage, datasets
 from ccwsim.figures import contact_sheet, facies_colours, map_png
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED
-from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.training_image import TrainingImage
 from ccwsim.sharing.choices import DataChoice, ImageChoice, Upload
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.results.maps import colours_of, middle_layer, pretty

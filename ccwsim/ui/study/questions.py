@@ -15,14 +15,13 @@ import pandas as pd
 import streamlit as st
 from numpy.typing import NDArray
 
+from ccwsim import CCWSIMError, Grid
 from ccwsim.io import FileSummary, ImportedPoints, PlacedPoints, PointsPreview, inspect
 from ccwsim.io.hard_data.columns import ALTERNATIVE_ROLES, DEPTHS, WELL_TABLES
 from ccwsim.io.hard_data.placing import KINDS_OF_ROWS
 from ccwsim.io.hard_data.rows import RowProblem
 from ccwsim.io.part import FilePart
 from ccwsim.model.arrays import describe_shape
-from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.grid import Grid
 from ccwsim.sharing.choices import Answers, Choices, DataChoice, Upload
 from ccwsim.ui.session import resolve
 from ccwsim.ui.session.cached import cached

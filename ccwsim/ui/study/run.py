@@ -9,6 +9,7 @@ from typing import Any
 
 import streamlit as st
 
+from ccwsim import Cancelled, CCWSIMError, Ensemble, concatenate
 from ccwsim.datasets.default_study import stored_ensemble
 from ccwsim.engine.realization import is_ready
 from ccwsim.experiments.cost import typical_seconds
@@ -16,8 +17,6 @@ from ccwsim.jobs.job import Job, server_queue
 from ccwsim.jobs.limits import Demand, limits_of_environment, needs_consent
 from ccwsim.jobs.workers import Cancel, Progress
 from ccwsim.model.bounds import MAX_REALIZATIONS, MAX_SEED
-from ccwsim.model.ensemble import Ensemble, concatenate
-from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.run.executors import executor_of_environment
 from ccwsim.run.footprint import demand_of
 from ccwsim.run.shared import SharedRun, SharedRuns

@@ -13,6 +13,7 @@ import numpy as np
 import streamlit as st
 from numpy.typing import NDArray
 
+from ccwsim import CCWSIMError, Grid, Parameters, TrainingImage
 from ccwsim.experiments.plan import ALONG_Z, RANGED, label, value_of, varied
 from ccwsim.experiments.sweep import (
     SPREADS,
@@ -26,11 +27,8 @@ from ccwsim.figures import contact_sheet, sweep_chart, tile_size
 from ccwsim.io.formats.csv_table import csv_as_bytes
 from ccwsim.metrics import Quality
 from ccwsim.model.bounds import MAX_REALIZATIONS_OF_SWEEP
-from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.grid import Grid
 from ccwsim.model.numbers import seconds, three_digits
-from ccwsim.model.parameters import PER_AXIS, Parameters
-from ccwsim.model.training_image import TrainingImage
+from ccwsim.model.parameters import PER_AXIS
 from ccwsim.ui.frontend.cells import draw_cells, facies_map, points_of
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.results.charts import chart_menu, draw_clickable_chart

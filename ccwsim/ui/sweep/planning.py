@@ -8,6 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
+from ccwsim import CCWSIMError, Ensemble, Grid, HardData, Parameters, TrainingImage
 from ccwsim.experiments.cost import PER_JUDGED_CELL, typical_seconds
 from ccwsim.experiments.plan import ALONG_Z, SweepPlan, plan_sweep, value_of
 from ccwsim.experiments.sweep import Sweep, SweepRow, sweep
@@ -15,14 +16,9 @@ from ccwsim.jobs.job import Job
 from ccwsim.jobs.limits import Demand, limits_of_environment
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
-from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
 from ccwsim.model.numbers import plural
-from ccwsim.model.parameters import METHODS, Parameters
+from ccwsim.model.parameters import METHODS
 from ccwsim.model.study import Study
-from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.footprint import demand_of
 from ccwsim.sharing.choices import Choices
 from ccwsim.system.log import reason

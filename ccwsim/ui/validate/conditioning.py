@@ -11,13 +11,12 @@ import numpy as np
 import streamlit as st
 from numpy.typing import NDArray
 
+from ccwsim import CCWSIMError, Ensemble, TrainingImage
 from ccwsim.figures import ENTROPY, calibration_chart, data_status_chart, ramp
 from ccwsim.metrics import Calibration, EType, ReferenceScores, data_match
 from ccwsim.model.arrays import describe_shape
-from ccwsim.model.ensemble import FORCED, WRONG, Ensemble
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.ensemble import FORCED, WRONG
 from ccwsim.model.numbers import three_digits
-from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.frontend.cells import CellMap, draw_cells, facies_map, points_of, share_map
 from ccwsim.ui.results.charts import titled_chart
 from ccwsim.ui.results.tables import numbers_table

@@ -11,15 +11,12 @@ from typing import TypeVar
 
 import streamlit as st
 
-from ccwsim import datasets
+from ccwsim import Ensemble, HardData, TrainingImage, datasets
 from ccwsim.figures import calibration_chart, facies_colours
 from ccwsim.jobs.statistics import Fraction, Task
 from ccwsim.metrics import DataFit, ImageRank, LeaveOut, leave_out, rank_images
 from ccwsim.metrics.data_fit import MIN_PLACES, winner
-from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.hard_data import HardData
 from ccwsim.model.study import Study
-from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.results.charts import titled_chart
 from ccwsim.ui.results.maps import pretty
 from ccwsim.ui.session.cached import as_task

@@ -10,6 +10,7 @@ from functools import partial
 import numpy as np
 import streamlit as st
 
+from ccwsim import Cancelled, Ensemble
 from ccwsim.figures import Bundle, convergence_chart, curves_chart
 from ccwsim.jobs.job import Job
 from ccwsim.jobs.limits import Demand
@@ -18,8 +19,6 @@ from ccwsim.metrics import RunningStatistics, RunningSummary
 from ccwsim.metrics.bands import Statistic, curves_of
 from ccwsim.metrics.lags import DirectionName, axes_of, max_lag
 from ccwsim.model.bounds import MAX_LARGE_ENSEMBLE
-from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.errors import Cancelled
 from ccwsim.model.numbers import three_digits
 from ccwsim.model.study import Study
 from ccwsim.report.verdicts import SIGNS, curve_title

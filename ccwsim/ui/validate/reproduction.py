@@ -13,7 +13,7 @@ import numpy as np
 import streamlit as st
 from numpy.typing import NDArray
 
-from ccwsim import figures
+from ccwsim import Ensemble, figures
 from ccwsim.figures import Bundle, Strip
 from ccwsim.io.formats.csv_table import csv_as_bytes
 from ccwsim.metrics import Anodi, Copying, Diagnosis, Measured
@@ -21,7 +21,6 @@ from ccwsim.metrics.bands import STATISTICS, Statistic
 from ccwsim.metrics.lags import Direction, DirectionName, axes_of
 from ccwsim.model.arrays import describe_shape, listing
 from ccwsim.model.bounds import MAX_CURVES
-from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.numbers import three_digits
 from ccwsim.report import verdicts
 from ccwsim.report.pictures import bundle_of_curves

@@ -8,10 +8,8 @@ import numpy as np
 import streamlit as st
 from numpy.typing import NDArray
 
+from ccwsim import Ensemble, Grid, HardData
 from ccwsim.model.arrays import readonly
-from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
 from ccwsim.ui.session.state import State
 from ccwsim.ui.validate.statistics import Validation
 from ccwsim.ui.widgets.fields import field, options_of

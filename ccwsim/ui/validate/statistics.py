@@ -11,7 +11,7 @@ import numpy as np
 import streamlit as st
 from numpy.typing import NDArray
 
-from ccwsim import metrics
+from ccwsim import CCWSIMError, Ensemble, TrainingImage, metrics
 from ccwsim.figures import Bundle
 from ccwsim.jobs.job import PATIENCE
 from ccwsim.jobs.statistics import Failure, Fraction, StatisticsWorker, Task
@@ -20,9 +20,6 @@ from ccwsim.metrics.lags import Direction, distinct_lags, max_lag
 from ccwsim.metrics.reference_band import PATTERN_SIZES
 from ccwsim.metrics.stack import Stack
 from ccwsim.model.bounds import MAX_CURVES
-from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.training_image import TrainingImage
 from ccwsim.report.pictures import bundle_of, bundle_of_curves, layers_bundle
 from ccwsim.run.simulation import simulate
 from ccwsim.ui.results.curves import e_type_of
