@@ -28,7 +28,6 @@ from ccwsim.metrics import diagnose, variogram
 from ccwsim.model.parameters import parameter_table
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.ui.page import OFF_MENU, PAGES, SIMULATE_PAGE
-from ccwsim.ui.results.tables import curves_csv, realizations_csv
 from ccwsim.ui.session.file_names import study_part
 from ccwsim.ui.session.resolve import (
     data_of,
@@ -39,7 +38,7 @@ from ccwsim.ui.session.resolve import (
     template_sizes,
 )
 from ccwsim.ui.session.state import KEY, State
-from ccwsim.ui.simulate.results import MAP_KINDS, download_groups
+from ccwsim.ui.simulate.results import MAP_KINDS, curves_csv, download_groups, realizations_csv
 from ccwsim.ui.study.image_step import IMPORT_PAGE
 from ccwsim.ui.study.run import collect, part_of, start_run
 from ccwsim.ui.widgets.facts import facts_of

@@ -10,7 +10,7 @@ from ccwsim import Grid, HardData, Parameters, TrainingImage, simulate
 from ccwsim.metrics import connectivity, fit_curve, variogram, vertical_proportions
 from ccwsim.report.verdicts import describe_curve
 from ccwsim.ui.results.curves import curve_bundle, vertical_proportions_bundle
-from ccwsim.ui.results.tables import curves_csv
+from ccwsim.ui.simulate.results import curves_csv
 from tests.metrics.volumes import a_volume
 from tests.ui.widgets import charts, csv_rows, html
 

@@ -15,7 +15,7 @@ from ccwsim.model.numbers import seconds, three_digits
 from ccwsim.model.parameters import Parameters
 from ccwsim.report.verdicts import describe_proportion
 from ccwsim.ui.compare.settings import LETTERS
-from ccwsim.ui.results.tables import numbers_table
+from ccwsim.ui.widgets.text import numbers_table
 
 MAX_EQUAL_TIME = 1.05
 """Two settings count as equally fast if the ratio of CPU times is at most this value."""

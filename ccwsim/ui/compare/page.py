@@ -72,7 +72,6 @@ from ccwsim.ui.results.maps import (
     step_buttons,
     uncertainty_map,
 )
-from ccwsim.ui.results.tables import csv_button
 from ccwsim.ui.session.address import go_to
 from ccwsim.ui.session.file_names import grid_part
 from ccwsim.ui.session.fragments import error_boundary
@@ -80,7 +79,7 @@ from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.news import draw_out_of_date
 from ccwsim.ui.study.study_column import parameter_field, size_fields
-from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, field
+from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, csv_button, field
 from ccwsim.ui.widgets.text import pair, panel_title, plain, scrolled, step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 

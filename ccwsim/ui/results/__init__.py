@@ -1,1 +1,1 @@
-"""Results that several pages show: charts, gallery, E-type, tables."""
+"""Results that several pages show: charts, gallery, E-type."""

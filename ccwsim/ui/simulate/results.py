@@ -8,12 +8,19 @@ from typing import NamedTuple
 
 import streamlit as st
 
-from ccwsim.figures import map_png
+from ccwsim.figures import Bundle, map_png
 from ccwsim.figures.proportions import proportions_height
 from ccwsim.io import can_write, maps_as_bytes, parameters_to_json, realizations_as_bytes
-from ccwsim.metrics import etype
+from ccwsim.io.formats.csv_table import csv_as_bytes
+from ccwsim.metrics import VERTICAL, axes_of, etype
+from ccwsim.metrics.bands import Statistic
 from ccwsim.model.ensemble import Ensemble
-from ccwsim.ui.results.curves import draw_curves, draw_proportions
+from ccwsim.ui.results.curves import (
+    curve_bundle,
+    draw_curves,
+    draw_proportions,
+    vertical_proportions_bundle,
+)
 from ccwsim.ui.results.maps import (
     MAP_WIDTHS,
     SMALLEST_IMAGE,
@@ -28,7 +35,6 @@ from ccwsim.ui.results.maps import (
     middle_layer,
     wells_of_run,
 )
-from ccwsim.ui.results.tables import curves_csv, realizations_csv
 from ccwsim.ui.session.file_names import study_part
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.state import State
@@ -176,3 +182,51 @@ def download_groups(
             Download(f"{of}Realization {shown + 1}, PNG", f"{one}_png", f"_{one}.png", picture),
         ],
     }
+
+
+def curves_csv(ensemble: Ensemble, facies: int) -> bytes:
+    """Return the curves of a facies with a row per lag and a column per realization.
+
+    A volume also has vertical proportions and a column of layers; the bottom layer is 0.
+    Proportions are empty for layers that the training image or the grid does not have.
+    """
+    ways, is_volume = axes_of(ensemble.grid.shape), ensemble.grid.nz is not None
+    names: dict[Statistic, str] = {"variogram": "variogram", "connectivity": "connection"}
+    curves = [
+        (name, way, curve_bundle(ensemble, statistic, facies, way))
+        for statistic, name in names.items()
+        for way in ways
+    ]
+    lines: list[list[object]] = []
+    for statistic, way, bundle in curves:
+        at = [[int(lag), *([""] if is_volume else [])] for lag in bundle.lags]
+        lines += _lines([statistic, way], at, bundle)
+    if is_volume:
+        layers = vertical_proportions_bundle(ensemble, facies)
+        at = [["", k] for k in range(max(len(layers.lags), len(layers.reference)))]
+        lines += _lines(["proportion", VERTICAL], at, layers)
+    head = ["statistic", "direction", "lag_cells", *(["layer"] if is_volume else [])]
+    head += ["training_image", "q05", "median", "q95"]
+    n = len(curves[0][2].each)
+    return csv_as_bytes([*head, *(f"realization_{r + 1}" for r in range(n))], lines)
+
+
+def _lines(
+    name: Sequence[object], at: Sequence[Sequence[object]], bundle: Bundle
+) -> list[list[object]]:
+    curves = (bundle.reference, bundle.low, bundle.median, bundle.high, *bundle.each)
+    return [
+        [*name, *where, *(f"{curve[k]:.6g}" if k < len(curve) else "" for curve in curves)]
+        for k, where in enumerate(at)
+    ]
+
+
+def realizations_csv(ensemble: Ensemble) -> bytes:
+    """Return a table with CPU time, data not honoured and proportions of each realization."""
+    codes = ensemble.training_image.codes
+    head = ["realization", "cpu_seconds", "data_not_honoured"]
+    lines = []
+    for r, seconds in enumerate(ensemble.cpu_seconds):
+        shares = (f"{share:.6g}" for share in ensemble.proportions[r])
+        lines.append([r + 1, f"{seconds:.6g}", int(ensemble.n_mismatched[r]), *shares])
+    return csv_as_bytes([*head, *(f"proportion_{code}" for code in codes)], lines)

@@ -33,7 +33,6 @@ from ccwsim.ui.frontend.cells import draw_cells, facies_map, points_of
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.results.charts import chart_menu, draw_clickable_chart
 from ccwsim.ui.results.maps import ghost_panel, middle_layers, step_buttons
-from ccwsim.ui.results.tables import csv_button, numbers_table
 from ccwsim.ui.session.address import go_to, page_link
 from ccwsim.ui.session.file_names import grid_part
 from ccwsim.ui.session.fragments import error_boundary
@@ -42,8 +41,8 @@ from ccwsim.ui.session.state import State
 from ccwsim.ui.study.news import draw_out_of_date
 from ccwsim.ui.sweep import planning
 from ccwsim.ui.sweep.planning import SweepRun, SweepState
-from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, field
-from ccwsim.ui.widgets.text import panel_title, plain, step_note, step_title
+from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, csv_button, field
+from ccwsim.ui.widgets.text import numbers_table, panel_title, plain, step_note, step_title
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 STYLE = Path(__file__).with_name("sweep.css")

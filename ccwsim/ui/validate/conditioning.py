@@ -19,12 +19,11 @@ from ccwsim.model.ensemble import FORCED, WRONG
 from ccwsim.model.numbers import three_digits
 from ccwsim.ui.frontend.cells import CellMap, draw_cells, facies_map, points_of, share_map
 from ccwsim.ui.results.charts import titled_chart
-from ccwsim.ui.results.tables import numbers_table
 from ccwsim.ui.session.state import State
 from ccwsim.ui.validate import statistics
 from ccwsim.ui.validate.slices import slice_of
 from ccwsim.ui.validate.statistics import panel
-from ccwsim.ui.widgets.text import panel_title, step_note
+from ccwsim.ui.widgets.text import numbers_table, panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
 CERTAIN = 0.05

@@ -27,15 +27,14 @@ from ccwsim.report.pictures import bundle_of_curves
 from ccwsim.ui.frontend.cells import CellMap, draw_cells
 from ccwsim.ui.results.charts import draw_chart, titled_chart
 from ccwsim.ui.results.curves import draw_band_key, draw_layers, draw_rows, judged_curves
-from ccwsim.ui.results.tables import csv_button, numbers_table
 from ccwsim.ui.session.file_names import study_part
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.diagnosis_panel import draw_diagnosis
 from ccwsim.ui.study.image_step import use_advice
 from ccwsim.ui.validate import statistics
 from ccwsim.ui.validate.slices import middle_layer, slice_of
-from ccwsim.ui.widgets.fields import bound_to, field, options_of
-from ccwsim.ui.widgets.text import panel_title, scrolled, step_note, verdict_html
+from ccwsim.ui.widgets.fields import bound_to, csv_button, field, options_of
+from ccwsim.ui.widgets.text import numbers_table, panel_title, scrolled, step_note, verdict_html
 from ccwsim.ui.widgets.theme import chart_theme
 
 CURVE_HEIGHT = 190

@@ -1,8 +1,9 @@
-"""Text on a page: headings, notes, wide tables and literal text."""
+"""Text on a page: headings, notes, tables and literal text."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Sequence
 from html import escape
 
 import streamlit as st
@@ -66,3 +67,18 @@ def scrolled(content: str, name: str) -> str:
     """Return HTML in a frame that scrolls sideways, also by keyboard; `label` names the frame."""
     label = escape(name)
     return f'<div class="wide" tabindex="0" role="group" aria-label="{label}">{content}</div>'
+
+
+def numbers_table(rows: Iterable[Sequence[str]], head: Sequence[str] = (), kind: str = "") -> str:
+    """Return a table as HTML; cells are HTML, and the first cell of a row is the row's name.
+
+    Examples
+    --------
+    >>> numbers_table([["level", "2"]])
+    '<table class="numbers"><tr><th>level</th><td>2</td></tr></table>'
+    """
+    lines = [f"<th>{name}</th>" + "".join(f"<td>{c}</td>" for c in cells) for name, *cells in rows]
+    if head:
+        lines.insert(0, "".join(f"<th>{cell}</th>" for cell in head))
+    body = "".join(f"<tr>{line}</tr>" for line in lines)
+    return f'<table class="{f"numbers {kind}".strip()}">{body}</table>'
