@@ -18,6 +18,7 @@ from ccwsim.figures.curves import (
 )
 from ccwsim.figures.maps import (
     Dots,
+    VolumeSlice,
     contact_sheet,
     data_map_png,
     data_png,
@@ -25,17 +26,17 @@ from ccwsim.figures.maps import (
     map_png,
     placement_svg,
     share_png,
+    slices_of,
+    slices_png,
     steps_of,
     tile_size,
 )
-from ccwsim.figures.mds import Group, mds_chart, mds_title
 from ccwsim.figures.palette import CIVIDIS, DIFFERENCE, ENTROPY, FACIES, facies_colours, ramp
 from ccwsim.figures.proportions import (
     compared_proportions_chart,
     proportions_chart,
     proportions_height,
 )
-from ccwsim.figures.slices import VolumeSlice, slices_of, slices_png
 from ccwsim.figures.style import (
     DARK,
     DASHES,
@@ -51,12 +52,15 @@ from ccwsim.figures.style import (
 from ccwsim.figures.sweep import sweep_chart
 from ccwsim.figures.times import TimeSeries, compared_times_chart, times_chart, timings_chart
 from ccwsim.figures.validation import (
+    Group,
     Strip,
     calibration_chart,
     convergence_chart,
     data_status_chart,
     divergence_chart,
     lag_map_chart,
+    mds_chart,
+    mds_title,
     strip_chart,
 )
 

@@ -21,9 +21,8 @@ from ccwsim.figures import (
     slices_png,
     vertical_proportions_chart,
 )
-from ccwsim.figures.maps import WRONG
+from ccwsim.figures.maps import GAP, LABEL, WRONG
 from ccwsim.figures.palette import bytes_of
-from ccwsim.figures.slices import GAP, LABEL
 from ccwsim.metrics import etype, vertical_proportions
 from ccwsim.report.pictures import layers_bundle, layers_chart, map_picture, share_picture
 
@@ -106,7 +105,7 @@ def placed(volume, at):
     """Return labels, and the larger number of pixels along the two axes of each slice."""
     from PIL import ImageFont
 
-    from ccwsim.figures.slices import TEXT
+    from ccwsim.figures.maps import TEXT
 
     font = ImageFont.load_default(TEXT)
     for one in slices_of(volume, at):
