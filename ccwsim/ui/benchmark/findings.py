@@ -23,27 +23,6 @@ from ccwsim.ui.session.progress import compilation_to_come, format_duration
 from ccwsim.ui.study.run import failed
 from ccwsim.ui.widgets.text import scrolled
 
-TEACHING = (
-    "Press Measure: a line for each level will show how the time of one realization grows with "
-    "the grid. Linear growth appears as a straight line of slope one, or as a constant time per "
-    "cell. Red markers show the paper's times, measured on another machine."
-)
-WHAT_CAN_BE_COMPARED = (
-    "The paper's times were measured with MATLAB on the authors' machine; the times on this page "
-    "are those of compiled kernels on this machine. Seconds from different machines cannot be "
-    "compared. Compare ratios from one machine: between levels, methods or numbers of data. Also "
-    "compare the growth of time with the number of cells."
-)
-DISTURBED = (
-    "Other sessions were computing on this server during the measurement, so CPU times are "
-    "longer than usual. Measure again when the server is idle."
-)
-TABLE_2_NOTE = (
-    "wrong: number of data that a realization of this measurement does not honour. paper: Table "
-    "2, channel training image, 512 × 512 cells, MATLAB on another machine; compare the last two "
-    "columns. In this program, both methods are compiled, and both re-simulate locally until all "
-    "data are honoured, unless “Honour data exactly” is off in the study."
-)
 Setting = tuple[str, int, bool]
 """Key of a curve: method, level (for volumes, within layers), and whether volumes are simulated."""
 NONE = "–"

@@ -24,14 +24,10 @@ from ccwsim.ui.session.file_names import image_part
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.fields import bound_to, button, download, field
-from ccwsim.ui.widgets.text import panel_title, plain, step_note
+from ccwsim.ui.widgets.text import page_text, panel_title, plain, step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 STYLE = Path(__file__).with_name("benchmark.css")
-LEVELS_HELP = (
-    "Wavelet level, or scale of MS-CCSIM. Lower levels search more finely and take longer; level 0 "
-    "compares single cells."
-)
 MIN_BYTES_TOLD = 50e6
 """Minimum memory use, in bytes, that the description of a run mentions."""
 MICRO = 1e6
@@ -44,7 +40,7 @@ def draw_benchmark(state: State) -> None:
     with st.container(horizontal=True, vertical_alignment="center", key="machine_row"):
         st.html(f'<p class="facts machine">This machine: {this_machine()}</p>')
         _draw_download(page_state)
-    step_note(findings.WHAT_CAN_BE_COMPARED)
+    step_note(page_text("What can be compared"))
     if page_state.message:
         st.error(plain(page_state.message))
     row = {"horizontal": True, "vertical_alignment": "bottom", "gap": "medium"}
@@ -80,10 +76,7 @@ def _draw_largest(state: State) -> None:
     if nz is None:
         sides, name, layers = measurement.side_options(this_machine().free_bytes), "largest", ""
         page_state.largest = min(page_state.largest, sides[-1])
-        tip = (
-            "Square grids from 256 × 256 up to this size. Time grows with the number of cells: "
-            "5000 × 5000 cells take six times as long as 2000 × 2000."
-        )
+        tip = page_text("Timed grids")
     else:
         first, *sides = measurement.VOLUME_SIDES
         name, layers = "largest_volume", f" × {nz}"
@@ -117,7 +110,7 @@ def _draw_choices(state: State, which: Literal["grid", "data"]) -> None:
     page_state = state.page(Benchmark)
     options = {"options": list(measurement.TIMED_METHODS), "format_func": str.upper}
     _draw_pills(page_state, f"{which}_methods", "Methods", options)
-    options = {"options": measurement.level_options(state), "help": LEVELS_HELP}
+    options = {"options": measurement.level_options(state), "help": page_text("Timed levels")}
     _draw_pills(page_state, f"{which}_levels", "Levels", options)
 
 
@@ -164,7 +157,7 @@ def _draw_part(state: State, kind: Kind) -> None:
 
     def draw() -> None:
         if run and run.disturbed:
-            step_note(findings.DISTURBED)
+            step_note(page_text("Disturbed measurement"))
         draw_results = _draw_grids if kind == "grids" else _draw_data
         draw_results(state)
 
@@ -190,7 +183,7 @@ def _draw_grids(state: State) -> None:
     with right:
         _draw_chart(timings, ticks, "CPU time a cell", "flat: linear growth", per_cell=True)
     if not timings:
-        step_note(findings.TEACHING)
+        step_note(page_text("Before the first measurement"))
         return
     left, right = st.columns(2, gap="medium")
     with left:
@@ -240,7 +233,7 @@ def _draw_data(state: State) -> None:
     timings, side = list(run.timings) if run else [], shape[-1]
     panel_title("CPU time of a realization", f"{describe_shape(shape)} cells")
     st.html(findings.data_table(timings, chosen, numbers, side))
-    step_note(findings.TABLE_2_NOTE)
+    step_note(page_text("Table 2"))
     if timings:
         step_note(findings.describe_run(run))
     with st.expander("The published codes in GNU Octave: times, and data not honoured"):

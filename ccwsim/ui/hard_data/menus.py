@@ -25,7 +25,7 @@ from ccwsim.ui.study.image_step import problem_of_image
 from ccwsim.ui.study.questions import ask_data, say_open
 from ccwsim.ui.widgets.errors import problem_in
 from ccwsim.ui.widgets.fields import bound_to, button, download, field, options_of
-from ccwsim.ui.widgets.text import plain
+from ccwsim.ui.widgets.text import page_text, plain
 
 WAYS = {
     "random": "cells at random",
@@ -122,10 +122,7 @@ def draw_sampling(state: State) -> None:
         page_state.reference_choice = ImageChoice() if a_file else None
 
     with st.popover("Sample", key="sample_menu"):
-        st.caption(
-            "Samples data from a hidden reference field. The page Validate compares realizations "
-            "with this field."
-        )
+        st.caption(page_text("Sampling"))
         choice = page_state.reference_choice
         origin = {"value": choice is not None, "write": read_from, **options_of(ORIGINS)}
         field(st.selectbox, "Read from", key="sample_from", **origin)

@@ -28,7 +28,7 @@ from ccwsim.ui.study.news import draw_news
 from ccwsim.ui.study.run import start_run_if_needed
 from ccwsim.ui.widgets.facts import draw_facts
 from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
-from ccwsim.ui.widgets.text import panel_title, plain, step_note
+from ccwsim.ui.widgets.text import page_text, panel_title, plain, step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 STYLE = Path(__file__).with_name("editor.css")
@@ -36,11 +36,6 @@ GROUNDS = {"realization": "realization", "e_type": "E-type", "empty": "empty gri
 REST, REST_VOLUME = 0.4, 0.6
 """Number of seconds after the last edit at which a run with all edits begins."""
 TOOLS = "“draw” places or moves a datum; “straight” and “freehand” place a line of data."
-TOOLS_VOLUME = (
-    "A click on the map places a vertical well in the chosen layers. Dragging in a vertical "
-    "section places data in cells. Arrow keys move the slices, Enter acts like a click, and Ctrl+Z "
-    "undoes an edit."
-)
 
 
 @st.fragment
@@ -88,7 +83,7 @@ def _draw(state: State) -> None:
         of_run = ground == "e_type"  # a local re-simulation has no E-type
         draw_canvas(state, data, image, colours, ensemble if of_run else answered or ensemble)
         if grid.nz is not None:
-            step_note(TOOLS_VOLUME)
+            step_note(page_text("Editing a volume"))
         # below the map, so that a long text does not move the map
         if ensemble is not None and (text := describe_answer(state, answered)):
             step_note(text)

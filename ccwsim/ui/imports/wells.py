@@ -29,20 +29,12 @@ from ccwsim.ui.study.questions import (
 )
 from ccwsim.ui.study.run import simulate_button
 from ccwsim.ui.widgets.fields import button
-from ccwsim.ui.widgets.text import panel_title, plain
+from ccwsim.ui.widgets.text import page_text, panel_title, plain
 
 MAX_DRAWN = 2000
 """Maximum number of data on the map."""
 MAX_NAMED = 40
 """Maximum number of wells with names on the map."""
-HELP = (
-    "Import wells or other points: a table with columns of x, y and facies, in any order. The "
-    "page guesses the roles of the columns; you can change them."
-)
-HELP_ON_TABLES = (
-    "Import two or three tables: collars, intervals with their facies, and surveys of deviated "
-    "wells. The page guesses the roles of the columns; you can change them."
-)
 
 
 def draw_wells_import(state: State, tables: bool = False) -> None:
@@ -62,7 +54,8 @@ def draw_wells_import(state: State, tables: bool = False) -> None:
             "wells_file", lambda file: data_step.use_data(state, DataChoice("file", upload=file))
         )
     if not choice.files:
-        st.caption(HELP_ON_TABLES if tables else HELP)
+        kind = "tables of wells" if tables else "points"
+        st.caption(page_text(f"Import of {kind}"))
         return
     tried = replace(state.choices, data=choice)
     _say_state(state, tried)

@@ -24,17 +24,11 @@ from ccwsim.ui.session.page_run import PageRun, start_page_run
 from ccwsim.ui.session.progress import compilation_to_come
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.fields import bound_to, button, download, field
-from ccwsim.ui.widgets.text import plain, step_note
+from ccwsim.ui.widgets.text import page_text, plain, step_note
 from ccwsim.ui.widgets.theme import draw_style
 
 STYLE = Path(__file__).with_name("paper.css")
 EXTENTS = {False: "Full", True: "Quick"}
-INTRODUCTION = (
-    "Runs the experiments of Bavandsavadkoohi et al. (2024), sections 5.1 to 5.9, in this "
-    "program, and writes one report. The report shows each figure and table next to the paper's "
-    "statement, with a verdict in words. The report is one HTML file that works offline and "
-    "can be printed."
-)
 DURATIONS = {False: "some minutes on two cores", True: "under a minute, on smaller grids"}
 BYTES_PER_CELL = 8
 """Bytes of memory per simulated cell that an experiment needs, with statistics and pictures."""
@@ -107,7 +101,7 @@ def draw_paper(state: State) -> None:
     page_state = state.page(PaperState)
     draw_style(STYLE)
     st.html('<h2 class="part">The paper’s experiments, run again</h2>')
-    step_note(INTRODUCTION)
+    step_note(page_text("The paper's experiments"))
     inputs, problem = server_inputs()
     step_note(describe_inputs(inputs))
     if problem:
@@ -136,10 +130,7 @@ def start(state: State) -> None:
 def _controls(state: State) -> None:
     page_state = state.page(PaperState)
     quick = {"options": [False, True], "format_func": lambda quick: EXTENTS[quick]}
-    quick["help"] = (
-        "Quick runs use few realizations on small grids, to check that everything works. Their "
-        "verdicts are not results."
-    )
+    quick["help"] = page_text("Quick runs")
     seed: dict[str, Any] = {"min_value": 0, "max_value": MAX_SEED, "step": 1, "width": 120}
     seed |= bound_to(page_state, "seed") | {"help": "The same seed gives the same realizations."}
     label = "Run the experiments" if page_state.run is None else "Run again"

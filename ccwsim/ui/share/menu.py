@@ -31,15 +31,11 @@ from ccwsim.ui.study.run import is_current, question_of, start_run, stop_run
 from ccwsim.ui.widgets.errors import if_possible
 from ccwsim.ui.widgets.facts import facts_of
 from ccwsim.ui.widgets.fields import button, download
-from ccwsim.ui.widgets.text import plain, step_note
+from ccwsim.ui.widgets.text import page_text, plain, step_note
 
 REPORT_HEIGHT = 720
 """Height of a report on the page in pixels; longer reports scroll."""
 READING = "report_is_read"
-OLD_RESULTS = (
-    "Out of date: the link opens the study with its present choices, but the realizations on the "
-    "page belong to the earlier study."
-)
 
 
 @st.fragment
@@ -83,7 +79,7 @@ def _link(state: State) -> None:
     if missing:
         step_note(f"The link cannot contain {' and '.join(missing)}. Save a project instead.")
     if state.ensemble is not None and not is_current(state):
-        step_note(OLD_RESULTS)
+        step_note(page_text("Outdated link"))
 
 
 def _files(state: State) -> None:

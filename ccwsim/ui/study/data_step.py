@@ -25,7 +25,7 @@ from ccwsim.ui.study.image_step import IMPORT_PAGE, THUMB
 from ccwsim.ui.study.questions import ROLES_OF_WELLS, ask_data, say_open
 from ccwsim.ui.widgets.errors import problem_in
 from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
-from ccwsim.ui.widgets.text import plain, step_note, step_title
+from ccwsim.ui.widgets.text import page_text, plain, step_note, step_title
 
 SOURCES: dict[DataSource, str] = {
     "none": "none",
@@ -36,10 +36,6 @@ SOURCES: dict[DataSource, str] = {
 }
 OF_VOLUMES: tuple[DataSource, ...] = ("none", "bundled", "file", "placed")
 """Sources of hard data offered for a volume."""
-FORMATS = (
-    "A table with columns of x, y and facies (codes or names), in any order; GSLIB, SGeMS; "
-    "Excel; GeoJSON, GeoPackage, zipped Shapefile; well logs (LAS); NumPy; MATLAB"
-)
 
 
 TABLES = {
@@ -135,7 +131,7 @@ def data_uploader(
     key: str, take: Callable[[Upload], None], label: str = "Points or a grid with gaps"
 ) -> None:
     """Draw an uploader of hard data."""
-    file_uploader(label, key=key, take=take, help=FORMATS)
+    file_uploader(label, key=key, take=take, help=page_text("Formats of hard data"))
 
 
 def link_to_import(label: str = "All columns, the rows and a map") -> None:
@@ -222,10 +218,7 @@ def _menu(state: State) -> None:
         field(st.selectbox, "Survey", key="data_bundled", **survey, **surveys)
         st.caption(datasets.describe_hard_data(current.bundled))
     if current.source == "sampled":
-        st.caption(
-            "The data are the facies in randomly chosen cells of a new unconditional realization, "
-            "as in section 5.2 of the paper. This tests the study with a known reference field."
-        )
+        st.caption(page_text("Sampled data"))
         number = bound_to(current, "n_sampled", change, min_value=1, max_value=MAX_SAMPLED)
         field(st.number_input, "How many data", key="data_n", **number)
         seed = bound_to(current, "seed_sampled", change, min_value=0)

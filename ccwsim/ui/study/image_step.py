@@ -25,15 +25,11 @@ from ccwsim.ui.session.uploads import file_uploader
 from ccwsim.ui.study.image_questions import asked_of, image_of_file
 from ccwsim.ui.widgets.errors import problem_in
 from ccwsim.ui.widgets.fields import button, field, options_of
-from ccwsim.ui.widgets.text import plain, step_note, step_title
+from ccwsim.ui.widgets.text import page_text, plain, step_note, step_title
 
 THUMB = 76
 MIDDLE = 128
 """Side in cells, and in pixels of a sharp screen, of the part of a bundled image in the menu."""
-FORMATS = (
-    "A picture; SGeMS, GSLIB, MPSLIB, ESRI ASCII, GeoTIFF, Surfer, ZMap, NetCDF, GRDECL, IRAP, "
-    "VTI, NumPy, MATLAB; a CSV or Excel table with one row per cell, or a matrix"
-)
 IMPORT_PAGE = "pages/import.py"
 
 
@@ -110,7 +106,7 @@ def _thumbnail(image: TrainingImage, colours: tuple[str, ...], pixels: int) -> b
 
 def image_uploader(label: str, key: str, take: Callable[[Upload], object]) -> None:
     """Draw an uploader of training images, which are given to `take`."""
-    file_uploader(label, key=key, take=take, help=FORMATS)
+    file_uploader(label, key=key, take=take, help=page_text("Formats of training images"))
 
 
 def import_image(state: State, upload: Upload) -> bool:

@@ -42,7 +42,14 @@ from ccwsim.ui.study.news import draw_out_of_date
 from ccwsim.ui.sweep import planning
 from ccwsim.ui.sweep.planning import SweepRun, SweepState
 from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, csv_button, field
-from ccwsim.ui.widgets.text import numbers_table, panel_title, plain, step_note, step_title
+from ccwsim.ui.widgets.text import (
+    numbers_table,
+    page_text,
+    panel_title,
+    plain,
+    step_note,
+    step_title,
+)
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 STYLE = Path(__file__).with_name("sweep.css")
@@ -254,11 +261,7 @@ def _draw_outlines() -> None:
         left, middle, right = st.columns(WIDTHS, gap="medium")
     shape = f"height: {CHART_HEIGHT}px"
     with left:
-        text = (
-            "Each point is a setting, with the time of a realization and the distance from the "
-            "training image. The line is the Pareto front: no other setting is both faster and "
-            "nearer to the image."
-        )
+        text = page_text("Time against error")
         ghost_panel(text, shape, "Time against error")
     with middle:
         text = "A click on a setting shows a large realization with the hard data"

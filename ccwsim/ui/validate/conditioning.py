@@ -23,7 +23,7 @@ from ccwsim.ui.session.state import State
 from ccwsim.ui.validate import statistics
 from ccwsim.ui.validate.slices import slice_of
 from ccwsim.ui.validate.statistics import panel
-from ccwsim.ui.widgets.text import numbers_table, panel_title, step_note
+from ccwsim.ui.widgets.text import numbers_table, page_text, panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
 CERTAIN = 0.05
@@ -78,12 +78,9 @@ def draw_data(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
         note = describe_match(ensemble)
         titled_chart("Status of the data", note, chart, "data_status", alt)
         step_note(
-            "Raster pass: a patch has the facies of the datum. Re-simulated: a window of the "
-            "given size around the datum was simulated again. Forced: no window fits, so only the "
-            "cell is set, which may leave an isolated cell."
+            page_text("Status of data")
             if ensemble.parameters.exact_data
-            else "Data are not honoured exactly: they only condition the search. Raster pass: a "
-            "patch has the facies of the datum. Wrong: the cell has another facies."
+            else page_text("Status of data that are not honoured exactly")
         )
     with right:
         if ensemble.grid.nz is not None:
@@ -184,11 +181,7 @@ def draw_reference(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
     """Draw scores against the reference field, from which the data were sampled."""
     reference = state.reference
     if reference is None:
-        step_note(
-            "These data have no reference field. On the page Hard data, sample data from a "
-            "realization or from an image file. This field stays hidden, and this section scores "
-            "realizations against the field."
-        )
+        step_note(page_text("No reference field"))
         return
     if problem := problem_of(reference, ensemble):
         raise CCWSIMError(problem)

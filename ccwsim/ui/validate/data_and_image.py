@@ -25,7 +25,7 @@ from ccwsim.ui.study.data_fit import data_fit, minus, numbers, verdict
 from ccwsim.ui.study.image_step import thumbnail
 from ccwsim.ui.validate.statistics import panel
 from ccwsim.ui.widgets.fields import button
-from ccwsim.ui.widgets.text import panel_title, step_note
+from ccwsim.ui.widgets.text import page_text, panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
 PICTURE = 48
@@ -120,11 +120,7 @@ def _draw_ranks(found: Sequence[ImageRank]) -> None:
             f"<th>{escape(_name(rank.image))}</th><td>{score}</td><td>{behind}</td></tr>"
         )
     st.html(f'<table class="numbers">{rows}</table>')
-    step_note(
-        "Log score: mean log probability of a datum given its nearest neighbours. An image is "
-        "named best only if there are at least 200 data, and all other images are more than 2 "
-        "standard errors behind."
-    )
+    step_note(page_text("Log score"))
 
 
 def _name(image: TrainingImage) -> str:

@@ -33,7 +33,7 @@ from ccwsim.ui.study.run import failed
 from ccwsim.ui.validate.conditioning import draw_e_type_maps
 from ccwsim.ui.widgets import fields
 from ccwsim.ui.widgets.fields import bound_to, button
-from ccwsim.ui.widgets.text import plain, step_note
+from ccwsim.ui.widgets.text import page_text, plain, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
 CELLS_OF_BATCH = 4_000_000
@@ -121,11 +121,7 @@ def draw_large_ensemble(state: State, ensemble: Ensemble, colours: Sequence[str]
     """Draw the controls and the results of the latest large ensemble."""
     page_state = state.page(LargeEnsembleState)
     run = page_state.run
-    step_note(
-        "Simulates many realizations of the study of this page and stores only their statistics: "
-        "E-type, entropy, proportions and curves. Memory use does not grow with the number of "
-        "realizations."
-    )
+    step_note(page_text("Large ensemble"))
     with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="long_row"):
         limits = {"min_value": 10, "max_value": MAX_LARGE_ENSEMBLE, "step": 100, "width": 180}
         help_ = "Four times as many realizations halve the errors of the probabilities."

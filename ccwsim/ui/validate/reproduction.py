@@ -34,7 +34,14 @@ from ccwsim.ui.study.image_step import use_advice
 from ccwsim.ui.validate import statistics
 from ccwsim.ui.validate.slices import middle_layer, slice_of
 from ccwsim.ui.widgets.fields import bound_to, csv_button, field, options_of
-from ccwsim.ui.widgets.text import numbers_table, panel_title, scrolled, step_note, verdict_html
+from ccwsim.ui.widgets.text import (
+    numbers_table,
+    page_text,
+    panel_title,
+    scrolled,
+    step_note,
+    verdict_html,
+)
 from ccwsim.ui.widgets.theme import chart_theme
 
 CURVE_HEIGHT = 190
@@ -403,11 +410,7 @@ def draw_copying(state: State, ensemble: Ensemble, colours: Sequence[str]) -> No
         with right:
             panel_title("Copy meter", f"realization {ensemble.numbers[r] + 1}")
             st.html(numbers_table(meter_of(found)))
-            step_note(
-                "Neighbours kept: pairs of touching cells that also touch in the training image. "
-                "100 % means a copy; a low value means noise. A piece is a group of cells that "
-                "are connected without a seam."
-            )
+            step_note(page_text("Copy meter"))
             if here.axis is not None:
                 step_note("The share of seams refers to the volume; the map shows a slice.")
 

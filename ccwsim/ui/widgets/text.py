@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
+from functools import cache
 from html import escape
+from pathlib import Path
 
 import streamlit as st
 from streamlit.delta_generator import DeltaGenerator
 
 from ccwsim.report.verdicts import Verdict
 
+TEXTS = Path(__file__).parents[1] / "texts.md"
 INSIDE = re.compile(r"[\\`*\[\]<$~|@]|(?<!\w)_|_(?!\w)|:(?=[\w/+-])|&(?=#|\w+;)|(?<=www)\.")
 """Characters that have a special meaning in Markdown anywhere in a line."""
 AT_START = re.compile(r"(?m)^(\s*)([-+#>=])")
@@ -37,6 +40,25 @@ def step_title(number: int, title: str) -> None:
 def pair() -> list[DeltaGenerator]:
     """Return two columns that stay side by side even on phones."""
     return list(st.columns(2, gap="small", wrap=False))
+
+
+@cache
+def _texts() -> dict[str, str]:
+    _, *parts = re.split(r"(?m)^## (.+)\n", TEXTS.read_text("utf-8"))
+    return {
+        title: " ".join(text.split()) for title, text in zip(parts[::2], parts[1::2], strict=True)
+    }
+
+
+def page_text(title: str) -> str:
+    """Return a text of `texts.md`, the file of longer texts on the pages.
+
+    Examples
+    --------
+    >>> page_text("Quick runs").partition(",")[0]
+    'Quick runs use few realizations on small grids'
+    """
+    return _texts()[title]
 
 
 def step_note(text: str) -> None:
