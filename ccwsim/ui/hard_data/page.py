@@ -11,7 +11,7 @@ import numpy as np
 import streamlit as st
 from numpy.typing import NDArray
 
-from ccwsim import Ensemble, Grid, HardData, TrainingImage
+from ccwsim import Ensemble, HardData, TrainingImage
 from ccwsim.model.ensemble import FORCED, WRONG
 from ccwsim.sharing.choices import DataChoice
 from ccwsim.ui.frontend.cells import CellMap, draw_editable, facies_map, points_of
@@ -162,7 +162,8 @@ def draw_canvas(
     if grid.nz is not None:
         alt = "Hard data of the volume; a click on the map places a well"
     if ensemble is None or ground == "empty":
-        shown = empty_map(grid)
+        nothing = np.zeros(grid.shape, np.uint8)
+        shown = CellMap(nothing, [chart_theme().paper], ["no datum"], "Empty grid")
     elif ground == "realization":
         shown = facies_map(ensemble.indices[min(state.shown, ensemble.n - 1)], image, colours, alt)
         shown = shown if grid.nz is not None else replace(shown, keys=())  # tools show facies
@@ -186,12 +187,6 @@ def draw_canvas(
     }
     options: dict[str, Any] = {"grid": grid, "link": "grid", "name": "hard_data"}
     draw_editable(shown, lambda edits: take_edits(state, edits), editing, **options)
-
-
-def empty_map(grid: Grid) -> CellMap:
-    """Return a blank map or volume of a grid."""
-    nothing = np.zeros(grid.shape, np.uint8)
-    return CellMap(nothing, [chart_theme().paper], ["no datum"], "Empty grid")
 
 
 def status_of(data: HardData, ensemble: Ensemble | None, shown: int | None) -> list[int]:

@@ -71,7 +71,10 @@ def draw_image_import(state: State) -> None:
             image_questions.ask_about_image(choice, write)
         if image is not None:
             if waits:
-                _decide(state, choice)
+                with st.container(horizontal=True, gap="small"):
+                    take = {"on_click": image_step.use_image, "args": (state, choice)}
+                    button("Use this image", key="image_take", type="primary", **take)
+                    image_step.keep_button(state)
             draw_facies(choice, image, write, _words_of_data(state))
             draw_turns(choice, write)
         elif waits:
@@ -96,13 +99,6 @@ def _take_file(state: State, choice: ImageChoice) -> None:
         simulate_button(state, "import_simulate")
     if choice.upload is None:
         st.caption(datasets.describe(choice.bundled))
-
-
-def _decide(state: State, choice: ImageChoice) -> None:
-    with st.container(horizontal=True, gap="small"):
-        take = {"on_click": image_step.use_image, "args": (state, choice), "type": "primary"}
-        button("Use this image", key="image_take", **take)
-        image_step.keep_button(state)
 
 
 def _pictures(choice: ImageChoice, image: TrainingImage | None, asked: tuple[str, ...]) -> None:

@@ -24,6 +24,7 @@ from ccwsim.report.pictures import bundle_of_curves, layers_bundle, layers_chart
 from ccwsim.report.verdicts import (
     HOW_JUDGED,
     LAYERS_NOT_JUDGED,
+    SIGNS,
     Verdict,
     curve_title,
     describe_curve,
@@ -36,8 +37,6 @@ from ccwsim.ui.widgets.theme import chart_theme
 
 SMALL_SHARES = 4_000_000
 """Maximum number of values (8 bytes each) of an E-type that is cached for all sessions."""
-SYMBOLS = {"variogram": "γ", "connectivity": "τ"}
-"""Symbols of statistics on the axes of charts."""
 _large: WeakKeyDictionary[Ensemble, EType] = WeakKeyDictionary()
 _e_type = cached(max_entries=8)(etype)
 vertical_proportions_bundle = cached(max_entries=64)(layers_bundle)
@@ -99,7 +98,7 @@ def draw_curves(ensemble: Ensemble, facies: int, colours: Sequence[str] | None =
     if ensemble.grid.nz is None:
         rows = [[*variograms, partial(_connectivity_both_ways, ensemble, facies), times, *shares]]
     else:
-        layers = partial(_vertical_proportions, ensemble, facies)
+        layers = partial(draw_layers, ensemble, facies)
         ways = axes_of(ensemble.grid.shape)
         connected = [partial(_connectivity, ensemble, facies, way) for way in ways]
         rows = [[*variograms, layers, *shares], [*connected, times]]
@@ -151,7 +150,7 @@ class _Curve(NamedTuple):
 def _draw_curve(curve: _Curve, key: str, alt: str) -> None:
     """Draw a curve; Streamlit stores the message and reuses it for equal curves in all sessions."""
     bundle = curve_bundle(curve.ensemble, curve.statistic, curve.facies, curve.direction)
-    title = f"{SYMBOLS[curve.statistic]} of {curve.name}"
+    title = f"{SIGNS[curve.statistic]} of {curve.name}"
     judged = judged_curves(fit_of(curve.ensemble, curve.statistic, curve.facies, curve.direction))
     options: Any = {"y_title": title, "y_range": curve.y_range, "judged": judged}
     draw_chart(curves_chart(bundle, curve.theme, **options), key, alt)
@@ -184,12 +183,11 @@ def _connectivity_both_ways(ensemble: Ensemble, facies: int) -> None:
     _connectivity(ensemble, facies, "E-W", said, "connection")
 
 
-def _vertical_proportions(ensemble: Ensemble, facies: int) -> None:
-    draw_layers(ensemble, facies, vertical_proportions_bundle(ensemble, facies))
-
-
-def draw_layers(ensemble: Ensemble, facies: int, bundle: Bundle, height: int = 196) -> None:
+def draw_layers(
+    ensemble: Ensemble, facies: int, bundle: Bundle | None = None, height: int = 196
+) -> None:
     """Draw the vertical proportion curve of a volume for a facies (an index into the codes)."""
+    bundle = bundle or vertical_proportions_bundle(ensemble, facies)
     image, grid = ensemble.training_image, ensemble.grid
     name = image.facies_names[facies]
     note = LAYERS_NOT_JUDGED
@@ -202,24 +200,19 @@ def draw_layers(ensemble: Ensemble, facies: int, bundle: Bundle, height: int = 1
 
 def draw_proportions(ensemble: Ensemble, colours: Sequence[str]) -> None:
     """Draw the facies proportions of the realizations and of the training image."""
-    of = _Proportions(ensemble, ensemble.training_image.facies_names, tuple(colours), chart_theme())
+    names = ensemble.training_image.facies_names  # they are not part of an ensemble's content
+    content = ensemble, names, tuple(colours), chart_theme()
     alt = "Facies proportions of the realizations and the image"
-    titled_chart("Proportions", "", of, "proportions", alt, _draw_proportions)
-
-
-class _Proportions(NamedTuple):
-    """The values that determine the chart of the facies proportions."""
-
-    ensemble: Ensemble
-    names: tuple[str, ...]
-    colours: tuple[str, ...]
-    theme: Theme
+    titled_chart("Proportions", "", content, "proportions", alt, _draw_proportions)
 
 
 @cached(max_entries=64)
-def _draw_proportions(of: _Proportions, key: str, alt: str) -> None:
-    of_image, of_each = of.ensemble.training_image.proportions, of.ensemble.proportions
-    draw_chart(proportions_chart(of.names, of_image, of_each, of.colours, of.theme), key, alt)
+def _draw_proportions(
+    content: tuple[Ensemble, tuple[str, ...], tuple[str, ...], Theme], key: str, alt: str
+) -> None:
+    ensemble, names, colours, theme = content
+    shares = ensemble.training_image.proportions, ensemble.proportions
+    draw_chart(proportions_chart(names, *shares, colours, theme), key, alt)
 
 
 def _times(ensemble: Ensemble, theme: Theme) -> None:

@@ -113,7 +113,9 @@ def method_step(state: State) -> None:
                 parameter_field(p, name, change)
         if len(shape) == 3:
             _trend_field(p, change)
-        button("Back to the defaults", on_click=lambda: _reset(state))
+        defaults = resolve.fitted(Parameters(), shape)
+        reset = {"on_click": state.change, "kwargs": {"parameters": defaults}}
+        button("Back to the defaults", **reset)
 
 
 def size_fields(
@@ -200,8 +202,3 @@ def parameter_field(
             options |= {"value": max(value), "write": write_per_axis}
         low, high, step = NUMBERS[name]
         field(of_numbers, label, min_value=low, max_value=high, step=step, **options)
-
-
-def _reset(state: State) -> None:
-    shape = resolve.image_of(state.choices.image).shape
-    state.change(parameters=resolve.fitted(Parameters(), shape))

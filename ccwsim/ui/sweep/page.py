@@ -13,7 +13,7 @@ import numpy as np
 import streamlit as st
 from numpy.typing import NDArray
 
-from ccwsim import CCWSIMError, Grid, Parameters, TrainingImage
+from ccwsim import Grid, Parameters, TrainingImage
 from ccwsim.experiments.plan import ALONG_Z, RANGED, label, value_of, varied
 from ccwsim.experiments.sweep import (
     SPREADS,
@@ -38,9 +38,11 @@ from ccwsim.ui.session.file_names import grid_part
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
+from ccwsim.ui.study.data_fit import minus
 from ccwsim.ui.study.news import draw_out_of_date
 from ccwsim.ui.sweep import planning
 from ccwsim.ui.sweep.planning import SweepRun, SweepState
+from ccwsim.ui.widgets.errors import if_possible
 from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, csv_button, field
 from ccwsim.ui.widgets.text import (
     numbers_table,
@@ -286,13 +288,11 @@ def choose(state: State, number: int) -> None:
 
 def is_current(run: SweepRun, state: State) -> bool:
     """Return whether a sweep belongs to the current study."""
-    choices = state.choices
-    try:
-        image, data = image_of(choices.image), data_of(choices)
-    except CCWSIMError:
+    choices, data = state.choices, if_possible(lambda: data_of(state.choices))
+    if data is None:
         return False
     own = (run.training_image.digest, run.grid, run.hard_data.digest)
-    return own == (image.digest, choices.grid, data.digest)
+    return own == (image_of(choices.image).digest, choices.grid, data.digest)
 
 
 def draw_realization(state: State, run: SweepRun, k: int) -> None:
@@ -378,11 +378,6 @@ def numbers_of(
 def two(spread: float) -> str:
     """Return a standard deviation as text with two digits and without powers of ten."""
     return f"{spread:.2g}" if spread < 100 else f"{spread:.0f}"
-
-
-def minus(text: str) -> str:
-    """Return a number as text with a minus sign (−) instead of a hyphen."""
-    return text.replace("-", "−")
 
 
 def use_button(state: State, parameters: Parameters, text: str, key: str) -> None:

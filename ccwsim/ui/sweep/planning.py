@@ -28,6 +28,7 @@ from ccwsim.ui.session.page_run import PageRun, start_page_run
 from ccwsim.ui.session.progress import compilation_to_come, format_duration
 from ccwsim.ui.session.resolve import data_of, fitted, image_of, levels
 from ccwsim.ui.session.state import State
+from ccwsim.ui.widgets.errors import if_possible, problem_in
 
 CELLS_KEPT = 64_000_000
 """Maximum number of cells of the realizations that a sweep stores; a cell takes one byte."""
@@ -174,7 +175,7 @@ def values_on_offer(choices: Choices) -> dict[str, list[Any]]:
         offered |= {name + end: _with(own, value_of(p, name + end)) for name, own in usual.items()}
     offered = {name: offered[name] for name in LABELS if name in offered}  # ordered as in `LABELS`
     offered |= {"n_candidates": _with(CANDIDATES, p.n_candidates), "method": list(METHODS)}
-    if _may_have_data(choices):
+    if _n_data(choices) != 0:
         offered["search_fraction"] = _with(FRACTIONS, p.search_fraction)
     return offered
 
@@ -245,11 +246,9 @@ def describe_study(state: State) -> str:
     """Describe the study for which settings are compared."""
     choices = state.choices
     image = image_of(choices.image)
-    try:
-        n = data_of(choices).n
+    data = "hard data that do not fit"
+    if (n := _n_data(choices)) is not None:
         data = f"{n} hard data" if n else "no hard data"
-    except CCWSIMError:
-        data = "hard data that do not fit"
     return (
         f"{pretty(image.name)}, {describe_shape(image.shape)}, {image.n_facies} facies\n"
         f"{data}, grid {describe_shape(choices.grid.shape)}, seed {choices.seed}"
@@ -284,11 +283,7 @@ def problem_of(state: State) -> str:
     if len(plan) > MAX_SWEPT:
         return f"{len(plan)} settings, but a sweep tries at most {MAX_SWEPT}: choose fewer values."
     n_cells = len(plan) * state.page(SweepState).n_realizations * state.choices.grid.n_cells
-    try:
-        limits_of_environment().check(Demand(n_cells, data.n))
-    except CCWSIMError as error:
-        return str(error)
-    return ""
+    return problem_in(lambda: limits_of_environment().check(Demand(n_cells, data.n)))
 
 
 def start(state: State) -> None:
@@ -311,11 +306,9 @@ def use_setting(state: State, parameters: Parameters) -> None:
     state.change(parameters=fitted(parameters, image_of(state.choices.image).shape))
 
 
-def _may_have_data(choices: Choices) -> bool:
-    try:
-        return data_of(choices).n > 0
-    except CCWSIMError:
-        return True
+def _n_data(choices: Choices) -> int | None:
+    """Return the number of hard data, or None if the data do not fit the study."""
+    return if_possible(lambda: data_of(choices).n)
 
 
 def _with(values: Sequence[Any], own: Any) -> list[Any]:

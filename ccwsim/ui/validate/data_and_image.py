@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from base64 import b64encode
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 from html import escape
 from math import isfinite
 from typing import TypeVar
@@ -23,21 +22,14 @@ from ccwsim.ui.session.cached import as_task
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.data_fit import data_fit, minus, numbers, verdict
 from ccwsim.ui.study.image_step import thumbnail
-from ccwsim.ui.validate.statistics import panel
+from ccwsim.ui.validate.statistics import Validation, panel
 from ccwsim.ui.widgets.fields import button
-from ccwsim.ui.widgets.text import page_text, panel_title, step_note
+from ccwsim.ui.widgets.text import numbers_table, page_text, panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
 PICTURE = 48
 """Side of a picture in the table of images, in pixels."""
 Value = TypeVar("Value")
-
-
-@dataclass
-class DataAndImageState:
-    """Keys of the tasks that the user has asked for."""
-
-    asked: set[tuple] = field(default_factory=set)
 
 
 @as_task
@@ -83,7 +75,7 @@ def _draw_on_demand(
     state: State, label: str, task: Task[Value], draw: Callable[[Value], None], tip: str
 ) -> None:
     """Draw a button that starts a task; after it was pressed, draw the value of the task."""
-    asked, name = state.page(DataAndImageState).asked, label.lower().replace(" ", "_")
+    asked, name = state.page(Validation).asked, label.lower().replace(" ", "_")
     if task.key in asked:
         panel(state, name, task, draw)
     else:
@@ -92,12 +84,9 @@ def _draw_on_demand(
 
 def _draw_fit(fit: DataFit) -> None:
     st.html(verdict(fit))
-    rows = "".join(
-        f"<tr><th>{escape(name)}</th><td>{value:.1f}</td></tr>"
-        for name, value in sorted(fit.families.items(), key=lambda item: -item[1])
-    )
-    head = "<tr><th>largest difference</th><td>standard deviations</td></tr>"
-    st.html(f'<table class="numbers">{head}{rows}</table>')
+    families = sorted(fit.families.items(), key=lambda item: -item[1])
+    rows = [(escape(name), f"{value:.1f}") for name, value in families]
+    st.html(numbers_table([("largest difference", "standard deviations"), *rows]))
     step_note(numbers(fit))
 
 

@@ -18,7 +18,7 @@ from ccwsim.figures import Bundle, Strip
 from ccwsim.io.formats.csv_table import csv_as_bytes
 from ccwsim.metrics import Anodi, Copying, Diagnosis, Measured
 from ccwsim.metrics.bands import STATISTICS, Statistic
-from ccwsim.metrics.lags import Direction, DirectionName, axes_of
+from ccwsim.metrics.lags import Direction, axes_of
 from ccwsim.model.arrays import describe_shape, listing
 from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.numbers import three_digits
@@ -62,7 +62,8 @@ MAX_USES = 100
 def draw_curves_row(state: State, ensemble: Ensemble) -> None:
     """Draw variograms and connectivity; for volumes, add proportions of layers and new patterns."""
     draw_band_key(ensemble)
-    curves = [partial(draw_curve, state, ensemble, *which) for which in axis_curves(ensemble)]
+    pairs = product(STATISTICS, axes_of(ensemble.grid.shape))  # variograms are first
+    curves = [partial(draw_curve, state, ensemble, *pair) for pair in pairs]
     rows = [curves]
     if ensemble.grid.nz is not None:
         n = len(curves) // 2
@@ -71,17 +72,9 @@ def draw_curves_row(state: State, ensemble: Ensemble) -> None:
     draw_rows(rows)
 
 
-def axis_curves(ensemble: Ensemble) -> list[tuple[Statistic, DirectionName]]:
-    """Return all pairs (statistic, axis) that are compared with crops; variograms are first."""
-    return list(product(STATISTICS, axes_of(ensemble.grid.shape)))
-
-
 def _draw_layers(state: State, ensemble: Ensemble) -> None:
     k = state.facies
-
-    def draw(found: Bundle) -> None:
-        draw_layers(ensemble, k, found, CURVE_HEIGHT)
-
+    draw = partial(draw_layers, ensemble, k, height=CURVE_HEIGHT)
     statistics.panel(state, "layers", statistics.layers(ensemble, k), draw)
 
 

@@ -168,7 +168,7 @@ def volume_patterns(progress: Fraction, ensemble: Ensemble) -> PatternsCompared:
 
 @as_task
 def geobodies(
-    progress: Fraction, ensemble: Ensemble, facies: int, neighbours: int | None = None
+    progress: Fraction, ensemble: Ensemble, facies: int, neighbours: int | None
 ) -> GeobodiesCompared:
     """Return geobodies of a facies; by default, cells that touch at corners are connected."""
     image, code = ensemble.training_image, code_of(ensemble, facies)
@@ -261,6 +261,7 @@ class Validation:
     slice_at: dict[int, int] = field(default_factory=dict)  # index of the slice, by axis
     neighbours: int = 26  # number of neighbours that connect cells of geobodies in volumes
     seen: set[str] = field(default_factory=set)  # sections that came into view
+    asked: set[tuple] = field(default_factory=set)  # keys of tasks that begin only on demand
     # function that drew the latest content, by panel
     drawn: dict[str, Callable[[], Any]] = field(default_factory=dict)
     waiting: dict[str, Task] = field(default_factory=dict)  # unfinished task, by panel
