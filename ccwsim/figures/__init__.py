@@ -18,7 +18,6 @@ from ccwsim.figures.curves import (
 )
 from ccwsim.figures.maps import (
     Dots,
-    VolumeSlice,
     contact_sheet,
     data_map_png,
     data_png,
@@ -31,21 +30,26 @@ from ccwsim.figures.maps import (
     steps_of,
     tile_size,
 )
-from ccwsim.figures.palette import CIVIDIS, DIFFERENCE, ENTROPY, FACIES, facies_colours, ramp
 from ccwsim.figures.proportions import (
     compared_proportions_chart,
     proportions_chart,
     proportions_height,
 )
 from ccwsim.figures.style import (
+    CIVIDIS,
     DARK,
     DASHES,
+    DIFFERENCE,
+    ENTROPY,
+    FACIES,
     LIGHT,
     SYMBOLS,
     Theme,
     difference_colours,
+    facies_colours,
     figure_json,
     plotly_script,
+    ramp,
     setting_colours,
     theme_named,
 )
@@ -81,7 +85,6 @@ __all__ = [
     "Strip",
     "Theme",
     "TimeSeries",
-    "VolumeSlice",
     "calibration_chart",
     "compared_proportions_chart",
     "compared_times_chart",

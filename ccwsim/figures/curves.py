@@ -11,7 +11,6 @@ import plotly.graph_objects as go
 from numpy.typing import ArrayLike, NDArray
 from plotly.subplots import make_subplots
 
-from ccwsim.figures.palette import with_opacity
 from ccwsim.figures.style import (
     DASHES,
     Theme,
@@ -20,6 +19,7 @@ from ccwsim.figures.style import (
     dots,
     line,
     setting_colours,
+    with_opacity,
     written,
 )
 

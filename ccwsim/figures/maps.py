@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from ccwsim.figures.palette import CIVIDIS, bytes_of, ramp
+from ccwsim.figures.style import CIVIDIS, bytes_of, ramp
 from ccwsim.model.arrays import Shape, as_integers, check_int
 from ccwsim.model.errors import CCWSIMError
 

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
 from ccwsim.figures.maps import contact_sheet, data_png
-from ccwsim.figures.palette import facies_colours
-from ccwsim.figures.style import as_written, written
+from ccwsim.figures.style import as_written, facies_colours, written
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.grid import Grid

@@ -10,7 +10,6 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
-from ccwsim.figures.palette import with_opacity
 from ccwsim.figures.style import (
     Theme,
     as_written,
@@ -19,6 +18,7 @@ from ccwsim.figures.style import (
     line,
     name_rows,
     setting_colours,
+    with_opacity,
     written,
 )
 

@@ -10,8 +10,8 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
-from ccwsim.figures.palette import CIVIDIS
 from ccwsim.figures.style import (
+    CIVIDIS,
     CLEAR,
     Theme,
     as_written,

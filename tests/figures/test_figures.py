@@ -30,7 +30,7 @@ from ccwsim.figures import (
     theme_named,
     times_chart,
 )
-from ccwsim.figures.palette import bytes_of
+from ccwsim.figures.style import bytes_of
 
 # Machado, Oliveira & Fernandes 2009, severity 1: linear RGB as a reader with the deficiency sees it
 BLINDNESS = {

@@ -22,7 +22,7 @@ from ccwsim.figures import (
     strip_chart,
     transiogram_chart,
 )
-from ccwsim.figures.palette import bytes_of
+from ccwsim.figures.style import bytes_of
 
 
 def named(chart):

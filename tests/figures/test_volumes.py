@@ -22,7 +22,7 @@ from ccwsim.figures import (
     vertical_proportions_chart,
 )
 from ccwsim.figures.maps import GAP, LABEL, WRONG
-from ccwsim.figures.palette import bytes_of
+from ccwsim.figures.style import bytes_of
 from ccwsim.metrics import etype, vertical_proportions
 from ccwsim.report.pictures import layers_bundle, layers_chart, map_picture, share_picture
 
