@@ -309,11 +309,8 @@ def describe_measures(found: Measured) -> list[MeasureRow]:
             crops = f"{text(fit.reference[k])} ± {text(fit.tolerance[k])}"
             verdict = f"{words}{text(fit.found[k])}, crops {crops}"
         spread = f"{text(mean)} ({text(low)} to {text(high)})"
-        rows.append(
-            MeasureRow(
-                measure.title, measure.definition, text(found.reference[k]), spread, verdict, good
-            )
-        )
+        values = text(found.reference[k]), spread, verdict, good
+        rows.append(MeasureRow(measure.title, measure.definition, *values))
     return rows
 
 

@@ -138,15 +138,10 @@ def _project(given: dict[str, Any], members: Mapping[str, bytes], name: str) -> 
         raise CCWSIMError(
             f"{n_data} hard data are expected, but {DATA} has another number of rows or columns"
         )
-    study = Study(
-        TrainingImage(
-            array, name=printable(_take(image, "name", str, name)), facies_names=facies_names
-        ),
-        grid,
-        Parameters(**parameters),
-        HardData(table[:, :-1], table[:, -1]),
-        numbers["seed"],
-    )
+    image_name = printable(_take(image, "name", str, name))
+    training_image = TrainingImage(array, name=image_name, facies_names=facies_names)
+    data = HardData(table[:, :-1], table[:, -1])
+    study = Study(training_image, grid, Parameters(**parameters), data, numbers["seed"])
     versions = {
         printable(key): printable(shown(value) if not isinstance(value, str) else value)
         for key, value in _take(given, "made_with", dict, name).items()

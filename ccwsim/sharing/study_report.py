@@ -62,27 +62,17 @@ def study_report(
     image, grid = ensemble.training_image, ensemble.grid
     facies = min(shown.facies, image.n_facies - 1)
     name, of_facies = image.name or "a training image", f"of {image.facies_names[facies]}"
-    maps = _first_maps(ensemble, colours, min(shown.realization, ensemble.n - 1))
+    first_maps = _first_maps(ensemble, colours, min(shown.realization, ensemble.n - 1))
+    maps = first_maps, _small_maps(ensemble, colours)
+    e_type, curves = (_e_type_maps(ensemble, facies),), _curve_charts(ensemble, facies)
     counts = (_times_and_proportions(ensemble, colours), _table_of_realizations(ensemble))
     study = (_study(ensemble), _facies(ensemble), *_data(ensemble))
     mean = float(ensemble.cpu_seconds.mean())
     sections = (
         ("Study", study, f"{name}, {ensemble.hard_data.n} hard data"),
-        (
-            "Realizations",
-            (maps, _small_maps(ensemble, colours)),
-            f"{ensemble.n} of {describe_shape(grid.shape)} cells",
-        ),
-        (
-            "E-type",
-            (_e_type_maps(ensemble, facies),),
-            f"{of_facies}, in {ensemble.n} realizations",
-        ),
-        (
-            "Variograms and connectivity",
-            _curve_charts(ensemble, facies),
-            f"{of_facies}, compared with the training image",
-        ),
+        ("Realizations", maps, f"{ensemble.n} of {describe_shape(grid.shape)} cells"),
+        ("E-type", e_type, f"{of_facies}, in {ensemble.n} realizations"),
+        ("Variograms and connectivity", curves, f"{of_facies}, compared with the training image"),
         ("Measures", (_measures(ensemble, facies),), f"{of_facies}, beside crops of the image"),
         ("CPU time and proportions", counts, f"{seconds(mean)} a realization"),
         ("Parameters", (_parameters(ensemble),), ""),
@@ -106,14 +96,13 @@ def _study(ensemble: Ensemble) -> Facts:
     size = " × ".join(f"{side:g}" for side in grid.cell_size)
     cells = f"{describe_shape(grid.shape)} cells of {size}"
     corner = ", ".join(f"{place:g}" for place in grid.origin)
-    return Facts(
-        (
-            ("Training image", f"{ti}, digest {image.digest}"),
-            ("Grid", f"{cells}, from ({corner})"),
-            ("Hard data", f"{n}, digest {ensemble.hard_data.digest}" if n else "none"),
-            ("Realizations", f"{ensemble.n}, seed {ensemble.seed}"),
-        )
+    rows = (
+        ("Training image", f"{ti}, digest {image.digest}"),
+        ("Grid", f"{cells}, from ({corner})"),
+        ("Hard data", f"{n}, digest {ensemble.hard_data.digest}" if n else "none"),
+        ("Realizations", f"{ensemble.n}, seed {ensemble.seed}"),
     )
+    return Facts(rows)
 
 
 def _facies(ensemble: Ensemble) -> Table:
@@ -196,14 +185,9 @@ def _curve_charts(ensemble: Ensemble, facies: int) -> tuple[Row, ...]:
             said.append(f"{verdicts.way_name(way)}: {verdicts.describe_curve(fit, statistic)}")
         each = [curves for b in bundles.values() for curves in (b.each.max(), b.reference.max())]
         top = 1.1 * float(np.nanmax(each)) or 1.0
-        rows.append(
-            Row(
-                tuple(
-                    bundle_chart(b, statistic, way, name, top, 240) for way, b in bundles.items()
-                ),
-                f"{statistic.capitalize()} of {name}. {'. '.join(said)}.",
-            )
-        )
+        charts = [bundle_chart(b, statistic, way, name, top, 240) for way, b in bundles.items()]
+        caption = f"{statistic.capitalize()} of {name}. {'. '.join(said)}."
+        rows.append(Row(tuple(charts), caption))
     return tuple(rows)
 
 
@@ -230,18 +214,13 @@ def _times_and_proportions(ensemble: Ensemble, colours: Sequence[str]) -> Row:
 
 def _table_of_realizations(ensemble: Ensemble) -> Table:
     shares, wrong = 100 * ensemble.proportions[:MAX_LISTED], ensemble.n_mismatched
-    rows = tuple(
-        (
-            str(r + 1),
-            three_digits(1000 * ensemble.cpu_seconds[r]),
-            str(wrong[r]),
-            *(f"{share:.1f}" for share in row),
-        )
-        for r, row in enumerate(shares)
-    )
+    rows = []
+    for r, row in enumerate(shares):
+        milliseconds = three_digits(1000 * ensemble.cpu_seconds[r])
+        rows.append((str(r + 1), milliseconds, str(wrong[r]), *(f"{share:.1f}" for share in row)))
     names = (f"{name} (%)" for name in ensemble.training_image.facies_names)
     header = ("realization", "CPU time (ms)", "data wrong", *names)
-    return Table(header, rows, _first(len(rows), ensemble))
+    return Table(header, tuple(rows), _first(len(rows), ensemble))
 
 
 def _parameters(ensemble: Ensemble) -> Table:

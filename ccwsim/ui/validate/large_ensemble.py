@@ -206,9 +206,5 @@ def bundle_of_band(
     reference = curves_of(statistic, image, code, way, lags)[0]
     bands = summary.variograms if statistic == "variogram" else summary.connectivity
     band, n = bands[code, way], len(lags)
-    return Bundle(
-        lags.astype(float),
-        reference,
-        np.empty((0, n)),
-        *(curve[:n] for curve in (band.low, band.median, band.high)),
-    )
+    quantiles = (curve[:n] for curve in (band.low, band.median, band.high))
+    return Bundle(lags.astype(float), reference, np.empty((0, n)), *quantiles)

@@ -268,12 +268,9 @@ def strips_of(found: statistics.GeobodiesCompared) -> list[tuple[str, str, Strip
     area = f"per {unit:,} cells"
     number, euler = (values.astype(np.float64) for values in (each.n_geobodies, each.euler_number))
     number_of_image, euler_of_image = float(image.n_geobodies[0]), float(image.euler_number[0])
+    gamma = Strip("two random cells are connected", each.gamma, float(image.gamma[0]))
     return [
-        (
-            "Γ",
-            "gamma",
-            Strip("two random cells are connected", each.gamma, float(image.gamma[0])),
-        ),
+        ("Γ", "gamma", gamma),
         ("Geobodies", "n_bodies", Strip(area, number * per, number_of_image * per_image)),
         ("Euler number", "euler", Strip(area, euler * per, euler_of_image * per_image)),
         ("Largest geobody", "largest", Strip("share of the facies", shares, share)),
