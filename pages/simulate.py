@@ -9,8 +9,7 @@ from ccwsim.ui.page import show_page
 from ccwsim.ui.session.state import State
 from ccwsim.ui.simulate.history import draw_history
 from ccwsim.ui.simulate.results import draw_results
-from ccwsim.ui.study.news import draw_news
-from ccwsim.ui.study.run import run_button, start_run_if_needed
+from ccwsim.ui.study.run import draw_news, run_button, start_run_if_needed
 from ccwsim.ui.study.study_column import study_column
 
 

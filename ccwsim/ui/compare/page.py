@@ -77,7 +77,7 @@ from ccwsim.ui.session.file_names import grid_part
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.news import draw_out_of_date
+from ccwsim.ui.study.run import draw_out_of_date
 from ccwsim.ui.study.study_column import parameter_field, size_fields
 from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, csv_button, field
 from ccwsim.ui.widgets.text import pair, panel_title, plain, scrolled, step_note

@@ -24,8 +24,7 @@ from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import data_of, image_of, wells_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.data_step import problem_of_data
-from ccwsim.ui.study.news import draw_news
-from ccwsim.ui.study.run import start_run_if_needed
+from ccwsim.ui.study.run import draw_news, start_run_if_needed
 from ccwsim.ui.widgets.facts import draw_facts
 from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
 from ccwsim.ui.widgets.text import page_text, panel_title, plain, step_note

@@ -1,10 +1,12 @@
-"""Step 5 of the study: the run button, the start of a run, and the results of the run."""
+"""Step 5 of the study: the run button, a run, its progress, its results and messages."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
+from html import escape
 from typing import Any
 
 import streamlit as st
@@ -13,7 +15,7 @@ from ccwsim import Cancelled, CCWSIMError, Ensemble, concatenate
 from ccwsim.datasets.default_study import stored_ensemble
 from ccwsim.engine.realization import is_ready
 from ccwsim.experiments.cost import typical_seconds
-from ccwsim.jobs.job import Job, server_queue
+from ccwsim.jobs.job import PATIENCE, Job, server_queue
 from ccwsim.jobs.limits import Demand, limits_of_environment, needs_consent
 from ccwsim.jobs.workers import Cancel, Progress
 from ccwsim.model.bounds import MAX_REALIZATIONS, MAX_SEED
@@ -27,12 +29,14 @@ from ccwsim.system.machine import n_cores
 from ccwsim.system.memory import format_bytes
 from ccwsim.ui.session.address import go_to
 from ccwsim.ui.session.cached import cached
+from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.progress import format_duration
 from ccwsim.ui.session.resolve import data_of, image_of, same_realizations, study_of, what_decides
 from ccwsim.ui.session.state import PastRun, State
+from ccwsim.ui.study.changes import changes_between
 from ccwsim.ui.widgets.errors import problem_in
 from ccwsim.ui.widgets.fields import bound_to, button, field
-from ccwsim.ui.widgets.text import pair, step_note, step_title
+from ccwsim.ui.widgets.text import pair, plain, step_note, step_title
 
 SIMULATE_PAGE = "pages/simulate.py"
 ENOUGH_TO_STOP = 1.0
@@ -48,6 +52,11 @@ NEARLY_ALL = 0.7
 """If this share of the remaining realizations fits into a part, the part includes all of them."""
 MORE = "More realizations estimate the uncertainty better and take proportionally longer."
 SAME_SEED = "The same seed gives the same realizations, on any machine."
+STORED = "Stored realizations of this study are shown until your machine has computed them"
+PATIENCE_VOLUME = 0.7
+"""Seconds to wait for the first new volume, because drawing the old volume takes longer."""
+WAIT_SECONDS = 0.05
+"""Seconds between checks whether the user has changed the study; a change ends the waiting."""
 SimulateRange = Callable[[int, int, Progress, Cancel], Ensemble]
 """A function f(first, n, progress, cancel) that simulates realizations first … first + n − 1."""
 
@@ -344,3 +353,91 @@ def failed(error: Exception) -> str:
     if isinstance(error, MemoryError):
         return "The results do not fit into memory: ask for fewer realizations or a smaller grid."
     return f"The run failed; your study is kept. The reason: {reason(error)}."
+
+
+def draw_news(state: State, *, parts: bool = True, wait: bool = True) -> None:
+    """Follow the present run, dim results that are out of date, and report failures.
+
+    If `parts` is false, earlier results stay until the run is finished. If `wait` is false, the
+    page does not wait for a run that has just begun.
+    """
+    take_names(state)
+    with st.container(key="news"):  # always drawn, so that Streamlit keeps the elements below
+        patience = PATIENCE if state.choices.grid.nz is None else PATIENCE_VOLUME
+        outdated = _wait_and_dim(state, parts, patience if wait else 0.0)
+        if state.job is not None:
+            _follow_run(state, parts)
+        if state.message:
+            st.warning(plain(state.message))
+        if state.job is None and (state.ensemble is None or outdated):
+            with _outdated(outdated, question_of(state)):
+                run_button(state, "run_news", width="content")
+
+
+def draw_out_of_date(text: str) -> None:
+    """Dim results of an earlier study; `text` describes the differences to the present study."""
+    _mark(st, "outdated")
+    with _outdated(text):
+        pass
+
+
+def out_of_date(state: State) -> str:
+    """Describe how the study differs from the study of the results; empty without differences."""
+    if state.ensemble is None or state.ensemble_choices is None or is_current(state):
+        return ""
+    changes = changes_between(state.ensemble_choices, state.choices)
+    return f"simulated before these changes: {', '.join(changes)}."
+
+
+@contextmanager
+def _outdated(text: str, question: str = "") -> Iterator[None]:
+    """Draw a row with a note on outdated results, a question, and elements drawn in the context."""
+    with st.container(horizontal=True, vertical_alignment="center", key="outdated"):
+        said = [f"<b>Out of date:</b> {escape(text)}"] if text else []
+        if said or question:
+            st.html(f'<p role="status">{" ".join([*said, escape(question)])}</p>')
+        yield
+
+
+def _wait_and_dim(state: State, parts: bool, patience: float) -> str:
+    """Wait a short time for results of a run, and dim older results.
+
+    Return the text of `out_of_date`. The element that dims results is replaced in place, so that
+    nothing on the page moves. `style.css` defines the style of each state.
+    """
+    place, job = st.empty(), state.job
+    if job is not None:
+        end = time.monotonic() + patience
+        while True:
+            _mark(place, "soon-old")  # very short runs do not dim results
+            first = job.wait_first if parts else job.wait
+            if first(WAIT_SECONDS) or time.monotonic() > end:
+                break
+        collect(state, parts=parts)  # `_follow_run` collects later results
+    outdated = out_of_date(state)
+    if state.job is not None:
+        _mark(place, "old" if outdated or state.ensemble is None else "partly")
+    else:
+        _mark(place, "outdated" if outdated else "current")
+    return outdated
+
+
+def _mark(place: Any, results: str) -> None:
+    place.html(f'<i class="results-{results}"></i>')
+
+
+def _follow_run(state: State, parts: bool) -> None:
+    """Show the progress of the run, and redraw the page for each part of the results."""
+    job = state.job
+    assert job is not None
+
+    def has_news() -> bool:
+        wanted = parts or state.ensemble is None
+        return wanted and job.partial is not None and job.partial is not state.ensemble
+
+    follow(
+        job,
+        on_finished=lambda: collect(state, parts=parts),
+        has_news=has_news,
+        label=lambda: STORED if state.ensemble and state.ensemble.is_stored else "",
+    )

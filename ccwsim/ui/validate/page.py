@@ -28,8 +28,7 @@ from ccwsim.ui.results.maps import (
 )
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.news import draw_news
-from ccwsim.ui.study.run import problem_of, start_run, start_run_if_needed
+from ccwsim.ui.study.run import draw_news, problem_of, start_run, start_run_if_needed
 from ccwsim.ui.validate import statistics
 from ccwsim.ui.validate.conditioning import draw_data, draw_reference, draw_uncertainty
 from ccwsim.ui.validate.data_and_image import draw_data_and_image

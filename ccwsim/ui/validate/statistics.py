@@ -168,7 +168,7 @@ def volume_patterns(progress: Fraction, ensemble: Ensemble) -> PatternsCompared:
 
 @as_task
 def geobodies(
-    progress: Fraction, ensemble: Ensemble, facies: int, neighbours: int | None
+    progress: Fraction, ensemble: Ensemble, facies: int, neighbours: int | None = None
 ) -> GeobodiesCompared:
     """Return geobodies of a facies; by default, cells that touch at corners are connected."""
     image, code = ensemble.training_image, code_of(ensemble, facies)
