@@ -8,16 +8,8 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from ccwsim import CCWSIMError, Grid, Parameters, TrainingImage
-from ccwsim.experiments.timing import (
-    CELLS_AT_ONCE,
-    Timing,
-    TimingCase,
-    data_cases,
-    expected_seconds,
-    grid_cases,
-    image_of_case,
-    time_cases,
-)
+from ccwsim.experiments import timing
+from ccwsim.experiments.timing import Timing, TimingCase
 from ccwsim.jobs.job import Job, server_queue
 from ccwsim.jobs.limits import Demand
 from ccwsim.model.arrays import Shape
@@ -70,9 +62,9 @@ class TimingRun(PageRun[None]):
         n_bytes = 0
         for case in self.cases:
             with suppress(CCWSIMError):  # the run ends when it reaches a case that does not fit
-                image = image_of_case(self.training_image, case)
+                image = timing.image_of_case(self.training_image, case)
                 study = Study(image, Grid.of(case.grid_shape), case.parameters)
-                at_once = max(CELLS_AT_ONCE // case.n_cells, 1)
+                at_once = max(timing.CELLS_AT_ONCE // case.n_cells, 1)
                 needed = demand_of(study, self.n_realizations, n_kept=at_once, n_workers=1)
                 n_bytes = max(n_bytes, needed.n_bytes)
         n_cells = sum(case.n_cells for case in self.cases) * self.n_realizations
@@ -84,10 +76,9 @@ class TimingRun(PageRun[None]):
             job.report(fraction, n_done)
 
         cases, n = self.cases, self.n_realizations
-        for timing in time_cases(
-            self.training_image, cases, n, self.seed, report, job.is_cancelled
-        ):
-            self.timings.append(timing)
+        image, seed = self.training_image, self.seed
+        for timed in timing.time_cases(image, cases, n, seed, report, job.is_cancelled):
+            self.timings.append(timed)
 
 
 @dataclass
@@ -166,16 +157,16 @@ def cases_of(state: State, kind: Kind) -> list[TimingCase]:
         if not numbers:
             raise CCWSIMError("Choose at least one number of data.")
         chosen = timed_parameters(state, own.data_methods, own.data_levels)
-        return data_cases(numbers, chosen, (side, side) if nz is None else (nz, side, side))
+        return timing.data_cases(numbers, chosen, (side, side) if nz is None else (nz, side, side))
     chosen = timed_parameters(state, own.grid_methods, own.grid_levels)
     if nz is None:
-        return grid_cases([side for side in SIDES if side <= own.largest], chosen)
+        return timing.grid_cases([side for side in SIDES if side <= own.largest], chosen)
     sides = [side for side in VOLUME_SIDES if side <= own.largest_volume]
     cases = [TimingCase(p, (nz, side, side)) for side in sides for p in chosen]
     if own.maps:
         layer = image_of(state.choices.image).shape[-2:]
         flat = timed_parameters(state, own.grid_methods, own.grid_levels, layer)
-        cases += grid_cases([round((nz * side * side) ** 0.5) for side in sides], flat)
+        cases += timing.grid_cases([round((nz * side * side) ** 0.5) for side in sides], flat)
     return sorted(cases, key=lambda case: case.n_cells)
 
 
@@ -213,5 +204,5 @@ def expected(state: State, cases: Sequence[TimingCase]) -> float:
     """Return the expected duration of a run in seconds, from measurements in this session."""
     page_state, image = state.page(Benchmark), image_of(state.choices.image)
     runs = [run for run in page_state.runs if run.training_image.digest == image.digest]
-    known = [timing for run in runs for timing in run.timings]
-    return expected_seconds(image, cases, page_state.n_realizations, known)
+    known = [timed for run in runs for timed in run.timings]
+    return timing.expected_seconds(image, cases, page_state.n_realizations, known)

@@ -15,18 +15,7 @@ from ccwsim.sharing.choices import Choices, DataChoice, WellTables
 from ccwsim.ui.results.maps import colours_of
 from ccwsim.ui.session import resolve
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study import data_step
-from ccwsim.ui.study.questions import (
-    IN_SCRIPTS,
-    ask_columns_of_wells,
-    ask_data,
-    ask_troubles,
-    described,
-    offer_fit,
-    role_of,
-    say_open,
-    summary_of,
-)
+from ccwsim.ui.study import data_step, questions
 from ccwsim.ui.study.run import simulate_button
 from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.text import page_text, panel_title, plain
@@ -60,24 +49,24 @@ def draw_wells_import(state: State, tables: bool = False) -> None:
     tried = replace(state.choices, data=choice)
     _say_state(state, tried)
     use = partial(data_step.use_data, state)
-    ask_troubles(tried, use, wide=True)
+    questions.ask_troubles(tried, use, wide=True)
     if tables:
         for table, preview in resolve.previews_of_wells(choice).items():
             if isinstance(preview, PointsPreview):
                 _draw_rows(preview)
-            ask_columns_of_wells(choice, table, preview, use, wide=True)
-    elif summary_of(choice.upload) is None:
+            questions.ask_columns_of_wells(choice, table, preview, use, wide=True)
+    elif questions.summary_of(choice.upload) is None:
         return
     else:
         preview = resolve.preview_of(choice, tried.grid)
         if preview.columns:
             _draw_rows(preview)
-    map_, questions = st.columns([3, 2], gap="large")
-    with questions:
-        ask_data(tried, use, wide=True)
-    with map_:
+    left, right = st.columns([3, 2], gap="large")
+    with right:
+        questions.ask_data(tried, use, wide=True)
+    with left:
         _draw_map(state, tried)
-        offer_fit(tried, use)
+        questions.offer_fit(tried, use)
 
 
 def _say_state(state: State, tried: Choices) -> None:
@@ -91,7 +80,7 @@ def _say_state(state: State, tried: Choices) -> None:
     try:
         report = resolve.imported_data(tried)
     except CCWSIMError as error:
-        say_open(tried, str(error))
+        questions.say_open(tried, str(error))
     else:
         n = report.hard_data.n
         if state.data_draft is None:
@@ -109,14 +98,14 @@ def _draw_rows(preview: PointsPreview) -> None:
     """Draw the first rows of the file, with the role of each column in the heading."""
     shown = min(len(preview.rows), preview.n_rows)
     panel_title("First rows", f"{shown} of {preview.n_rows} of {preview.name}")
-    roles = {column: role_of(role) for role, column in preview.guess.items()}
+    roles = {column: questions.role_of(role) for role, column in preview.guess.items()}
     heads = [f"{name} → {roles[name]}" if name in roles else name for name in preview.columns]
     table = pd.DataFrame(
         list(preview.rows), columns=heads, index=[f"line {k}" for k in preview.lines]
     )
     st.dataframe(table, height="content")
     for reason in preview.reasons:
-        st.caption(plain(IN_SCRIPTS.sub("", reason)))
+        st.caption(plain(questions.IN_SCRIPTS.sub("", reason)))
 
 
 def _draw_map(state: State, tried: Choices) -> None:
@@ -133,7 +122,7 @@ def _draw_map(state: State, tried: Choices) -> None:
             placed = resolve.placed_data(tried)
     except CCWSIMError:  # the error is reported above
         return
-    panel_title(title, f"grid of {described(tried.grid)}")
+    panel_title(title, f"grid of {questions.described(tried.grid)}")
     step = max(1, -(-placed.points.n // MAX_DRAWN))
     colours = _colours(state, tried, placed)[::step]
     above = placed.cells[::step, -2:]  # the map shows the data of a volume from above

@@ -15,26 +15,14 @@ from ccwsim.io.formats.csv_table import csv_as_bytes
 from ccwsim.metrics import VERTICAL, axes_of, etype
 from ccwsim.metrics.bands import Statistic
 from ccwsim.model.ensemble import Ensemble
+from ccwsim.ui.results import maps
 from ccwsim.ui.results.curves import (
     curve_bundle,
     draw_curves,
     draw_proportions,
     vertical_proportions_bundle,
 )
-from ccwsim.ui.results.maps import (
-    MAP_WIDTHS,
-    SMALLEST_IMAGE,
-    colours_of_ran,
-    draw_e_type,
-    draw_gallery,
-    draw_ghost,
-    draw_realization,
-    draw_training_image,
-    is_wide,
-    map_columns,
-    middle_layer,
-    wells_of_run,
-)
+from ccwsim.ui.results.maps import MAP_WIDTHS, SMALLEST_IMAGE
 from ccwsim.ui.session.file_names import study_part
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.state import State
@@ -65,7 +53,7 @@ def draw_results(state: State) -> None:
     """Draw the results of the latest run; the choice of a realization redraws only the results."""
     with error_boundary():
         if state.ensemble is None:
-            draw_ghost(state)
+            maps.draw_ghost(state)
         else:
             _results(state, state.ensemble)
 
@@ -73,7 +61,7 @@ def draw_results(state: State) -> None:
 def _results(state: State, ensemble: Ensemble) -> None:
     state.shown = min(state.shown, ensemble.n - 1)
     state.facies = min(state.facies, ensemble.training_image.n_facies - 1)
-    colours = colours_of_ran(state)
+    colours = maps.colours_of_ran(state)
     with st.container(horizontal=True, vertical_alignment="center", key="facts_row"):
         draw_facts(ensemble)
         draw_downloads(state, ensemble, colours)
@@ -84,19 +72,21 @@ def _results(state: State, ensemble: Ensemble) -> None:
     else:
         with st.container(key="maps"):
             widths = (image_width(ensemble), *MAP_WIDTHS)
-            left, middle, right = map_columns(widths, 1, ensemble.grid)
+            left, middle, right = maps.map_columns(widths, 1, ensemble.grid)
             beside = left.container(key="image_beside")
         shares = beside if room_below_image(ensemble) else None
     with middle:  # drawn first, so that the map appears first
-        draw_realization(ensemble, colours, state.shown, ensemble.grid, wells_of_run(state))
+        maps.draw_realization(
+            ensemble, colours, state.shown, ensemble.grid, maps.wells_of_run(state)
+        )
     with right:
-        draw_e_type(state, ensemble, colours)
-    draw_gallery(state, ensemble, colours)
+        maps.draw_e_type(state, ensemble, colours)
+    maps.draw_gallery(state, ensemble, colours)
     if beside is None:
         with st.container(key="volume_below"):
             beside, shares = st.columns(2, gap="medium")
     with beside:
-        draw_training_image(ensemble.training_image, colours)
+        maps.draw_training_image(ensemble.training_image, colours)
     if shares is not None:
         with shares:
             draw_proportions(ensemble, colours)
@@ -113,7 +103,7 @@ def room_below_image(ensemble: Ensemble) -> bool:
     """Whether the training image, at the scale of the realizations, leaves room for a chart."""
     image, grid = ensemble.training_image, ensemble.grid
     left = (grid.ny - image.shape[0]) / grid.nx
-    if is_wide(grid):
+    if maps.is_wide(grid):
         high = image_width(ensemble) * image.shape[0] / image.shape[1]
         left = 2 * sum(MAP_WIDTHS) * grid.ny / grid.nx - high
     return left * USUAL_WIDTH > PROPORTIONS_TITLE + proportions_height(image.n_facies)
@@ -150,14 +140,14 @@ def download_groups(
     kinds = {kind: label for kind, label in kinds.items() if not (volume and kind in MAPS_ALONE)}
     sheet = {} if volume else {"png": "PNG"}
 
-    def maps(kind: str) -> bytes:
+    def e_type_as(kind: str) -> bytes:
         return maps_as_bytes(etype(ensemble).maps, ensemble.grid, kind)
 
     def all_as(kind: str) -> bytes:
         return realizations_as_bytes(ensemble, kind, colours=colours)
 
     def picture() -> bytes:
-        return map_png(middle_layer(ensemble.indices[shown]), colours, scale=2)
+        return map_png(maps.middle_layer(ensemble.indices[shown]), colours, scale=2)
 
     def parameters() -> bytes:
         return parameters_to_json(ensemble.parameters).encode()
@@ -172,7 +162,7 @@ def download_groups(
             for kind, label in {**kinds, **sheet}.items()
         ],
         "Probability of facies (E-type), most likely facies, entropy": [
-            Download(label, f"etype_{kind}", f"_etype.{kind}", partial(maps, kind))
+            Download(label, f"etype_{kind}", f"_etype.{kind}", partial(e_type_as, kind))
             for kind, label in kinds.items()
         ],
         "Statistics and settings": [

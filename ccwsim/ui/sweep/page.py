@@ -14,15 +14,9 @@ import streamlit as st
 from numpy.typing import NDArray
 
 from ccwsim import Grid, Parameters, TrainingImage
+from ccwsim.experiments import sweep
 from ccwsim.experiments.plan import ALONG_Z, RANGED, label, value_of, varied
-from ccwsim.experiments.sweep import (
-    SPREADS,
-    Recommendation,
-    Sweep,
-    SweepRow,
-    pareto_front,
-    recommended,
-)
+from ccwsim.experiments.sweep import Recommendation, Sweep, SweepRow
 from ccwsim.figures import contact_sheet, sweep_chart, tile_size
 from ccwsim.io.formats.csv_table import csv_as_bytes
 from ccwsim.metrics import Quality
@@ -205,7 +199,7 @@ class _Shown(NamedTuple):
 
 def _draw_rows(state: State, run: SweepRun, found: Sweep) -> None:
     tried = run.settings if run.going else tuple(row.parameters for row in found.rows)
-    choice, chosen = recommended(found), state.page(SweepState).chosen
+    choice, chosen = sweep.recommended(found), state.page(SweepState).chosen
     k = choice.index if chosen is None else min(chosen, len(found.rows) - 1)
     shown = _Shown(found, names_of(tried), k, choice)
     best = found.rows[choice.index].parameters
@@ -248,9 +242,9 @@ def _draw_chart(state: State, run: SweepRun, shown: _Shown) -> None:
         errors = found.errors(kind)
         labels = [label(row.parameters, shown.names) for row in found.rows]
         marks: dict[str, Any] = {"selected": shown.k, "recommended": shown.choice.index}
-        marks |= {"front": pareto_front(found.times, errors), "height": CHART_HEIGHT}
+        marks |= {"front": sweep.pareto_front(found.times, errors), "height": CHART_HEIGHT}
         axis, milliseconds = ERRORS[kind][1], 1000 * found.times
-        if kind in SPREADS:
+        if kind in sweep.SPREADS:
             marks["spreads"] = found.spreads(kind)
         chart = sweep_chart(milliseconds, errors, labels, chart_theme(), y_title=axis, **marks)
         alt = "Settings by CPU time and error; a line joins the Pareto front"
@@ -455,13 +449,13 @@ def columns_of(row: SweepRow) -> dict[str, Any]:
     return {**setting, **dict(zip(heads, numbers, strict=True))}
 
 
-def sweep_csv(found: Sweep, recommended: int) -> bytes:
+def sweep_csv(found: Sweep, best: int) -> bytes:
     """Return CSV with a line per setting: parameters, numbers, Pareto front, recommendation."""
-    front = set(pareto_front(found.times, found.errors()).tolist())
+    front = set(sweep.pareto_front(found.times, found.errors()).tolist())
     lines = []
     for k, row in enumerate(found.rows):
         values = columns_of(row).values()
         cells = [f"{v:.6g}" if isinstance(v, float) else v for v in values]
-        lines.append([*cells, int(k in front), int(k == recommended)])
+        lines.append([*cells, int(k in front), int(k == best)])
     head = columns_of(found.rows[0]) if found.rows else ()
     return csv_as_bytes([*head, "on_front", "recommended"], lines)

@@ -16,16 +16,8 @@ from ccwsim.model.ensemble import Ensemble
 from ccwsim.report.verdicts import describe_scaling
 from ccwsim.ui.frontend.cells import draw_cells, facies_map, points_of
 from ccwsim.ui.frontend.component import draw_component
+from ccwsim.ui.results import maps
 from ccwsim.ui.results.charts import draw_clickable_chart, titled_chart
-from ccwsim.ui.results.maps import (
-    choose,
-    colours_of_ran,
-    draw_e_type,
-    draw_ghost,
-    is_wide,
-    map_columns,
-    step_buttons,
-)
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import draw_news, problem_of, start_run, start_run_if_needed
@@ -66,7 +58,7 @@ def draw_page(state: State) -> None:
         if state.ensemble is not None:
             _draw_validation(state, state.ensemble)
         else:
-            draw_ghost(state)
+            maps.draw_ghost(state)
     with st.container(key="work"):
         statistics.draw_work(state)
 
@@ -79,7 +71,7 @@ def _draw_validation(state: State, ensemble: Ensemble) -> None:
     page_state.waiting.clear()
     state.shown = min(state.shown, ensemble.n - 1)
     state.facies = min(state.facies, ensemble.training_image.n_facies - 1)
-    colours = colours_of_ran(state)
+    colours = maps.colours_of_ran(state)
     with st.container(horizontal=True, vertical_alignment="top", key="judge_row"):
         top = st.container(key="judgement")
         _draw_controls(state, ensemble)
@@ -96,7 +88,7 @@ def _draw_controls(state: State, ensemble: Ensemble) -> None:
     row: dict[str, Any] = {"horizontal": True, "vertical_alignment": "bottom", "gap": "small"}
     with st.container(**row, key="judge_what", width=420):
         options = options_of(dict(enumerate(ensemble.training_image.facies_names)))
-        options |= {"value": state.facies, "write": lambda k: choose(state, k), "width": 140}
+        options |= {"value": state.facies, "write": lambda k: maps.choose(state, k), "width": 140}
         help_ = "The facies whose curves and probability are shown."
         field(st.selectbox, "Facies", key="judged", help=help_, **options)
         options = bound_to(state.choices, "n_realizations", state.change, width=140)
@@ -124,11 +116,11 @@ def _draw_first_screen(state: State, colours: Sequence[str], elsewhere: tuple) -
         shown = here.ensemble(ensemble)
         draw_slice_fields(state, ensemble)
         with st.container(key="maps"):
-            left, middle, right = map_columns((1.0, 1.0, 1.0), 0, shown.grid)
+            left, middle, right = maps.map_columns((1.0, 1.0, 1.0), 0, shown.grid)
         with left:
             _draw_realization(state, shown, colours, here)
         with middle:
-            draw_e_type(state, shown, colours)
+            maps.draw_e_type(state, shown, colours)
         with right:
             statistics.panel(
                 state, "mds", statistics.patterns(ensemble), lambda found: _draw_mds(state, found)
@@ -148,12 +140,12 @@ def _draw_realization(
     image, r = ensemble.training_image, state.shown
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="shown_row"):
         panel_title(f"Realization {ensemble.numbers[r] + 1} of {ensemble.n}", str(here))
-        step_buttons("shown", state, ensemble.n)
+        maps.step_buttons("shown", state, ensemble.n)
     shown = facies_map(ensemble.indices[r], image, colours, f"Realization {r + 1}")
     shown.points.extend(points_of(ensemble.hard_data, image, ensemble.realizations[r]))
     file = f"realization_{r + 1}"
     # the E-type below a section has coordinates, so the section needs the same left and right edge
-    grid = ensemble.grid if here.axis is not None and is_wide(ensemble.grid) else None
+    grid = ensemble.grid if here.axis is not None and maps.is_wide(ensemble.grid) else None
     options: dict[str, Any] = {"link": "grid", "scale": "maps", "max_height": MAP_HEIGHT}
     draw_cells(shown, "realization", grid=grid, name=file, **options)
 
@@ -165,7 +157,7 @@ def _draw_mds(state: State, found: Anodi) -> None:
     first = f"first {n}; click a point to see the realization"
     note = first if ensemble.n > statistics.MAX_COMPARED else "click one to see it"
 
-    def choose(k: int) -> None:
+    def click(k: int) -> None:
         state.shown = min(max(k, 0), n - 1)
 
     placed, theme = found.scaling(), chart_theme()
@@ -175,7 +167,7 @@ def _draw_mds(state: State, found: Anodi) -> None:
     group = Group("realizations", positions, theme.ink, labels=labels, ringed=ringed)
     chart = mds_chart(image, [group], theme, height=MAP_HEIGHT + 26)
     alt = "MDS plot: distances between points represent distances between patterns of the images"
-    draw = partial(draw_clickable_chart, choose=choose)
+    draw = partial(draw_clickable_chart, choose=click)
     said = describe_scaling(placed.stress, note)
     titled_chart(mds_title(placed.stress), said, chart, "mds", alt, draw)
 
