@@ -10,13 +10,10 @@ from typing import Any, NamedTuple
 
 import click
 
+from ccwsim import CCWSIMError, Grid, HardData, Parameters, TrainingImage
 from ccwsim.cli import options as types
 from ccwsim.cli.options import in_group, suggestion
-from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
-from ccwsim.model.parameters import PER_AXIS, Parameters
-from ccwsim.model.training_image import TrainingImage
+from ccwsim.model.parameters import PER_AXIS
 from ccwsim.sharing.codec import FieldSpec, fields_of
 
 DEFAULT_SHAPE = (256, 256)

@@ -14,13 +14,10 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
+from ccwsim import Ensemble, Grid, HardData, TrainingImage
 from ccwsim.figures.maps import contact_sheet, data_png
 from ccwsim.figures.style import as_written, facies_colours, written
 from ccwsim.model.arrays import describe_shape
-from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
-from ccwsim.model.training_image import TrainingImage
 
 THUMB = 240
 """Length in pixels of the longer side of a picture; halved if there are many pictures."""

@@ -19,8 +19,7 @@ import plotly.graph_objects as go
 from numpy.typing import ArrayLike
 from plotly.offline import get_plotlyjs
 
-from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.training_image import TrainingImage
+from ccwsim import CCWSIMError, TrainingImage
 
 FACIES = ("#173F6B", "#F0AD2E", "#3A9E7E", "#A63A26", "#A78BD0", "#D5D8DC")
 """Default facies colours: deep blue, amber, green, brick, violet and grey. They are distinct for

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -27,7 +26,6 @@ from ccwsim.ui.widgets.fields import bound_to, button, download, field
 from ccwsim.ui.widgets.text import page_text, panel_title, plain, step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
-STYLE = Path(__file__).with_name("benchmark.css")
 MIN_BYTES_TOLD = 50e6
 """Minimum memory use, in bytes, that the description of a run mentions."""
 MICRO = 1e6
@@ -36,7 +34,7 @@ MICRO = 1e6
 def draw_benchmark(state: State) -> None:
     """Draw the two measurements of the page."""
     page_state = state.page(Benchmark)
-    draw_style(STYLE)
+    draw_style("benchmark/benchmark.css")
     with st.container(horizontal=True, vertical_alignment="center", key="machine_row"):
         st.html(f'<p class="facts machine">This machine: {this_machine()}</p>')
         _draw_download(page_state)

@@ -7,7 +7,6 @@ from contextlib import nullcontext
 from functools import partial
 from html import escape
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -83,7 +82,6 @@ from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, csv_button, f
 from ccwsim.ui.widgets.text import pair, panel_title, plain, scrolled, step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
-STYLE = Path(__file__).with_name("compare.css")
 SHOWN_AT_ONCE = {
     *("method", "wavelet_level", "template_size", "overlap_size"),
     *("n_candidates", "search_fraction", "refine"),
@@ -103,7 +101,7 @@ GLYPHS = dict(zip(SYMBOLS, "●■▲✚", strict=True))
 
 def draw_page(state: State) -> None:
     """Draw the settings and the latest comparison; run a comparison if there is none."""
-    draw_style(STYLE)
+    draw_style("compare/compare.css")
     page_state = state.page(ComparePageState)
     problem = problem_of(state)
     has_none = page_state.found is None and page_state.run is None

@@ -8,7 +8,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from html import escape
-from pathlib import Path
 from urllib.parse import urlencode
 
 import numpy as np
@@ -49,7 +48,6 @@ from ccwsim.ui.widgets.fields import bound_to, button, field
 from ccwsim.ui.widgets.text import step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
-STYLE = Path(__file__).with_name("examples.css")
 VIEWS = {"studies": "Lecture plan", "quiz": "Quiz: which one is the training image?"}
 MAX_PICTURE_SIDE = 300
 """Maximum side of a picture in cells; larger studies show only their south-west corner."""
@@ -65,7 +63,7 @@ N_LAGS = 80
 
 def draw_examples(state: State) -> None:
     """Draw the example studies, or the quiz."""
-    draw_style(STYLE)
+    draw_style("examples/examples.css")
     page_state = state.page(Examples)
     views = {"options": list(VIEWS), "format_func": lambda view: VIEWS[view]}
     views |= {"key": "examples_view", "label_visibility": "collapsed"}

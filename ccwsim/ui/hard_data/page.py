@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from contextlib import nullcontext
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -30,7 +29,6 @@ from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
 from ccwsim.ui.widgets.text import page_text, panel_title, plain, step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
-STYLE = Path(__file__).with_name("editor.css")
 GROUNDS = {"realization": "realization", "e_type": "E-type", "empty": "empty grid"}
 REST, REST_VOLUME = 0.4, 0.6
 """Number of seconds after the last edit at which a run with all edits begins."""
@@ -45,7 +43,7 @@ def draw_editor(state: State) -> None:
     new run is finished. All other results are from the previous run and are dimmed.
     """
     with error_boundary():
-        draw_style(STYLE)
+        draw_style("hard_data/editor.css")
         problem = problem_of_data(state.choices)
         local = None if problem else answer(state)
         rest = REST if state.choices.grid.nz is None else REST_VOLUME

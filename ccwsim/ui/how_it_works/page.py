@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from functools import partial
 from html import escape
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -36,7 +35,6 @@ from ccwsim.ui.widgets.fields import bound_to, button, field, help_of
 from ccwsim.ui.widgets.text import pair, panel_title, plain
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
-STYLE = Path(__file__).with_name("how.css")
 DRAWING = "drawing"
 """Value of `How.resimulated` from the start of a full redraw until the re-simulation is drawn."""
 PLAY_SECONDS = 0.8
@@ -59,7 +57,7 @@ BANDS = {
 def draw_how(state: State) -> None:
     """Draw the page, which is redrawn automatically while it plays."""
     how = state.page(How)
-    draw_style(STYLE, f":root {{ --drawn: {chart_theme().reference} }}")
+    draw_style("how_it_works/how.css", f":root {{ --drawn: {chart_theme().reference} }}")
     how.resimulated = DRAWING
     st.fragment(_draw, run_every=PLAY_SECONDS if how.playing else None)(state, how.playing)
     with st.container(key="how_after"):

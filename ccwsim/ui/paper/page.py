@@ -7,7 +7,6 @@ import os
 from collections.abc import Sequence
 from datetime import date
 from html import escape
-from pathlib import Path
 from typing import Any
 
 import streamlit as st
@@ -27,7 +26,6 @@ from ccwsim.ui.widgets.fields import bound_to, button, download, field
 from ccwsim.ui.widgets.text import page_text, plain, step_note
 from ccwsim.ui.widgets.theme import draw_style
 
-STYLE = Path(__file__).with_name("paper.css")
 EXTENTS = {False: "Full", True: "Quick"}
 DURATIONS = {False: "some minutes on two cores", True: "under a minute, on smaller grids"}
 BYTES_PER_CELL = 8
@@ -99,7 +97,7 @@ def server_inputs() -> tuple[PaperInputs, str]:
 def draw_paper(state: State) -> None:
     """Draw introduction, controls, and the experiments with their verdicts."""
     page_state = state.page(PaperState)
-    draw_style(STYLE)
+    draw_style("paper/paper.css")
     st.html('<h2 class="part">The paper’s experiments, run again</h2>')
     step_note(page_text("The paper's experiments"))
     inputs, problem = server_inputs()

@@ -6,7 +6,6 @@ import time
 from base64 import b64encode
 from collections.abc import Callable, Sequence
 from html import escape
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -48,7 +47,6 @@ from ccwsim.ui.widgets.text import (
 )
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
-STYLE = Path(__file__).with_name("sweep.css")
 CHART_HEIGHT = 392
 WIDTHS = (1.1, 0.95, 0.82)
 """Relative widths of three columns: chart, setting shown large, and numbers of the setting."""
@@ -90,7 +88,7 @@ TILE_PIXELS = 124
 
 def draw_page(state: State) -> None:
     """Draw ranges on the left and results on the right."""
-    draw_style(STYLE)
+    draw_style("sweep/sweep.css")
     with st.sidebar:
         _draw_controls(state)
     run = state.page(SweepState).run

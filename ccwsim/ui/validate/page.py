@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import streamlit as st
@@ -41,7 +40,6 @@ from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
 from ccwsim.ui.widgets.text import panel_title
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
-STYLE = Path(__file__).with_name("validate.css")
 MAP_HEIGHT = 392
 SLICED = {"reuse", "truth"}
 """Sections whose maps show the slice of a volume that is chosen at the top of the page."""
@@ -51,7 +49,7 @@ STEADY = ".st-key-maps, .st-key-charts, [class*=st-key-section_]"
 
 def draw_page(state: State) -> None:
     """Draw the validation of the latest realizations; without realizations, start a run."""
-    draw_style(STYLE, f":root {{ --odd: {chart_theme().reference} }}")
+    draw_style("validate/validate.css", f":root {{ --odd: {chart_theme().reference} }}")
     start_run_if_needed(state, live=False)
     draw_news(state, parts=False)
     with st.container(key="results"):

@@ -9,6 +9,8 @@ import streamlit as st
 
 from ccwsim.figures import DARK, LIGHT, Theme, theme_named
 
+FOLDER = Path(__file__).parents[1]
+
 
 def theme_name() -> str:
     """Return "dark" or "light", the theme that the browser shows."""
@@ -29,6 +31,6 @@ def chart_theme() -> Theme:
     return theme_named(theme_name())
 
 
-def draw_style(sheet: Path, rules: str = "") -> None:
-    """Write the style sheet of a page, after rules that depend on the state of the page."""
-    st.html(f"<style>{rules}\n{sheet.read_text('utf-8')}</style>")
+def draw_style(sheet: str, rules: str = "") -> None:
+    """Write a style sheet of the folder `ui`, after rules that depend on the state of the page."""
+    st.html(f"<style>{rules}\n{(FOLDER / sheet).read_text('utf-8')}</style>")
