@@ -13,8 +13,8 @@ import click
 from ccwsim import CCWSIMError, Grid, HardData, Parameters, TrainingImage
 from ccwsim.cli import options as types
 from ccwsim.cli.options import in_group, suggestion
-from ccwsim.model.parameters import PER_AXIS
-from ccwsim.sharing.codec import FieldSpec, fields_of
+from ccwsim.model.parameters import CHOICES, parameter_table
+from ccwsim.sharing.codec import fields_of
 
 DEFAULT_SHAPE = (256, 256)
 KINDS: dict[str, dict[str, Any]] = {
@@ -22,6 +22,9 @@ KINDS: dict[str, dict[str, Any]] = {
     "number": {"type": float},
     "whole number": {"type": int},
     "two whole numbers": {"type": int, "nargs": 2},
+    "two numbers": {"type": float, "nargs": 2},
+    "number per axis": {"type": types.number_or_each},
+    "whole number per axis": {"type": types.one_or_each},
     "flag": {"is_flag": True},
     "yes or no": {"default": None},
     "sizes": {"type": types.sizes},
@@ -32,10 +35,17 @@ KINDS: dict[str, dict[str, Any]] = {
     "name and code": {"type": types.name_and_code, "multiple": True},
 }
 """Arguments of `click.option`, by the kind of value in the table of options."""
+EXAMPLES = {
+    "template_size": "32x32x16 (along z from 1)",
+    "overlap_size": "8x8x4 (along z from 0)",
+    "wavelet_level": "2x2x1",
+    "location_weight": "0x0x0.5 for a vertical trend only",
+}
+"""Examples of parameters that have one number for each axis of a volume."""
 
 
 class OptionRow(NamedTuple):
-    """A row of the table `options.csv` of the options that are not fields of a study."""
+    """A row of the table `options.csv`, or the option of a parameter."""
 
     group: str
     argument: str  # of the file reader
@@ -61,7 +71,7 @@ def _rows(*groups: str) -> list[OptionRow]:
 IMAGE_ARGUMENTS = [row.argument for row in _rows("image")]
 READING_DATA = {row.name: row.argument for row in _rows("data")}
 """Argument of the hard data reader, for each parameter of the command."""
-_OF_GRID = ("grid", "cell_size", "origin", "crs", "cell_height", "bottom")
+_OF_GRID = [row.name for row in _rows("grid")]
 _READ = [row.name for row in _rows("image", "files", "data")]
 OF_PROJECT = ("training_image", *_OF_GRID, *_READ)
 """Inputs that cannot be given beside --project, because a project contains them."""
@@ -82,9 +92,9 @@ def image_and_data_options(command: Any) -> Any:
         "A whole study": _rows("project"),
         "Reading a training image from a file": _rows("image"),
         "Hard data": _rows("files", "data"),
-        "Simulation grid": [*fields_of("grid"), *_rows("grid")],
-        "Parameters of the simulation": [*_rows("parameters"), *fields_of("parameters")],
-        "Run": fields_of("study"),
+        "Simulation grid": _rows("grid"),
+        "Parameters of the simulation": [*_rows("parameters"), *_parameter_rows()],
+        "Run": _rows("run"),
     }
     options = [_option(row, in_group(group)) for group, rows in groups.items() for row in rows]
     options.insert(0, click.argument("training_image", metavar="[TI]", required=False))
@@ -93,23 +103,32 @@ def image_and_data_options(command: Any) -> Any:
     return command
 
 
-def _option(row: OptionRow | FieldSpec, option: Any) -> Any:
-    if isinstance(row, OptionRow):
-        choices = {"type": click.Choice(row.kind.split("|"))}
-        how = choices if "|" in row.kind else KINDS[row.kind]
-        return option(row.option, row.name, metavar=row.metavar or None, help=row.help, **how)
-    name, how = row.fields[0], {"help": row.help, "default": None}
-    if row.no_option:
-        return option(f"{row.option}/{row.no_option}", name, **how)
-    how["metavar"] = row.metavar
-    if row.kind == "sizes":
-        return option(row.option, type=types.sizes, **how)
-    if row.kind == "lengths":
-        return option(row.option, name, type=float, nargs=2, **how)
-    kinds = {"count": int, "whole": int, "number": float, "word": str, "crs": str}
-    each = {"location_weight": types.number_or_each}
-    each |= dict.fromkeys(PER_AXIS, types.one_or_each)
-    return option(row.option, name, type=each.get(name) or kinds[row.kind], **how)
+def _option(row: OptionRow, option: Any) -> Any:
+    choices = {"type": click.Choice(row.kind.split("|"))}
+    how = choices if "|" in row.kind else KINDS[row.kind]
+    return option(row.option, row.name, metavar=row.metavar or None, help=row.help, **how)
+
+
+def _parameter_rows() -> list[OptionRow]:
+    """Return a row for each parameter; its help text has the meaning, range and default."""
+    rows = []
+    for spec, row in zip(fields_of("parameters"), parameter_table(), strict=True):
+        name, option, allowed = row["name"], spec.option, f"{row['allowed']}; "
+        usual = {"True": "yes", "False": "no"}.get(row["default"], row["default"])
+        kind, metavar = {
+            "choice": ("yes or no", ""),
+            "number": ("number", "SHARE"),
+            "whole": ("whole number", row["symbol"] or "N"),
+            "word": ("text", "|".join(CHOICES.get(name, ()))),
+        }[spec.kind]
+        if spec.no_option:
+            option, allowed = f"{option}/{spec.no_option}", ""
+        text = f"{row['meaning']} ({allowed}default: {usual})"
+        if name in EXAMPLES:
+            kind += " per axis"
+            text += f"; for a volume, one number or three, such as {EXAMPLES[name]}"
+        rows.append(OptionRow("parameters", name, option, metavar, kind, text))
+    return rows
 
 
 def inputs_of(options: Any) -> SimulationInputs:

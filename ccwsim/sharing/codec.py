@@ -1,6 +1,6 @@
 """Table of the fields of a study, with names, limits and text formats.
 
-Links, project files, command line options and input fields of pages use the rows of this table.
+Links, project files, the command line and the fields of pages use the rows of this table.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from ccwsim.model import bounds
 from ccwsim.model.arrays import check_int
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import fault_of_crs
-from ccwsim.model.parameters import CHOICES, Parameters, parameter_table
+from ccwsim.model.parameters import Parameters
 from ccwsim.sharing.choices import Choices, EMap, Shown
 
 YES_NO = {"yes": True, "no": False}
@@ -47,9 +47,7 @@ class FieldSpec:
     file_high: float = 2**63 - 1  # maximum in a project file
     first: int = 0  # offset added to numbers in a link
     words: Mapping[str, Any] | None = None  # values of a choice, by the word used in a link
-    option: str = ""  # command line option, if any; `no_option` turns it off
-    metavar: str = ""
-    help: str = ""
+    option: str = ""  # command line option of a grid or parameter; `no_option` turns it off
 
     @property
     def no_option(self) -> str:
@@ -165,83 +163,36 @@ def parts_of(choices: Choices, shown: Shown) -> dict[str, Any]:
     return {"study": choices, "shown": shown, **own}
 
 
-_EXAMPLES = {
-    "template_size": "32x32x16 (along z from 1)",
-    "overlap_size": "8x8x4 (along z from 0)",
-    "wavelet_level": "2x2x1",
-    "location_weight": "0x0x0.5 for a vertical trend only",
-}
-"""Command line examples of parameters that have one number for each axis of a volume."""
-
-
-def _parameter(row: dict[str, str], default: Any) -> FieldSpec:
-    name, key, allowed = row["name"], short_name(row["name"]), row["allowed"]
-    kind, metavar, words = "whole", row["symbol"] or "N", None
+def _parameter(name: str, default: Any) -> FieldSpec:
+    kind, words = "whole", None
     if isinstance(default, bool):
-        kind, metavar, words, allowed = "choice", "", YES_NO, ""
+        kind, words = "choice", YES_NO
     elif isinstance(default, float):
-        kind, metavar = "number", "SHARE"
+        kind = "number"
     elif isinstance(default, str):
-        kind, metavar = "word", "|".join(CHOICES[name])
-    usual = {"True": "yes", "False": "no"}.get(row["default"], row["default"])
-    text = f"{row['meaning']} ({allowed}{'; ' if allowed else ''}default: {usual})"
-    if name in _EXAMPLES:
-        text += f"; for a volume, one number or three, such as {_EXAMPLES[name]}"
-    low, high = bounds.PARAMETERS.get(name, (0, 0))
-    return FieldSpec(
-        *(key, "parameters", (name,), kind, low, high),
-        words=words,
-        option=f"--{key}",
-        metavar=metavar,
-        help=text,
-    )
+        kind = "word"
+    key, (low, high) = short_name(name), bounds.PARAMETERS.get(name, (0, 0))
+    row = key, "parameters", (name,), kind, low, high
+    return FieldSpec(*row, words=words, option=f"--{key}")
 
 
-_DEFAULTS = {f.name: f.default for f in fields(Parameters)}
 _MAPS = {name.replace(" ", "-"): name for name in get_args(EMap)}
+_SIDE, _REAL, _SEED = bounds.MAX_GRID_SIDE_OFFERED, bounds.MAX_FLOAT, bounds.MAX_SEED
 FIELDS = (
     FieldSpec("data-n", "data", ("n_sampled",), "count", 1, bounds.MAX_SAMPLED),
-    FieldSpec("data-seed", "data", ("seed_sampled",), "count", 0, bounds.MAX_SEED),
+    FieldSpec("data-seed", "data", ("seed_sampled",), "count", 0, _SEED),
+    FieldSpec("grid", "grid", ("nx", "ny", "nz"), "sizes", 1, _SIDE, option="--grid"),
     FieldSpec(
-        *("grid", "grid", ("nx", "ny", "nz"), "sizes", 1, bounds.MAX_GRID_SIDE_OFFERED),
-        option="--grid",
-        metavar="NXxNY[xNZ]",
-        help="numbers of cells; a third number gives a volume (default: the grid of "
-        "bundled hard data, or 256x256; if no option of this group is given and the TI file has "
-        "coordinates, the grid of the TI)",
+        *("cell", "grid", ("cell_size",), "lengths", bounds.MIN_FLOAT, _REAL), option="--cell-size"
     ),
-    FieldSpec(
-        *("cell", "grid", ("cell_size",), "lengths", bounds.MIN_FLOAT, bounds.MAX_FLOAT),
-        option="--cell-size",
-        metavar="DX DY",
-        help="width of a cell along x and y in world units (default: 1 1)",
-    ),
-    FieldSpec(
-        *("origin", "grid", ("origin",), "lengths", -bounds.MAX_FLOAT, bounds.MAX_FLOAT),
-        option="--origin",
-        metavar="X Y",
-        help="x and y of the grid's south-west corner in world units (default: 0 0)",
-    ),
-    FieldSpec(
-        *("crs", "grid", ("crs",), "crs"),
-        option="--crs",
-        metavar="CODE",
-        help="coordinate system of x and y, such as EPSG:32632 (default: unknown)",
-    ),
-    *(_parameter(row, _DEFAULTS[row["name"]]) for row in parameter_table()),
+    FieldSpec("origin", "grid", ("origin",), "lengths", -_REAL, _REAL, option="--origin"),
+    FieldSpec("crs", "grid", ("crs",), "crs", option="--crs"),
+    *(_parameter(field.name, field.default) for field in fields(Parameters)),
     FieldSpec(
         *("realizations", "study", ("n_realizations",), "count", 1, bounds.MAX_REALIZATIONS),
         file_high=bounds.MAX_REALIZATIONS_OF_PROJECT,
-        option="--realizations",
-        metavar="N",
-        help="number of realizations (default: 1)",
     ),
-    FieldSpec(
-        *("seed", "study", ("seed",), "count", 0, bounds.MAX_SEED),
-        option="--seed",
-        metavar="N",
-        help="the same seed gives the same realizations, for any number of workers (default: 0)",
-    ),
+    FieldSpec("seed", "study", ("seed",), "count", 0, _SEED),
     FieldSpec("show", "shown", ("realization",), "count", 0, bounds.MAX_REALIZATIONS - 1, first=1),
     FieldSpec("facies", "shown", ("facies",), "count", 0, bounds.MAX_FACIES - 1),
     FieldSpec("map", "shown", ("e_type",), "choice", words=_MAPS),

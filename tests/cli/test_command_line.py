@@ -21,6 +21,7 @@ from PIL import Image
 
 import ccwsim
 from ccwsim import HardData, Parameters, TrainingImage, datasets, read_training_image
+from ccwsim.cli import inputs
 from ccwsim.cli.dashboard import app_file, command_line
 from ccwsim.cli.options import classes, sizes
 from ccwsim.cli.program import COMMANDS, main
@@ -59,8 +60,10 @@ def test_a_command_line_gives_what_the_same_call_gives(tmp_path):
 def test_every_parameter_has_its_option_and_its_help(capsys):
     assert run("simulate", "--help") == 0
     shown = "".join(capsys.readouterr().out.split())
-    for row in (*fields_of("parameters"), *fields_of("grid"), *fields_of("study")):
-        assert row.option in shown
+    rows = [*inputs._TABLE, *inputs._parameter_rows()]
+    assert {spec.fields[0] for spec in fields_of("parameters")} < {row.argument for row in rows}
+    for row in rows:
+        assert row.option.split("/")[0] in shown
         assert "".join(row.help.split()) in shown
 
 
@@ -72,9 +75,10 @@ def test_the_help_is_true(capsys):
     assert [kind for kind in formats if not re.search(rf"\b{kind}\b", output)] == []
     assert shown.count("order x, y, z") == 1
     examples = {}
-    for row in fields_of("parameters"):
+    specs = {spec.fields[0]: spec for spec in fields_of("parameters")}
+    for row in inputs._parameter_rows():
         if example := re.search(r"one number or three, such as ([\dx.]+)", row.help):
-            examples[row.fields[0]] = row.read(example[1])
+            examples[row.argument] = specs[row.argument].read(example[1])
             assert example[0] in shown
     assert examples.keys() == {*PER_AXIS, "location_weight"}
     assert Parameters(**examples).wavelet_level == (1, 2, 2)
