@@ -37,6 +37,11 @@ from ccwsim.ui.widgets.theme import chart_theme
 
 SMALL_SHARES = 4_000_000
 """Maximum number of values (8 bytes each) of an E-type that is cached for all sessions."""
+KINDS: dict[Statistic, tuple[str, str]] = {
+    "variogram": ("Indicator variogram", "variogram"),
+    "connectivity": ("Connectivity function", "connection"),
+}
+"""Description of a statistic for screen readers, and beginning of the keys of its charts."""
 _large: WeakKeyDictionary[Ensemble, EType] = WeakKeyDictionary()
 _e_type = cached(max_entries=8)(etype)
 vertical_proportions_bundle = cached(max_entries=64)(layers_bundle)
@@ -100,7 +105,8 @@ def draw_curves(ensemble: Ensemble, facies: int, colours: Sequence[str] | None =
     else:
         layers = partial(draw_layers, ensemble, facies)
         ways = axes_of(ensemble.grid.shape)
-        connected = [partial(_connectivity, ensemble, facies, way) for way in ways]
+        connectivity = partial(_titled_curve, ensemble, "connectivity", facies)
+        connected = [partial(connectivity, way) for way in ways]
         rows = [[*variograms, layers, *shares], [*connected, times]]
     draw_rows(rows)
 
@@ -118,20 +124,29 @@ def draw_rows(rows: Sequence[Sequence[Callable[[], None]]]) -> None:
 
 def _variograms(ensemble: Ensemble, facies: int) -> list[Callable[[], None]]:
     """Return, per axis, a function that draws the variogram; the γ axes are equal."""
-    name, theme = ensemble.training_image.facies_names[facies], chart_theme()
     ways = axes_of(ensemble.grid.shape)
     bundles = [curve_bundle(ensemble, "variogram", facies, way) for way in ways]
     top = 1.1 * max(float(np.nanmax([b.each.max(), b.reference.max()])) for b in bundles)
     y_range = 0.0, top or 1.0  # there is no variogram along an axis of one cell
+    return [partial(_titled_curve, ensemble, "variogram", facies, way, y_range) for way in ways]
 
-    def draw(way: DirectionName) -> None:
-        note = describe_curve(fit_of(ensemble, "variogram", facies, way), "variogram")
-        curve = _Curve(ensemble, "variogram", facies, way, name, y_range, theme)
-        title = curve_title("variogram", way)
-        alt = f"Indicator variogram {way_name(way)} of {name}"
-        titled_chart(title, note, curve, f"variogram_{way[0]}", alt, _draw_curve)
 
-    return [partial(draw, way) for way in ways]
+def _titled_curve(
+    ensemble: Ensemble,
+    statistic: Statistic,
+    facies: int,
+    way: DirectionName,
+    y_range: tuple[float, float] = (0.0, 1.04),
+    note: Verdict | None = None,
+    key: str = "",
+) -> None:
+    name = ensemble.training_image.facies_names[facies]
+    note = note or describe_curve(fit_of(ensemble, statistic, facies, way), statistic)
+    curve = _Curve(ensemble, statistic, facies, way, name, y_range, chart_theme())
+    kind, prefix = KINDS[statistic]
+    alt = f"{kind} {way_name(way)} of {name}"
+    title = curve_title(statistic, way)
+    titled_chart(title, note, curve, key or f"{prefix}_{way[0]}", alt, _draw_curve)
 
 
 class _Curve(NamedTuple):
@@ -161,17 +176,6 @@ def judged_curves(fit: Fit | None) -> tuple[NDArray[np.float64], ...] | None:
     return None if fit is None or not fit.judged else (fit.at, fit.reference, fit.found)
 
 
-def _connectivity(
-    ensemble: Ensemble, facies: int, way: DirectionName, note: Verdict | None = None, key: str = ""
-) -> None:
-    name = ensemble.training_image.facies_names[facies]
-    note = note or describe_curve(fit_of(ensemble, "connectivity", facies, way), "connectivity")
-    curve = _Curve(ensemble, "connectivity", facies, way, name, (0.0, 1.04), chart_theme())
-    alt = f"Connectivity function {way_name(way)} of {name}"
-    key = key or f"connection_{way[0]}"
-    titled_chart(curve_title("connectivity", way), note, curve, key, alt, _draw_curve)
-
-
 def _connectivity_both_ways(ensemble: Ensemble, facies: int) -> None:
     """Draw the connectivity E–W; a note mentions connectivity N–S if it is outside the band."""
     along, across = (fit_of(ensemble, "connectivity", facies, way) for way in ("E-W", "N-S"))
@@ -180,7 +184,8 @@ def _connectivity_both_ways(ensemble: Ensemble, facies: int) -> None:
         words = f"{'' if said.good else f'E–W {said.words}; '}N–S {other.words}"
         numbers = f"E–W {said.numbers}; N–S {other.numbers}"
         said = Verdict(words, numbers, False)
-    _connectivity(ensemble, facies, "E-W", said, "connection")
+    options: Any = {"note": said, "key": "connection"}
+    _titled_curve(ensemble, "connectivity", facies, "E-W", **options)
 
 
 def draw_layers(

@@ -89,25 +89,25 @@ def follow(
     drawn again. `label` replaces the number of finished pieces, and `draw` draws partial results.
     `keys` are the keys of the progress and of the button; `cancel` is the text of the button.
     """
-    follower = st.fragment(_follow, run_every=DRAW_SECONDS if draw else POLL_SECONDS)
-    follower(job, on_finished, has_news, label, draw, keys, cancel)
 
+    @st.fragment(run_every=DRAW_SECONDS if draw else POLL_SECONDS)
+    def look() -> None:
+        with error_boundary():
+            if job.finished or (has_news and has_news()):
+                if on_finished:
+                    on_finished()
+                st.rerun()
+            text = progress_text(job, label() if label else "")
+            if not job.n:
+                st.html(f'<div class="note" role="status">{text}</div>')
+            else:
+                with st.container(horizontal=True, vertical_alignment="center", key=keys[0]):
+                    st.progress(min(job.fraction, 1.0), text=text)
+                    button(cancel, key=keys[1], on_click=job.cancel, disabled=job.is_cancelled())
+            if draw:
+                draw()
 
-def _follow(job: Job, on_finished, has_news, label, draw, keys, cancel: str) -> None:
-    with error_boundary():
-        if job.finished or (has_news and has_news()):
-            if on_finished:
-                on_finished()
-            st.rerun()
-        text = progress_text(job, label() if label else "")
-        if not job.n:
-            st.html(f'<div class="note" role="status">{text}</div>')
-        else:
-            with st.container(horizontal=True, vertical_alignment="center", key=keys[0]):
-                st.progress(min(job.fraction, 1.0), text=text)
-                button(cancel, key=keys[1], on_click=job.cancel, disabled=job.is_cancelled())
-        if draw:
-            draw()
+    look()
 
 
 @st.fragment(run_every=POLL_SECONDS)

@@ -6,7 +6,7 @@ import time
 from base64 import b64encode
 from collections.abc import Callable, Sequence
 from html import escape
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import streamlit as st
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ccwsim import Grid, Parameters, TrainingImage
 from ccwsim.experiments import sweep
 from ccwsim.experiments.plan import ALONG_Z, RANGED, label, value_of, varied
-from ccwsim.experiments.sweep import Recommendation, Sweep, SweepRow
+from ccwsim.experiments.sweep import Sweep, SweepRow
 from ccwsim.figures import contact_sheet, sweep_chart, tile_size
 from ccwsim.io.formats.csv_table import csv_as_bytes
 from ccwsim.metrics import Quality
@@ -186,30 +186,21 @@ def _draw_found(state: State) -> None:
             draw_tiles(run, names_of(run.settings), (-1, -1), lambda _: None)
 
 
-class _Shown(NamedTuple):
-    """The results on the page: varied parameters, setting shown large, recommended setting."""
-
-    found: Sweep
-    names: list[str]
-    k: int
-    choice: Recommendation
-
-
 def _draw_rows(state: State, run: SweepRun, found: Sweep) -> None:
     tried = run.settings if run.going else tuple(row.parameters for row in found.rows)
     choice, chosen = sweep.recommended(found), state.page(SweepState).chosen
     k = choice.index if chosen is None else min(chosen, len(found.rows) - 1)
-    shown = _Shown(found, names_of(tried), k, choice)
+    names, marked = names_of(tried), (k, choice.index)
     best = found.rows[choice.index].parameters
     with st.container(horizontal=True, vertical_alignment="center", gap="medium", key="choice"):
         so_far = " so far" if run.going or found.stopped else ""
-        title = f"<b>Recommended{so_far}: {escape(label(best, shown.names))}</b>"
+        title = f"<b>Recommended{so_far}: {escape(label(best, names))}</b>"
         st.html(f'<p class="facts choice">{title} {escape(choice.reason)}</p>')
         use_button(state, best, "Use this one", "use_recommended")
     with st.container(key="maps"):
         left, middle, right = st.columns(WIDTHS, gap="medium")
     with left:
-        _draw_chart(state, run, shown)
+        _draw_chart(state, run, found, names, marked)
     with middle:
         draw_realization(state, run, k)
     with right:
@@ -220,14 +211,16 @@ def _draw_rows(state: State, run: SweepRun, found: Sweep) -> None:
         options = {"key": "sweep_csv", "width": "content"}
         of = f"{grid_part(run.training_image, run.grid)}_seed{run.seed}"
         csv_button("Table, CSV", "sweep", lambda: sweep_csv(found, choice.index), of, **options)
-    draw_tiles(run, shown.names, (k, choice.index), lambda number: choose(state, number))
+    draw_tiles(run, names, marked, lambda number: choose(state, number))
     if not run.going:
         draw_table(found)
 
 
-def _draw_chart(state: State, run: SweepRun, shown: _Shown) -> None:
+def _draw_chart(
+    state: State, run: SweepRun, found: Sweep, names: list[str], marked: tuple[int, int]
+) -> None:
     """Draw errors against CPU time; a click on a point shows the setting large."""
-    page_state, found = state.page(SweepState), shown.found
+    page_state = state.page(SweepState)
     kinds = [kind for kind in ERRORS if kind != "mended" or run.hard_data.n]
     kind = page_state.error if page_state.error in kinds else "patterns"
     with st.container(key="panel_sweep"):
@@ -238,8 +231,8 @@ def _draw_chart(state: State, run: SweepRun, shown: _Shown) -> None:
             field(st.selectbox, "Error", key="sweep_error", **options)
             chart_menu("Time against error", "sweep")
         errors = found.errors(kind)
-        labels = [label(row.parameters, shown.names) for row in found.rows]
-        marks: dict[str, Any] = {"selected": shown.k, "recommended": shown.choice.index}
+        labels = [label(row.parameters, names) for row in found.rows]
+        marks: dict[str, Any] = {"selected": marked[0], "recommended": marked[1]}
         marks |= {"front": sweep.pareto_front(found.times, errors), "height": CHART_HEIGHT}
         axis, milliseconds = ERRORS[kind][1], 1000 * found.times
         if kind in sweep.SPREADS:

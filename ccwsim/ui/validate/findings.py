@@ -42,21 +42,20 @@ def findings(state: State, ensemble: Ensemble) -> list[Verdict]:
         if page_state.worker.cache.get(task.key) is None:
             page_state.waiting[word] = task  # the finding is added when the page is drawn again
     page_state.worker.wait_for(tasks["shares"], MOMENT_SECONDS)
-    agreement = statistics.known(state, tasks["data_fit"]) if "data_fit" in tasks else None
+    known = {name: statistics.known(state, task) for name, task in tasks.items()}
+    agreement = known.get("data_fit")
     if agreement and flagged(agreement):
         found.insert(0, Verdict(agreement.words, good=False))
-    checked = statistics.known(state, statistics.checks(ensemble))
-    if checked is not None:
-        found += verdicts.describe_checks(checked, ensemble.training_image.facies_names)
-    if shares := statistics.known(state, statistics.proportions(ensemble)):
-        found += of_proportions(ensemble, shares.fit)
+    if known["checks"] is not None:
+        found += verdicts.describe_checks(known["checks"], ensemble.training_image.facies_names)
+    if known["shares"]:
+        found += of_proportions(ensemble, known["shares"].fit)
     if ensemble.grid.nz is not None and (
         small := statistics.known(state, statistics.volume_patterns(ensemble))
     ):
         found.append(Verdict(describe_unseen_of(small), good=None))
-    differing = statistics.known(state, statistics.variety(ensemble))
-    if differing is not None and ensemble.n > 1:
-        found.append(of_variety(ensemble, differing))
+    if known["variety"] is not None and ensemble.n > 1:
+        found.append(of_variety(ensemble, known["variety"]))
     apart = statistics.known(state, statistics.patterns(ensemble))
     if apart and not apart.within[0].max() > 0:
         found.append(Verdict("realizations are copies of the training image", good=False))
