@@ -51,7 +51,6 @@ from ccwsim.figures.style import (
     plotly_script,
     ramp,
     setting_colours,
-    theme_named,
 )
 from ccwsim.figures.sweep import sweep_chart
 from ccwsim.figures.times import TimeSeries, compared_times_chart, times_chart, timings_chart
@@ -119,7 +118,6 @@ __all__ = [
     "steps_of",
     "strip_chart",
     "sweep_chart",
-    "theme_named",
     "tile_size",
     "times_chart",
     "timings_chart",

@@ -130,7 +130,6 @@ def lines_chart(
     x_title: str,
     y_title: str,
     y_range: tuple[float, float] | None = None,
-    logarithmic: bool = False,
     height: int = 230,
 ) -> go.Figure:
     """Return a chart of lines with the colour, dash and points of each line.
@@ -159,11 +158,8 @@ def lines_chart(
         symbol = "diamond" if alone else "circle"
         drawn.update(marker={"color": one.colour, "size": 8, "symbol": symbol})
         chart.add_trace(drawn)
-    if logarithmic:
-        chart.update_xaxes(type="log", dtick=1)
-        chart.update_yaxes(type="log", dtick=1)
     if y_range is not None:
-        chart.update_yaxes(range=[np.log10(v) for v in y_range] if logarithmic else list(y_range))
+        chart.update_yaxes(range=list(y_range))
     return chart
 
 

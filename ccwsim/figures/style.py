@@ -145,11 +145,6 @@ def ramp(steps: Sequence[str], n: int) -> list[str]:
     return colours
 
 
-def theme_named(name: str | None) -> Theme:
-    """Return the dark theme for "dark" and the light theme for other names."""
-    return DARK if name == "dark" else LIGHT
-
-
 def setting_colours(theme: Theme) -> tuple[str, ...]:
     """Return the colours "#rrggbb" of four compared settings.
 

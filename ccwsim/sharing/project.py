@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ccwsim import CCWSIMError, Ensemble, Grid, HardData, Parameters, TrainingImage
+from ccwsim import CCWSIMError, Ensemble, Grid, HardData, Parameters, TrainingImage, simulate
 from ccwsim.io.archive import opened_archive
 from ccwsim.io.atomic import write_bytes
 from ccwsim.io.data_file import printable
@@ -21,7 +21,6 @@ from ccwsim.io.opening import PathOrFile, read_bytes
 from ccwsim.model.arrays import check_int
 from ccwsim.model.errors import shown
 from ccwsim.model.study import Study
-from ccwsim.run.simulation import simulate
 from ccwsim.sharing.choices import Shown
 from ccwsim.sharing.codec import fields_of
 

@@ -27,7 +27,6 @@ from ccwsim.figures import (
     placement_svg,
     proportions_chart,
     ramp,
-    theme_named,
     times_chart,
 )
 from ccwsim.figures.style import bytes_of
@@ -185,11 +184,6 @@ def test_proportions_are_percent_and_the_image_is_marked():
     assert list(chart.data[1].x) == pytest.approx([30, 40])
     assert list(chart.data[-1].x) == pytest.approx([65, 35])
     assert list(chart.layout.yaxis.ticktext) == ["mud", "sand"]
-
-
-def test_an_unknown_theme_is_light():
-    assert theme_named(None) is LIGHT
-    assert theme_named("dark") is DARK
 
 
 def test_a_well_is_one_line_with_its_name_as_it_is_written():

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import ccwsim
-from ccwsim.figures import proportions_chart, theme_named
+from ccwsim.figures import LIGHT, proportions_chart
 from ccwsim.report.document import (
     Chart,
     Code,
@@ -143,7 +143,7 @@ def document() -> Document:
     image = ccwsim.TrainingImage([[0, 5]], name=EVIL, facies_names=(EVIL, EVIL))
     each = np.full((2, 2), 0.5)
     chart = proportions_chart(image.facies_names, image.proportions, each, ["#000"] * 2,
-                              theme_named("light"))  # fmt: skip
+                              LIGHT)  # fmt: skip
     return Document(
         EVIL, subtitle=EVIL, opening=(Text(EVIL), Text(EVIL, quiet=True)),
         sections=(

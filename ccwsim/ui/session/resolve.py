@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from ccwsim import CCWSIMError, Grid, HardData, Parameters, TrainingImage, datasets, io
+from ccwsim import CCWSIMError, Grid, HardData, Parameters, TrainingImage, datasets, io, simulate
 from ccwsim.datasets.sampling import sample_random
 from ccwsim.experiments.cost import typical_seconds
 from ccwsim.io.hard_data.placing import CHOICES, ROW_CHOICES, far_away
@@ -23,7 +23,6 @@ from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED, MAX_LEVEL, MAX_TEMPLATE, 
 from ccwsim.model.parameters import PER_AXIS, legal_sizes
 from ccwsim.model.study import Study
 from ccwsim.run.footprint import demand_of
-from ccwsim.run.simulation import simulate
 from ccwsim.sharing.choices import (
     Answers,
     CellsOfWells,

@@ -11,7 +11,7 @@ from typing import Any
 
 import streamlit as st
 
-from ccwsim import Cancelled, CCWSIMError, Ensemble, concatenate
+from ccwsim import Cancelled, CCWSIMError, Ensemble, concatenate, simulate
 from ccwsim.datasets.default_study import stored_ensemble
 from ccwsim.engine.realization import is_ready
 from ccwsim.experiments.cost import typical_seconds
@@ -22,7 +22,6 @@ from ccwsim.model.bounds import MAX_REALIZATIONS, MAX_SEED
 from ccwsim.run.executors import executor_of_environment
 from ccwsim.run.footprint import demand_of
 from ccwsim.run.shared import SharedRun, SharedRuns
-from ccwsim.run.simulation import simulate
 from ccwsim.sharing.choices import Choices
 from ccwsim.system.log import reason
 from ccwsim.system.machine import n_cores

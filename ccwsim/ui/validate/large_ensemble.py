@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 import streamlit as st
 
-from ccwsim import Cancelled, Ensemble
+from ccwsim import Cancelled, Ensemble, simulate
 from ccwsim.figures import Bundle, convergence_chart, curves_chart
 from ccwsim.jobs.job import Job
 from ccwsim.jobs.limits import Demand
@@ -23,7 +23,6 @@ from ccwsim.model.numbers import three_digits
 from ccwsim.model.study import Study
 from ccwsim.report.verdicts import SIGNS, curve_title
 from ccwsim.run.footprint import demand_of
-from ccwsim.run.simulation import simulate
 from ccwsim.system.machine import n_cores
 from ccwsim.ui.results.charts import titled_chart
 from ccwsim.ui.session.fragments import follow

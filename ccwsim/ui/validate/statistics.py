@@ -11,7 +11,7 @@ import numpy as np
 import streamlit as st
 from numpy.typing import NDArray
 
-from ccwsim import CCWSIMError, Ensemble, TrainingImage, metrics
+from ccwsim import CCWSIMError, Ensemble, TrainingImage, metrics, simulate
 from ccwsim.figures import Bundle
 from ccwsim.jobs.job import PATIENCE
 from ccwsim.jobs.statistics import Failure, Fraction, StatisticsWorker, Task
@@ -21,7 +21,6 @@ from ccwsim.metrics.reference_band import PATTERN_SIZES
 from ccwsim.metrics.stack import Stack
 from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.report.pictures import bundle_of, bundle_of_curves, layers_bundle
-from ccwsim.run.simulation import simulate
 from ccwsim.ui.results.curves import e_type_of
 from ccwsim.ui.session.cached import as_task, shared_values
 from ccwsim.ui.session.fragments import follow_tasks

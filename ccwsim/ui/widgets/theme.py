@@ -7,7 +7,7 @@ from pathlib import Path
 
 import streamlit as st
 
-from ccwsim.figures import DARK, LIGHT, Theme, theme_named
+from ccwsim.figures import DARK, LIGHT, Theme
 
 FOLDER = Path(__file__).parents[1]
 
@@ -28,7 +28,7 @@ def own_colours() -> str:
 
 def chart_theme() -> Theme:
     """Return the colours of charts in the theme that the browser shows."""
-    return theme_named(theme_name())
+    return DARK if theme_name() == "dark" else LIGHT
 
 
 def draw_style(sheet: str, rules: str = "") -> None:

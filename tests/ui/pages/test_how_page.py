@@ -14,7 +14,7 @@ from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, HardData, Parameters, datasets
 from ccwsim.engine.trace import Trace, fates
-from ccwsim.figures import theme_named
+from ccwsim.figures import LIGHT
 from ccwsim.model.study import Study
 from ccwsim.sharing.choices import Choices, DataChoice
 from ccwsim.ui.how_it_works.maps import (
@@ -96,7 +96,7 @@ def test_every_patch_shows_the_figures_of_the_core(choices):
         assert f"Drawn: CCW {told[0].ccw:.4g}" in said
         first = re.search(r'<tr class="drawn"><td>(.*?)</td><td>(.*?)</td>', html(app))
         assert first is not None
-        view = PatchView(trace, step, told, [], theme_named("light"))
+        view = PatchView(trace, step, told, [], LIGHT)
         assert first[1] == view.where(told[0])
         assert first[2] == f"{told[0].ccw:.4g}"
         if step.patch.shape:
@@ -277,7 +277,7 @@ def test_three_facies_choose_whose_coefficients_are_shown():
 
 @pytest.mark.parametrize("number", range(4))
 def test_the_maps_are_the_arrays_of_the_core_in_the_world(number):
-    theme, trace = theme_named("light"), trace_of(WITH_DATA, number)
+    theme, trace = LIGHT, trace_of(WITH_DATA, number)
     colours = ["#000000", "#ffffff"]
     for patch in (0, 3, 8, len(trace.patches) - 1):
         step = trace.at(patch)
