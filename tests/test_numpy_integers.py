@@ -133,7 +133,7 @@ def pictures(i: Whole) -> Any:
         figures.ramp(["#000000", "#FFFFFF"], i(200)),
         figures.map_png(indices, figures.FACIES, scale=i(100)),
         figures.tile_size((i(100), i(200)), i(96)),
-        figures.share_png(SHARES, longest=i(100)),
+        figures.data_map_png(*figures.steps_of(SHARES), longest=i(100)),
         figures.contact_sheet(indices[None], figures.FACIES, longest=i(100))[0],
         figures.data_png(np.array([[0, 1]]), indices[0, :1], (9, 9), figures.FACIES, longest=i(90)),
         figures.proportions_height(i(20)),

@@ -18,7 +18,6 @@ from ccwsim.figures.style import (
     blank_chart,
     dots,
     line,
-    setting_colours,
     with_opacity,
     written,
 )
@@ -99,7 +98,7 @@ def curves_chart(
         traces.append(_median(first, "median", theme.ink, 1.5))
     else:
         first = next(iter(bundles.values()))
-        marked = list(zip(bundles.items(), setting_colours(theme), DASHES, strict=False))
+        marked = list(zip(bundles.items(), theme.settings, DASHES, strict=False))
         traces = [
             _band(bundle, f"{name}, 5–95 %", with_opacity(colour, BAND_OPACITY))
             for (name, bundle), colour, _ in marked

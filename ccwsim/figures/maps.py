@@ -242,18 +242,6 @@ def steps_of(shares: NDArray[np.float64]) -> tuple[NDArray[np.uint8], list[str]]
     return steps, ramp(CIVIDIS, STEPS)
 
 
-def share_png(shares: NDArray[np.float64], *, longest: int = 640) -> bytes:
-    """Return a PNG of a map of shares from 0 to 1, coloured by the cividis ramp.
-
-    Examples
-    --------
-    >>> Image.open(BytesIO(share_png(np.eye(3), longest=9))).size
-    (9, 9)
-    """
-    steps, colours = steps_of(shares)
-    return map_png(steps, colours, scale=max(1, round(longest / max(steps.shape))))
-
-
 def _ring(pen: ImageDraw.ImageDraw, x: float, y: float, radius: float, colour: str) -> None:
     pen.ellipse((x - radius, y - radius, x + radius, y + radius), fill=colour)
 

@@ -16,7 +16,6 @@ from ccwsim.figures.style import (
     dots,
     line,
     name_rows,
-    setting_colours,
 )
 
 Floats = NDArray[np.float64]
@@ -88,7 +87,7 @@ def compared_proportions_chart(
     starts = np.arange(n) * block
     for k, (name, shares) in enumerate(settings.items()):
         x, y = 100 * (shares - reference).ravel(), np.tile(starts + k, len(shares))
-        trace = dots(name, x, y, setting_colours(theme)[k], 8, cliponaxis=False)
+        trace = dots(name, x, y, theme.settings[k], 8, cliponaxis=False)
         trace.update(marker={"opacity": 0.7, "symbol": SYMBOLS[k]}, customdata=100 * shares.ravel())
         chart.add_trace(
             trace.update(hovertemplate=f"{trace.name}: %{{customdata:.1f}} %<extra></extra>")

@@ -1,7 +1,7 @@
 """Style of all charts (typeface, thin lines, transparent background) in a light and a dark theme.
 
 The module also defines the colours of facies, which are the same in every map and chart, and the
-colours and symbols of compared settings, and converts charts to JSON.
+symbols of compared settings, and converts charts to JSON.
 """
 
 from __future__ import annotations
@@ -26,21 +26,15 @@ FACIES = ("#173F6B", "#F0AD2E", "#3A9E7E", "#A63A26", "#A78BD0", "#D5D8DC")
 the three common types of colour blindness and, except green and violet, in grey-scale print."""
 GOLDEN_ANGLE = 0.381966
 HEX = re.compile(r"#[0-9a-fA-F]{6}")
-DIFFERENCE = ("#2C6FB0", "#F4F2ED", "#B5452C")
-"""Colours of negative, zero and positive differences in the light theme."""
-DIFFERENCE_ON_INK = ("#6FB1EE", "#232A33", "#FF8A6B")
-"""Colours of negative, zero and positive differences in the dark theme."""
 CIVIDIS = tuple(plotly.colors.sequential.Cividis)
 """Colours of the cividis ramp, used for probabilities."""
 ENTROPY = ("#F3EEF8", "#C9B4DE", "#8E6BB5", "#5B3788", "#33145C")
 """Colours of the one-hue ramp for entropy; cells without uncertainty are pale."""
 FONT = '"Source Sans", "Source Sans 3", "Source Sans Pro", "Segoe UI", sans-serif'
 CLEAR = "rgba(0,0,0,0)"
-ON_PAPER = ("#1B1F24", "#0072B2", "#00805C", "#9A5CB4")
-ON_INK = ("#ECE9E2", "#56B4E9", "#2FC39B", "#D39BE6")
 DASHES = ("solid", "dash", "dot", "dashdot")
 SYMBOLS = ("circle", "square", "triangle-up", "cross")
-"""Colours (in two themes), dashes and symbols of four compared settings."""
+"""Dashes and symbols of four compared settings."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +48,8 @@ class Theme:
     reference: str
     each: str
     band: str
+    settings: tuple[str, ...]  # four compared settings
+    difference: tuple[str, str, str]  # negative, zero and positive differences
 
 
 LIGHT = Theme(
@@ -64,6 +60,8 @@ LIGHT = Theme(
     reference="#C8321F",
     each="rgba(60, 68, 78, 0.30)",
     band="rgba(60, 68, 78, 0.13)",
+    settings=("#1B1F24", "#0072B2", "#00805C", "#9A5CB4"),
+    difference=("#2C6FB0", "#F4F2ED", "#B5452C"),
 )
 DARK = Theme(
     ink="#ECE9E2",
@@ -73,6 +71,8 @@ DARK = Theme(
     reference="#FF7A5C",
     each="rgba(214, 218, 224, 0.26)",
     band="rgba(214, 218, 224, 0.13)",
+    settings=("#ECE9E2", "#56B4E9", "#2FC39B", "#D39BE6"),
+    difference=("#6FB1EE", "#232A33", "#FF8A6B"),
 )
 
 
@@ -143,28 +143,6 @@ def ramp(steps: Sequence[str], n: int) -> list[str]:
         mixed = [round(a + share * (b - a)) for a, b in zip(rgb[low], rgb[low + 1], strict=True)]
         colours.append("#" + "".join(f"{c:02X}" for c in mixed))
     return colours
-
-
-def setting_colours(theme: Theme) -> tuple[str, ...]:
-    """Return the colours "#rrggbb" of four compared settings.
-
-    Examples
-    --------
-    >>> setting_colours(DARK)[1]
-    '#56B4E9'
-    """
-    return ON_INK if theme == DARK else ON_PAPER
-
-
-def difference_colours(theme: Theme) -> tuple[str, str, str]:
-    """Return the colours of negative, zero (background colour) and positive differences.
-
-    Examples
-    --------
-    >>> difference_colours(LIGHT) == DIFFERENCE
-    True
-    """
-    return DIFFERENCE_ON_INK if theme == DARK else DIFFERENCE
 
 
 def written(text: str) -> str:

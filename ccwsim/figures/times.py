@@ -17,7 +17,6 @@ from ccwsim.figures.style import (
     dots,
     line,
     name_rows,
-    setting_colours,
     with_opacity,
     written,
 )
@@ -72,7 +71,7 @@ def compared_times_chart(
     """
     n, x_title = len(settings), "CPU time of a realization (ms)"
     chart = blank_chart(theme, height=64 + ROW * n, x_title=x_title, y_title="")
-    colours = setting_colours(theme)[:n]
+    colours = theme.settings[:n]
     bars = go.Bar(x=means, y=list(range(n)), orientation="h", width=0.6, name="mean")
     bars.update(
         marker_color=[with_opacity(colour, 0.35) for colour in colours],

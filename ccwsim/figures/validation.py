@@ -16,7 +16,6 @@ from ccwsim.figures.style import (
     Theme,
     as_written,
     blank_chart,
-    difference_colours,
     dots,
     line,
     name_rows,
@@ -197,7 +196,7 @@ def lag_map_chart(
     """
     chart = blank_chart(theme, height=height, x_title="lag E (cells)", y_title="lag N (cells)")
     heat = go.Heatmap(x=lags, y=lags, z=values.astype(np.float32), name=written(name))
-    colours = difference_colours(theme) if difference else CIVIDIS
+    colours = theme.difference if difference else CIVIDIS
     heat.update(
         zmin=-largest if difference else 0.0,
         zmax=largest,

@@ -56,7 +56,8 @@ def share_picture(shares: Floats, caption: str) -> Picture:
     """Return a picture of a share per cell of a map or volume: 0 is dark blue, 1 is yellow."""
     if shares.ndim == N_AXES:
         return _slices(figures.slices_png(*figures.steps_of(shares)), caption)
-    return Picture(figures.share_png(shares), caption, f"Map: {caption}", pixelated=True)
+    png = figures.data_map_png(*figures.steps_of(shares))
+    return Picture(png, caption, f"Map: {caption}", pixelated=True)
 
 
 def _slices(png: bytes, caption: str, share: float = 1.0) -> Picture:

@@ -19,7 +19,6 @@ from ccwsim.figures import (
     curves_chart,
     mds_chart,
     mds_title,
-    setting_colours,
 )
 from tests.small_images import blobs
 
@@ -40,7 +39,7 @@ def series(chart) -> dict:
 
 @pytest.mark.parametrize("theme", [LIGHT, DARK])
 def test_no_two_settings_look_alike_and_none_like_the_image(theme):
-    colours = setting_colours(theme)
+    colours = theme.settings
     assert len({*colours, theme.reference}) == 5
     assert len(set(DASHES)) == len(set(SYMBOLS)) == 4
 

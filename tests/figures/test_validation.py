@@ -14,7 +14,6 @@ from ccwsim.figures import (
     calibration_chart,
     convergence_chart,
     data_status_chart,
-    difference_colours,
     divergence_chart,
     lag_map_chart,
     mds_chart,
@@ -84,7 +83,7 @@ def test_zero_of_a_difference_is_as_the_ground(theme):
         np.arange(-1, 2), np.ones((3, 3)), theme, name="γ", largest=0.5, difference=True
     )
     zero = chart.data[0].colorscale[1][1]
-    assert zero == difference_colours(theme)[1]
+    assert zero == theme.difference[1]
     ground, at_zero = (np.array(rgb) for rgb in bytes_of([theme.paper, zero]))
     assert abs(at_zero - ground).max() < 32
 

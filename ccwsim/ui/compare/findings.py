@@ -8,7 +8,7 @@ from html import escape
 import numpy as np
 
 from ccwsim.experiments.comparison import Comparison, PairRatio
-from ccwsim.figures import DARK, LIGHT, setting_colours
+from ccwsim.figures import DARK, LIGHT
 from ccwsim.io.formats.csv_table import csv_as_bytes
 from ccwsim.metrics import fit_proportions
 from ccwsim.model.numbers import seconds, three_digits
@@ -23,7 +23,7 @@ MAX_EQUAL_TIME = 1.05
 
 def colour_of(letter: str) -> str:
     """Return the colour of a setting as a CSS value for the light and the dark theme."""
-    light, dark = (setting_colours(theme)[LETTERS.index(letter)] for theme in (LIGHT, DARK))
+    light, dark = (theme.settings[LETTERS.index(letter)] for theme in (LIGHT, DARK))
     return f"light-dark({light}, {dark})"
 
 

@@ -24,7 +24,6 @@ from ccwsim.figures import (
     facies_colours,
     mds_chart,
     mds_title,
-    setting_colours,
 )
 from ccwsim.jobs.job import PATIENCE
 from ccwsim.jobs.limits import Demand, limits_of_environment
@@ -449,7 +448,7 @@ def _draw_mds(state: State, found: Comparison) -> None:
 
     theme, positions, groups = chart_theme(), found.scaling.positions, []
     for k, name in enumerate(names):
-        own, colour = positions[found.anodi.owner == k], setting_colours(theme)[k]
+        own, colour = positions[found.anodi.owner == k], theme.settings[k]
         labels = [f"{name}, realization {r + 1}" for r in range(len(own))]
         groups.append(Group(name, own, colour, SYMBOLS[k], labels, page_state.shown))
     chart = mds_chart(positions[0], groups, theme)

@@ -15,7 +15,7 @@ import streamlit as st
 from numpy.typing import NDArray
 
 from ccwsim.experiments.two_point import simulate_two_point
-from ccwsim.figures import LIGHT, Dots, Theme, data_map_png, facies_colours, share_png, sparkline
+from ccwsim.figures import LIGHT, Dots, Theme, data_map_png, facies_colours, sparkline, steps_of
 from ccwsim.jobs.job import PATIENCE
 from ccwsim.jobs.statistics import Failure, StatisticsWorker, Task
 from ccwsim.metrics import connectivity, variogram
@@ -288,7 +288,8 @@ def _drawn(example: Example, choices: Choices, theme: Theme) -> tuple[CardPictur
 def _shown(name: str, e: Ensemble, colours: list[str], theme: Theme) -> str:
     code, facies_name = int(e.training_image.codes[1]), e.training_image.facies_names[1]
     if name == "probability":
-        picture = share_png(cut(e.probability(code), name), longest=MAX_PIXELS)
+        shares = cut(e.probability(code), name)
+        picture = data_map_png(*steps_of(shares), longest=MAX_PIXELS)
         return _img(picture, f"Probability of {facies_name}")
     if name == "variogram":
         own = variogram(e, code, lags=N_LAGS).gamma

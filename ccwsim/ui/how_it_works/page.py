@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ccwsim.engine.stages.cut import UNKNOWN
 from ccwsim.engine.stages.pyramid import decompose
 from ccwsim.engine.trace import Patch, Trace, check_traceable, fates
-from ccwsim.figures import Theme, difference_colours
+from ccwsim.figures import Theme
 from ccwsim.model.bounds import MAX_CANDIDATES_OFFERED, MAX_REALIZATIONS
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
@@ -378,7 +378,7 @@ def _band_scale(name: str, values: NDArray[np.float64], unit: int, theme: Theme)
     if name == "cA":
         return ColourScale(name, 0.0, float(unit))
     largest = float(abs(values).max()) or 1.0
-    return ColourScale(name, -largest, largest, difference_colours(theme))
+    return ColourScale(name, -largest, largest, theme.difference)
 
 
 @cached(max_entries=16)

@@ -22,6 +22,7 @@ def own_colours() -> str:
     pairs = " ".join(
         f"--{part.name}: light-dark({getattr(LIGHT, part.name)}, {getattr(DARK, part.name)});"
         for part in fields(Theme)
+        if isinstance(getattr(LIGHT, part.name), str)
     )
     return f":root {{ color-scheme: {theme_name()}; {pairs} }}"
 
