@@ -77,7 +77,7 @@ from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import draw_out_of_date
 from ccwsim.ui.study.study_column import parameter_field, size_fields
-from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, csv_button, field
+from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, download, field
 from ccwsim.ui.widgets.text import pair, panel_title, plain, scrolled, step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
@@ -223,7 +223,8 @@ def _draw_run_row(state: State, problem: str) -> None:
                     ("Every realization, CSV", "compared_realizations", findings.realizations_csv),
                     ("ANODI ratios, CSV", "anodi_ratios", findings.ratios_csv),
                 ):
-                    csv_button(label, name, partial(made, found), of)
+                    options = {"key": f"download_{name}", "width": "stretch"}
+                    download(label, partial(made, found), f"{of}_{name}.csv", **options)
         if not problem:
             step_note(describe_study(state))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from base64 import b64encode
 from collections.abc import Callable, Sequence
+from functools import partial
 from html import escape
 from typing import Any
 
@@ -36,7 +37,7 @@ from ccwsim.ui.study.run import draw_out_of_date
 from ccwsim.ui.sweep import planning
 from ccwsim.ui.sweep.planning import SweepRun, SweepState
 from ccwsim.ui.widgets.errors import if_possible
-from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, csv_button, field
+from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, download, field
 from ccwsim.ui.widgets.text import (
     numbers_table,
     page_text,
@@ -208,9 +209,9 @@ def _draw_rows(state: State, run: SweepRun, found: Sweep) -> None:
     with st.container(horizontal=True, vertical_alignment="center", key="tiles_row"):
         of_what = "one realization" if run.grid.nz is None else "a layer of one realization"
         panel_title("Settings", f"{of_what} of each setting; click a setting to see it large")
-        options = {"key": "sweep_csv", "width": "content"}
-        of = f"{grid_part(run.training_image, run.grid)}_seed{run.seed}"
-        csv_button("Table, CSV", "sweep", lambda: sweep_csv(found, choice.index), of, **options)
+        name = f"{grid_part(run.training_image, run.grid)}_seed{run.seed}_sweep.csv"
+        content = partial(sweep_csv, found, choice.index)
+        download("Table, CSV", content, name, key="sweep_csv", width="content")
     draw_tiles(run, names, marked, lambda number: choose(state, number))
     if not run.going:
         draw_table(found)

@@ -33,7 +33,7 @@ from ccwsim.ui.study.diagnosis_panel import draw_diagnosis
 from ccwsim.ui.study.image_step import use_advice
 from ccwsim.ui.validate import statistics
 from ccwsim.ui.validate.slices import middle_layer, slice_of
-from ccwsim.ui.widgets.fields import bound_to, csv_button, field, options_of
+from ccwsim.ui.widgets.fields import bound_to, download, field, options_of
 from ccwsim.ui.widgets.text import (
     numbers_table,
     page_text,
@@ -311,8 +311,8 @@ def draw_measures(state: State, ensemble: Ensemble, colours: Sequence[str]) -> N
         table = numbers_table(rows, verdicts.MEASURES_HEAD, "measures")
         st.html(scrolled(table, f"Measures of {name}"))
         step_note(verdicts.HOW_MEASURED)
-        of = study_part(ensemble)
-        csv_button("Measures as CSV", "measures", lambda: measures_csv(found), of, width="content")
+        content, file = partial(measures_csv, found), f"{study_part(ensemble)}_measures.csv"
+        download("Measures as CSV", content, file, key="download_measures", width="content")
 
     statistics.panel(state, "measures", statistics.measures(ensemble, state.facies), draw)
 

@@ -40,14 +40,6 @@ def download(
     st.download_button(label, content, name, mime, key, on_click="ignore", **options)
 
 
-def csv_button(
-    label: str, name: str, content: Callable[[], bytes], of: str, **options: Any
-) -> None:
-    """Draw a button that saves a table named after the study `of`; a click computes the table."""
-    options = {"key": f"download_{name}", "width": "stretch", **options}
-    download(label, content, f"{of}_{name}.csv", **options)
-
-
 def field(
     widget: Callable[..., Any],
     label: str,
