@@ -8,15 +8,7 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
-from ccwsim.figures.style import (
-    SYMBOLS,
-    Theme,
-    as_written,
-    blank_chart,
-    dots,
-    line,
-    name_rows,
-)
+from ccwsim.figures.style import SYMBOLS, Theme, as_written, blank_chart, dots, line, name_rows
 
 Floats = NDArray[np.float64]
 LINE = 18
@@ -29,11 +21,7 @@ def proportions_height(n_facies: int) -> int:
 
 
 def proportions_chart(
-    names: Sequence[str],
-    reference: Floats,
-    each: Floats,
-    colours: Sequence[str],
-    theme: Theme,
+    names: Sequence[str], reference: Floats, each: Floats, colours: Sequence[str], theme: Theme
 ) -> go.Figure:
     """Return a chart with a row for each facies: dots for realizations, a red stroke for the image.
 

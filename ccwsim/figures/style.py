@@ -215,13 +215,7 @@ def line(name: str, x: ArrayLike, y: ArrayLike, colour: str, width: float, **mor
 def dots(name: str, x: ArrayLike, y: ArrayLike, colour: Any, size: Any, **more: Any) -> Any:
     """Return a plotly trace of points with an escaped name; `more` is passed to plotly."""
     return go.Scatter(
-        name=written(name),
-        x=x,
-        y=y,
-        mode="markers",
-        marker_color=colour,
-        marker_size=size,
-        **more,
+        name=written(name), x=x, y=y, mode="markers", marker_color=colour, marker_size=size, **more
     )
 
 

@@ -279,11 +279,7 @@ def label_side(place: NDArray[np.float64]) -> str:
 
 
 def mds_chart(
-    image: NDArray[np.float64],
-    groups: Sequence[Group],
-    theme: Theme,
-    *,
-    height: int = 400,
+    image: NDArray[np.float64], groups: Sequence[Group], theme: Theme, *, height: int = 400
 ) -> go.Figure:
     """Return an MDS plot of groups of realizations, with the training image in red.
 

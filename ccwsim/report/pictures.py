@@ -148,12 +148,7 @@ def layers_chart(
 
 
 def bundle_chart(
-    bundle: Bundle,
-    statistic: Statistic,
-    way: Direction,
-    facies: str,
-    top: float,
-    height: int,
+    bundle: Bundle, statistic: Statistic, way: Direction, facies: str, top: float, height: int
 ) -> Chart:
     """Return the chart of a bundle; the y axis ends at `top` for variograms, otherwise at 1."""
     top = 1.04 if statistic == "connectivity" else top

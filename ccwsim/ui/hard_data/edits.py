@@ -100,10 +100,7 @@ def take(state: State, choice: DataChoice, reference: TrainingImage | None = Non
 
 
 def take_data(
-    state: State,
-    data: HardData,
-    reference: TrainingImage | None = None,
-    wells: CellsOfWells = (),
+    state: State, data: HardData, reference: TrainingImage | None = None, wells: CellsOfWells = ()
 ) -> None:
     """Put data placed by hand into the study if the study's data differ.
 

@@ -155,10 +155,7 @@ def rotated(choice: ImageChoice) -> ImageChoice:
     True
     """
     return replace(
-        choice,
-        transpose=not choice.transpose,
-        flip_ew=not choice.flip_ns,
-        flip_ns=choice.flip_ew,
+        choice, transpose=not choice.transpose, flip_ew=not choice.flip_ns, flip_ns=choice.flip_ew
     )
 
 

@@ -88,10 +88,7 @@ def server_inputs() -> tuple[PaperInputs, str]:
     try:
         return paper.inputs_in(folder or None), ""
     except CCWSIMError as error:
-        return (
-            PaperInputs(),
-            f"{VARIABLE} on the server: {error}. The bundled images are used.",
-        )
+        return PaperInputs(), f"{VARIABLE} on the server: {error}. The bundled images are used."
 
 
 def draw_paper(state: State) -> None:

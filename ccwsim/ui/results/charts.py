@@ -22,12 +22,7 @@ def draw_chart(chart: Any, key: str, alt: str) -> None:
 
 
 def draw_clickable_chart(
-    chart: Any,
-    key: str,
-    alt: str,
-    choose: Callable[[int], None],
-    *,
-    n_series: int = 1,
+    chart: Any, key: str, alt: str, choose: Callable[[int], None], *, n_series: int = 1
 ) -> None:
     """Draw a chart; `choose` is called with the index of a clicked point of the first series."""
 

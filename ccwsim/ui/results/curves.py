@@ -212,9 +212,7 @@ def draw_proportions(ensemble: Ensemble, colours: Sequence[str]) -> None:
 
 
 @cached(max_entries=64)
-def _draw_proportions(
-    content: tuple[Ensemble, tuple[str, ...], tuple[str, ...], Theme], key: str, alt: str
-) -> None:
+def _draw_proportions(content: tuple[Any, ...], key: str, alt: str) -> None:
     ensemble, names, colours, theme = content
     shares = ensemble.training_image.proportions, ensemble.proportions
     draw_chart(proportions_chart(names, *shares, colours, theme), key, alt)

@@ -33,6 +33,8 @@ VOLUME, LAYER = "the whole volume", "one layer"
 ALL, PIECE = "the whole image, thinned", "a piece"
 THRESHOLD, CLASSES, COLOURS, CODES = "threshold", "classes", "main colours", "as they are"
 Write = Callable[[ImageChoice], None]
+Answer = Callable[..., None]
+"""A function answer(question, name=value), which writes an answer and guesses later ones."""
 
 
 def image_of_file(
@@ -148,7 +150,7 @@ def ask_about_image(choice: ImageChoice, write: Write, *, volume: bool = True) -
         _ask_values(grid_of_file(upload, choice.answers), summary.is_picture, known, answer)
 
 
-def _ask_part(upload: Upload, known: Mapping[str, Any], answer: Callable[..., None]) -> None:
+def _ask_part(upload: Upload, known: Mapping[str, Any], answer: Answer) -> None:
     shape, every = _too_large(upload)
     ny, nx = shape[-2:]
     step_note(f"{describe_shape(shape)} cells are more than the dashboard accepts.")
@@ -202,7 +204,7 @@ def _range(
             field(st.number_input, label, key=key, **number)
 
 
-def _ask_gaps(upload: Upload, known: Mapping[str, Any], answer: Callable[..., None]) -> None:
+def _ask_gaps(upload: Upload, known: Mapping[str, Any], answer: Answer) -> None:
     values = grid_of_file(upload, questions.answered((), **{**known, "crop": None}))
     n = int(np.isnan(values).sum())
     step_note(
@@ -212,7 +214,7 @@ def _ask_gaps(upload: Upload, known: Mapping[str, Any], answer: Callable[..., No
     _crop(known["crop"], values.shape[-2:], lambda crop: answer("gaps", crop=crop))
 
 
-def _ask_shape(summary: FileSummary, shape: tuple[int, int], answer: Callable[..., None]) -> None:
+def _ask_shape(summary: FileSummary, shape: tuple[int, int], answer: Answer) -> None:
     n = summary.variables[0].shape[0]
     small = [k for k in range(1, isqrt(n) + 1) if n % k == 0]
     sizes = sorted({*small, *(n // k for k in small)})
@@ -222,9 +224,7 @@ def _ask_shape(summary: FileSummary, shape: tuple[int, int], answer: Callable[..
     field(st.selectbox, label, key="ask_columns", **chosen)
 
 
-def _ask_layers(
-    summary: FileSummary, known: Mapping[str, Any], answer: Callable[..., None]
-) -> None:
+def _ask_layers(summary: FileSummary, known: Mapping[str, Any], answer: Answer) -> None:
     """Ask whether to use the volume or a layer, and whether the first layer is the top."""
     volume, n = bool(known.get("volume")), summary.n_slices
     chosen: dict[str, Any] = {"value": VOLUME if volume else LAYER, "options": [VOLUME, LAYER]}
@@ -246,10 +246,7 @@ def _ask_layers(
 
 
 def _ask_values(
-    values: NDArray[np.float64],
-    is_picture: bool,
-    known: Mapping[str, Any],
-    answer: Callable[..., None],
+    values: NDArray[np.float64], is_picture: bool, known: Mapping[str, Any], answer: Answer
 ) -> None:
     """Ask for the limits between classes, on a histogram, or for the number of colour classes."""
     values = values[~np.isnan(values)]
@@ -289,9 +286,7 @@ def _ask_values(
         field(st.number_input, label, key="ask_threshold", format="%g", **number)
 
 
-def _histogram(
-    values: NDArray[np.float64], edges: list[float], answer: Callable[..., None]
-) -> None:
+def _histogram(values: NDArray[np.float64], edges: list[float], answer: Answer) -> None:
     low, high = float(values.min()), float(values.max())
     counts, _ = np.histogram(values, BINS, (low, high))
 

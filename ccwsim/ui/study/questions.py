@@ -368,9 +368,7 @@ def _ask_coordinates(choice: DataChoice, preview: PointsPreview, write: Write) -
         ask_way("coordinates", known, choose)
 
 
-def ask_slice(
-    n: int, index: int | None, write: Callable[[int], None], *, slider: bool = False
-) -> None:
+def ask_slice(n: int, index: int | None, write: Write, *, slider: bool = False) -> None:
     """Ask which slice of a file to use; slice numbers start at 0 in code and at 1 on the page."""
     chosen: dict[str, Any] = {"key": "ask_slice", "value": None if index is None else index + 1}
     chosen["write"] = lambda number: write(number - 1)
