@@ -23,6 +23,8 @@ NAMES = {
     "wavelet_level": "Wavelet level",
     "location_weight": "Location weight",
 }
+Use = Callable[[dict[str, Any]], None]
+"""A function that puts advised values of parameters, by name, into the study."""
 
 
 def draw_diagnosis(
@@ -30,7 +32,7 @@ def draw_diagnosis(
     image: TrainingImage,
     parameters: Parameters,
     colours: Sequence[str],
-    use: Callable[[dict[str, Any]], None] | None = None,
+    use: Use,
 ) -> None:
     """Draw a diagnosis and its advice; a button calls `use` with the advised values."""
     left, middle, right = st.columns([1.6, 1.0, 1.0], gap="large")
@@ -61,10 +63,7 @@ def draw_diagnosis(
 
 
 def draw_advice(
-    diagnosis: Diagnosis,
-    image: TrainingImage,
-    parameters: Parameters,
-    use: Callable[[dict[str, Any]], None] | None = None,
+    diagnosis: Diagnosis, image: TrainingImage, parameters: Parameters, use: Use
 ) -> None:
     """Draw only warnings and advice; the arguments are as in `draw_diagnosis`."""
     panel_title("What suits it", f"{diagnosis.n_templates} templates of that size fit")
@@ -77,7 +76,7 @@ def draw_advice(
     step_note(f"Thinnest feature: {image.facies_names[thin]}, {cells} thick.")
     advised = {advice.parameter: advice.value for advice in diagnosis.advice}
     differs = any(getattr(parameters, name) != value for name, value in advised.items())
-    if use is not None and differs:
+    if differs:
         tip = "Uses the advised values in the study. Run the study to see their effect."
         button("Use these values", key="use_advice", on_click=use, args=(advised,), help=tip)
 

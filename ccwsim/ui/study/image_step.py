@@ -90,16 +90,12 @@ def problem_of_image(choice: ImageChoice) -> str:
     return problem_in(lambda: image_of(choice))
 
 
+@cached(max_entries=64)
 def thumbnail(image: TrainingImage, colours: list[str], pixels: int = 2 * THUMB) -> bytes:
     """Return a small picture of a training image; of a volume, the middle layer.
 
     A cell has the largest width, at least 1 pixel, at which the image fits into `pixels`.
     """
-    return _thumbnail(image, tuple(colours), pixels)
-
-
-@cached(max_entries=64)
-def _thumbnail(image: TrainingImage, colours: tuple[str, ...], pixels: int) -> bytes:
     cells = middle_layer(image.indices)
     return map_png(cells, colours, scale=max(1, pixels // max(cells.shape)))
 
