@@ -10,7 +10,7 @@ import numpy as np
 import streamlit as st
 from numpy.typing import NDArray
 
-from ccwsim import Ensemble, HardData, TrainingImage
+from ccwsim import Ensemble, HardData
 from ccwsim.model.ensemble import FORCED, WRONG
 from ccwsim.sharing.choices import DataChoice
 from ccwsim.ui.frontend.cells import CellMap, draw_editable, facies_map, points_of
@@ -78,7 +78,7 @@ def _draw(state: State) -> None:
     with left:
         _draw_ground_field(state.page(Editor))
         of_run = ground == "e_type"  # a local re-simulation has no E-type
-        draw_canvas(state, data, image, colours, ensemble if of_run else answered or ensemble)
+        draw_canvas(state, ensemble if of_run else answered or ensemble)
         if grid.nz is not None:
             step_note(page_text("Editing a volume"))
         # below the map, so that a long text does not move the map
@@ -145,15 +145,11 @@ def _draw_ground_field(page_state: Editor) -> None:
         field(st.segmented_control, "Map under the data", key="ground", **ground)
 
 
-def draw_canvas(
-    state: State,
-    data: HardData,
-    image: TrainingImage,
-    colours: list[str],
-    ensemble: Ensemble | None,
-) -> None:
+def draw_canvas(state: State, ensemble: Ensemble | None) -> None:
     """Draw the map or volume with the data on top, and apply the user's edits."""
     page_state, grid = state.page(Editor), state.choices.grid
+    data, image = data_of(state.choices), image_of(state.choices.image)
+    colours = maps.colours_of(state)
     ground = page_state.ground if ensemble is not None else "empty"
     alt = "Hard data; arrow keys move, Enter places, Delete erases"
     if grid.nz is not None:
