@@ -198,7 +198,7 @@ def test_the_command_line_runs_from_an_empty_folder(installed, tmp_path):
 
 @pytest.mark.slow
 def test_the_how_to_pages_are_installed(installed, tmp_path):
-    script = "from ccwsim.ui.widgets.how_to import how_tos; print(*how_tos(), sep=', ')"
+    script = "from ccwsim.ui.widgets.text import how_tos; print(*how_tos(), sep=', ')"
     titles = run(installed / "python", "-c", script, cwd=tmp_path)
     assert {"Simulate", "Paper", "Measures"} <= set(titles.strip().split(", "))
 

@@ -20,8 +20,7 @@ from ccwsim.ui.share.menu import draw_open, draw_share
 from ccwsim.ui.study.image_step import IMPORT_PAGE
 from ccwsim.ui.study.run import SIMULATE_PAGE
 from ccwsim.ui.widgets.fields import button
-from ccwsim.ui.widgets.how_to import how_tos
-from ccwsim.ui.widgets.text import plain
+from ccwsim.ui.widgets.text import how_tos, plain
 from ccwsim.ui.widgets.theme import own_colours, theme_name
 
 ASSETS = Path(__file__).parents[1] / "assets"

@@ -14,7 +14,7 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.sharing.choices import Choices, DataChoice
 from ccwsim.ui.page import OFF_MENU, PAGES
 from ccwsim.ui.session.state import State
-from ccwsim.ui.widgets.how_to import how_tos
+from ccwsim.ui.widgets.text import how_tos
 from tests.some import some
 from tests.ui.widgets import named, opened
 

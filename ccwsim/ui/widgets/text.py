@@ -1,4 +1,4 @@
-"""Text on a page: headings, notes, tables and literal text."""
+"""Text on a page: headings, notes, tables, literal text, and texts of Markdown files."""
 
 from __future__ import annotations
 
@@ -11,9 +11,12 @@ from pathlib import Path
 import streamlit as st
 from streamlit.delta_generator import DeltaGenerator
 
+import ccwsim
 from ccwsim.report.verdicts import Verdict
 
 TEXTS = Path(__file__).parents[1] / "texts.md"
+LINK = re.compile(r"\[([^\]]+)\]\((?:\.\./)?([\w/-]+\.md)(?:#[\w-]+)?\)")
+PICTURE = re.compile(r"^!\[[^\]]*\]\([^)]*\)\n+", re.MULTILINE)
 INSIDE = re.compile(r"[\\`*\[\]<$~|@]|(?<!\w)_|_(?!\w)|:(?=[\w/+-])|&(?=#|\w+;)|(?<=www)\.")
 """Characters that have a special meaning in Markdown anywhere in a line."""
 AT_START = re.compile(r"(?m)^(\s*)([-+#>=])")
@@ -104,3 +107,36 @@ def numbers_table(rows: Iterable[Sequence[str]], head: Sequence[str] = (), kind:
         lines.insert(0, "".join(f"<th>{cell}</th>" for cell in head))
     body = "".join(f"<tr>{line}</tr>" for line in lines)
     return f'<table class="{f"numbers {kind}".strip()}">{body}</table>'
+
+
+@cache
+def how_tos() -> dict[str, str]:
+    """Return the texts of all how-tos and of the definitions of measures, by title."""
+    package = Path(ccwsim.__file__).parent
+    folders = (package / "docs", package.parent / "docs")
+    docs = next((folder for folder in folders if (folder / "how-to").is_dir()), None)
+    if docs is None:  # package metadata are missing
+        return {}
+    texts = {}
+    for path in (*sorted((docs / "how-to").glob("*.md")), docs / "measures.md"):
+        title, _, text = path.read_text("utf-8").partition("\n")
+        texts[title.removeprefix("# ")] = on_a_page(text.strip())
+    return texts
+
+
+def on_a_page(text: str) -> str:
+    """Return a document without links and pictures.
+
+    Examples
+    --------
+    >>> print(on_a_page("![It](a.png)\\n\\n## Run\\n[Sweep](sweep.md), [Files](../formats.md)"))
+    ### Run
+    Sweep, Files (docs/formats.md)
+    """
+
+    def named(link: re.Match[str]) -> str:
+        words, path = link.groups()
+        is_here = path == "measures.md" or not link[0].partition("](")[2].startswith("../")
+        return words if is_here else f"{words} (docs/{path})"
+
+    return re.sub(r"(?m)^## ", "### ", LINK.sub(named, PICTURE.sub("", text)))
