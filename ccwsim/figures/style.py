@@ -201,10 +201,7 @@ def blank_chart(theme: Theme, *, height: int, x_title: str, y_title: str) -> go.
 
 
 def line(name: str, x: ArrayLike, y: ArrayLike, colour: str, width: float, **more: Any) -> Any:
-    """Return a plotly trace of a line without hover text; `more` is passed to plotly.
-
-    The name of the trace is escaped.
-    """
+    """Return a plotly line with an escaped name, without hover text; `more` goes to plotly."""
     more = {"mode": "lines", "hoverinfo": "skip", **more}
     if "hovertemplate" in more:
         del more["hoverinfo"]

@@ -105,10 +105,7 @@ def draw_wells(state: State, data: HardData) -> None:
 
 
 def remove_wells(state: State, rows: list[int]) -> None:
-    """Remove the wells in the given rows of the table, with their data.
-
-    A datum is kept if another well passes through its cell.
-    """
+    """Remove the wells in the given rows, and their data except in cells of other wells."""
     data, named = data_of(state.choices), wells_of(state.choices)
     wells = rows_of_wells(data, named)
     out = np.zeros(data.n, bool)

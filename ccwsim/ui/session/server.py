@@ -142,10 +142,7 @@ class SessionMonitor:
                     self._left.pop(session, None)
 
     def give_back(self) -> None:
-        """Give the system back the memory of sessions that were dropped before the last check.
-
-        When no session is left, the caches that sessions share are also emptied.
-        """
+        """Give back the memory of dropped sessions and, after the last one, of shared caches."""
         freed, self._freed = self._freed, False
         if not freed:
             return

@@ -92,10 +92,7 @@ def _too_large(upload: Upload) -> tuple[tuple[int, ...], int]:
 
 @cached(max_entries=8)
 def grid_of_file(upload: Upload, answers: Answers) -> NDArray[np.float64]:
-    """Return the unclassified values of a file as an array with row 0 in the south.
-
-    `answers` may include answers about classes, which are ignored.
-    """
+    """Return the values of a file, row 0 in the south; answers about classes are ignored."""
     with opened(upload) as file:
         kept = {name: value for name, value in answers if name not in QUESTIONS["values"]}
         return read_grid(file, **kept)

@@ -20,10 +20,7 @@ get_logger(LOG.name)  # sets the format of Streamlit's log messages
 
 
 def catch_callback_errors(act: Callable[..., Any]) -> Callable[..., None]:
-    """Return a callback whose errors are shown when the page is drawn.
-
-    Otherwise, an error in a callback would replace the page.
-    """
+    """Return a callback whose errors are shown on the page, instead of replacing the page."""
 
     @wraps(act)
     def acting(*args: Any, **kwargs: Any) -> None:
