@@ -14,7 +14,7 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.sharing.choices import Choices, DataChoice
 from ccwsim.ui.page import OFF_MENU, PAGES
 from ccwsim.ui.session.state import State
-from ccwsim.ui.widgets.text import how_tos
+from ccwsim.ui.widgets.text import TEXTS, how_tos
 from tests.some import some
 from tests.ui.widgets import named, opened
 
@@ -69,3 +69,13 @@ def test_an_installation_without_documents_offers_none(monkeypatch):
     app.run()
     assert not app.exception
     assert not [box.key for box in app.selectbox]
+
+
+def test_every_longer_text_is_shown_by_a_page():
+    used = set()
+    for path in TEXTS.parent.rglob("*.py"):
+        used |= set(re.findall(r'page_text\(f?"([^"]+)"', path.read_text("utf-8")))
+    used.remove("Import of {kind}")
+    used |= {"Import of points", "Import of tables of wells"}
+    titles = re.findall(r"(?m)^## (.+)$", TEXTS.read_text("utf-8"))
+    assert sorted(titles) == sorted(used)

@@ -35,7 +35,7 @@ from ccwsim.ui.session.state import PastRun, State
 from ccwsim.ui.study.changes import changes_between
 from ccwsim.ui.widgets.errors import problem_in
 from ccwsim.ui.widgets.fields import bound_to, button, field
-from ccwsim.ui.widgets.text import pair, plain, step_note, step_title
+from ccwsim.ui.widgets.text import page_text, pair, plain, step_note, step_title
 
 SIMULATE_PAGE = "pages/simulate.py"
 ENOUGH_TO_STOP = 1.0
@@ -151,11 +151,8 @@ def question_of(state: State) -> str:
     seconds, demand = estimated_seconds(state.choices), demand_of_run(state)
     if not needs_consent(demand, seconds, server_queue().still_to_take):
         return ""
-    return (
-        f"A run of this study takes about {format_duration(seconds)} on this machine and "
-        f"{format_bytes(demand.n_bytes)} of memory. Press “Run” to start the run, or first choose "
-        "fewer realizations or a smaller grid."
-    )
+    duration, memory = format_duration(seconds), format_bytes(demand.n_bytes)
+    return page_text("Long run", duration=duration, memory=memory)
 
 
 def estimated_seconds(choices: Choices) -> float:

@@ -123,8 +123,4 @@ def _draw_left_out(found: LeaveOut) -> None:
     note = minus(f"slope {found.slope:.2f}; skill {100 * found.skill:.0f} %")
     alt = "Share of left-out data with the facies, for each predicted probability"
     titled_chart("Reliability", note, chart, "reliability", alt)
-    step_note(
-        "Skill: reduction of the Brier score relative to a prediction by the proportions of the "
-        f"other data ({minus(f'{found.z:.1f}')} standard errors). Slope 1: probabilities are "
-        "reliable; below 0.5: probabilities are too close to 0 and 1."
-    )
+    step_note(page_text("Skill and slope", z=minus(f"{found.z:.1f}")))

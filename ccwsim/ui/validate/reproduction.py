@@ -344,11 +344,7 @@ def _draw_distances(found: statistics.PatternsCompared) -> None:
     for verdict in verdicts.describe_patterns(found.fit):
         st.html(f"<p>{verdict_html(verdict, 'fact')}</p>")
     if found.fit is not None:
-        step_note(
-            "Pieces of the realizations and crops of the training image have "
-            f"{verdicts.size_text(found.fit)} cells. Even crops have a distance from the image, "
-            "because they are small."
-        )
+        step_note(page_text("Pieces and crops", size=verdicts.size_text(found.fit)))
 
 
 def _draw_anodi(found: Anodi, n_axes: int) -> None:
@@ -368,14 +364,7 @@ def _draw_anodi(found: Anodi, n_axes: int) -> None:
         st.html(numbers_table(rows, ("resolution", "between", "within", "ratio")))
         size = describe_shape((found.pattern_size,) * n_axes)
         weights = ", ".join(three_digits(w) for w in found.weights)
-        step_note(
-            f"ANODI (Tan et al. 2014) on exact histograms of all {size} patterns. "
-            "Between: distance of realizations from each other (discs); larger is more varied. "
-            "Within: distance from the training image (diamonds); smaller is more similar. "
-            "A larger ratio is better. The ratio over all "
-            f"resolutions is Σ w · between / within with weights w of {weights}. The ratio grows "
-            "as the grid shrinks: compare only realizations of one grid and training image."
-        )
+        step_note(page_text("ANODI", size=size, weights=weights))
 
 
 def draw_copying(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:

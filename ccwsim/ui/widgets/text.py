@@ -53,15 +53,15 @@ def _texts() -> dict[str, str]:
     }
 
 
-def page_text(title: str) -> str:
-    """Return a text of `texts.md`, the file of longer texts on the pages.
+def page_text(title: str, **values: str) -> str:
+    """Return a text of `texts.md`, the file of longer texts on the pages, with `values` filled in.
 
     Examples
     --------
     >>> page_text("Quick runs").partition(",")[0]
     'Quick runs use few realizations on small grids'
     """
-    return _texts()[title]
+    return _texts()[title].format(**values)
 
 
 def step_note(text: str) -> None:
