@@ -11,7 +11,7 @@ from urllib.parse import urlencode
 import streamlit as st
 from streamlit.errors import StreamlitAPIException
 
-from ccwsim import CCWSIMError, Parameters
+from ccwsim import Parameters
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_LINK_VALUES, MAX_SEED
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Shown
@@ -19,6 +19,7 @@ from ccwsim.sharing.link import first_values, link_of, meant, read_link
 from ccwsim.ui.session.kept import drafts_for_reload, keep_for_reload, kept_for_reload
 from ccwsim.ui.session.resolve import data_of, fitted_to_image, image_of
 from ccwsim.ui.session.state import State
+from ccwsim.ui.widgets.errors import problem_in
 
 CLASS = "class"
 """Key in the query of a link that gives each reader of the link a different seed."""
@@ -63,10 +64,8 @@ def made_consistent(choices: Choices) -> tuple[Choices, tuple[str, ...]]:
             f"image at level {own.level}: {other.template_size} and {other.overlap_size} are used "
             f"at level {other.level}."
         )
-    try:
-        data_of(fitting)
-    except CCWSIMError as error:
-        notes.append(f"The hard data are ignored. {str(error)[:1].upper()}{str(error)[1:]}.")
+    if problem := problem_in(lambda: data_of(fitting)):
+        notes.append(f"The hard data are ignored. {problem[:1].upper()}{problem[1:]}.")
         fitting = replace(fitting, data=DataChoice())
     return fitting, tuple(notes)
 

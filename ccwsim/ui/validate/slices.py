@@ -12,7 +12,7 @@ from ccwsim import Ensemble, Grid, HardData
 from ccwsim.model.arrays import readonly
 from ccwsim.ui.session.state import State
 from ccwsim.ui.validate.statistics import Validation
-from ccwsim.ui.widgets.fields import field, options_of
+from ccwsim.ui.widgets.fields import bound_to, field, options_of
 from ccwsim.ui.widgets.text import step_note
 
 AXES = ("layer", "row", "column")
@@ -94,17 +94,14 @@ def draw_slice_fields(state: State, ensemble: Ensemble) -> None:
         return
     axis, page_state = shown.axis, state.page(Validation)
 
-    def turn(new: int) -> None:
-        page_state.slice_axis = new
-
     def move(at: int) -> None:
         page_state.slice_at[axis] = int(at)
 
     with st.container(
         horizontal=True, vertical_alignment="bottom", gap="medium", key="controls_slice"
     ):
-        options = options_of(KINDS)
-        field(st.segmented_control, "Maps show", key="slice", value=axis, write=turn, **options)
+        options = bound_to(page_state, "slice_axis") | options_of(KINDS)
+        field(st.segmented_control, "Maps show", key="slice", **options)
         last = ensemble.grid.shape[axis] - 1
         if last:
             label = (
