@@ -45,9 +45,8 @@ EXPORTS = {"csv": "CSV: x, y, facies", "gslib": "GSLIB points"}
 def draw_import(state: State) -> None:
     """Draw a menu to open a file of hard data and to answer questions about the file."""
     with st.popover("Import", key="import_menu"):
-        data_step.data_uploader(
-            "import_file", lambda file: use_file(state, DataChoice("file", upload=file))
-        )
+        use = partial(use_file, state)
+        data_step.data_uploader("import_file", lambda file: use(DataChoice("file", upload=file)))
         draft = state.data_draft or state.choices.data
         if draft.source == "file" and draft.upload is not None and draft.tables is None:
             _report(state, draft)

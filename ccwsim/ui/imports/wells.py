@@ -31,24 +31,21 @@ def draw_wells_import(state: State, tables: bool = False) -> None:
 
     The study uses the file as soon as all data fit; until then, the study keeps its earlier data.
     """
-
+    use = partial(data_step.use_data, state)
     choice = state.data_draft or state.choices.data
     if choice.source != "file" or (choice.tables is not None) != tables:
         choice = DataChoice("file", tables=WellTables() if tables else None)
     if tables:
         with st.container(horizontal=True, gap="medium", key="import_well_tables"):
-            data_step.draw_table_uploaders("wells", choice, partial(data_step.use_data, state))
+            data_step.draw_table_uploaders("wells", choice, use)
     else:
-        data_step.data_uploader(
-            "wells_file", lambda file: data_step.use_data(state, DataChoice("file", upload=file))
-        )
+        data_step.data_uploader("wells_file", lambda file: use(DataChoice("file", upload=file)))
     if not choice.files:
         kind = "tables of wells" if tables else "points"
         st.caption(page_text(f"Import of {kind}"))
         return
     tried = replace(state.choices, data=choice)
     _say_state(state, tried)
-    use = partial(data_step.use_data, state)
     questions.ask_troubles(tried, use, wide=True)
     if tables:
         for table, preview in resolve.previews_of_wells(choice).items():

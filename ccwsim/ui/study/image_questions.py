@@ -256,9 +256,8 @@ def _ask_values(
 
     def choose(way: str) -> None:
         start: dict[str, Any] = {classes: {"classes": 2}, CODES: {"classes": "codes"}}
-        answer(
-            "values", **start.get(way, {"threshold": questions.rounded(float(np.median(values)))})
-        )
+        median = questions.rounded(float(np.median(values)))
+        answer("values", **start.get(way, {"threshold": median}))
 
     label = "Colours become facies by" if is_picture else "Values become facies by"
     chosen = {"value": way, "write": choose, "options": ways}

@@ -50,9 +50,8 @@ def findings(state: State, ensemble: Ensemble) -> list[Verdict]:
         found += verdicts.describe_checks(known["checks"], ensemble.training_image.facies_names)
     if known["shares"]:
         found += of_proportions(ensemble, known["shares"].fit)
-    if ensemble.grid.nz is not None and (
-        small := statistics.known(state, statistics.volume_patterns(ensemble))
-    ):
+    small = statistics.known(state, statistics.volume_patterns(ensemble))
+    if ensemble.grid.nz is not None and small:
         found.append(Verdict(describe_unseen_of(small), good=None))
     if known["variety"] is not None and ensemble.n > 1:
         found.append(of_variety(ensemble, known["variety"]))

@@ -120,9 +120,8 @@ def _draw_first_screen(state: State, colours: Sequence[str], elsewhere: tuple) -
         with middle:
             maps.draw_e_type(state, shown, colours)
         with right:
-            statistics.panel(
-                state, "mds", statistics.patterns(ensemble), lambda found: _draw_mds(state, found)
-            )
+            task, draw = statistics.patterns(ensemble), partial(_draw_mds, state)
+            statistics.panel(state, "mds", task, draw)
 
 
 def _shown_elsewhere(state: State) -> tuple:
