@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from itertools import product
 from typing import NamedTuple
@@ -42,7 +42,8 @@ class Case(NamedTuple):
 
     `whose` is "ours" (our engine with published settings), "exact" (our engine, all data honoured),
     "default" (see `methods.DEFAULT_WORDS`) or "published" (the authors' code). `distances` and
-    `tau` are results of `methods.mean_distances` and `methods.relative_tau`.
+    `tau` are results of `methods.mean_distances` and `methods.relative_tau`; `wrong` is the share
+    of the data that are not honoured.
     """
 
     method: str
@@ -51,6 +52,7 @@ class Case(NamedTuple):
     images: NDArray[np.uint8]
     distances: NDArray[np.float64]
     tau: dict[int, float]
+    wrong: float
 
     @property
     def name(self) -> str:
@@ -60,15 +62,19 @@ class Case(NamedTuple):
         return f"{who}{TITLES[self.method]}, level {self.level}{tail}"
 
     @property
-    def score(self) -> tuple[float, float]:
-        """Return the connectivity at the largest lag, and the mean pattern distance."""
-        return list(self.tau.values())[-1], float(self.distances.mean())
+    def connectivity(self) -> float:
+        """Connectivity at the largest lag, relative to the training image's."""
+        return list(self.tau.values())[-1]
+
+    @property
+    def distance(self) -> float:
+        """Mean pattern distance over the resolutions, in bits."""
+        return float(self.distances.mean())
 
     def compare(self, other: Case) -> tuple[int, int]:
         """Return −1 (worse than `other`), 0 (alike) or 1 (better) for connectivity and patterns."""
-        (tau, near), (other_tau, other_near) = self.score, other.score
-        more = int(tau - other_tau > LIKE_TAU) - int(other_tau - tau > LIKE_TAU)
-        return more, verdicts.order_of(other_near / near, LIKE_DISTANCE)
+        more = verdicts.sign_of(self.connectivity - other.connectivity, LIKE_TAU)
+        return more, verdicts.order_of(other.distance / self.distance, LIKE_DISTANCE)
 
 
 @dataclass
@@ -84,7 +90,8 @@ class Sampled:
         if images is not None:
             distances = methods.mean_distances(images, self.image)
             tau = methods.relative_tau(images, self.image)
-            self.cases.append(Case(method, level, whose, images, distances, tau))
+            wrong = methods.wrong_share(images, self.image, self.data)
+            self.cases.append(Case(method, level, whose, images, distances, tau, wrong))
 
     def of(self, whose: str) -> list[Case]:
         """Return the cases whose `Case.whose` is `whose`."""
@@ -99,10 +106,6 @@ class Sampled:
             keys = [(method, level, whose) for method, whose in (first, second)]
             if all(key in by_key for key in keys):
                 yield level, by_key[keys[0]], by_key[keys[1]]
-
-    def wrong(self, case: Case) -> float:
-        """Return the share of the data that a case does not honour."""
-        return methods.wrong_share(case.images, self.image, self.data)
 
 
 def sampled_data(run: ExperimentRun) -> Outcome:
@@ -153,7 +156,7 @@ def _table_of_cases(study: Sampled, side: int) -> Table:
     for case in study.cases:
         distances = methods.format_distances(case.distances)
         tau = (f"{v:.2f}" for v in case.tau.values())
-        counts = str(len(case.images)), percent(study.wrong(case))
+        counts = str(len(case.images)), percent(case.wrong)
         rows.append((case.name, *counts, distances, *tau))
     caption = (
         f"{study.data.n} data on {side} × {side} cells. Pattern distance: Jensen–Shannon "
@@ -163,60 +166,51 @@ def _table_of_cases(study: Sampled, side: int) -> Table:
     return Table(header, tuple(rows), caption)
 
 
-def _methods(study: Sampled) -> list[Judgement]:
+def _methods(study: Sampled) -> Iterator[Judgement]:
     """Judge the statement that CCWSIM beats MS-CCSIM in connectivity and patterns."""
-    judgements = []
     claim = "CCWSIM enhances facies connectivity and pattern reproduction (abstract)."
-    for whose, who in (
-        ("published", "The authors' codes"),
-        ("exact", "Our engine, data exact"),
-        ("default", f"Our engine, {DEFAULT}"),
-    ):
-        for level, *pair in study.pairs(("ccwsim", whose), ("ms-ccsim", whose)):
-            (tau, near), (other_tau, other_near) = (case.score for case in pair)
+    engines = {
+        "published": "The authors' codes",
+        "exact": "Our engine, data exact",
+        "default": f"Our engine, {DEFAULT}",
+    }
+    for whose, who in engines.items():
+        for level, ours, other in study.pairs(("ccwsim", whose), ("ms-ccsim", whose)):
             found = (
-                f"{who}, level {level}: CCWSIM has {tau:.2f} and MS-CCSIM {other_tau:.2f} times "
-                f"the image's connectivity; distances are {near:.4f} and {other_near:.4f} bits."
+                f"{who}, level {level}: CCWSIM has {ours.connectivity:.2f} and MS-CCSIM "
+                f"{other.connectivity:.2f} times the image's connectivity; distances are "
+                f"{ours.distance:.4f} and {other.distance:.4f} bits."
             )
-            word = verdicts.of_both(*pair[0].compare(pair[1]))
-            judgements.append(verdicts.judged(claim, found, word))
-    return judgements
+            yield verdicts.judged(claim, found, verdicts.of_both(*ours.compare(other)))
 
 
-def _against_published(study: Sampled) -> list[Judgement]:
+def _against_published(study: Sampled) -> Iterator[Judgement]:
     """Judge our CCWSIM against realizations of the authors' code."""
-    judgements = []
-    for level, *pair in study.pairs(("ccwsim", "exact"), ("ccwsim", "published")):
-        (tau, near), (other_tau, other_near) = (case.score for case in pair)
-        wrong, theirs = map(study.wrong, pair)
+    claim = "The authors' CCWSIM code, same data."
+    for level, ours, theirs in study.pairs(("ccwsim", "exact"), ("ccwsim", "published")):
         found = (
-            f"Level {level}: ours has connectivity {tau:.2f}, pattern distance {near:.4f}, "
-            f"data wrong {percent(wrong)}; theirs {other_tau:.2f}, {other_near:.4f}, "
-            f"{percent(theirs)}."
+            f"Level {level}: ours has connectivity {ours.connectivity:.2f}, pattern distance "
+            f"{ours.distance:.4f}, data wrong {percent(ours.wrong)}; theirs "
+            f"{theirs.connectivity:.2f}, {theirs.distance:.4f}, {percent(theirs.wrong)}."
         )
-        orders = *pair[0].compare(pair[1]), int(wrong < theirs) - int(wrong > theirs)
+        orders = *ours.compare(theirs), verdicts.sign_of(theirs.wrong - ours.wrong)
         low, high = min(orders), max(orders)
-        claim = "The authors' CCWSIM code, same data."
-        in_part = verdicts.judged(claim, found, verdicts.PART)
-        other = verdicts.of_order(claim, found, low or high)
-        judgements.append(in_part if low < 0 < high else other)
-    return judgements
+        if low < 0 < high:
+            yield verdicts.judged(claim, found, verdicts.PART)
+        else:
+            yield verdicts.of_order(claim, found, low or high)
 
 
-def _in_search_only(study: Sampled) -> list[Judgement]:
+def _in_search_only(study: Sampled) -> Iterator[Judgement]:
     """Judge whether our engine (published settings) misses as many data as the authors' codes."""
-    judgements = []
     for method in METHODS:
-        for level, *pair in study.pairs((method, "ours"), (method, "published")):
-            ours, theirs = map(study.wrong, pair)
-            claim = f"The share of data that the published {TITLES[method]} code misses."
+        claim = f"The share of data that the published {TITLES[method]} code misses."
+        for level, ours, theirs in study.pairs((method, "ours"), (method, "published")):
             found = (
-                f"Level {level}: the authors' code misses {percent(theirs)}, our engine with data "
-                f"in the search only {percent(ours)}."
+                f"Level {level}: the authors' code misses {percent(theirs.wrong)}, our engine with "
+                f"data in the search only {percent(ours.wrong)}."
             )
-            alike = abs(ours - theirs) <= LIKE_SHARE
-            judgements.append(verdicts.of_claim(claim, found, alike))
-    return judgements
+            yield verdicts.of_claim(claim, found, abs(ours.wrong - theirs.wrong) <= LIKE_SHARE)
 
 
 def stone_wall(run: ExperimentRun) -> Outcome:
@@ -238,7 +232,7 @@ def stone_wall(run: ExperimentRun) -> Outcome:
     times += ["–"] * len(study.of("published"))
     for case, time in zip(study.cases, times, strict=True):
         name = case.name if case.whose == "published" else f"ours, {case.name}"
-        numbers = methods.format_distances(case.distances), percent(study.wrong(case)), time
+        numbers = methods.format_distances(case.distances), percent(case.wrong), time
         rows.append((name, str(len(case.images)), *numbers))
         if case.level == 1:
             pictures.append(methods.paper_map(case.images[0], image, name, data))
@@ -246,57 +240,44 @@ def stone_wall(run: ExperimentRun) -> Outcome:
     table = Table(header, tuple(rows), f"{side} × {side} cells, {data.n} data, T 32, OR 8.")
     first = methods.image_picture(image, run.inputs.describe("stone wall"), share=0.5)
     run.step()
-    theirs = [study.wrong(case) for case in study.of("published") if case.method == "ccwsim"]
-    missed = theirs[0] if theirs else None
-    honoured = verdicts.of_data(study.wrong(study.cases[0]), data.n, missed)
+    theirs = (case.wrong for case in study.of("published") if case.method == "ccwsim")
+    honoured = verdicts.of_data(study.cases[0].wrong, data.n, next(theirs, None))
     words = Text(methods.DEFAULT_WORDS, quiet=True)
     maps = Row((first, *pictures[:2])), Row(tuple(pictures[2:]))
     return Outcome((*maps, table, words), (*_patterns(study), honoured))
 
 
-def _patterns(study: Sampled) -> list[Judgement]:
+def _patterns(study: Sampled) -> Iterator[Judgement]:
     """Compare pattern distances: CCWSIM with MS-CCSIM, and our CCWSIM with the authors' code."""
-    judgements = []
     claim = "CCWSIM is comparable to MS-CCSIM and enhances pattern reproduction (abstract)."
-    for whose, who in (
-        ("ours", "our engine"),
-        ("default", f"our engine {DEFAULT}"),
-        ("published", "the published codes"),
-    ):
-        for level, *pair in study.pairs(("ccwsim", whose), ("ms-ccsim", whose)):
-            near, far = (float(case.distances.mean()) for case in pair)
-            found = (
-                f"Mean pattern distance, {who}, level {level}: {near:.4f} against {far:.4f} bits."
-            )
-            judgements.append(verdicts.of_claim(claim, found, near <= LIKE_DISTANCE * far))
-    for level, *pair in study.pairs(("ccwsim", "ours"), ("ccwsim", "published")):
-        near, far = (float(case.distances.mean()) for case in pair)
+    engines = {
+        "ours": "our engine",
+        "default": f"our engine {DEFAULT}",
+        "published": "the published codes",
+    }
+    for whose, who in engines.items():
+        for level, ours, other in study.pairs(("ccwsim", whose), ("ms-ccsim", whose)):
+            both = f"{ours.distance:.4f} against {other.distance:.4f} bits."
+            found = f"Mean pattern distance, {who}, level {level}: {both}"
+            yield verdicts.of_claim(claim, found, ours.distance <= LIKE_DISTANCE * other.distance)
+    claim = "The authors' CCWSIM code, same data."
+    for level, ours, theirs in study.pairs(("ccwsim", "ours"), ("ccwsim", "published")):
+        near, far = ours.distance, theirs.distance
         found = f"Level {level}: mean pattern distance {near:.4f} against {far:.4f} bits."
         word = verdicts.compared(near, far, more_is_better=False, alike=LIKE_DISTANCE)
-        claim = "The authors' CCWSIM code, same data."
-        judgements.append(verdicts.judged(claim, found, word))
-    return judgements
+        yield verdicts.judged(claim, found, word)
 
 
-class DistanceStudy(NamedTuple):
-    """A study of the ANODI experiment: training image, side of the grid, published realizations."""
-
-    image: str
-    side: int
-    files: tuple[str, ...]
-
-
-CHANNEL_FILES = (
-    "CCWSIM_channel256_uncond_L2",
-    "MS-CCSIM_channel256_uncond_L2",
-    "DeeSse_channel256_uncond",
-    "SNESIM_MPSLIB_channel256_uncond",
-)
-STONE_WALL_FILES = ("CCWSIM_stonewall200_uncond_L2", "MS-CCSIM_stonewall200_uncond_L2")
-STUDIES = (
-    DistanceStudy("channel", 256, CHANNEL_FILES),
-    DistanceStudy("stone wall", 200, STONE_WALL_FILES),
-)
+STUDIES = {
+    ("channel", 256): (
+        "CCWSIM_channel256_uncond_L2",
+        "MS-CCSIM_channel256_uncond_L2",
+        "DeeSse_channel256_uncond",
+        "SNESIM_MPSLIB_channel256_uncond",
+    ),
+    ("stone wall", 200): ("CCWSIM_stonewall200_uncond_L2", "MS-CCSIM_stonewall200_uncond_L2"),
+}
+"""Published realizations of ANODI's studies, by training image and side of the grid in cells."""
 
 
 def variability(run: ExperimentRun) -> Outcome:
@@ -305,14 +286,14 @@ def variability(run: ExperimentRun) -> Outcome:
     blocks: list[Block] = []
     charts: list[Chart] = []
     judgements: list[Judgement] = []
-    for study in STUDIES:
-        found = _distances(run, study)
-        side = run.extent.side(study.side)
-        title = f"{study.image} image, {side} × {side} cells, level {ANODI_LEVEL}, no data"
+    for (image, full_side), files in STUDIES.items():
+        side = run.extent.side(full_side)
+        found = _distances(run, image, side, files)
+        title = f"{image} image, {side} × {side} cells, level {ANODI_LEVEL}, no data"
         blocks.append(_anodi_table(found, title))
-        blocks.append(table_1(found, study.image))
-        charts.append(_mds(found, study.image))
-        judgements += _anodi_judgements(found, study.image)
+        blocks.append(_table_1(found, image))
+        charts.append(_mds(found, image))
+        judgements += _anodi_judgements(found, image)
     remark = (
         "The paper uses 8 × 8 patterns at three resolutions. This run counts all 4 × 4 patterns, "
         "because nearly every 8 × 8 pattern occurs once. Ratios of two methods can be compared "
@@ -322,15 +303,14 @@ def variability(run: ExperimentRun) -> Outcome:
     return Outcome((*blocks, Row(tuple(charts)), *words), tuple(judgements))
 
 
-def _distances(run: ExperimentRun, study: DistanceStudy) -> Anodi:
-    image, n, side = run.inputs.image(study.image), run.extent.n_anodi, run.extent.side(study.side)
+def _distances(run: ExperimentRun, image_name: str, side: int, files: tuple[str, ...]) -> Anodi:
+    image, n = run.inputs.image(image_name), run.extent.n_anodi
     stacks: dict[str, NDArray] = {}
     for default, method in product((False, True), METHODS):
         p = methods.paper_parameters(method, ANODI_LEVEL, default=default)
         e = run.simulate(image, (side, side), p, n=n)
         stacks[TITLES[method] + (f", {DEFAULT}" if default else "")] = e.indices
-    for file in study.files:
-        assert methods.image_named(file) == study.image
+    for file in files:
         there = methods.published(run, image, file, (side, side))
         if there is not None:
             code = file.split("_")[0]
@@ -345,11 +325,9 @@ def _anodi_table(found: Anodi, title: str) -> Table:
     rows = []
     for k, name in enumerate(found.names):
         each = [methods.format_distances(row[k]) for row in (found.between, found.within)]
-        by_resolution = " ".join(f"{v:.2f}" for v in found.ratio[0] / found.ratio[k])
+        by_resolution, r = _each(found.ratio[0] / found.ratio[k]), found.relative("CCWSIM", name)[2]
         n = int(np.count_nonzero(found.owner == k))
-        rows.append(
-            (name, str(n), *each, by_resolution, f"{found.relative('CCWSIM', name)[2]:.2f}")
-        )
+        rows.append((name, str(n), *each, by_resolution, f"{r:.2f}"))
     at = (f"{what}, at 1, 1/2, 1/3" for what in ("between", "within"))
     header = ("method", "n", *at, "ratio of CCWSIM to this method", "r")
     caption = (
@@ -360,7 +338,7 @@ def _anodi_table(found: Anodi, title: str) -> Table:
     return Table(header, tuple(rows), caption)
 
 
-def table_1(found: Anodi, image: str) -> Table:
+def _table_1(found: Anodi, image: str) -> Table:
     """Return Table 1 (CCWSIM divided by MS-CCSIM) with numbers of the paper and of this run."""
     paper = TABLE_1[image]
     rows = [("the paper", *map(_each, paper[:2]), f"{paper.ratio:.2f}")]
@@ -376,19 +354,16 @@ def table_1(found: Anodi, image: str) -> Table:
     return Table(header, tuple(rows), caption)
 
 
-def _each(values: Sequence[float]) -> str:
+def _each(values: Iterable[float]) -> str:
     return " ".join(f"{v:.2f}" for v in values)
 
 
 def _pairs(found: Anodi) -> list[tuple[str, str, str]]:
     """Return (engine, CCWSIM name, MS-CCSIM name) for each engine with both methods in `found`."""
     pairs = [
-        (whose, name.format("CCWSIM"), name.format("MS-CCSIM"))
-        for whose, name in (
-            ("our engine", "{}"),
-            (f"our engine {DEFAULT}", f"{{}}, {DEFAULT}"),
-            ("the authors' codes", "published {}"),
-        )
+        ("our engine", "CCWSIM", "MS-CCSIM"),
+        (f"our engine {DEFAULT}", f"CCWSIM, {DEFAULT}", f"MS-CCSIM, {DEFAULT}"),
+        ("the authors' codes", "published CCWSIM", "published MS-CCSIM"),
     ]
     return [p for p in pairs if p[1] in found.names and p[2] in found.names]
 
@@ -405,9 +380,9 @@ def _mds(found: Anodi, image: str) -> Chart:
     return Chart(figure, title, title, legend)
 
 
-def _anodi_judgements(found: Anodi, image: str) -> list[Judgement]:
+def _anodi_judgements(found: Anodi, image: str) -> Iterator[Judgement]:
     """Judge Table 1 for each engine, and our CCWSIM against the authors' code."""
-    judgements, paper = [], TABLE_1[image]
+    paper = TABLE_1[image]
     stated = float(found.weights @ paper.within), paper.ratio
     for whose, name, other in _pairs(found):
         ratios, errors = found.relative(name, other)[1:], found.relative_errors(name, other)[1:]
@@ -417,12 +392,10 @@ def _anodi_judgements(found: Anodi, image: str) -> list[Judgement]:
                 f"{image.capitalize()} image, {whose}: {ours:.2f} ± {ours * error:.2f}, in the "
                 f"paper {theirs:.2f}."
             )
-            judgements.append(verdicts.of_ratio(claim, words, ours, theirs, error))
+            yield verdicts.of_ratio(claim, words, ours, theirs, error)
     if "published CCWSIM" in found.names:
         ratio = found.relative("CCWSIM", "published CCWSIM")[2]
         error = found.relative_errors("CCWSIM", "published CCWSIM")[2]
         words = f"{image.capitalize()} image: r = {ratio:.2f} ± {ratio * error:.2f}."
         claim = "The authors' CCWSIM code: r of our CCWSIM relative to this code."
-        order = verdicts.order_of(ratio, float(np.exp(2 * error)))
-        judgements.append(verdicts.of_order(claim, words, order))
-    return judgements
+        yield verdicts.of_order(claim, words, verdicts.order_of(ratio, float(np.exp(2 * error))))

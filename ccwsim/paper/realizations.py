@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -252,19 +254,15 @@ def _among(bundle: Bundle) -> float:
     return float(among[1:].mean())
 
 
-def _against_codes(tau: dict[str, dict[int, float]]) -> list[Judgement]:
+def _against_codes(tau: dict[str, dict[int, float]]) -> Iterator[Judgement]:
     """Judge our connectivity against the published codes' connectivity at the largest lag."""
-    judgements = []
+    claim = "Connectivity of the authors' codes, same study."
     lag, ours = list(tau["CCWSIM"].items())[-1]
     for name, found in tau.items():
-        if name == "CCWSIM":
-            continue
-        theirs = found[lag]
-        words = f"Relative to the image's τ({lag}): ours {ours:.2f}, {name} {theirs:.2f}."
-        order = int(ours - theirs > SLACK) - int(theirs - ours > SLACK)
-        claim = "Connectivity of the authors' codes, same study."
-        judgements.append(verdicts.of_order(claim, words, order))
-    return judgements
+        if name != "CCWSIM":
+            theirs = found[lag]
+            words = f"Relative to the image's τ({lag}): ours {ours:.2f}, {name} {theirs:.2f}."
+            yield verdicts.of_order(claim, words, verdicts.sign_of(ours - theirs, SLACK))
 
 
 def dense_data(run: ExperimentRun) -> Outcome:
@@ -408,17 +406,11 @@ def _quarters(
     return name, image.facies_names[k], *shown
 
 
-def kept_share(own: Stationarity, each: list[Stationarity]) -> float:
+def _kept_share(own: Stationarity, each: list[Stationarity]) -> float:
     """Return the share of the differences between an image's quarters that realizations keep.
 
-    The function computes each quarter's variograms along both axes, minus the mean over quarters.
-    The result is the slope of the realizations' mean values against the image's values.
-
-    Examples
-    --------
-    >>> image = stationarity(datasets.load("delta").indices, range(3))
-    >>> kept_share(image, [image])
-    1.0
+    It is the slope of the realizations' mean values against the image's values, where a value is
+    the variogram of a quarter minus the mean over the quarters.
     """
     lags = min(own.variograms.shape[-1], *(one.variograms.shape[-1] for one in each))
     apart = own.variograms[..., :lags] - own.variograms[..., :lags].mean(axis=0)
@@ -427,7 +419,7 @@ def kept_share(own: Stationarity, each: list[Stationarity]) -> float:
 
 
 def _trend(name: str, own: Stationarity, each: list[Stationarity]) -> Judgement:
-    kept = kept_share(own, each)
+    kept = _kept_share(own, each)
     found = (
         f"Image “{name}”: realizations keep {percent(kept)} of the differences between the "
         "variograms of its quarters."

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from itertools import pairwise
+from collections.abc import Iterator
+from itertools import pairwise, product
 
 import numpy as np
 
@@ -59,7 +59,7 @@ def grid_size(run: ExperimentRun) -> Outcome:
         "means of 20 conditional realizations, with an unknown number of data."
     )
     blocks = (_grid_chart(by_level, sides), Table(header, tuple(rows), caption))
-    return Outcome(blocks, _grid_judgements(by_level))
+    return Outcome(blocks, tuple(_grid_judgements(by_level)))
 
 
 def _grid_chart(by_level: dict[int, list[Timing]], sides: tuple[int, ...]) -> Row:
@@ -85,28 +85,25 @@ def paper_series(per_cell: bool = False) -> list[TimeSeries]:
     return series
 
 
-def _grid_judgements(by_level: dict[int, list[Timing]]) -> tuple[Judgement, ...]:
+def _grid_judgements(by_level: dict[int, list[Timing]]) -> Iterator[Judgement]:
     taken = {level: [t.seconds for t in times] for level, times in by_level.items()}
-    largest = {level: times[-1] for level, times in by_level.items()}
-    judgements = [level_change(taken, a, b) for a, b in pairwise(LEVELS)]
-    judgements.append(verdicts.of_levels({level: t.seconds for level, t in largest.items()}))
-    judgements.append(_growth(by_level))
-    side = largest[1].grid_shape[0]
-    paper = next(p.cpu_seconds or 0.0 for p in FIGURE_13 if p.level == 1)
+    for a, b in pairwise(LEVELS):
+        yield level_change(taken, a, b)
+    yield verdicts.of_levels({level: each[-1] for level, each in taken.items()})
+    yield _growth(by_level)
+    largest = by_level[1][-1]
+    side, taken_here = largest.grid_shape[0], largest.seconds
     if side == PAPER_SIDE:
-        what = "25 million cells, level 1"
-        judgements.append(verdicts.of_time(what, largest[1].seconds, paper, "Fig. 13"))
-    else:
-        per = 25e6 / largest[1].n_cells
-        words = (
-            f"{seconds(largest[1].seconds)} for {side} × {side} cells at level 1; 25 million cells "
-            f"would take {seconds(per * largest[1].seconds)} at the same rate (measure this with "
-            "--largest-grid 5000)."
-        )
-        judgements.append(
-            verdicts.judged("Fig. 13: 56 s for 25 million cells at level 1.", words, verdicts.OPEN)
-        )
-    return tuple(judgements)
+        paper = next(p.cpu_seconds or 0.0 for p in FIGURE_13 if p.level == 1)
+        yield verdicts.of_time("25 million cells, level 1", taken_here, paper, "Fig. 13")
+        return
+    claim = "Fig. 13: 56 s for 25 million cells at level 1."
+    found = (
+        f"{seconds(taken_here)} for {side} × {side} cells at level 1; 25 million cells would take "
+        f"{seconds(25e6 / largest.n_cells * taken_here)} at the same rate (measure this with "
+        "--largest-grid 5000)."
+    )
+    yield verdicts.judged(claim, found, verdicts.OPEN)
 
 
 def level_change(taken: dict[int, list[float]], a: int, b: int) -> Judgement:
@@ -203,11 +200,10 @@ def _row(p: Parameters, times: Times) -> tuple[str, ...]:
 
 
 def _data_judgements(run: ExperimentRun, times: Times) -> tuple[Judgement, ...]:
-    found = [*_methods(times), *_ratios(times)]
     ours, theirs = times["ccwsim", 1, False, 1].seconds, _paper("ccwsim", 1, 1)
-    what = "CCWSIM, level 1, 2000 data"
-    full = run.extent.is_full
-    return (*found, verdicts.of_time(what, ours, theirs, "Table 2", full))
+    what, full = "CCWSIM, level 1, 2000 data", run.extent.is_full
+    time = verdicts.of_time(what, ours, theirs, "Table 2", full)
+    return *_methods(times), *_ratios(times), time
 
 
 def _paper(method: str, level: int, k: int) -> float:
@@ -217,21 +213,27 @@ def _paper(method: str, level: int, k: int) -> float:
     return found.cpu_seconds
 
 
-def _methods(times: Times) -> list[Judgement]:
+def _ratio(
+    times: Times, first: tuple[str, int, int], second: tuple[str, int, int]
+) -> tuple[float, float]:
+    """Return our and the paper's ratio of the CPU times of two cases (method, level, k)."""
+    ours = [times[method, level, True, k].seconds for method, level, k in (first, second)]
+    return ours[0] / ours[1], _paper(*first) / _paper(*second)
+
+
+def _methods(times: Times) -> Iterator[Judgement]:
     """Judge whether CCWSIM or MS-CCSIM is faster at levels 1 and 3.
 
     Both methods honour all data here. With data in the search only, our MS-CCSIM misses a quarter
     of 1000 data at level 3; the authors' code also conditions the finer images, and misses .4 %.
     """
-    judgements = []
     claim = "Table 2: CCWSIM takes less time than MS-CCSIM at level 1, about the same at level 3."
     shares = []
-    for level in LEVELS_OF_TABLE_2:
-        for k, n in enumerate(TABLE_2_DATA):
-            theirs, ours = (_quotient(t, level, k) for t in (_paper, _exact(times)))
-            shares.append(ours)
-            found = f"Level {level}, {n} data: {ours:.2f} times as long, in the paper {theirs:.2f}."
-            judgements.append(verdicts.of_ratio(claim, found, ours, theirs))
+    for level, (k, n) in product(LEVELS_OF_TABLE_2, enumerate(TABLE_2_DATA)):
+        ours, theirs = _ratio(times, ("ccwsim", level, k), ("ms-ccsim", level, k))
+        shares.append(ours)
+        found = f"Level {level}, {n} data: {ours:.2f} times as long, in the paper {theirs:.2f}."
+        yield verdicts.of_ratio(claim, found, ours, theirs)
     less = [f"{share:.2f}" for share in shares]
     efficient = (
         f"With all data honoured, CCWSIM takes {', '.join(less[:-1])} and {less[-1]} times as long "
@@ -239,22 +241,10 @@ def _methods(times: Times) -> list[Judgement]:
     )
     word = AGREES if max(shares) < 1 / NOISE else PART if min(shares) < 1 / NOISE else DIFFERS
     claim = "CCWSIM is efficient: it takes less time than MS-CCSIM (title, section 5.6)."
-    return [*judgements, verdicts.judged(claim, efficient, word)]
+    yield verdicts.judged(claim, efficient, word)
 
 
-Taken = Callable[[str, int, int], float]
-"""CPU time by method, level and index of the number of data."""
-
-
-def _exact(times: Times) -> Taken:
-    return lambda method, level, k: times[method, level, True, k].seconds
-
-
-def _quotient(taken: Taken, level: int, k: int) -> float:
-    return taken("ccwsim", level, k) / taken("ms-ccsim", level, k)
-
-
-def _ratios(times: Times) -> list[Judgement]:
+def _ratios(times: Times) -> Iterator[Judgement]:
     """Judge the cost of twice the data and the gain of level 3, with all data honoured."""
     twice = "Table 2: cost of twice the data, 2000 instead of 1000."
     coarser = "Table 2: CPU time of CCWSIM at level 1 relative to level 3."
@@ -267,9 +257,7 @@ def _ratios(times: Times) -> list[Judgement]:
         (coarser, f"{n} data", ("ccwsim", 1, k), ("ccwsim", 3, k))
         for k, n in enumerate(TABLE_2_DATA)
     ]
-    judgements = []
     for claim, case, first, second in pairs:
-        theirs, ours = (taken(*first) / taken(*second) for taken in (_paper, _exact(times)))
+        ours, theirs = _ratio(times, first, second)
         found = f"{case}: {ours:.2f} times, in the paper {theirs:.2f}."
-        judgements.append(verdicts.of_ratio(claim, found, ours, theirs))
-    return judgements
+        yield verdicts.of_ratio(claim, found, ours, theirs)

@@ -73,6 +73,11 @@ def compared(ours: float, theirs: float, *, more_is_better: bool, alike: float =
     return BETTER if (ours > theirs) == more_is_better else BEHIND
 
 
+def sign_of(difference: float, alike: float = 0.0) -> int:
+    """Return −1, 0 or 1 for a difference below −alike, between −alike and alike, or above it."""
+    return int(difference > alike) - int(difference < -alike)
+
+
 def order_of(ratio: float, noise: float = NOISE) -> int:
     """Return −1 for a ratio below 1, 1 for a ratio above 1, and 0 for a ratio close to 1.
 
@@ -147,7 +152,7 @@ def of_data(wrong: float, n_data: int, theirs: float | None) -> Judgement:
     if theirs is None:
         return of_claim(claim, found, wrong == 0)
     found += f" Realizations of the authors' code miss {percent(theirs)}."
-    return of_order(claim, found, int(wrong < theirs) - int(wrong > theirs))
+    return of_order(claim, found, sign_of(theirs - wrong))
 
 
 def percent(share: float) -> str:
