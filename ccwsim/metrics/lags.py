@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal
+from typing import Literal, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,56 +59,50 @@ def lag_offsets(
     lags are distances in cells, and offsets are rounded to whole cells. In volumes (`n_axes` = 3),
     offsets are (layers, rows, columns); only "vertical" and triples change the layer.
     """
-    offsets = _offsets(direction, lags, n_axes)
+    if _is_azimuth(direction):
+        angle = np.deg2rad(float(direction))
+        offsets = np.rint(np.outer(lags, [np.cos(angle), np.sin(angle)])).astype(np.int64)
+    else:
+        offsets = np.outer(lags, _step(direction, n_axes))
     return np.pad(offsets, ((0, 0), (n_axes - offsets.shape[1], 0)))
 
 
-def _offsets(direction: Direction, lags: NDArray[np.integer], n_axes: int) -> NDArray[np.int64]:
-    """Return the offsets (rows, columns) or (layers, rows, columns) of lags along a direction."""
+def _is_azimuth(direction: Direction) -> TypeGuard[float]:
+    is_number = isinstance(direction, (int, float, np.integer, np.floating))
+    if is_number and (isinstance(direction, bool) or not abs(direction) < MAX_STEPS):
+        raise CCWSIMError(f"direction {shown(direction)} must be an azimuth in degrees")
+    return is_number
+
+
+def _step(direction: Direction, n_axes: int) -> NDArray[np.int64]:
+    """Return one step along a direction as (rows, columns) or (layers, rows, columns)."""
     if isinstance(direction, str):
-        if direction == VERTICAL:
-            if n_axes < N_AXES:
-                raise CCWSIMError('direction "vertical" needs volumes, shape (n, nz, ny, nx)')
-            return np.outer(lags, (1, 0, 0)).astype(np.int64)
-        if direction not in STEPS:
-            known = ", ".join([*STEPS, *([VERTICAL] if n_axes == N_AXES else [])])
+        if direction == VERTICAL and n_axes < N_AXES:
+            raise CCWSIMError('direction "vertical" needs volumes, shape (n, nz, ny, nx)')
+        steps = STEPS if n_axes < N_AXES else {**STEPS, VERTICAL: (1, 0, 0)}
+        if direction not in steps:
+            known = ", ".join(steps)
             raise CCWSIMError(f"direction {shown(direction)} must be one of {known}, or an azimuth")
-        return np.outer(lags, STEPS[direction]).astype(np.int64)
-    if isinstance(direction, (int, float, np.integer, np.floating)):
-        if isinstance(direction, bool) or not abs(direction) < MAX_STEPS:
-            raise CCWSIMError(f"direction {shown(direction)} must be an azimuth in degrees")
-        angle = np.deg2rad(float(direction))
-        return np.rint(np.outer(lags, [np.cos(angle), np.sin(angle)])).astype(np.int64)
+        return np.array(steps[direction])
     step = as_array(direction, "direction")
     if step.shape not in ((2,), (n_axes,)) or step.dtype.kind not in "ui" or not step.any():
         several = "two whole numbers, not both 0"
         if n_axes == N_AXES:
             several = "(rows, columns) or (layers, rows, columns), whole numbers, not all 0"
         raise CCWSIMError(f"direction {shown(direction)} must be {several}")
-    return np.outer(lags, as_integers(step, "direction", -MAX_STEPS, MAX_STEPS))
+    return as_integers(step, "direction", -MAX_STEPS, MAX_STEPS)
 
 
 def max_lag(direction: Direction, *shapes: tuple[int, ...]) -> int:
     """Return the largest useful lag: half of the smallest side along a direction, at most 100."""
-    *layers, rows, columns = (min(sides) for sides in zip(*shapes, strict=True))
-    if layers and (
-        str(direction) == VERTICAL or as_array(direction, "direction").shape == (N_AXES,)
-    ):
-        step = np.abs(lag_offsets(direction, np.array([1]), N_AXES)[0])
-        halves = np.array([*layers, rows, columns]) // 2
-        return min(MAX_LAG, int((halves[step > 0] // step[step > 0]).min()))
-    side = {"E-W": columns, "N-S": rows}.get(str(direction), min(rows, columns))
-    return min(MAX_LAG, side // 2)
+    sides = np.min(shapes, axis=0)
+    step = np.ones(2, int) if _is_azimuth(direction) else np.abs(_step(direction, len(sides)))
+    halves = sides[-len(step) :] // 2
+    return min(MAX_LAG, int((halves[step > 0] // step[step > 0]).min()))
 
 
-def as_lags(lags: Lags) -> NDArray[np.int64]:
-    """Return the lags as an array; a single number n means 0 … n.
-
-    Examples
-    --------
-    >>> as_lags(3), as_lags([1, 5])
-    (array([0, 1, 2, 3]), array([1, 5]))
-    """
+def _as_lags(lags: Lags) -> NDArray[np.int64]:
+    """Return the lags as an array; a single number n means 0 … n."""
     array = as_array(lags, "lags")
     if array.dtype.kind not in "ui" or array.ndim > 1 or array.size == 0:
         raise CCWSIMError(f"lags = {shown(lags)} must be whole numbers of steps, at least 0")
@@ -139,9 +133,10 @@ def lags_within(
     >>> lags_within((60, 80), "E-W", None)[0].max(), lags_within((5, 60, 80), "vertical", None)[0]
     (np.int64(79), array([0, 1, 2, 3, 4]))
     """
-    usual = lags is None
-    steps = as_lags(MAX_LAG if usual else lags)
-    steps = lags_that_fit(shape, direction, steps) if usual else steps
+    if lags is None:
+        steps = lags_that_fit(shape, direction, np.arange(MAX_LAG + 1))
+    else:
+        steps = _as_lags(lags)
     offsets = lag_offsets(direction, steps, len(shape))
     far = np.flatnonzero((np.abs(offsets) >= shape).any(axis=1))
     if len(far):

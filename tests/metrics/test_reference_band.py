@@ -17,6 +17,7 @@ from ccwsim.metrics import (
     fit_proportions,
     reference_band,
 )
+from ccwsim.metrics.lags import max_lag
 from ccwsim.metrics.reference_band import (
     ERRORS,
     MIN_TAU_SPREAD,
@@ -230,6 +231,12 @@ def test_crops_and_pieces_stay_inside_and_few():
     assert pieces.shape == (32, 20, 20)
     assert 0 < pieces.sum() < 32  # some pieces in the corner, others elsewhere
     assert len(pieces_of(stack[:1], (20, 20))) == 9
+
+
+def test_lags_of_steps_of_several_cells_fit_the_crops():
+    found = simulate(datasets.load("channels"), (100, 100), n_realizations=2)
+    assert max_lag((2, 1), (100, 80)) == 25
+    assert fit_curve(found, "variogram", 1, (2, 1)).at.max() <= np.hypot(50, 25)
 
 
 def test_what_crops_do_not_have_is_not_judged():
