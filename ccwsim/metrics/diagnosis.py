@@ -96,14 +96,8 @@ def largest_template(side: int) -> int:
     return min(max(side // MIN_ACROSS, MIN_TEMPLATE), MAX_TEMPLATE)
 
 
-def advise_level(thinnest: int, side: int) -> Advice:
-    """Advise a wavelet level with blocks that are at most as large as the thinnest facies.
-
-    Examples
-    --------
-    >>> advise_level(5, 256).value
-    2
-    """
+def _advise_level(thinnest: int, side: int) -> Advice:
+    """Advise a wavelet level with blocks that are at most as large as the thinnest facies."""
     by_feature = max(thinnest, 1).bit_length() - 1
     by_side = (largest_template(side) // 2).bit_length() - 1
     level = min(by_feature, by_side, MAX_ADVISED_LEVEL)
@@ -114,18 +108,9 @@ def advise_level(thinnest: int, side: int) -> Advice:
     return Advice("wavelet_level", level, reason)
 
 
-def advise_template(
-    wanted: int, why: str, side: int, level: int, is_period: bool = False
-) -> Advice:
-    """Advise the smallest template that contains a feature, if enough templates fit into the image.
-
-    Periodic features need fewer templates.
-
-    Examples
-    --------
-    >>> advise_template(34, "Features repeat about every 34 cells", 256, 2).value
-    36
-    """
+def _advise_template(wanted: int, why: str, side: int, level: int, is_period: bool) -> Advice:
+    """Advise the smallest template that contains a feature, if enough templates fit; a periodic
+    feature needs fewer."""
     largest, block_size = largest_template(side), 2**level
     size = -(-max(wanted, 16) // block_size) * block_size
     if is_period and largest < wanted and MIN_ACROSS_PERIOD * size <= side:
@@ -137,14 +122,8 @@ def advise_template(
     return Advice("template_size", size, f"{why}: {size} cells {held}.")
 
 
-def advise_overlap(template: int, thinnest: int, level: int) -> Advice:
-    """Advise an overlap: a quarter of the template, at least the smallest facies thickness.
-
-    Examples
-    --------
-    >>> advise_overlap(32, 5, 2).value
-    8
-    """
+def _advise_overlap(template: int, thinnest: int, level: int) -> Advice:
+    """Advise an overlap: a quarter of the template, at least the smallest facies thickness."""
     block_size = 2**level
     largest = max(template // 2 // block_size, 1)
     n_blocks = min(max(round(template / 4 / block_size), -(-thinnest // block_size), 1), largest)
@@ -254,10 +233,10 @@ def diagnose(training_image: TrainingImage | ArrayLike) -> Diagnosis:
     ew, ns = (feature_spacing(image, direction=d) for d in ("E-W", "N-S"))
     side = min(image.shape[-2:])
     wanted, why = feature_size(ew, ns, side)
-    level = advise_level(min(thickness), side)
+    level = _advise_level(min(thickness), side)
     is_period = wanted in (ew.spacing, ns.spacing)
-    template = advise_template(wanted, why, side, level.value, is_period)
-    overlap = advise_overlap(template.value, min(thickness), level.value)
+    template = _advise_template(wanted, why, side, level.value, is_period)
+    overlap = _advise_overlap(template.value, min(thickness), level.value)
     advice = level, template, overlap
     spacings, upright, vertical = (ew, ns), (), None
     if image.is_volumes:

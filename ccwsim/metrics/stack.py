@@ -64,7 +64,7 @@ def index_of(codes: NDArray[np.integer], code: int, name: str = "facies") -> int
     """Return the index of a facies code in `codes`, or raise `CCWSIMError`."""
     indices = np.flatnonzero(codes == code) if is_whole(code) else np.empty(0, int)
     if not len(indices):
-        raise CCWSIMError(f"{name} = {shown(code)} must be one of the codes {listed(codes)}")
+        raise CCWSIMError(f"{name} = {shown(code)} must be one of the codes {_listed(codes)}")
     return int(indices[0])
 
 
@@ -144,14 +144,8 @@ def as_volume(image: NDArray) -> NDArray:
     return image if image.ndim == N_AXES else image[None]
 
 
-def listed(codes: NDArray[np.integer]) -> str:
-    """Return the first ten codes as text.
-
-    Examples
-    --------
-    >>> listed(np.arange(30))
-    '0, 1, 2, 3, 4, 5, 6, 7, 8, 9 …'
-    """
+def _listed(codes: NDArray[np.integer]) -> str:
+    """Return the first ten codes as text."""
     return ", ".join(map(str, codes[:10].tolist())) + (" …" if len(codes) > 10 else "")
 
 
@@ -192,14 +186,14 @@ def _indices(values: NDArray[np.integer], codes: NDArray[np.integer]) -> NDArray
         low, high = int(values.min()), int(values.max())
         wrong = low if low < 0 else high
         if low < 0 or high >= n:
-            raise CCWSIMError(f"facies code {wrong} is not one of {listed(codes)}")
+            raise CCWSIMError(f"facies code {wrong} is not one of {_listed(codes)}")
         return np.ascontiguousarray(values, dtype=np.uint8)
     indices = np.full(values.shape, n, np.uint8)
     for k, code in enumerate(codes.tolist()):
         np.copyto(indices, k, where=values == code)
     unknown = values[indices == n]
     if len(unknown):
-        raise CCWSIMError(f"facies code {unknown[0]} is not one of {listed(codes)}")
+        raise CCWSIMError(f"facies code {unknown[0]} is not one of {_listed(codes)}")
     return indices
 
 

@@ -62,21 +62,10 @@ def published(
     run: ExperimentRun, image: TrainingImage, name: str, shape: tuple[int, int]
 ) -> NDArray | None:
     """Return realizations of a published code, or None if the code simulated another study."""
-    if not run.inputs.is_own(image_named(name)):
+    if not run.inputs.is_own("stone wall" if "stonewall" in name else "channel"):
         return None
     found = run.inputs.published(name, image)
     return found if found is not None and found.shape[1:] == shape else None
-
-
-def image_named(name: str) -> str:
-    """Return the name of the training image, given the name of a file of published realizations.
-
-    Examples
-    --------
-    >>> image_named("MS-CCSIM_stonewall512_hd300_L1")
-    'stone wall'
-    """
-    return "stone wall" if "stonewall" in name else "channel"
 
 
 def median_seconds(ensemble: Ensemble) -> float:
@@ -101,14 +90,7 @@ def format_distances(distances: NDArray[np.float64]) -> str:
 
 
 def relative_tau(images: NDArray, image: TrainingImage) -> dict[int, float]:
-    """Return mean connectivity E–W relative to the image, at the `LAGS` that fit into the image.
-
-    Examples
-    --------
-    >>> ti = TrainingImage(np.eye(60, dtype=int))
-    >>> relative_tau(ti.indices[None], ti)
-    {21: nan}
-    """
+    """Return mean connectivity E–W relative to the image, at the `LAGS` that fit into the image."""
     smallest = min(*images.shape[-2:], *image.shape)
     fits = [lag for lag in LAGS if lag <= smallest // 2] or [max(smallest // 4, 1)]
     code, stack = int(image.codes[-1]), Stack(images, image.codes)
