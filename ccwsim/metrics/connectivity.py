@@ -3,15 +3,30 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.engine.kernels import allocating_kernel
-from ccwsim.metrics.labelling import euler_number, label, neighbours_of
 from ccwsim.metrics.lags import Direction, Lags, count_pairs, lags_within
-from ccwsim.metrics.stack import Fraction, Images, as_image, as_stack, in_pieces, map_parallel
+from ccwsim.metrics.stack import (
+    N_AXES,
+    Fraction,
+    Images,
+    as_image,
+    as_stack,
+    in_pieces,
+    map_parallel,
+)
 from ccwsim.model.arrays import as_floats, ratio
+from ccwsim.model.errors import CCWSIMError, shown
+
+NEIGHBOURS = {2: (8, 4), 3: (26, 18, 6)}
+"""Allowed numbers of neighbours of a cell, by number of axes; the first number is the default."""
+_SHARED_AXES = {4: 1, 6: 1, 18: 2, 8: 3, 26: 3}
+"""Maximum number of axes along which neighbours differ, by number of neighbours."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +61,7 @@ def connected_geobodies(
     """
     stack = as_image(image)
     inside = stack.volume(0) == stack.index_of(facies)
-    labels, n_geobodies = label(inside, neighbours_of(stack.shape, neighbours))
+    labels, n_geobodies = _label(inside, _checked_neighbours(stack.shape, neighbours))
     return labels.reshape(stack.shape), n_geobodies
 
 
@@ -71,10 +86,10 @@ def connectivity(
     stack = as_stack(images)
     steps, offsets = lags_within(stack.shape, direction, lags)
     index = stack.index_of(facies)
-    touching = neighbours_of(stack.shape, neighbours)
+    touching = _checked_neighbours(stack.shape, neighbours)
 
     def one(k: int) -> NDArray[np.integer]:
-        labels = label(stack.volume(k) == index, touching)[0]
+        labels = _label(stack.volume(k) == index, touching)[0]
         return in_pieces(lambda some: _count_pairs(labels, some), offsets, labels.size)
 
     counts = np.array(map_parallel(one, len(stack), progress), dtype=float)
@@ -156,14 +171,14 @@ def geobody_statistics(
     """
     stack = as_stack(images)
     index = stack.index_of(facies)
-    touching = neighbours_of(stack.shape, neighbours)
+    touching = _checked_neighbours(stack.shape, neighbours)
 
     def one(k: int) -> tuple[NDArray[np.int64], list[bool], int]:
         inside = stack.volume(k) == index
-        labels, n = label(inside, touching)
+        labels, n = _label(inside, touching)
         sizes = np.sort(np.bincount(labels.ravel(), minlength=n + 1)[1:])[::-1]
         percolates = [_percolates(labels, n, axis) for axis in (2, 1, 0)]
-        return sizes, percolates, euler_number(inside, touching)
+        return sizes, percolates, _euler_number(inside, touching)
 
     each = map_parallel(one, len(stack), progress)
     sizes = tuple(own for own, _, _ in each)
@@ -188,3 +203,66 @@ def _percolates(labels: NDArray[np.int32], n: int, axis: int) -> bool:
     touches[labels.take(0, axis)] = True
     touches[0] = False
     return bool(touches[labels.take(-1, axis)].any())
+
+
+def _checked_neighbours(shape: tuple[int, ...], neighbours: int | None) -> int:
+    """Return the number of neighbours of a cell after checking it; 8 or 26 by default."""
+    known = NEIGHBOURS[len(shape)]
+    if neighbours is None:
+        return known[0]
+    if not isinstance(neighbours, (int, np.integer)) or neighbours not in known:
+        one_of = "4 or 8" if len(shape) < N_AXES else "6, 18 or 26 in volumes"
+        raise CCWSIMError(f"neighbours = {shown(neighbours)} must be {one_of}")
+    return int(neighbours)
+
+
+def _label(inside: NDArray[np.bool_], neighbours: int) -> tuple[NDArray[np.int32], int]:
+    """Label the connected sets of cells of a volume 1, 2, … in the order of their first cells.
+
+    Cells outside the mask have label 0. The second result is the number of sets.
+    """
+    from scipy import ndimage  # imported here because loading takes time
+
+    cells = inside[0] if len(inside) == 1 else inside  # a single layer is labelled faster as a map
+    touching = ndimage.generate_binary_structure(cells.ndim, _SHARED_AXES[neighbours])
+    labels, n = cast(tuple[NDArray[np.int32], int], ndimage.label(cells, touching))
+    return labels.reshape(inside.shape), n
+
+
+def _euler_number(inside: NDArray[np.bool_], neighbours: int) -> int:
+    """Return geobodies − holes in a map, or geobodies − tunnels + cavities in a volume.
+
+    With 8 or 26 neighbours, the result is corners − edges + faces − cells of the union of cells.
+    With 4 or 6 neighbours, cells are points, and adjacent points span edges, faces and cubes. With
+    18 neighbours, a corner that only two opposite cells share counts twice.
+    """
+    cells = np.pad(inside[0] if len(inside) == 1 else inside, 1)
+    only_sides = _SHARED_AXES[neighbours] == 1
+    total = _alternating_sum(cells, np.logical_and if only_sides else np.logical_or)
+    if not only_sides:
+        total *= (-1) ** cells.ndim
+    if neighbours == 18 and cells.ndim == N_AXES:
+        total += _count_corner_contacts(cells)
+    return total
+
+
+def _alternating_sum(cells: NDArray[np.bool_], combine: np.ufunc, axis: int = 0) -> int:
+    """Return Σ (−1)ⁿ · (number of cells, combined in pairs along n axes), over all sets of axes."""
+    if axis == cells.ndim:
+        return int(np.count_nonzero(cells))
+    lines = np.moveaxis(cells, axis, 0)
+    pairs = np.moveaxis(combine(lines[:-1], lines[1:]), 0, axis)
+    return _alternating_sum(cells, combine, axis + 1) - _alternating_sum(pairs, combine, axis + 1)
+
+
+def _count_corner_contacts(cells: NDArray[np.bool_]) -> int:
+    """Count the 2 × 2 × 2 blocks in which only two cells are set, at opposite corners."""
+    n_cells = cells.view(np.uint8)
+    for axis in range(N_AXES):
+        lines = np.moveaxis(n_cells, axis, 0)
+        n_cells = np.moveaxis(lines[:-1] + lines[1:], 0, axis)
+    ends = slice(None, -1), slice(1, None)
+    opposite = np.zeros(n_cells.shape, bool)
+    for y, x in product((0, 1), repeat=2):
+        opposite |= cells[ends[0], ends[y], ends[x]] & cells[ends[1], ends[1 - y], ends[1 - x]]
+    return int(np.count_nonzero(opposite & (n_cells == 2)))
