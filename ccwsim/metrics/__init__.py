@@ -23,7 +23,7 @@ than the images.
 """
 
 from ccwsim.metrics.anodi import Anodi, Scaling, anodi, classical_scaling, metric_scaling
-from ccwsim.metrics.bands import Band, RunningCurves, band
+from ccwsim.metrics.bands import Band, RunningCurves, RunningStatistics, RunningSummary, band
 from ccwsim.metrics.checks import Check, check_ensemble
 from ccwsim.metrics.coarsening import coarsened
 from ccwsim.metrics.connectivity import (
@@ -72,7 +72,6 @@ from ccwsim.metrics.reference_band import (
     fit_proportions,
 )
 from ccwsim.metrics.stationarity import QUARTERS, Stationarity, stationarity
-from ccwsim.metrics.streaming import RunningStatistics, RunningSummary
 from ccwsim.metrics.variograms import (
     Transiograms,
     Variogram,
