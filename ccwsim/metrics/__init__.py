@@ -24,7 +24,6 @@ than the images.
 
 from ccwsim.metrics.anodi import Anodi, Scaling, anodi, classical_scaling, metric_scaling
 from ccwsim.metrics.bands import Band, RunningCurves, RunningStatistics, RunningSummary, band
-from ccwsim.metrics.checks import Check, check_ensemble
 from ccwsim.metrics.coarsening import coarsened
 from ccwsim.metrics.connectivity import (
     Connectivity,
@@ -63,8 +62,10 @@ from ccwsim.metrics.patterns import (
 from ccwsim.metrics.quality import Quality, differing_share, judge
 from ccwsim.metrics.reference import Calibration, ReferenceScores, calibration, score_reference
 from ccwsim.metrics.reference_band import (
+    Check,
     Fit,
     ReferenceBand,
+    check_ensemble,
     crop_shape,
     fit_curve,
     fit_geobodies,

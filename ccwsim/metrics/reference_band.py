@@ -11,23 +11,25 @@ larger spread and must not excuse themselves by it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 from math import isqrt, prod
+from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import ndtri, stdtrit
 
-from ccwsim.metrics.bands import Statistic, curves_of
+from ccwsim.metrics.bands import STATISTICS, Statistic, curves_of
 from ccwsim.metrics.connectivity import geobody_statistics
 from ccwsim.metrics.etype import proportions
-from ccwsim.metrics.lags import Direction, distinct_lags, max_lag
+from ccwsim.metrics.lags import Direction, DirectionName, axes_of, distinct_lags, max_lag
 from ccwsim.metrics.pattern_codes import count_patterns
 from ccwsim.metrics.patterns import PatternHistogram, js_divergence
-from ccwsim.metrics.stack import N_AXES, Stack
+from ccwsim.metrics.stack import N_AXES, Fraction, Stack
 from ccwsim.model.arrays import as_floats, check_int, ratio
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError, shown
@@ -44,6 +46,8 @@ MAX_CROPS_ABOVE = 2
 """Maximum number of crops along z in a volume."""
 MIN_CROPS = 3
 """Minimum number of crops in which a value is not NaN; otherwise the value is not judged."""
+MAX_CHECKED = 8
+"""Maximum number of facies that are checked; with more facies, those with the largest shares."""
 MAX_PIECES = 32
 """Maximum number of pieces; more would not help because the crops limit the precision."""
 ERRORS = {
@@ -60,7 +64,6 @@ RARE = 0.001
 to the normal distribution at this two-sided probability."""
 MAX_OWN = (2.0, 3.0)
 """The spread of pieces counts up to this multiple of the crops' spread, in maps and volumes."""
-STATISTICS = ("connectivity", "variogram")
 MIN_GAP = 0.1
 """Smallest reported difference of a curve, in units of τ or, for γ, in sills p (1 − p)."""
 MIN_PROPORTION_GAP = 0.05
@@ -143,8 +146,8 @@ class ReferenceBand:
     """Number of crops that would fit into the training image without overlap."""
     n_errors: float
     """Allowed difference in standard errors."""
-    min_gap: Floats
-    """Smallest reported difference of each value, shape (m,)."""
+    min_gap: ArrayLike
+    """Smallest reported difference of each value, shape (m,), or of all values."""
     crop_shape: Shape
     min_spread: ArrayLike = 0.0
     """Smallest standard deviation of each value between crops."""
@@ -221,33 +224,34 @@ def largest_crop(image_shape: Shape, grid_shape: Shape) -> Shape:
 
 def crops_of(image: NDArray[np.uint8], shape: Shape) -> NDArray[np.uint8]:
     """Return evenly spaced crops, shape (n, *shape): at most 4 × 4, or 2 × 4 × 4 of a volume."""
-    starts = []
     most = (MAX_CROPS_ABOVE, MAX_CROPS_ALONG, MAX_CROPS_ALONG)[-len(shape) :]
-    for side, own, largest in zip(image.shape, shape, most, strict=True):
-        n = min(largest, 1 + -(-2 * (side - own) // own))
-        starts.append(np.linspace(0, side - own, n).astype(int))
-    return np.array([image[_window(start, shape)] for start in product(*starts)])
-
-
-def _window(start: Sequence[int], shape: Shape) -> tuple[slice, ...]:
-    return tuple(slice(first, first + n) for first, n in zip(start, shape, strict=True))
+    needed = (1 + -(-2 * (n - own) // own) for n, own in zip(image.shape, shape, strict=True))
+    windows = _windows(image.shape, shape, map(min, most, needed))
+    return np.array([image[window] for window in windows])
 
 
 def pieces_of(
     realizations: NDArray[np.uint8], shape: Shape, max_pieces: int = MAX_PIECES
 ) -> NDArray[np.uint8]:
     """Return m ≤ `max_pieces` pieces of realizations without overlap, shape (m, *shape)."""
-    along = (
-        np.linspace(0, side - own, side // own).astype(int)
-        for side, own in zip(realizations.shape[1:], shape, strict=True)
-    )
-    starts = list(product(*along))
-    total = len(realizations) * len(starts)
+    sides = realizations.shape[1:]
+    windows = _windows(sides, shape, (n // own for n, own in zip(sides, shape, strict=True)))
+    total = len(realizations) * len(windows)
     chosen = np.linspace(0, total - 1, min(total, max_pieces)).astype(int)
-    pieces = np.empty((len(chosen), *shape), np.uint8)
-    for k, (r, which) in enumerate(zip(*np.divmod(chosen, len(starts)), strict=True)):
-        pieces[k] = realizations[r][_window(starts[which], shape)]
-    return pieces
+    numbers = zip(*np.divmod(chosen, len(windows)), strict=True)
+    return np.array([realizations[r][windows[which]] for r, which in numbers])
+
+
+def _windows(sides: Shape, shape: Shape, counts: Iterable[int]) -> list[tuple[slice, ...]]:
+    """Return evenly spaced windows of a shape, with these numbers of windows along the sides."""
+    starts = [
+        np.linspace(0, side - own, count).astype(int)
+        for side, own, count in zip(sides, shape, counts, strict=True)
+    ]
+    return [
+        tuple(slice(first, first + n) for first, n in zip(corner, shape, strict=True))
+        for corner in product(*starts)
+    ]
 
 
 def fit_curve(
@@ -271,20 +275,20 @@ def fit_curve(
     index = image.index_of(facies)
     if statistic not in STATISTICS:
         raise CCWSIMError(f"statistic {shown(statistic)} must be one of {', '.join(STATISTICS)}")
-    shape = crop_shape(image.array.shape, ensemble.indices.shape[1:])
+    shape = crop_shape(image.shape, ensemble.grid.shape)
     if shape is None or not max_lag(direction, shape):  # there is no lag along a single layer
         return None
-    p = float(image.proportions[index])
     lags, distances = distinct_lags(direction, max_lag(direction, shape))
 
     def values(images: Stack) -> Floats:
         return curves_of(statistic, images, facies, direction, lags[1:])
 
-    is_variogram = statistic == "variogram"
-    gap = np.full(len(lags) - 1, MIN_GAP * (p * (1 - p) if is_variogram else 1.0))
+    gap, spread = MIN_GAP, MIN_TAU_SPREAD
+    if statistic == "variogram":
+        p = float(image.proportions[index])
+        gap, spread = MIN_GAP * (p * (1 - p)), 0.0
     name = statistic, index, str(direction)  # a direction may be a list or an array
-    least = 0.0 if is_variogram else MIN_TAU_SPREAD
-    return fit_values(ensemble, name, distances[1:], values, gap, least)
+    return fit_values(ensemble, name, distances[1:], values, gap, spread)
 
 
 def fit_geobodies(ensemble: Ensemble, facies: int, neighbours: int | None = None) -> Fit | None:
@@ -311,7 +315,7 @@ def fit_values(
     name: tuple,
     at: Floats,
     values: ValuesOf,
-    min_gap: Floats,
+    min_gap: ArrayLike,
     min_spread: float = 0.0,
 ) -> Fit | None:
     """Compare m values of pieces of realizations with the values of crops of the training image.
@@ -322,7 +326,7 @@ def fit_values(
     for crops.
     """
     image = ensemble.training_image
-    shape = crop_shape(image.array.shape, ensemble.indices.shape[1:])
+    shape = crop_shape(image.shape, ensemble.grid.shape)
     if shape is None:
         return None
     reference = band_of_crops(image, name, shape, at, values, min_gap, min_spread)
@@ -343,7 +347,7 @@ def fit_proportions(ensemble: Ensemble) -> Fit | None:
     array([0.5, 0.5])
     """
     image = ensemble.training_image
-    shape = crop_shape(image.array.shape, ensemble.indices.shape[1:])
+    shape = crop_shape(image.shape, ensemble.grid.shape)
     if shape is None:
         return None
     at, gap = image.codes.astype(float), MIN_PROPORTION_GAP * image.proportions
@@ -372,7 +376,7 @@ def fit_patterns(ensemble: Ensemble, sizes: Sequence[int] = PATTERN_SIZES) -> Fi
     array([2., 3.])
     """
     image, sides = ensemble.training_image, [check_int("pattern size", s, 1) for s in sizes]
-    shape = crop_shape(image.array.shape, ensemble.indices.shape[1:])
+    shape = crop_shape(image.shape, ensemble.grid.shape)
     if shape is None:
         return None
     shape = (*shape[:-2], *(max(side // 2, min(side, MIN_SIDE)) for side in shape[-2:]))
@@ -389,11 +393,8 @@ def fit_patterns(ensemble: Ensemble, sizes: Sequence[int] = PATTERN_SIZES) -> Fi
                 found[k, column] = _divergence(here, _without(there, here) if rest else there)
         return found
 
-    def values(crops: Stack) -> Floats:
-        return distances(crops, rest=True)
-
-    at, no_gap = np.array(sides, float), np.zeros(len(sides))
-    crops = band_of_crops(image, ("patterns", *sides), shape, at, values, no_gap)
+    at, without_crop = np.array(sides, float), partial(distances, rest=True)
+    crops = band_of_crops(image, ("patterns", *sides), shape, at, without_crop, 0.0)
     least = MIN_PATTERN_SPREAD * crops.values.mean(axis=0)
     crops = replace(crops, min_spread=least, one_sided=True)
     return crops.compare(distances(Stack(pieces_of(ensemble.indices, shape), image.codes)))
@@ -415,6 +416,53 @@ def _divergence(one: Counts, other: Counts) -> float:
     return js_divergence(*both)
 
 
+class Check(NamedTuple):
+    """A comparison of realizations with crops of their training image."""
+
+    kind: str
+    """"proportions", "variogram", "connectivity", "geobodies" or "patterns"."""
+    facies: int | None
+    """Index of the facies; None if the check comprises all facies."""
+    direction: DirectionName | None
+    """Direction of a curve, otherwise None."""
+    fit: Fit
+
+
+def check_ensemble(ensemble: Ensemble, progress: Fraction | None = None) -> list[Check]:
+    """Compare an ensemble with crops of its training image in all facies and directions.
+
+    Checks that cannot be judged are left out, so the list is empty if the training image or the
+    grid is too small for crops. Of two facies, variograms are compared only for the second one,
+    because both are equal. Only some checks are independent, so the share of good ensembles in
+    which any check differs was measured (see the page on measures in the documentation).
+
+    Examples
+    --------
+    >>> from ccwsim import datasets, simulate
+    >>> checks = check_ensemble(simulate(datasets.load("channels"), (128, 128), n_realizations=4))
+    >>> len(checks), [check.kind for check in checks if not check.fit.fits]
+    (10, [])
+    """
+    image, ways = ensemble.training_image, axes_of(ensemble.grid.shape)
+    facies = sorted(np.argsort(-image.proportions, kind="stable")[:MAX_CHECKED].tolist())
+    found: list[tuple[str, int | None, DirectionName | None, Fit | None]] = [
+        ("proportions", None, None, fit_proportions(ensemble)),
+        ("patterns", None, None, fit_patterns(ensemble)),
+    ]
+    for done, k in enumerate(facies):
+        code = int(image.codes[k])
+        for statistic, way in product(STATISTICS, ways):
+            if statistic == "variogram" and image.n_facies == 2 and k == 0:
+                continue
+            found.append((statistic, k, way, fit_curve(ensemble, statistic, code, way)))
+        found.append(("geobodies", k, None, fit_geobodies(ensemble, code)))
+        if progress:
+            progress((done + 1) / len(facies))
+    return [
+        Check(kind, k, way, fit) for kind, k, way, fit in found if fit is not None and fit.judged
+    ]
+
+
 _bands: WeakKeyDictionary[TrainingImage, dict] = WeakKeyDictionary()
 MAX_BANDS = 256
 """Maximum number of bands stored for each training image; a band needs some kilobytes."""
@@ -426,7 +474,7 @@ def band_of_crops(
     shape: Shape,
     at: Floats,
     values: ValuesOf,
-    min_gap: Floats,
+    min_gap: ArrayLike,
     min_spread: float = 0.0,
 ) -> ReferenceBand:
     """Return the band of an image's crops, which is computed once for each name and crop shape."""

@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.metrics.bands import Statistic
-from ccwsim.metrics.checks import Check
 from ccwsim.metrics.lags import VERTICAL, Direction, axes_of
 from ccwsim.metrics.measures import Measured
-from ccwsim.metrics.reference_band import Fit
+from ccwsim.metrics.reference_band import Check, Fit
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.numbers import plural

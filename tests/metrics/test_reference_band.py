@@ -271,7 +271,7 @@ def test_an_unknown_facies_or_statistic_is_an_error():
     found = ensemble_of(image, np.zeros((1, 40, 40), np.uint8))
     with pytest.raises(CCWSIMError, match="facies 2 is not in the training image, which has 0, 1"):
         fit_curve(found, "variogram", 2)
-    with pytest.raises(CCWSIMError, match="must be one of connectivity, variogram"):
+    with pytest.raises(CCWSIMError, match="must be one of variogram, connectivity"):
         fit_curve(found, "madogram", 1)
 
 
