@@ -1,7 +1,8 @@
 """Bundled training images and hard data.
 
 Seeded generators (tools/datasets in the source repository) made all images and data, which are
-therefore reproducible and free to use.
+therefore reproducible and free to use. All functions that take a name raise `CCWSIMError` if the
+name is unknown or a file is missing.
 """
 
 from ccwsim.datasets.catalogue import (

@@ -60,12 +60,14 @@ def _rows(kind: type[Row], table: str) -> dict[str, Row]:
 DATASETS = _rows(Dataset, "images")
 VOLUMES = _rows(Dataset, "volumes")
 """Bundled volumes; ten vertical wells for each volume were sampled from a similar volume."""
+IMAGES = DATASETS | VOLUMES
 WELLS_SHAPE = (48, 100, 100)
 """Shape of the simulation grid for the bundled wells."""
 
 SURVEYS = _rows(Survey, "surveys")
 WELLS = {f"{name}_10_wells": Survey(name, WELLS_SHAPE, "10 vertical wells") for name in VOLUMES}
 """Descriptions of the bundled wells, by name of the hard data."""
+HARD_DATA = SURVEYS | WELLS
 
 FIELD_SIDES = {"channels": (256, 512), "stone_wall": (512,), "barchans": (512, 1000)}
 """Sides in cells of each image's square reference fields, generated with another seed."""
@@ -95,14 +97,7 @@ def volume_names() -> tuple[str, ...]:
 
 @cache
 def load(name: str) -> TrainingImage:
-    """Read a bundled training image.
-
-    Raises `CCWSIMError` for an unknown name, or if the file is missing.
-
-    Parameters
-    ----------
-    name : str
-        One of `names()` or `volume_names()`.
+    """Read a bundled training image, one of `all_image_names()`.
 
     Examples
     --------
@@ -111,14 +106,16 @@ def load(name: str) -> TrainingImage:
     ((256, 256), ('mud', 'sand'))
     """
     facies_names, path = _dataset(name).facies_names, image_path(name)
-    array = read_volume(path) if name in VOLUMES else read_image(path)
+    if name in VOLUMES:
+        with np.load(_present(path)) as file:
+            array = file["ti"]  # shape (nz, ny, nx), layer 0 at the bottom
+    else:
+        array = read_image(path)
     return TrainingImage(array, name=name, facies_names=facies_names)
 
 
 def load_wells(name: str) -> HardData:
     """Read the ten vertical wells of a bundled volume, on a grid of 100 × 100 × 48 cells.
-
-    Raises `CCWSIMError` for an unknown name, or if the file is missing.
 
     Examples
     --------
@@ -132,8 +129,6 @@ def load_wells(name: str) -> HardData:
 
 def describe(name: str) -> str:
     """Describe a bundled training image in one line: its content, size and use.
-
-    Raises `CCWSIMError` for an unknown name.
 
     Examples
     --------
@@ -165,7 +160,7 @@ def all_image_names() -> tuple[str, ...]:
     >>> all_image_names() == (*names(), *volume_names())
     True
     """
-    return (*names(), *volume_names())
+    return tuple(IMAGES)
 
 
 def all_hard_data_names() -> tuple[str, ...]:
@@ -176,7 +171,7 @@ def all_hard_data_names() -> tuple[str, ...]:
     >>> all_hard_data_names() == (*hard_data_names(), *wells_names())
     True
     """
-    return (*hard_data_names(), *wells_names())
+    return tuple(HARD_DATA)
 
 
 def wells_names() -> tuple[str, ...]:
@@ -193,8 +188,6 @@ def wells_names() -> tuple[str, ...]:
 @cache
 def load_hard_data(name: str) -> HardData:
     """Read bundled hard data for a grid of the shape `hard_data_grid_shape(name)`.
-
-    Raises `CCWSIMError` for an unknown name, or if the file is missing.
 
     Examples
     --------
@@ -243,16 +236,9 @@ def describe_hard_data(name: str) -> str:
 
 
 def load_reference_field(name: str) -> TrainingImage:
-    """Read the reference field from which bundled hard data were sampled.
+    """Read the reference field from which data for a map, one of `hard_data_names()`, were sampled.
 
     The training image's generator made the field with another seed. Use it to score realizations.
-
-    Raises `CCWSIMError` for an unknown name, or if the file is missing.
-
-    Parameters
-    ----------
-    name : str
-        One of `hard_data_names()`.
 
     Examples
     --------
@@ -300,12 +286,6 @@ def read_image(path: Path) -> NDArray[np.uint8]:
         return np.asarray(image, np.uint8)[::-1]
 
 
-def read_volume(path: Path) -> NDArray[np.uint8]:
-    """Return the facies codes of a bundled volume, shape (nz, ny, nx), layer 0 at the bottom."""
-    with np.load(_present(path)) as file:
-        return file["ti"]
-
-
 def _present(path: Path) -> Path:
     if not path.is_file():
         raise CCWSIMError(
@@ -316,14 +296,12 @@ def _present(path: Path) -> Path:
 
 
 def _dataset(name: str) -> Dataset:
-    known = DATASETS | VOLUMES
-    if name not in known:
-        raise CCWSIMError(f"training image {shown(name)} is unknown; there are {', '.join(known)}")
-    return known[name]
+    if name not in IMAGES:
+        raise CCWSIMError(f"training image {shown(name)} is unknown; there are {', '.join(IMAGES)}")
+    return IMAGES[name]
 
 
 def _survey(name: str) -> Survey:
-    known = SURVEYS | WELLS
-    if name not in known:
-        raise CCWSIMError(f"hard data {shown(name)} are unknown; there are {', '.join(known)}")
-    return known[name]
+    if name not in HARD_DATA:
+        raise CCWSIMError(f"hard data {shown(name)} are unknown; there are {', '.join(HARD_DATA)}")
+    return HARD_DATA[name]
