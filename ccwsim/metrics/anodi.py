@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import nan
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,7 +22,8 @@ MAX_STEPS, SMALL_STEP = 200, 1e-5
 """Maximum number of SMACOF steps, and the relative improvement at which they end."""
 MIN_JACKKNIFE = 3
 """Minimum number of realizations for a jackknife: two must remain when one is omitted."""
-Part = tuple[NDArray[np.float64], NDArray[np.float64]]
+Means = tuple[NDArray[np.float64], NDArray[np.float64]]
+"""Mean divergences between realizations, and of realizations from the training image."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,8 +153,8 @@ class Anodi:
         ensemble `name` is better: its realizations vary more relative to their distance from the
         image (Tan et al. 2014). Raises `CCWSIMError` for an unknown name.
         """
-        a, b = (self._row(n) for n in (name, other))
-        return self._relative((self.between[a], self.within[a]), (self.between[b], self.within[b]))
+        between, within, both = self._relative(self._means_of(name), self._means_of(other))
+        return float(between), float(within), float(both)
 
     def relative_errors(self, name: str, other: str) -> tuple[float, float, float]:
         """Return jackknife standard errors of the logarithms of the results of `relative`.
@@ -160,38 +162,33 @@ class Anodi:
         Each realization of the two ensembles is omitted in turn. Errors are NaN if an ensemble has
         fewer than three realizations. Raises `CCWSIMError` for an unknown name.
         """
-        a, b = (self._row(n) for n in (name, other))
-        if a == b:
+        one, other_one = self._means_of(name), self._means_of(other)
+        if name == other:
             return 0.0, 0.0, 0.0
-        whole = [(self.between[k], self.within[k]) for k in (a, b)]
+        if min(np.count_nonzero(self.owner == self._row(n)) for n in (name, other)) < MIN_JACKKNIFE:
+            return nan, nan, nan
         variance = np.zeros(3)
-        for k, one in enumerate((a, b)):
-            left = []
-            for parts in zip(*self._without_each(one), strict=True):
-                pair = [parts, whole[1]] if k == 0 else [whole[0], parts]
-                left.append(self._relative(*pair))
-            if len(left) < MIN_JACKKNIFE:
-                return float("nan"), float("nan"), float("nan")
+        for pair in ((self._without_each(name), other_one), (one, self._without_each(other))):
             with np.errstate(divide="ignore", invalid="ignore"):
-                logs = np.log(left)
-                variance += (len(logs) - 1) * logs.var(axis=0)
-        first, second, third = np.sqrt(variance).tolist()
-        return first, second, third
+                logs = np.log(self._relative(*pair))
+                variance += (logs.shape[1] - 1) * logs.var(axis=1)
+        between, within, both = np.sqrt(variance).tolist()
+        return between, within, both
 
-    def _relative(self, one: Part, other: Part) -> tuple[float, float, float]:
-        """Return the weighted ratios of `between`, `within` and between / within."""
+    def _relative(self, one: Means, other: Means) -> NDArray[np.float64]:
+        """Return the weighted ratios of `between`, `within` and between / within, shape (3, …)."""
         with np.errstate(divide="ignore", invalid="ignore"):
             between, within = one[0] / other[0], one[1] / other[1]
-            three = (self.weights @ each for each in (between, within, between / within))
-            first, second, third = map(float, three)
-        return first, second, third
+            return np.array([each @ self.weights for each in (between, within, between / within)])
 
-    def _without_each(self, k: int) -> Part:
+    def _means_of(self, name: str) -> Means:
+        """Return `between` and `within` of an ensemble, shape (factors,)."""
+        return self.between[self._row(name)], self.within[self._row(name)]
+
+    def _without_each(self, name: str) -> Means:
         """Return `between` and `within`, shape (n, factors); row k omits realization k."""
-        own = np.flatnonzero(self.owner == k)
+        own = np.flatnonzero(self.owner == self._row(name))
         n = len(own)
-        if n < MIN_JACKKNIFE:
-            return np.empty((0, len(self.factors))), np.empty((0, len(self.factors)))
         rows = self.divergence[:, own[:, None], own].sum(axis=2)
         pairs = rows.sum(axis=1, keepdims=True) - 2 * rows
         to_image = self.divergence[:, 0, own]
