@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import prod
 from typing import Any, cast
@@ -15,7 +16,7 @@ from ccwsim.metrics.features import THICK_SHARE, Spacing, feature_spacing, granu
 from ccwsim.metrics.lags import VERTICAL
 from ccwsim.metrics.stack import Stack, as_image
 from ccwsim.metrics.stationarity import PARTS, QUARTERS, Stationarity, stationarity
-from ccwsim.model.arrays import as_array, as_integers, check_int
+from ccwsim.model.arrays import as_integers, check_int
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
 from ccwsim.model.grid import Grid
 from ccwsim.model.numbers import plural
@@ -224,10 +225,11 @@ def diagnose(training_image: TrainingImage | ArrayLike) -> Diagnosis:
     >>> [(a.parameter, a.value) for a in diagnose(rivers).advice]
     [('wavelet_level', 2), ('template_size', 24), ('overlap_size', 8)]
     """
-    given = training_image
-    if not isinstance(given, TrainingImage):
-        given = as_integers(as_array(given, "training image"), "training image")
-    image = as_image(given)
+    if isinstance(training_image, TrainingImage):
+        image, named = as_image(training_image), training_image.facies_names
+    else:
+        image = as_image(as_integers(training_image, "training image"))
+        named = tuple(f"facies {code}" for code in image.codes)
     quarters = stationarity(image)
     thickness = _thickness(image)
     ew, ns = (feature_spacing(image, direction=d) for d in ("E-W", "N-S"))
@@ -254,8 +256,6 @@ def diagnose(training_image: TrainingImage | ArrayLike) -> Diagnosis:
             advice = *advice, Advice("location_weight", weight, why)
     n_fit = templates_that_fit(image.shape, advice[1].value)
     boxes = wanted if vertical is None else (advice[1].value[0], wanted, wanted)
-    names = training_image.facies_names if isinstance(training_image, TrainingImage) else None
-    named = names or tuple(f"facies {code}" for code in image.codes)
     warnings = tuple(_warnings(image, named, quarters, spacings, boxes))
     about = thickness, ew, ns, wanted, n_fit, advice, warnings, upright, vertical
     return Diagnosis(quarters, *about)
@@ -264,10 +264,8 @@ def diagnose(training_image: TrainingImage | ArrayLike) -> Diagnosis:
 def _thickness(image: Stack, vertical: bool = False) -> tuple[int, ...]:
     """Return the thickness of each facies within layers, or vertically."""
     return tuple(
-        granulometry(
-            image, int(code), down_to=THICK_SHARE, extend=True, vertical=vertical
-        ).thickness()
-        for code in image.codes
+        granulometry(image, code, down_to=THICK_SHARE, extend=True, vertical=vertical).thickness()
+        for code in image.codes.tolist()
     )
 
 
@@ -277,36 +275,33 @@ def _warnings(
     quarters: Stationarity,
     spacings: tuple[Spacing, ...],
     wanted: int | tuple[int, int, int],
-) -> list[str]:
-    warnings = []
+) -> Iterator[str]:
     n_fit = templates_that_fit(ti.shape, wanted)
     sides = wanted if isinstance(wanted, tuple) else (wanted,)
     if n_fit < MIN_ACROSS**2:
-        warnings.append(
+        yield (
             f"Only {n_fit} templates of the size of a feature "
             f"({' × '.join(map(str, sides))} cells) fit into the training image. "
             "Realizations repeat pieces of the image. A larger image would give more variety."
         )
     if quarters.drifting.any():
-        warnings.append(_drift(ti, named, quarters))
+        yield _drift(ti, named, quarters)
     elif quarters.changing.any():
         shift = np.where(quarters.changing, quarters.variogram_shift, 0)
         where = QUARTERS[int(shift.max(axis=(1, 2)).argmax())]
-        warnings.append(
+        yield (
             f"The variogram of the {where} quarter differs from the variogram of the image by more "
             "than chance explains. Sizes or directions of features change across the image, and "
             "realizations mix all sizes and directions."
         )
     if quarters.vertical_trend.any():
-        warnings.append(_trend(ti, named, quarters))
-    ways = ("east–west", "north–south", "vertically")[: len(spacings)]
-    for name, spacing in zip(ways, spacings, strict=True):
+        yield _trend(ti, named, quarters)
+    for name, spacing in zip(("east–west", "north–south", "vertically"), spacings, strict=False):
         if spacing.spacing is not None and spacing.strength >= PERIODIC:
-            warnings.append(
+            yield (
                 f"The image repeats every {spacing.spacing} cells {name}. If the overlap "
                 "is too narrow, realizations lose this period."
             )
-    return warnings
 
 
 def _trend(ti: Stack, named: tuple[str, ...], found: Stationarity) -> str:
