@@ -40,17 +40,15 @@ SPREADS = {
     "copying": lambda quality: quality.copied_spread,
 }
 """Functions that return the standard deviation of an error over realizations."""
-PATTERN_TOLERANCE = 0.1
-"""Maximum relative difference between two pattern distances that count as equal."""
-TAU_TOLERANCE = 0.03
-"""Maximum difference between two errors of τ(h) that count as equal."""
-PROPORTION_TOLERANCE = 0.1
-"""Two relative errors of proportions count as equal if their difference is at most this value."""
+TOLERANCES = {"proportions": 0.1, "patterns": 0.1, "connection": 0.03}
+"""Maximum difference between two errors that count as equal; of patterns, relative to the smallest
+error. Settings are compared in this order."""
 MAX_COPIED = 4
 """Maximum size of a copied piece in templates; usual are 5 to 13 for K = 1, 3 for K = 5."""
 EQUALLY_GOOD = (
-    f"differ by less than {100 * PATTERN_TOLERANCE:.0f} % in patterns, {TAU_TOLERANCE} in τ(h) and "
-    f"{100 * PROPORTION_TOLERANCE:.0f} % in proportions, or by less than their spread"
+    f"differ by less than {100 * TOLERANCES['patterns']:.0f} % in patterns, "
+    f"{TOLERANCES['connection']} in τ(h) and {100 * TOLERANCES['proportions']:.0f} % in "
+    "proportions, or by less than their spread"
 )
 MAX_NAMED = 4
 """Maximum number of settings that a sentence names."""
@@ -261,14 +259,10 @@ def recommended(sweep: Sweep) -> Recommendation:
     for rule in (_without_large_templates, _without_copies):
         among, sentence = rule(sweep, among)
         why += [sentence] if sentence else []
-    patterns = sweep.errors("patterns")
-    for kind in ("proportions", "patterns", "connection"):
-        tolerances = {
-            "proportions": PROPORTION_TOLERANCE,
-            "patterns": PATTERN_TOLERANCE * patterns[among].min(),
-            "connection": TAU_TOLERANCE,
-        }
-        good = sweep.alike(kind, among, tolerances[kind])
+    for kind, tolerance in TOLERANCES.items():
+        if kind == "patterns":
+            tolerance *= sweep.errors("patterns")[among].min()
+        good = sweep.alike(kind, among, tolerance)
         if len(good) < len(among):
             why.append(_left_behind(sweep, kind, good, np.setdiff1d(among, good)))
         among = good
@@ -344,8 +338,8 @@ def _first_reason(sweep: Sweep, alike: list[int]) -> str:
     names = varied(row.parameters for row in sweep.rows)
     labels = [label(sweep.rows[j].parameters, names) for j in alike]
     more = f" and {len(labels) - MAX_NAMED} more" if len(labels) > MAX_NAMED else ""
-    kinds, rows = ("proportions", "patterns", "connection"), np.array(alike)
-    same = n > 1 and all(len(sweep.alike(kind, rows, 0.0)) == len(rows) for kind in kinds)
+    rows = np.array(alike)
+    same = n > 1 and all(len(sweep.alike(kind, rows, 0.0)) == len(rows) for kind in TOLERANCES)
     are = f"cannot be told apart by {n} realizations each" if same else EQUALLY_GOOD
     return (
         f"These {are}: {'; '.join(labels[:MAX_NAMED])}{more}. The fastest setting is {labels[0]}, "
