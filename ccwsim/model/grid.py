@@ -201,16 +201,13 @@ class Grid:
             raise CCWSIMError(f"{listing(names)} of points must be lists of the same length")
         if not all(np.isfinite(p).all() for p in points):
             raise CCWSIMError(f"{listing(names)} of every point must be finite numbers")
-        sides = zip(points, self.origin, self.cell_size, self.shape[::-1], strict=True)
-        cells = np.empty((len(points[0]), len(points)), np.int64)
-        for axis, (along, corner, width, n) in enumerate(sides, start=1):
-            with np.errstate(over="ignore"):
-                places = (along - corner) / width
-            if not (np.abs(places) < 2.0**62).all():
-                raise CCWSIMError("some points are too far from the grid; check the coordinates")
-            places[places == n] = n - 1
-            cells[:, -axis] = np.floor(places)
-        return cells
+        with np.errstate(over="ignore"):
+            places = (np.column_stack(points) - self.origin) / self.cell_size
+        if not (np.abs(places) < 2.0**62).all():
+            raise CCWSIMError("some points are too far from the grid; check the coordinates")
+        sides = np.array(self.shape[::-1])
+        places = np.where(places == sides, sides - 1, np.floor(places))
+        return places[:, ::-1].astype(np.int64, order="C")
 
     def centers_of(self, cells: NDArray[np.integer]) -> NDArray[np.float64]:
         """Return x, y (and z) of the centres of cells in world units, shape (n, 2) or (n, 3)."""
@@ -253,13 +250,10 @@ def fault_of_crs(crs: object) -> str:
     >>> fault_of_crs("EPSG:32632"), fault_of_crs("UTM 32")
     ('', 'is not a coordinate system; give a code such as EPSG:32632, or WKT')
     """
-    if isinstance(crs, str) and len(crs) > MAX_CRS_LETTERS:
-        return f"has {len(crs)} letters; a coordinate system has at most {MAX_CRS_LETTERS}"
-    if (
-        isinstance(crs, str)
-        and _CRS.fullmatch(crs)
-        and all(c.isprintable() or c in "\r\n\t" for c in crs)
-    ):
+    text = crs if isinstance(crs, str) else ""
+    if len(text) > MAX_CRS_LETTERS:
+        return f"has {len(text)} letters; a coordinate system has at most {MAX_CRS_LETTERS}"
+    if _CRS.fullmatch(text) and all(c.isprintable() or c in "\r\n\t" for c in text):
         return ""
     return "is not a coordinate system; give a code such as EPSG:32632, or WKT"
 
