@@ -6,7 +6,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -129,18 +129,15 @@ def _counted(
     definition: str,
     count: Callable[[OfFacies], NDArray[np.int64]],
     words: tuple[str, str],
-) -> tuple[Measure, Measure]:
-    """Return two measures that count geobodies per 10,000 cells (maps) or 1,000,000 (volumes)."""
+) -> Iterator[Measure]:
+    """Yield a measure that counts geobodies per 10,000 cells in maps, or 1,000,000 in volumes."""
+    for per, least, volumes in ((PER_CELLS, 0.5, False), (PER_CELLS_VOLUME, 5.0, True)):
 
-    def entry(per: int, volumes: bool) -> Measure:
-        def values(of: OfFacies) -> Values:
+        def values(of: OfFacies, per: int = per) -> Values:
             return per * count(of) / of.n_cells
 
         whole = f"{title} per {per:,} cells"
-        least = 0.5 if not volumes else 5.0
-        return Measure(whole, definition, values, least, words, digits=1, volumes=volumes)
-
-    return entry(PER_CELLS, False), entry(PER_CELLS_VOLUME, True)
+        yield Measure(whole, definition, values, least, words, digits=1, volumes=volumes)
 
 
 MEASURES = (

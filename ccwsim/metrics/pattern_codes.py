@@ -101,10 +101,7 @@ def _pattern_codes(image, height, size, base):
             if not base:
                 for j in range(len(line)):
                     line[j] = _mixed(line[j])
-            weight = np.uint64(
-                1
-            )  # this row is the last row of the pattern that begins size − 1 rows below
-            for t in range(size - 1, -1, -1):
+            for t in range(size):  # this row is row t of the pattern that begins t rows below
                 if 0 <= i - t < shape[0]:
                     _add_to(plane[i - t], line, _power(row_weight, size - 1 - t))
         if height == 1:
