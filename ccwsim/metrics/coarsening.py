@@ -44,10 +44,7 @@ def coarsened(
                 f"coarsening factor = {shown(factor)} must be one number, or three along layers, "
                 "rows and columns"
             )
-        factors = tuple(
-            check_int("coarsening factor", one, 1, side)
-            for one, side in zip(np.asarray(factor).tolist(), stack.shape, strict=True)
-        )
+        factors = tuple(np.asarray(factor).tolist())
     else:
         one = check_int("coarsening factor", factor, 1, min(stack.shape))
         factors = (one if stack.is_volumes else 1, one, one)
@@ -58,15 +55,9 @@ def coarsened(
 def coarsened_volume(
     volume: NDArray[np.uint8], factors: Sequence[int], n_facies: int
 ) -> NDArray[np.uint8]:
-    """Return facies indices (nz, ny, nx) at a lower resolution along layers, rows and columns.
-
-    Examples
-    --------
-    >>> coarsened_volume(np.zeros((5, 8, 9), np.uint8), (1, 2, 3), 1).shape
-    (5, 4, 3)
-    """
-    for factor in factors[1:]:
-        check_int("coarsening factor", factor, 1, min(volume.shape[1:]))
+    """Return facies indices (nz, ny, nx) at a lower resolution along layers, rows and columns."""
+    for factor, side in zip(factors, volume.shape, strict=True):
+        check_int("coarsening factor", factor, 1, side)
     if max(factors) == 1:
         return volume.copy()
     taps = [_taps(n, factor) for n, factor in zip(volume.shape, factors, strict=True)]

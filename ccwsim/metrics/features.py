@@ -139,8 +139,7 @@ def granulometry(
 def _combined(
     operation: np.ufunc, mask: NDArray[np.bool_], size: int, axis: int
 ) -> NDArray[np.bool_]:
-    """Apply `operation` to runs of `size` cells along an axis, with the result in the first
-    cell."""
+    """Combine runs of `size` cells along an axis; the result is in the first cell of each run."""
     length = 1
     mask = np.moveaxis(mask, axis, 0)
     while length < size:
