@@ -1,4 +1,4 @@
-"""Lags h of two-point statistics, and sums over the pairs of cells x and x + h."""
+"""Lags h of two-point statistics, along a direction."""
 
 from __future__ import annotations
 
@@ -7,10 +7,9 @@ from typing import Literal, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import fft
 
 from ccwsim.metrics.stack import N_AXES
-from ccwsim.model.arrays import as_array, as_integers, check_int
+from ccwsim.model.arrays import as_array, as_integers
 from ccwsim.model.bounds import MAX_LAG
 from ccwsim.model.errors import CCWSIMError, shown
 
@@ -166,53 +165,3 @@ def lags_that_fit(
 def count_pairs(shape: tuple[int, ...], offsets: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the number of pairs x, x + h in an image for each offset of `lags_within`."""
     return np.prod(np.array(shape) - np.abs(offsets[:, N_AXES - len(shape) :]), axis=1)
-
-
-def lags_of_map(max_lag: int | None, shape: tuple[int, ...]) -> NDArray[np.int64]:
-    """Return the lags −max_lag … max_lag; raise `CCWSIMError` if they do not fit the image.
-
-    If `max_lag` is None, it is 50, or the longest lag that fits the image.
-    """
-    if len(shape) == N_AXES:
-        raise CCWSIMError(
-            f"lags in two directions need maps, not a volume of {shape[0]} layers; give one layer, "
-            "or compute along a direction"
-        )
-    longest = min(shape) - 1
-    if max_lag is None:
-        max_lag = min(MAX_LAG // 2, max(longest, 1))
-    max_lag = check_int("max_lag", max_lag, 1, longest)
-    return np.arange(-max_lag, max_lag + 1)
-
-
-def product_sums(tail: NDArray, head: NDArray, max_lag: int) -> NDArray[np.float64]:
-    """Return the exact sum Σ tail(x) · head(x + h) for each lag h; both masks have shape (ny, nx).
-
-    Examples
-    --------
-    >>> product_sums(np.eye(3), np.eye(3), 1)
-    array([[2., 0., 0.], [0., 3., 0.], [0., 0., 2.]])
-    """
-    size = [fft.next_fast_len(n + max_lag, real=True) for n in tail.shape]
-    one, other = (np.asarray(fft.rfft2(np.asarray(a, float), size)) for a in (tail, head))
-    sums = np.asarray(fft.irfft2(one.conj() * other, size))
-    lags = np.arange(-max_lag, max_lag + 1)
-    return np.rint(sums[np.ix_(lags, lags)]) + 0.0
-
-
-def overlap_sums(inside: NDArray, max_lag: int) -> NDArray[np.float64]:
-    """Return Σ inside(x) for each lag h, summed over the cells x for which x + h is in the map.
-
-    Examples
-    --------
-    >>> overlap_sums(np.eye(3), 1)
-    array([[2., 2., 1.], [2., 3., 2.], [1., 2., 2.]])
-    """
-    ny, nx = inside.shape
-    table = np.zeros((ny + 1, nx + 1))
-    table[1:, 1:] = np.cumsum(np.cumsum(inside, axis=0, dtype=float), axis=1)
-    lags = np.arange(-max_lag, max_lag + 1)
-    y0, y1 = np.maximum(0, -lags), ny - np.maximum(0, lags)
-    x0, x1 = np.maximum(0, -lags), nx - np.maximum(0, lags)
-    north = table[np.ix_(y1, x1)] - table[np.ix_(y1, x0)]
-    return north - (table[np.ix_(y0, x1)] - table[np.ix_(y0, x0)])

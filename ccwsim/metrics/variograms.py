@@ -6,19 +6,22 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import fft
 
 from ccwsim.engine.kernels import allocating_kernel
-from ccwsim.metrics.lags import (
-    Direction,
-    Lags,
-    count_pairs,
-    lags_of_map,
-    lags_within,
-    overlap_sums,
-    product_sums,
+from ccwsim.metrics.lags import Direction, Lags, count_pairs, lags_within
+from ccwsim.metrics.stack import (
+    N_AXES,
+    Codes,
+    Fraction,
+    Images,
+    as_stack,
+    in_pieces,
+    map_parallel,
 )
-from ccwsim.metrics.stack import Codes, Fraction, Images, as_stack, in_pieces, map_parallel
-from ccwsim.model.arrays import ratio
+from ccwsim.model.arrays import check_int, ratio
+from ccwsim.model.bounds import MAX_LAG
+from ccwsim.model.errors import CCWSIMError
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,16 +92,16 @@ def variogram_map(
     [0.25, 0.3333333333333333, 0.0]
     """
     stack = as_stack(images)
-    lags, index = lags_of_map(max_lag, stack.shape), stack.index_of(facies)
+    lags, index = _lags_of_map(max_lag, stack.shape), stack.index_of(facies)
     reach = int(lags[-1])
 
     def one(k: int) -> NDArray[np.float64]:
         inside = stack.indices[k] == index
-        near = overlap_sums(inside, reach)
-        return near + near[::-1, ::-1] - 2 * product_sums(inside, inside, reach)
+        near = _overlap_sums(inside, reach)
+        return near + near[::-1, ::-1] - 2 * _product_sums(inside, inside, reach)
 
     squares = np.array(map_parallel(one, len(stack), progress))
-    n_pairs = overlap_sums(np.ones(stack.shape), reach)
+    n_pairs = _overlap_sums(np.ones(stack.shape), reach)
     return VariogramMap(lags, squares / (2 * n_pairs))
 
 
@@ -181,13 +184,13 @@ def transition_map(
     [0.0, 0.0, 1.0]
     """
     stack = as_stack(images)
-    reach = int(lags_of_map(max_lag, stack.shape)[-1])
+    reach = int(_lags_of_map(max_lag, stack.shape)[-1])
     first, second = stack.index_of(tail, "tail"), stack.index_of(head, "head")
 
     def one(k: int) -> NDArray[np.float64]:
         start = stack.indices[k] == first
-        pairs = product_sums(start, stack.indices[k] == second, reach)
-        return ratio(pairs, overlap_sums(start, reach))
+        pairs = _product_sums(start, stack.indices[k] == second, reach)
+        return ratio(pairs, _overlap_sums(start, reach))
 
     return np.array(map_parallel(one, len(stack), progress))
 
@@ -205,3 +208,38 @@ def _count_transitions(image, n_facies, offsets):
                 for j in range(first, last):
                     counts[lag, image[k, i, j], image[k + dz, i + dy, j + dx]] += 1
     return counts
+
+
+def _lags_of_map(max_lag: int | None, shape: tuple[int, ...]) -> NDArray[np.int64]:
+    """Return the lags −max_lag … max_lag, by default up to 50 or the longest lag that fits."""
+    if len(shape) == N_AXES:
+        raise CCWSIMError(
+            f"lags in two directions need maps, not a volume of {shape[0]} layers; give one layer, "
+            "or compute along a direction"
+        )
+    longest = min(shape) - 1
+    if max_lag is None:
+        max_lag = min(MAX_LAG // 2, max(longest, 1))
+    max_lag = check_int("max_lag", max_lag, 1, longest)
+    return np.arange(-max_lag, max_lag + 1)
+
+
+def _product_sums(tail: NDArray, head: NDArray, max_lag: int) -> NDArray[np.float64]:
+    """Return the exact sum Σ tail(x) · head(x + h) for each lag h of two masks (ny, nx)."""
+    size = [fft.next_fast_len(n + max_lag, real=True) for n in tail.shape]
+    one, other = (np.asarray(fft.rfft2(np.asarray(a, float), size)) for a in (tail, head))
+    sums = np.asarray(fft.irfft2(one.conj() * other, size))
+    lags = np.arange(-max_lag, max_lag + 1)
+    return np.rint(sums[np.ix_(lags, lags)]) + 0.0
+
+
+def _overlap_sums(inside: NDArray, max_lag: int) -> NDArray[np.float64]:
+    """Return Σ inside(x) for each lag h, summed over the cells x for which x + h is in the map."""
+    ny, nx = inside.shape
+    table = np.zeros((ny + 1, nx + 1))
+    table[1:, 1:] = np.cumsum(np.cumsum(inside, axis=0, dtype=float), axis=1)
+    lags = np.arange(-max_lag, max_lag + 1)
+    y0, y1 = np.maximum(0, -lags), ny - np.maximum(0, lags)
+    x0, x1 = np.maximum(0, -lags), nx - np.maximum(0, lags)
+    north = table[np.ix_(y1, x1)] - table[np.ix_(y1, x0)]
+    return north - (table[np.ix_(y0, x1)] - table[np.ix_(y0, x0)])
