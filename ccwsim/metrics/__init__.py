@@ -34,7 +34,6 @@ from ccwsim.metrics.connectivity import (
 )
 from ccwsim.metrics.copying import Copying, copying
 from ccwsim.metrics.data_fit import DataFit, ImageRank, fit_data, rank_images
-from ccwsim.metrics.data_match import DataMatch, data_match
 from ccwsim.metrics.diagnosis import Advice, Diagnosis, diagnose, templates_that_fit, warn_of_level
 from ccwsim.metrics.etype import (
     EType,
@@ -60,7 +59,14 @@ from ccwsim.metrics.patterns import (
     unseen_patterns,
 )
 from ccwsim.metrics.quality import Quality, differing_share, judge
-from ccwsim.metrics.reference import Calibration, ReferenceScores, calibration, score_reference
+from ccwsim.metrics.reference import (
+    Calibration,
+    DataMatch,
+    ReferenceScores,
+    calibration,
+    data_match,
+    score_reference,
+)
 from ccwsim.metrics.reference_band import (
     Check,
     Fit,

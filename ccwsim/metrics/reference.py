@@ -1,4 +1,4 @@
-"""Scores of an ensemble's probabilities against a reference field."""
+"""Comparison of realizations with hard data, and of their probabilities with a reference field."""
 
 from __future__ import annotations
 
@@ -8,9 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.metrics.etype import EType
-from ccwsim.metrics.stack import Codes, as_image, codes_or_places, index_of
+from ccwsim.metrics.stack import Codes, Images, as_image, as_values, codes_or_places, index_of
 from ccwsim.model.arrays import as_floats, check_int, ratio
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.grid import Grid
+from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 
 
@@ -152,3 +154,44 @@ def _checked(
     if mask.shape != true.shape or not mask.any():
         raise CCWSIMError(f"scored must be a mask of shape {true.shape} with at least one cell")
     return p, known, true, mask
+
+
+@dataclass(frozen=True, eq=False)
+class DataMatch:
+    """Hard data that realizations do not honour."""
+
+    wrong: NDArray[np.bool_]
+    """Mask of the data that each realization does not honour, shape (n, n_data)."""
+    n_wrong: NDArray[np.int64]
+    """Number of data that each realization does not honour, shape (n,)."""
+    times_wrong: NDArray[np.int64]
+    """Number of realizations that do not honour each datum, shape (n_data,)."""
+    map: NDArray[np.int64]
+    """Map (or volume) of `times_wrong`, with −1 in cells without data."""
+
+
+def data_match(realizations: Images, hard_data: HardData) -> DataMatch:
+    """Compare realizations with the hard data, cell by cell at full resolution.
+
+    An array of shape (nz, ny, nx) is one volume if the data have layers. Raises `CCWSIMError` if a
+    datum is outside the realizations, and if only the data or only the realizations have layers.
+
+    Examples
+    --------
+    >>> match = data_match([[0, 1], [1, 1]], HardData([[0, 0], [1, 1]], [1, 1]))
+    >>> match.n_wrong, match.map.tolist()
+    (array([1]), [[1, -1], [-1, 0]])
+    """
+    if not isinstance(hard_data, HardData):
+        raise CCWSIMError(f"hard_data must be of type HardData, not {shown(hard_data)}")
+    cells = hard_data.cells
+    stack = as_values(realizations, hard_data.n_dimensions)
+    shape = stack.shape[1:]
+    hard_data.check(Grid.of(shape))
+    if not len(cells):
+        cells = np.empty((0, len(shape)), np.int64)
+    wrong = stack[:, *cells.T] != hard_data.facies
+    times = np.count_nonzero(wrong, axis=0)
+    where = np.full(shape, -1)
+    where[tuple(cells.T)] = times
+    return DataMatch(wrong, np.count_nonzero(wrong, axis=1), times, where)
