@@ -230,14 +230,12 @@ def crops_of(image: NDArray[np.uint8], shape: Shape) -> NDArray[np.uint8]:
     return np.array([image[window] for window in windows])
 
 
-def pieces_of(
-    realizations: NDArray[np.uint8], shape: Shape, max_pieces: int = MAX_PIECES
-) -> NDArray[np.uint8]:
-    """Return m ≤ `max_pieces` pieces of realizations without overlap, shape (m, *shape)."""
+def pieces_of(realizations: NDArray[np.uint8], shape: Shape) -> NDArray[np.uint8]:
+    """Return m ≤ `MAX_PIECES` pieces of realizations without overlap, shape (m, *shape)."""
     sides = realizations.shape[1:]
     windows = _windows(sides, shape, (n // own for n, own in zip(sides, shape, strict=True)))
     total = len(realizations) * len(windows)
-    chosen = np.linspace(0, total - 1, min(total, max_pieces)).astype(int)
+    chosen = np.linspace(0, total - 1, min(total, MAX_PIECES)).astype(int)
     numbers = zip(*np.divmod(chosen, len(windows)), strict=True)
     return np.array([realizations[r][windows[which]] for r, which in numbers])
 
