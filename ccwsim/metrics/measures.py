@@ -214,12 +214,10 @@ def measure(ensemble: Ensemble, facies: int, progress: Fraction | None = None) -
 
     Examples
     --------
-    >>> from ccwsim import Parameters, simulate
-    >>> stripes = np.tile([[0], [0], [1], [1]], (16, 64))
-    >>> p = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
-    >>> measured = measure(simulate(stripes, (40, 50), p), 1)
-    >>> measured.measures[0].title, measured.reference[0]
-    ('Proportion, %', np.float64(0.5))
+    >>> from ccwsim import datasets, simulate
+    >>> measured = measure(simulate(datasets.load("channels"), (128, 128)), facies=1)
+    >>> measured.measures[0].title, round(measured.reference[0], 2)
+    ('Proportion, %', np.float64(0.27))
     """
     image = ensemble.training_image
     index = image.index_of(facies)

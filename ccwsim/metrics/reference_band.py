@@ -263,10 +263,9 @@ def fit_curve(
 
     Examples
     --------
-    >>> from ccwsim import Parameters, simulate
-    >>> stripes = np.tile([[0], [0], [1], [1]], (16, 64))
-    >>> p = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
-    >>> fit_curve(simulate(stripes, (40, 50), p), "connectivity", 1).fits
+    >>> from ccwsim import datasets, simulate
+    >>> realizations = simulate(datasets.load("channels"), (128, 128))
+    >>> fit_curve(realizations, "connectivity", 1).fits
     True
     """
     image = ensemble.training_image
@@ -338,11 +337,10 @@ def fit_proportions(ensemble: Ensemble) -> Fit | None:
 
     Examples
     --------
-    >>> from ccwsim import Parameters, simulate
-    >>> stripes = np.tile([[0], [0], [1], [1]], (16, 64))
-    >>> p = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
-    >>> fit_proportions(simulate(stripes, (40, 50), p)).reference
-    array([0.5, 0.5])
+    >>> from ccwsim import datasets, simulate
+    >>> realizations = simulate(datasets.load("channels"), (128, 128))
+    >>> fit_proportions(realizations).reference.round(3)
+    array([0.73, 0.27])
     """
     image = ensemble.training_image
     shape = crop_shape(image.shape, ensemble.grid.shape)
@@ -367,10 +365,9 @@ def fit_patterns(ensemble: Ensemble, sizes: Sequence[int] = PATTERN_SIZES) -> Fi
 
     Examples
     --------
-    >>> from ccwsim import Parameters, simulate
-    >>> stripes = np.tile([[0], [0], [1], [1]], (16, 64))
-    >>> p = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
-    >>> fit_patterns(simulate(stripes, (40, 50), p)).at
+    >>> from ccwsim import datasets, simulate
+    >>> realizations = simulate(datasets.load("channels"), (128, 128))
+    >>> fit_patterns(realizations).at
     array([2., 3.])
     """
     image, sides = ensemble.training_image, [check_int("pattern size", s, 1) for s in sizes]
