@@ -17,7 +17,6 @@ from functools import partial
 from itertools import product
 from math import isqrt, prod
 from typing import NamedTuple
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -35,6 +34,7 @@ from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.system.lru_cache import LruCache
 
 MIN_SIDE, MAX_SIDE = 8, 512
 """Limits of a crop's side in cells: smaller crops contain no pattern, larger crops are slow."""
@@ -458,9 +458,8 @@ def check_ensemble(ensemble: Ensemble, progress: Fraction | None = None) -> list
     ]
 
 
-_bands: WeakKeyDictionary[TrainingImage, dict] = WeakKeyDictionary()
-MAX_BANDS = 256
-"""Maximum number of bands stored for each training image; a band needs some kilobytes."""
+_bands: LruCache[ReferenceBand] = LruCache(max_values=1000)
+"""The bands of the last images; a band needs some kilobytes."""
 
 
 def band_of_crops(
@@ -473,12 +472,11 @@ def band_of_crops(
     min_spread: float = 0.0,
 ) -> ReferenceBand:
     """Return the band of an image's crops, which is computed once for each name and crop shape."""
-    bands, key = _bands.setdefault(image, {}), (*name, shape)
-    if key not in bands:
-        if len(bands) >= MAX_BANDS:
-            bands.clear()
+
+    def computed() -> ReferenceBand:
         crops = values(Stack(crops_of(image.indices, shape), image.codes))
         n_independent = image.indices.size / prod(shape)
         n_errors = ERRORS[name[0]][image.n_dimensions - 2]
-        bands[key] = ReferenceBand(at, crops, n_independent, n_errors, min_gap, shape, min_spread)
-    return bands[key]
+        return ReferenceBand(at, crops, n_independent, n_errors, min_gap, shape, min_spread)
+
+    return _bands.get_or_make((image.digest, *name, shape), computed)
