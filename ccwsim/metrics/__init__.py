@@ -10,7 +10,8 @@ Arguments shared by several functions are explained only here:
 - `facies`: the code of one facies.
 - `direction`: "E-W", "N-S", "NE-SW", "NW-SE", an azimuth in degrees clockwise from north, or one
   step as (rows, columns); in volumes also "vertical" or one step as (layers, rows, columns).
-- `lags`: the largest lag, or a list of lags, in steps of the direction.
+- `lags`: the largest lag, or a list of lags, in steps of the direction. The default is 0 … 100, or
+  as far as lags fit the image. Maps of lags reach 50 cells, or as far as they fit.
 - `neighbours`: the number of neighbours of a cell: 4 (sides) or 8 (sides and corners) in maps; 6
   (sides), 18 (sides and edges) or 26 (sides, edges, corners) in volumes. The default is 8 or 26.
 - `size`: side of patterns in cells; by default 4 in maps and 3 in volumes.

@@ -76,7 +76,7 @@ def connectivity(
     """Return the connectivity function τ(h) of a facies (Renard & Allard 2013).
 
     Two cells are connected if they belong to the same geobody; the path that joins them may be
-    anywhere in the image. Pairs are counted exactly. Default lags are those of `variogram`.
+    anywhere in the image. Pairs are counted exactly.
 
     Examples
     --------

@@ -22,8 +22,6 @@ CELLS_OF_ENTROPY = 1_000_000
 def proportions(images: Images, codes: Codes | None = None) -> NDArray[np.float64]:
     """Return the proportion of each facies in each image, shape (n, n_facies).
 
-    Each row sums to 1.
-
     Examples
     --------
     >>> proportions([[3, 7, 7, 7]], codes=[3, 7, 9])
@@ -180,7 +178,7 @@ def etype_of_counts(counts: NDArray[np.integer], codes: Codes | None = None) -> 
 def entropy(probability: ArrayLike) -> NDArray[np.float64]:
     """Return −Σ p log p / log(n_facies) of probabilities of shape (n_facies, …).
 
-    This entropy is from 0 (certain) to 1 (all facies equally likely), and 0 for a single facies.
+    It is 0 if certain or if there is one facies, and 1 if all facies are equally likely.
 
     Examples
     --------

@@ -128,7 +128,6 @@ def js_divergence(a: PatternHistogram, b: PatternHistogram) -> float:
 
     Examples
     --------
-    >>> from ccwsim.metrics.patterns import pattern_histogram
     >>> plain = pattern_histogram(np.zeros((4, 4), int), codes=[0, 1])
     >>> other = pattern_histogram(np.eye(4, dtype=int))
     >>> js_divergence(plain, plain), js_divergence(plain, other)

@@ -210,7 +210,9 @@ def _mean_variance(field: NDArray) -> float:
     parts = [_blocks(quarter) for quarter in _quarters(field)]
     ny, nx = (min(part.shape[axis] for part in parts) for axis in range(2))
     residuals = _without_plane(np.array([part[:ny, :nx] for part in parts]))
-    sums = np.fft.fftshift(_lag_sums(residuals).mean(axis=0))
+    spectra = np.fft.rfft2(residuals, (2 * ny, 2 * nx))
+    lag_sums = np.fft.irfft2(np.abs(spectra) ** 2, (2 * ny, 2 * nx))  # Σ z(x) z(x + h)
+    sums = np.fft.fftshift(lag_sums.mean(axis=0))
     rows, columns = np.abs(np.arange(2 * ny) - ny), np.abs(np.arange(2 * nx) - nx)
     pairs = np.outer(ny - rows, nx - columns)
     covariance = ratio(sums, pairs, 0.0)
@@ -243,13 +245,6 @@ def _without_plane(parts: NDArray[np.float64]) -> NDArray[np.float64]:
         along = np.broadcast_to(along, parts.shape)
         centred = centred - along * (centred * along).sum() / max((along**2).sum(), 1.0)
     return centred
-
-
-def _lag_sums(images: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return Σ z(x) z(x + h) for all lags h of images of shape (n, ny, nx)."""
-    shape = 2 * images.shape[1], 2 * images.shape[2]
-    spectra = np.fft.rfft2(images, shape)
-    return np.fft.irfft2(np.abs(spectra) ** 2, shape)
 
 
 def _curves(stack: Stack, lags: NDArray) -> NDArray[np.float64]:

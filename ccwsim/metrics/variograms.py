@@ -55,8 +55,6 @@ def variogram(
 ) -> Variogram:
     """Return γ(h) = ½ E[(I(x) − I(x + h))²] of a facies, over all pairs of cells.
 
-    By default, lags are 0 … 100, or 0 up to the longest lag that fits the image.
-
     Examples
     --------
     >>> variogram([[0, 0, 1, 1]], 1, lags=2).gamma
@@ -80,8 +78,6 @@ def variogram_map(
     images: Images, facies: int, max_lag: int | None = None, progress: Fraction | None = None
 ) -> VariogramMap:
     """Return the exact γ(h) of a facies in maps for all lags up to max_lag rows and columns.
-
-    By default, `max_lag` is 50, or the longest lag that fits the map.
 
     Over the pairs inside the map, Σ (I(x) − I(x + h))² = Σ I(x) + Σ I(x + h) − 2 Σ I(x) I(x + h).
     The last sum is an autocorrelation; it is computed by FFT (Marcotte 1996).
@@ -145,7 +141,7 @@ def transiograms(
     """Return P(x + h in head | x in tail) for all pairs of facies (Li 2007).
 
     The head x + h is east or north of the tail x, or above x in volumes. The matrix of a lag is
-    therefore not symmetric in general. Default lags are those of `variogram`.
+    therefore not symmetric in general.
 
     Examples
     --------
@@ -175,8 +171,7 @@ def transition_map(
     """Return the exact P(x + h in head | x in tail) in maps for all lags up to max_lag, by FFT.
 
     `tail` and `head` are facies codes. The result has shape (n, 2 max_lag + 1, 2 max_lag + 1); lags
-    increase to the north along rows and to the east along columns, with lag 0 in the middle. The
-    default of `max_lag` is that of `variogram_map`.
+    increase to the north along rows and to the east along columns, with lag 0 in the middle.
 
     Examples
     --------
