@@ -44,13 +44,10 @@ class ComparedCurves:
     fits: tuple[Fit | None, ...]  # per setting: fit to crops of the training image
 
 
-def compared_curves(
+def _compared_curves(
     ensembles: Sequence[Ensemble], facies: int, progress: Callable[[float], None]
 ) -> dict[tuple[int, str, str], ComparedCurves]:
-    """Return the curves of a facies by (facies code, statistic, direction).
-
-    Raises `CCWSIMError` for a facies that the training image does not have.
-    """
+    """Return the curves of a facies by (facies code, statistic, direction)."""
     image, shape = ensembles[0].training_image, ensembles[0].grid.shape
     code = int(image.codes[image.index_of(facies)])
     wanted = list(product(STATISTICS, axes_of(shape)))
@@ -156,9 +153,6 @@ class Comparison:
         return PairRatio(name, other, *self.anodi.relative(name, other), errors)
 
 
-OnPartial = Callable[[Comparison], None]
-
-
 def compare(
     training_image: TrainingImage | ArrayLike,
     grid_shape: Shape | Grid,
@@ -169,7 +163,7 @@ def compare(
     progress: Progress | None = None,
     cancel: Callable[[], bool] | None = None,
     facies: int | None = None,
-    on_partial: OnPartial | None = None,
+    on_partial: Callable[[Comparison], None] | None = None,
 ) -> Comparison:
     """Simulate two to four settings with the same seeds and compare them.
 
@@ -280,7 +274,7 @@ def _check(
 def _with_curves(
     found: Comparison, facies: int, course: _Course, low: float, high: float
 ) -> Comparison:
-    more = compared_curves(found.ensembles, facies, partial(course.at, low, high))
+    more = _compared_curves(found.ensembles, facies, partial(course.at, low, high))
     return replace(found, curves={**found.curves, **more})
 
 

@@ -15,8 +15,7 @@ from ccwsim.experiments.plan import label, varied
 from ccwsim.jobs.workers import Progress
 from ccwsim.metrics import Quality, judge
 from ccwsim.metrics.diagnosis import MIN_ACROSS, templates_that_fit
-from ccwsim.model.arrays import Shape, check_int
-from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.arrays import Shape, check_int, frozen
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
@@ -179,7 +178,8 @@ def sweep(
             ensemble = simulate(
                 *study, n_workers=1, progress=report, cancel=cancel, keep_sources=True
             )
-            row = SweepRow(parameters, judge(ensemble, facies), _first(ensemble, n_kept))
+            kept = frozen(ensemble.realizations[: max(n_kept, 1)])  # others can be freed
+            row = SweepRow(parameters, judge(ensemble, facies), kept)
         except Cancelled:
             break
         except CCWSIMError as error:
@@ -192,13 +192,6 @@ def sweep(
     if progress and len(rows) + len(failed) == len(settings):
         progress(1.0, len(settings))
     return Sweep(tuple(rows), tuple(failed), len(settings), image.shape)
-
-
-def _first(ensemble: Ensemble, n: int) -> NDArray[np.integer]:
-    """Return a read-only copy of the first n realizations; the other realizations can be freed."""
-    kept = ensemble.training_image.codes[ensemble.indices[: max(n, 1)]]
-    kept.setflags(write=False)
-    return kept
 
 
 @dataclass(frozen=True)
