@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ccwsim.metrics.connectivity import Geobodies, geobody_statistics
 from ccwsim.metrics.patterns import unseen_patterns
 from ccwsim.metrics.reference_band import Fit, fit_values
-from ccwsim.metrics.stack import Fraction, Stack
+from ccwsim.metrics.stack import Fraction, Stack, as_stack, map_parallel
 from ccwsim.model.arrays import ratio
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.training_image import TrainingImage
@@ -228,12 +228,11 @@ def measure(ensemble: Ensemble, facies: int, progress: Fraction | None = None) -
         of = OfFacies(images, facies, image)
         return np.column_stack([np.asarray(m.values(of), float) for m in chosen])
 
-    each = []
-    for r in range(min(ensemble.n, MAX_IMAGES)):
-        each.append(values(Stack(ensemble.indices[r : r + 1], image.codes)))
-        if progress:
-            progress((r + 1) / min(ensemble.n, MAX_IMAGES))
-    own = values(Stack(image.indices[None], image.codes))[0]
+    def one(r: int) -> Values:
+        return values(Stack(ensemble.indices[r : r + 1], image.codes))
+
+    each = map_parallel(one, min(ensemble.n, MAX_IMAGES), progress)
+    own = values(as_stack(image))[0]
     names = tuple(m.title for m in chosen)
     least, at = np.array([m.least for m in chosen]), np.arange(len(chosen), dtype=float)
     fit = fit_values(ensemble, ("measures", index, names), at, values, least)
