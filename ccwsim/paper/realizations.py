@@ -21,7 +21,7 @@ from ccwsim.paper.experiment import ExperimentRun, Outcome
 from ccwsim.paper.methods import SETTINGS
 from ccwsim.paper.published_times import OCTAVE, published_time, stated_seconds
 from ccwsim.paper.verdicts import percent
-from ccwsim.report.document import Block, Judgement, Row, Table, Text
+from ccwsim.report.document import Block, Judgement, Picture, Row, Table, Text
 from ccwsim.report.pictures import bundle_chart, bundle_of, share_picture
 
 SHOWN = 3
@@ -56,11 +56,7 @@ def unconditional(run: ExperimentRun) -> Outcome:
         rows.append(_measures("authors' code, level 2, 256 × 256 cells", other, image))
     run.step()
     shown = runs[1]
-    pictures = [methods.image_picture(image, run.inputs.describe("channel"))]
-    pictures += [
-        methods.paper_map(one, image, f"Realization {r}, level 2")
-        for r, one in enumerate(shown.indices[:SHOWN], start=1)
-    ]
+    first = methods.image_picture(image, run.inputs.describe("channel"))
     share = f"{image.facies_names[-1]} (image: {percent(float(image.proportions[-1]))})"
     distances = "pattern distance 1, 1/2, 1/3"
     header = ("realizations", share, distances, "τ E–W at 41 cells", "at 81 cells", "CPU time")
@@ -73,7 +69,7 @@ def unconditional(run: ExperimentRun) -> Outcome:
         "paper's conditional runs."
     )
     table = Table(header, tuple(rows), caption)
-    blocks = (Row(tuple(pictures)), table, Text(remark, quiet=True))
+    blocks = (Row((first, *_maps(shown, "level 2"))), table, Text(remark, quiet=True))
     what = "a realization (mean); grid and level are unknown"
     time = _judged_time(run, shown, what, "Fig. 6")
     return Outcome(blocks, (_reproduced(shown, image), time))
@@ -130,10 +126,6 @@ def conditional(run: ExperimentRun) -> Outcome:
 def _conditional_maps(
     many: Ensemble, image: TrainingImage, data: HardData, other: NDArray | None
 ) -> tuple[Block, ...]:
-    shown = [
-        methods.paper_map(one, image, f"Realization {r}, {data.n} data", data)
-        for r, one in enumerate(many.indices[:SHOWN], start=1)
-    ]
     last = image.n_facies - 1
     caption = f"E-type of {many.n} realizations: probability of {image.facies_names[last]}"
     shares = etype(many).probability[last]
@@ -142,7 +134,15 @@ def _conditional_maps(
         shares = etype(Stack(other, image.codes)).probability[last]
         average.append(methods.paper_map(other[0], image, "The authors' code, same study", data))
         average.append(share_picture(shares, f"E-type of its {len(other)} available realizations"))
-    return Row(tuple(shown)), Row(tuple(average))
+    return Row(_maps(many, f"{data.n} data", data)), Row(tuple(average))
+
+
+def _maps(e: Ensemble, what: str, data: HardData | None = None) -> tuple[Picture, ...]:
+    """Return pictures of the first realizations, with hard data."""
+    return tuple(
+        methods.paper_map(one, e.training_image, f"Realization {r}, {what}", data)
+        for r, one in enumerate(e.indices[:SHOWN], start=1)
+    )
 
 
 def _by_data(free: Ensemble, runs: list[Ensemble]) -> Table:
