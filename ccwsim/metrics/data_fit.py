@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
 from itertools import product
 from math import log
 from typing import Any, NamedTuple
@@ -437,17 +438,13 @@ def _pair_shares(indices: Bytes, n_facies: int, reach: Ints) -> NDArray[np.float
     spectra = [np.asarray(fft.rfftn(np.float32(indices == k), shape)) for k in range(n_facies)]
     lags = [np.arange(-r, r + 1) for r in reach]
     taken = np.ix_(*[lag % n for lag, n in zip(lags, shape, strict=True)])
-    n_pairs = np.ones(())
-    for lag, n in zip(lags, indices.shape, strict=True):
-        n_pairs = np.multiply.outer(n_pairs, n - np.abs(lag))
+    along = [n - np.abs(lag) for lag, n in zip(lags, indices.shape, strict=True)]
+    n_pairs = reduce(np.multiply.outer, along)
     shares = [
-        [
-            np.maximum(np.asarray(fft.irfftn(a.conj() * b, shape))[taken], 0) / n_pairs
-            for b in spectra
-        ]
-        for a in spectra
+        np.maximum(np.asarray(fft.irfftn(a.conj() * b, shape))[taken], 0) / n_pairs
+        for a, b in product(spectra, spectra)
     ]
-    return np.array(shares, np.float32)
+    return np.array(shares, np.float32).reshape(n_facies, n_facies, *n_pairs.shape)
 
 
 class _Events:

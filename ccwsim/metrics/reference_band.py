@@ -28,7 +28,7 @@ from ccwsim.metrics.etype import proportions
 from ccwsim.metrics.lags import Direction, DirectionName, axes_of, distinct_lags, max_lag
 from ccwsim.metrics.pattern_codes import count_patterns
 from ccwsim.metrics.patterns import PatternHistogram, js_divergence
-from ccwsim.metrics.stack import N_AXES, Fraction, Stack
+from ccwsim.metrics.stack import N_AXES, Fraction, Stack, as_volume
 from ccwsim.model.arrays import as_floats, check_int, ratio
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError, shown
@@ -376,7 +376,7 @@ def fit_patterns(ensemble: Ensemble, sizes: Sequence[int] = PATTERN_SIZES) -> Fi
         return None
     shape = (*shape[:-2], *(max(side // 2, min(side, MIN_SIDE)) for side in shape[-2:]))
     n = image.n_facies
-    own = Stack(image.indices[None], image.codes).volume(0)
+    own = as_volume(image.indices)
     sizes_of = [(min(side, shape[0]) if len(shape) == N_AXES else 1, side) for side in sides]
     whole = [count_patterns(own, n, *size) for size in sizes_of]
 
