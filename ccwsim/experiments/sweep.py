@@ -218,16 +218,11 @@ def pareto_front(times: ArrayLike, errors: ArrayLike) -> NDArray[np.int64]:
     t, e = np.asarray(times, dtype=float), np.asarray(errors, dtype=float)
     if t.shape != e.shape or t.ndim != 1:
         raise CCWSIMError(f"{t.size} times and {e.size} errors: give one pair per setting")
-    front: list[int] = []
-    best = np.inf
-    for k in np.lexsort((e, t)):
-        if np.isnan(t[k]) or np.isnan(e[k]):
-            continue
-        twin = bool(front) and t[front[-1]] == t[k] and e[front[-1]] == e[k]
-        if e[k] < best or twin:
-            front.append(int(k))
-            best = e[k]
-    return np.array(front, np.int64)
+    at_least_equal = np.less_equal.outer(t, t) & np.less_equal.outer(e, e)
+    better_in_one = np.less.outer(t, t) | np.less.outer(e, e)
+    beaten = np.any(at_least_equal & better_in_one, axis=0)
+    order = np.lexsort((e, t))
+    return order[~beaten[order] & np.isfinite((t + e)[order])]
 
 
 def recommended(sweep: Sweep) -> Recommendation:
