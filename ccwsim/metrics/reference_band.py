@@ -350,8 +350,8 @@ def fit_proportions(ensemble: Ensemble) -> Fit | None:
     crops = band_of_crops(image, ("proportions",), shape, at, proportions, gap)
     each = proportions(Stack(pieces_of(ensemble.indices, shape), image.codes))
     n_pieces = ensemble.n * prod(ensemble.indices.shape[1:]) / prod(shape)
-    tolerance = crops.compare(each, n_pieces).tolerance
-    return Fit(at, ensemble.proportions.mean(axis=0), image.proportions, tolerance, shape)
+    fit = crops.compare(each, n_pieces)
+    return replace(fit, found=ensemble.proportions.mean(axis=0), reference=image.proportions)
 
 
 def fit_patterns(ensemble: Ensemble, sizes: Sequence[int] = PATTERN_SIZES) -> Fit | None:
