@@ -21,6 +21,7 @@ from ccwsim.paper.published_times import (
     PAPER,
     TABLE_2,
     TABLE_2_DATA,
+    Source,
     published_time,
 )
 from ccwsim.paper.verdicts import AGREES, DIFFERS, NOISE, PART
@@ -191,11 +192,9 @@ def _row(p: Parameters, times: Times) -> tuple[str, ...]:
         t = times[method, level, exact, k]
         wrong = 100 * float(t.n_mismatched.mean()) / max(t.n_data, 1)
         cells += [seconds(t.seconds), f"{wrong:.1f} %"]
-    for source in (PAPER, OCTAVE):
-        for n in TABLE_2_DATA:
-            found = published_time(source, method, level, PAPER_CELLS, n)
-            there = found is not None and found.cpu_seconds is not None and not exact
-            cells.append(seconds(found.cpu_seconds) if there else "–")  # type: ignore[union-attr,arg-type]
+    for source, n in product((PAPER, OCTAVE), TABLE_2_DATA):
+        taken = None if exact else _published(source, method, level, n)
+        cells.append("–" if taken is None else seconds(taken))
     return tuple(cells)
 
 
@@ -206,11 +205,15 @@ def _data_judgements(run: ExperimentRun, times: Times) -> tuple[Judgement, ...]:
     return *_methods(times), *_ratios(times), time
 
 
+def _published(source: Source, method: str, level: int, n_data: int) -> float | None:
+    found = published_time(source, method, level, PAPER_CELLS, n_data)
+    return None if found is None else found.cpu_seconds
+
+
 def _paper(method: str, level: int, k: int) -> float:
-    found = published_time(PAPER, method, level, PAPER_CELLS, TABLE_2_DATA[k])
-    assert found is not None
-    assert found.cpu_seconds is not None
-    return found.cpu_seconds
+    taken = _published(PAPER, method, level, TABLE_2_DATA[k])
+    assert taken is not None
+    return taken
 
 
 def _ratio(
