@@ -178,13 +178,7 @@ def _sampled_field(image: TrainingImage, case: TimingCase, seed: int) -> NDArray
 
 
 def level_of(p: Parameters) -> int:
-    """Return the wavelet level of parameters; in volumes, return the level within layers.
-
-    Examples
-    --------
-    >>> level_of(Parameters()), level_of(Parameters((16, 32, 32), (4, 8, 8), (1, 3, 3)))
-    (2, 3)
-    """
+    """Return the wavelet level of parameters; in volumes, return the level within layers."""
     return p.level[-1] if isinstance(p.level, tuple) else p.level
 
 

@@ -151,13 +151,7 @@ def lags_within(
 def lags_that_fit(
     shape: tuple[int, ...], direction: Direction, lags: NDArray[np.int64]
 ) -> NDArray[np.int64]:
-    """Return the lags at which an image has pairs of cells.
-
-    Examples
-    --------
-    >>> lags_that_fit((2, 9, 9), "vertical", np.arange(4))
-    array([0, 1])
-    """
+    """Return the lags at which an image has pairs of cells."""
     fits = (np.abs(lag_offsets(direction, lags, len(shape))) < shape).all(axis=1)
     return lags[fits]
 

@@ -56,13 +56,7 @@ def as_array(values: ArrayLike, what: str) -> NDArray:
 
 
 def as_floats(values: ArrayLike, what: str) -> NDArray[np.float64]:
-    """Return `values` as an array of real numbers; NaN is allowed.
-
-    Examples
-    --------
-    >>> as_floats([0, 2.5], "lags")
-    array([0. , 2.5])
-    """
+    """Return `values` as an array of real numbers; NaN is allowed."""
     array = as_array(values, what)
     if array.dtype.kind not in "buif":
         raise CCWSIMError(f"{what}: {shown(values)} is not an array of real numbers")
@@ -155,13 +149,7 @@ def as_integers(
 
 
 def codes_of(integers: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the distinct values of an array, sorted.
-
-    Examples
-    --------
-    >>> codes_of(np.array([[7, 3], [3, 3]]))
-    array([3, 7])
-    """
+    """Return the distinct values of an array, sorted."""
     low, high = int(integers.min()), int(integers.max())
     if high - low >= 2**16:
         return np.unique(integers)
@@ -207,13 +195,7 @@ def smallest_integers(array: NDArray[np.int64]) -> NDArray[np.integer]:
 
 
 def digest(*parts: object) -> str:
-    """Return a short hash of arrays and plain values.
-
-    Examples
-    --------
-    >>> digest(np.zeros(3), "a") == digest(np.zeros(3), "a")
-    True
-    """
+    """Return a short hash of arrays and plain values."""
     sums = blake2b(digest_size=12)
     for part in parts:
         if isinstance(part, (np.ndarray, LazyStack)):

@@ -114,13 +114,7 @@ def merge_facies(codes: NDArray[np.int64], merge: Merge) -> NDArray[np.int64]:
 
 
 def asks_for_codes(classes: Classes) -> bool:
-    """Return whether the values stay unchanged, because `classes` is None or "codes".
-
-    Examples
-    --------
-    >>> asks_for_codes(None), asks_for_codes("codes"), asks_for_codes(3)
-    (True, True, False)
-    """
+    """Return whether the values stay unchanged, because `classes` is None or "codes"."""
     return classes is None or (isinstance(classes, str) and classes == "codes")
 
 

@@ -18,13 +18,7 @@ NAMES = {
 
 
 def is_labelled(array: Any) -> bool:
-    """Return whether an array names its axes, as a DataArray does.
-
-    Examples
-    --------
-    >>> is_labelled(np.eye(2))
-    False
-    """
+    """Return whether an array names its axes, as a DataArray does."""
     return hasattr(array, "dims") and hasattr(array, "coords") and hasattr(array, "transpose")
 
 

@@ -34,13 +34,7 @@ class Extent:
         return self.name != "quick"
 
     def side(self, wanted: int) -> int:
-        """Return `side`, the side of one of the paper's grids, but at most `largest_side`.
-
-        Examples
-        --------
-        >>> FULL.side(512), QUICK.side(512)
-        (512, 144)
-        """
+        """Return `side`, the side of one of the paper's grids, but at most `largest_side`."""
         return min(wanted, self.largest_side)
 
 

@@ -103,13 +103,7 @@ def relative_tau(images: NDArray, image: TrainingImage) -> dict[int, float]:
 
 
 def lags_for(*shapes: tuple[int, ...], largest: int) -> NDArray[np.int64]:
-    """Return the lags from 0 to half of the smallest image side, but at most `largest`.
-
-    Examples
-    --------
-    >>> lags_for((8, 30), (100, 100), largest=50)
-    array([0, 1, 2, 3, 4])
-    """
+    """Return the lags from 0 to half of the smallest image side, but at most `largest`."""
     smallest = min(side for shape in shapes for side in shape[-2:])
     return np.arange(min(largest, smallest // 2) + 1)
 

@@ -113,13 +113,7 @@ def published_time(
 
 
 def stated_seconds(where: str) -> float:
-    """Return the time that the paper states for a figure.
-
-    Examples
-    --------
-    >>> stated_seconds("Fig. 6")
-    6.52
-    """
+    """Return the time that the paper states for a figure."""
     found = next(t.cpu_seconds for t in ALL_TIMES if t.where == where)
     assert found is not None
     return found

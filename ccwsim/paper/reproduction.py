@@ -252,13 +252,7 @@ def _tried(experiment: Experiment, run: ExperimentRun) -> Finished:
 
 
 def document_of(reproduction: Reproduction) -> Document:
-    """Return the report: all verdicts, then a section for each experiment.
-
-    Examples
-    --------
-    >>> document_of(reproduce(experiments=())).sections
-    ()
-    """
+    """Return the report: all verdicts, then a section for each experiment."""
     return Document(
         TITLE,
         tuple(map(_section, reproduction.finished)),

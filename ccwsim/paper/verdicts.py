@@ -23,13 +23,7 @@ NOISE = 1.1
 
 
 def judged(claim: str, found: str, word: str) -> Judgement:
-    """Return a judgement; its tone is neutral if `word` is not a constant of this module.
-
-    Examples
-    --------
-    >>> judged("a", "b", BEHIND).tone
-    'bad'
-    """
+    """Return a judgement; its tone is neutral if `word` is not a constant of this module."""
     return Judgement(claim, found, word, TONES.get(word, "plain"))
 
 
@@ -156,11 +150,5 @@ def of_data(wrong: float, n_data: int, theirs: float | None) -> Judgement:
 
 
 def percent(share: float) -> str:
-    """Return a share in percent.
-
-    Examples
-    --------
-    >>> percent(0.0653)
-    '6.5 %'
-    """
+    """Return a share in percent."""
     return f"{100 * share:.1f} %".replace("-", "−")
