@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from itertools import accumulate
 from math import prod
 
 import numpy as np
@@ -137,14 +138,14 @@ def time_cases(
                 f"{case.n_data} data do not fit a grid of {case.n_cells} cells: use fewer data"
             )
     work = [_typical(training_image, case) for case in cases]
-    done, total, fields = 0.0, sum(work), {}
+    ends, fields = list(accumulate(work, initial=0.0)), {}
     for number, case in enumerate(cases):
         if cancel and cancel():
             raise Cancelled(f"stopped after {number} of {len(cases)} settings")
 
-        def report(fraction: float, _: int, number: int = number, done: float = done) -> None:
+        def report(fraction: float, _: int, number: int = number) -> None:
             if progress:
-                progress((done + fraction * work[number]) / total, number)
+                progress((ends[number] + fraction * work[number]) / ends[-1], number)
 
         data, shape = None, case.grid_shape
         if case.n_data:
@@ -154,9 +155,8 @@ def time_cases(
         image = image_of_case(training_image, case)
         study = image, case.grid_shape, case.parameters, data, n_realizations, seed
         yield time_study(*study, report, cancel)
-        done += work[number]
         if progress:
-            progress(done / total, number + 1)
+            progress(ends[number + 1] / ends[-1], number + 1)
 
 
 def image_of_case(training_image: TrainingImage, case: TimingCase) -> TrainingImage:
