@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import os
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
@@ -61,16 +62,14 @@ def settle_memory(n_arenas: int) -> None:
         library.mallopt(M_TRIM_THRESHOLD, 8 * OWN_PIECE)
 
 
-def _of_groups(root: Path) -> list[int | None]:
-    """Return the bytes available in the control groups (versions 1 and 2) of this process."""
-    found: list[int | None] = []
+def _of_groups(root: Path) -> Iterator[int | None]:
+    """Yield the bytes available in the control groups (versions 1 and 2) of this process."""
     for line in lines_of(root / "proc/self/cgroup"):
         _, kinds, path = [*line.split(":", 2), "", ""][:3]
         if kinds == "":
-            found += _along(root / "sys/fs/cgroup", path, VERSION_2)
+            yield from _along(root / "sys/fs/cgroup", path, VERSION_2)
         elif "memory" in kinds.split(","):
-            found += _along(root / "sys/fs/cgroup/memory", path, VERSION_1)
-    return found
+            yield from _along(root / "sys/fs/cgroup/memory", path, VERSION_1)
 
 
 def _along(top: Path, path: str, names: tuple[str, str, str]) -> list[int | None]:
