@@ -9,7 +9,6 @@ from __future__ import annotations
 import numpy as np
 
 from ccwsim.datasets.catalogue import ASSETS, load, load_hard_data
-from ccwsim.model.arrays import readonly
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.grid import Grid
 from ccwsim.model.parameters import Parameters
@@ -31,9 +30,9 @@ def stored_ensemble() -> Ensemble:
         parameters=Parameters(),
         hard_data=load_hard_data(HARD_DATA),
         seed=0,
-        indices=readonly(indices),
-        cpu_seconds=readonly(np.full(N_REALIZATIONS, np.nan)),
+        indices=indices,
+        cpu_seconds=np.full(N_REALIZATIONS, np.nan),
         wall_seconds=0.0,
-        data_status=readonly(data_status),
-        numbers=readonly(np.arange(N_REALIZATIONS)),
+        data_status=data_status,
+        numbers=np.arange(N_REALIZATIONS),
     )

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import ndtri
 
-from ccwsim.model.arrays import Shape, check_int, readonly
+from ccwsim.model.arrays import Shape, check_int
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
@@ -58,11 +58,11 @@ def simulate_two_point(
         is_free &= ~is_facies
     return Ensemble(
         *(image, grid, Parameters(), HardData(), seed),
-        indices=readonly(indices),
-        cpu_seconds=readonly(seconds),
+        indices=indices,
+        cpu_seconds=seconds,
         wall_seconds=time.perf_counter() - start,
-        data_status=readonly(np.zeros((n, 0), np.int16)),
-        numbers=readonly(np.arange(n)),
+        data_status=np.zeros((n, 0), np.int16),
+        numbers=np.arange(n),
     )
 
 

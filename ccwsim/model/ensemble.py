@@ -31,7 +31,7 @@ WRONG = -2
 
 @dataclass(frozen=True, eq=False)
 class Ensemble:
-    """Equally likely realizations of one study."""
+    """Equally likely realizations of one study; all arrays are read-only."""
 
     training_image: TrainingImage
     grid: Grid
@@ -39,8 +39,8 @@ class Ensemble:
     hard_data: HardData
     seed: int
     indices: NDArray[np.uint8]
-    """Indices of the facies in `training_image.codes`, shape (n, ny, nx) or (n, nz, ny, nx);
-    read-only. Realizations that `simulate` wrote to disk are read on access."""
+    """Indices of the facies in `training_image.codes`, shape (n, ny, nx) or (n, nz, ny, nx).
+    Realizations that `simulate` wrote to disk are read on access."""
     cpu_seconds: NDArray[np.float64]
     """CPU time of each realization in seconds, shape (n,)."""
     wall_seconds: float
@@ -56,6 +56,11 @@ class Ensemble:
     were forced or set by seam repair. None if `simulate` was called without `keep_sources`."""
     revised: bool = False
     """Whether `revise` adapted the ensemble to edited data; the seed then cannot reproduce it."""
+
+    def __post_init__(self) -> None:
+        for name in ("indices", "cpu_seconds", "data_status", "numbers", "sources"):
+            if isinstance(array := getattr(self, name), np.ndarray):
+                object.__setattr__(self, name, readonly(array))
 
     @property
     def n(self) -> int:
@@ -84,11 +89,11 @@ class Ensemble:
         some = np.arange(self.n)[which]
         return replace(
             self,
-            indices=readonly(np.asarray(self.indices[some])),
-            cpu_seconds=readonly(self.cpu_seconds[some]),
-            data_status=readonly(self.data_status[some]),
-            numbers=readonly(self.numbers[some]),
-            sources=None if self.sources is None else readonly(self.sources[some]),
+            indices=np.asarray(self.indices[some]),
+            cpu_seconds=self.cpu_seconds[some],
+            data_status=self.data_status[some],
+            numbers=self.numbers[some],
+            sources=None if self.sources is None else self.sources[some],
         )
 
     def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray:
@@ -102,9 +107,7 @@ class Ensemble:
             return self.indices.stack
         if np.array_equal(codes, np.arange(len(codes))):
             return self.indices
-        own = codes[self.indices]
-        own.setflags(write=False)
-        return own
+        return readonly(codes[self.indices])
 
     @cached_property
     def n_mismatched(self) -> NDArray[np.int64]:
@@ -238,12 +241,12 @@ def concatenate(ensembles: Iterable[Ensemble]) -> Ensemble:
     sources = [part.sources for part in parts if part.sources is not None]
     return replace(
         first,
-        indices=_end_to_end([part.indices for part in parts]),
-        cpu_seconds=_end_to_end([part.cpu_seconds for part in parts]),
+        indices=np.concatenate([part.indices for part in parts]),
+        cpu_seconds=np.concatenate([part.cpu_seconds for part in parts]),
         wall_seconds=sum(part.wall_seconds for part in parts),
-        data_status=_end_to_end([part.data_status for part in parts]),
-        numbers=readonly(numbers),
-        sources=_end_to_end(sources) if len(sources) == len(parts) else None,
+        data_status=np.concatenate([part.data_status for part in parts]),
+        numbers=numbers,
+        sources=np.concatenate(sources) if len(sources) == len(parts) else None,
     )
 
 
@@ -257,7 +260,3 @@ def _study(ensemble: Ensemble) -> dict[str, object]:
         "seed": ensemble.seed,
         "revision of data": ensemble.revised,
     }
-
-
-def _end_to_end(arrays: Sequence[NDArray]) -> NDArray:
-    return readonly(np.concatenate(arrays))

@@ -14,7 +14,7 @@ from threading import Lock
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.model.arrays import describe_shape, readonly
+from ccwsim.model.arrays import describe_shape
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.lazy_stack import LazyStack
 from ccwsim.model.study import Study
@@ -63,7 +63,7 @@ class Memory:
         if len(finished) < len(indices):
             indices = indices[finished]
             sources = None if sources is None else sources[finished]
-        return readonly(indices), None if sources is None else readonly(sources)
+        return indices, sources
 
 
 class MapFile:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ccwsim.engine.realization import Realization
 from ccwsim.jobs.workers import Cancel, Progress
-from ccwsim.model.arrays import MAX_INT, check_callable, check_int, readonly
+from ccwsim.model.arrays import MAX_INT, check_callable, check_int
 from ccwsim.model.bounds import MAX_SEED
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import Cancelled, CCWSIMError
@@ -128,10 +128,10 @@ def simulate(
     ensemble = Ensemble(
         *(study.training_image, study.grid, study.parameters, study.hard_data, study.seed),
         indices=indices,
-        cpu_seconds=readonly(seconds[finished]),
+        cpu_seconds=seconds[finished],
         wall_seconds=time.perf_counter() - start,
-        data_status=readonly(data_status[finished]),
-        numbers=readonly(first + np.array(finished, int)),
+        data_status=data_status[finished],
+        numbers=first + np.array(finished, int),
         sources=sources,
     )
     if len(finished) < n:
