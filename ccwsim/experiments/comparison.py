@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.jobs.workers import Progress
+from ccwsim.jobs.workers import Cancel, Progress
 from ccwsim.metrics import Anodi, Band, Fit, Scaling, anodi, band, fit_curve
 from ccwsim.metrics.bands import STATISTICS, curves_of
 from ccwsim.metrics.lags import axes_of, max_lag
@@ -161,7 +161,7 @@ def compare(
     n_realizations: int = 10,
     seed: int = 0,
     progress: Progress | None = None,
-    cancel: Callable[[], bool] | None = None,
+    cancel: Cancel | None = None,
     facies: int | None = None,
     on_partial: Callable[[Comparison], None] | None = None,
 ) -> Comparison:
@@ -228,7 +228,7 @@ def add_curves(
     comparison: Comparison,
     facies: int,
     progress: Progress | None = None,
-    cancel: Callable[[], bool] | None = None,
+    cancel: Cancel | None = None,
 ) -> Comparison:
     """Return a comparison that also has the curves of another facies, given by its code."""
     n = sum(e.n for e in comparison.ensembles)
@@ -240,7 +240,7 @@ class _Course:
     """Report the progress of all steps, and raise `Cancelled` if `cancel` returns True."""
 
     progress: Progress | None
-    cancel: Callable[[], bool] | None
+    cancel: Cancel | None
     n: int
 
     def simulating(self, k: int, n_settings: int, each: int, share: float, n_done: int) -> None:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.experiments.cost import typical_seconds
 from ccwsim.experiments.plan import label, varied
-from ccwsim.jobs.workers import Progress
+from ccwsim.jobs.workers import Cancel, Progress
 from ccwsim.metrics import Quality, judge
 from ccwsim.metrics.diagnosis import MIN_ACROSS, templates_that_fit
 from ccwsim.model.arrays import Shape, check_int, frozen
@@ -116,7 +116,7 @@ def sweep(
     n_realizations: int = 4,
     seed: int = 0,
     progress: Progress | None = None,
-    cancel: Callable[[], bool] | None = None,
+    cancel: Cancel | None = None,
     found: Callable[[SweepRow], None] | None = None,
     n_kept: int = 2,
     facies: int | None = None,

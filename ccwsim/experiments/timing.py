@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import accumulate
 from math import prod
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ccwsim.datasets.sampling import sample_random
 from ccwsim.experiments.cost import typical_seconds
-from ccwsim.jobs.workers import Progress
+from ccwsim.jobs.workers import Cancel, Progress
 from ccwsim.model.arrays import Shape, check_int, frozen
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.grid import Grid
@@ -77,7 +77,7 @@ def time_study(
     n_realizations: int = 3,
     seed: int = 0,
     progress: Progress | None = None,
-    cancel: Callable[[], bool] | None = None,
+    cancel: Cancel | None = None,
 ) -> Timing:
     """Measure the CPU time of realizations of a study on one thread.
 
@@ -114,7 +114,7 @@ def time_cases(
     n_realizations: int = 3,
     seed: int = 0,
     progress: Progress | None = None,
-    cancel: Callable[[], bool] | None = None,
+    cancel: Cancel | None = None,
 ) -> Iterator[Timing]:
     """Measure and yield the times of each case, in the order of `cases`.
 
