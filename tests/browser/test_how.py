@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import partial
 
 import pytest
 
@@ -325,3 +326,16 @@ def test_it_works_on_a_phone(phone, address, trace):
     narrow = "() => document.scrollingElement.scrollWidth <= 390"
     page.wait_for_function(narrow, timeout=SOON)
     click_grid(page, trace, first - 40)
+
+
+def test_the_maps_of_all_steps_are_above_the_fold_of_a_projector(page):
+    page.set_viewport_size({"width": 1024, "height": 768})
+
+    def is_seen_whole(name: str) -> None:
+        box = page.locator(f".st-key-map_how_{name} canvas").bounding_box()
+        assert box["y"] + box["height"] <= 768
+        assert box["x"] + box["width"] <= 1024
+        assert box["width"] > 96
+
+    for name in ("grid", "overlap", "approximation", "score", "error_surface", "cut", "pasted"):
+        soon(partial(is_seen_whole, name))

@@ -205,9 +205,12 @@ def _draw_patch(how: How, trace: Trace, colours: list[str]) -> None:
         grid, overlap = st.columns(WIDTHS_VOLUME, gap="medium")
         score, candidates = st.columns(WIDTHS_VOLUME, gap="medium")
         patch, bands = st.container(), None
+        texts = [grid, overlap, score, patch]
     else:
         with st.container(key="how_steps"):
             grid, overlap, score, patch = st.columns(WIDTHS, gap="medium")
+            with st.container(key="how_texts"):
+                texts = st.columns(4, gap="medium")
         with st.container(key="how_more"):
             candidates, bands = st.columns([1, 1.6], gap="large")
     with grid:
@@ -218,6 +221,7 @@ def _draw_patch(how: How, trace: Trace, colours: list[str]) -> None:
         _draw_scores(how, view)
     with patch:
         _draw_pasting(view)
+    words.say_steps(view, texts)
     with candidates:
         panel_title("Candidates" if step.data is None else "Candidates and hard data")
         words.say_candidates(view)
@@ -237,9 +241,6 @@ def _draw_grid(how: How, view: PatchView) -> None:
     options: dict[str, Any] = {"grid": trace.study.grid, "name": "grid_so_far", "on_cell": jump}
     options["max_height"] = 420 if view.is_volume else MAX_HEIGHT
     draw_cells(maps.grid_map(view), "how_grid", cursor=maps.centre_of_patch(view), **options)
-    say(words.describe_path(trace), words.PAPER["path"])
-    if offset := words.describe_offset(trace):
-        say(offset, words.OURS)
 
 
 def _small(view: PatchView) -> dict[str, Any]:
@@ -255,8 +256,6 @@ def _draw_overlap(how: How, view: PatchView) -> None:
     draw_cells(view.patch_map(old, "The overlap"), "how_overlap", **_small(view))
     if approximated:
         _draw_approximation(how, view)
-    source = "overlap" if view.level else "single cells"
-    say(words.describe_overlap(view), words.PAPER[source if step.patch.shape else "first patch"])
 
 
 def _draw_approximation(how: How, view: PatchView) -> None:
@@ -281,8 +280,6 @@ def _draw_scores(how: How, view: PatchView) -> None:
     else:
         _draw_score_map(how, view)
         words.draw_marks(view)
-    source = "scores" if view.step.patch.shape else "first patch"
-    say(words.describe_scores(view.step), words.PAPER[source])
 
 
 def _draw_score_map(how: How, view: PatchView) -> None:
@@ -329,12 +326,6 @@ def _draw_pasting(view: PatchView) -> None:
             st.html(f'<p class="caption">{title}</p>')
             options: dict[str, Any] = _small(view) | {"body": title == "cut"}
             draw_cells(small, f"how_{title.replace(' ', '_')}", **options)
-    say(words.describe_draw(view), words.PAPER["draw" if step.patch.shape else "first patch"])
-    if shift := words.describe_shift(step):
-        say(shift, words.OURS)
-    not_in_paper = view.is_volume and step.patch.shape
-    source = words.PAPER["cut" if step.patch.shape else "paste"]
-    say(words.describe_cut(view), words.OURS if not_in_paper else source)
 
 
 def _draw_bands(how: How, view: PatchView) -> None:

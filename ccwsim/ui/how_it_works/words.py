@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from html import escape
 from math import prod
 
 import numpy as np
 import streamlit as st
+from streamlit.delta_generator import DeltaGenerator
 
 from ccwsim.engine.stages.path import ORDERS, Triple, along_path
 from ccwsim.engine.trace import PlaceFate, ResimulatedWindow, Trace, TracedPatch
@@ -48,13 +50,29 @@ ORDER_WORDS = (
 
 
 def say(text: str, source: str) -> None:
-    """Write the text of a panel in HTML, with the section of the paper."""
-    st.html(f'<p class="say">{referred(text, source)}</p>')
+    """Write a text in HTML, followed by its section in the paper or "not in the paper"."""
+    st.html(f'<p class="say">{text} <span class="ref">{escape(source)}</span></p>')
 
 
-def referred(text: str, source: str) -> str:
-    """Return a sentence in HTML, followed by its section in the paper or "not in the paper"."""
-    return f'{text} <span class="ref">{escape(source)}</span>'
+def say_steps(view: PatchView, places: Sequence[DeltaGenerator]) -> None:
+    """Write the text of each of the four steps, with the number of the step, into its place."""
+    step, trace = view.step, view.trace
+    overlap, scores, draw, cut = (PAPER["first patch"],) * 3 + (PAPER["paste"],)
+    if step.patch.shape:
+        overlap = PAPER["overlap" if view.level else "single cells"]
+        scores, draw = PAPER["scores"], PAPER["draw"]
+        cut = OURS if view.is_volume else PAPER["cut"]
+    texts = (
+        [(describe_path(trace), PAPER["path"]), (describe_offset(trace), OURS)],
+        [(describe_overlap(view), overlap)],
+        [(describe_scores(step), scores)],
+        [(describe_draw(view), draw), (describe_shift(step), OURS), (describe_cut(view), cut)],
+    )
+    for number, (place, said) in enumerate(zip(places, texts, strict=True), start=1):
+        with place:
+            for k, (text, source) in enumerate(said):
+                if text:
+                    say(f"<b>{number}</b> {text}" if k == 0 else text, source)
 
 
 def format_count(n: int, one: str, many: str = "") -> str:
