@@ -23,6 +23,7 @@ from ccwsim import datasets
 from ccwsim.figures import facies_colours, map_png
 from ccwsim.jobs.job import PATIENCE, Job
 from ccwsim.metrics import Copying, copying
+from ccwsim.metrics.pattern_codes import codes_in
 from ccwsim.model.arrays import Shape
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
@@ -77,12 +78,13 @@ class Round:
 
     @cached_property
     def known(self) -> NDArray[np.uint64]:
-        """The hashes of all windows in the training image."""
-        return np.unique(window_hashes(self.training_image.indices))
+        """The codes of all windows in the training image."""
+        image = self.training_image
+        return np.unique(window_codes(image.indices, image.n_facies))
 
     def shapes_at(self, k: int) -> tuple[NDArray[np.bool_], float]:
         """Return a mask of the new shapes in picture k, and their share (see `new_shapes`)."""
-        return new_shapes(self.pictures[k], self.known)
+        return new_shapes(self.pictures[k], self.training_image.n_facies, self.known)
 
     @property
     def easiest(self) -> int:
@@ -121,30 +123,21 @@ def piece_side(shape: Shape) -> int:
     return max(4, min(MAX_PIECE_SIDE, min(shape) // 2))
 
 
-def window_hashes(indices: NDArray[np.integer]) -> NDArray[np.uint64]:
-    """Return a hash of each window of SIDE × SIDE cells; equal windows have equal hashes.
-
-    Two different windows have equal hashes with a probability of about 10⁻¹⁹.
-    """
-    ny, nx = (n - SIDE + 1 for n in indices.shape)
-    weights = np.random.default_rng(SIDE).integers(2**63, size=(SIDE, SIDE), dtype=np.uint64)
-    cells = indices.astype(np.uint64) + np.uint64(1)
-    hashes = np.zeros((max(ny, 0), max(nx, 0)), np.uint64)
-    for row in range(SIDE):
-        for column in range(SIDE):
-            hashes += weights[row, column] * cells[row : row + ny, column : column + nx]
-    return hashes
+def window_codes(indices: NDArray[np.uint8], n_facies: int) -> NDArray[np.uint64]:
+    """Return a code of each window of SIDE × SIDE cells; equal windows have equal codes."""
+    strips = [codes[0] for codes in codes_in(indices[None], n_facies, 1, SIDE)]
+    return np.concatenate(strips) if strips else np.zeros((0, 0), np.uint64)
 
 
 def new_shapes(
-    indices: NDArray[np.integer], known: NDArray[np.uint64]
+    indices: NDArray[np.uint8], n_facies: int, known: NDArray[np.uint64]
 ) -> tuple[NDArray[np.bool_], float]:
     """Return a mask of the windows that are absent from the training image, and their share.
 
-    `known` are the hashes of the windows of the training image. The mask marks the four middle
+    `known` are the codes of the windows of the training image. The mask marks the four middle
     cells of each window that is absent from the training image.
     """
-    new = ~np.isin(window_hashes(indices), known)
+    new = ~np.isin(window_codes(indices, n_facies), known)
     where = np.zeros(indices.shape, bool)
     middle = SIDE // 2 - 1
     for down in (middle, middle + 1):

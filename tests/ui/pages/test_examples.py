@@ -38,7 +38,7 @@ from ccwsim.ui.examples.quiz import (
     pick,
     piece_map,
     piece_side,
-    window_hashes,
+    window_codes,
 )
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import KEY, State
@@ -175,8 +175,9 @@ def test_the_mouth_bars_stay_in_the_east_where_patches_keep_their_place(by_setti
 def test_bad_parameters_make_shapes_that_the_image_does_not_have(by_setting, name):
     bad, good = (2 if name == "candidates" else 0), 1
     ensembles = by_setting(name)
-    known = np.unique(window_hashes(ensembles[0].training_image.indices))
-    new = [np.mean([new_shapes(r, known)[1] for r in e.indices]) for e in ensembles]
+    image = ensembles[0].training_image
+    known = np.unique(window_codes(image.indices, image.n_facies))
+    new = [np.mean([new_shapes(r, image.n_facies, known)[1] for r in e.indices]) for e in ensembles]
     assert new[bad] > 1.2 * new[good]
 
 
@@ -326,7 +327,7 @@ def test_the_answer_has_no_favourite_place():
 def test_new_shapes_are_those_that_brute_force_finds():
     image, other = blobs((40, 44), 3, seed=1), blobs((20, 23), 3, seed=2)
     other[4:14, 5:15] = image[10:20, 20:30]
-    where, share = new_shapes(other, np.unique(window_hashes(image)))
+    where, share = new_shapes(other, 3, np.unique(window_codes(image, 3)))
     expected_new = np.zeros(where.shape, bool)
     count = 0
     for row in range(other.shape[0] - SIDE + 1):
