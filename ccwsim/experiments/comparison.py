@@ -156,7 +156,7 @@ class Comparison:
 def compare(
     training_image: TrainingImage | ArrayLike,
     grid_shape: Shape | Grid,
-    settings: Mapping[str, Parameters],
+    settings: Mapping[str, Parameters | Ensemble],
     hard_data: Any = None,
     n_realizations: int = 10,
     seed: int = 0,
@@ -175,8 +175,9 @@ def compare(
     ----------
     training_image, grid_shape, hard_data, n_realizations, seed, cancel
         As in `simulate`.
-    settings : mapping of str to Parameters
-        Two to four settings by name.
+    settings : mapping of str to Parameters or Ensemble
+        Two to four settings by name. An ensemble with the same image and grid, from another method,
+        is compared as it is.
     progress : callable, optional
         Called as progress(fraction of all work, number of finished realizations).
     facies : int, optional
@@ -209,11 +210,12 @@ def compare(
     course = _Course(progress, cancel, len(settings) * n_realizations)
     report = on_partial or (lambda _: None)
     found = Comparison((), ())
-    for k, (name, parameters) in enumerate(settings.items()):
+    for k, (name, ensemble) in enumerate(settings.items()):
         course.check()
-        study = image, grid, parameters, data, n_realizations, seed
-        simulating = partial(course.simulating, k, len(settings), n_realizations)
-        ensemble = simulate(*study, progress=simulating, cancel=cancel)
+        if isinstance(ensemble, Parameters):
+            study = image, grid, ensemble, data, n_realizations, seed
+            simulating = partial(course.simulating, k, len(settings), n_realizations)
+            ensemble = simulate(*study, progress=simulating, cancel=cancel)
         found = Comparison((*found.names, name), (*found.ensembles, ensemble))
         report(found)
     code = int(image.codes[-1]) if facies is None else facies
@@ -258,7 +260,11 @@ class _Course:
 
 
 def _check(
-    image: TrainingImage, grid: Grid, settings: Mapping[str, Parameters], data: HardData, seed: int
+    image: TrainingImage,
+    grid: Grid,
+    settings: Mapping[str, Parameters | Ensemble],
+    data: HardData,
+    seed: int,
 ) -> None:
     if not MIN_SETTINGS <= len(settings) <= MAX_SETTINGS:
         raise CCWSIMError(
@@ -266,7 +272,8 @@ def _check(
         )
     for name, parameters in settings.items():
         try:
-            Study(image, grid, parameters, data, seed)
+            if isinstance(parameters, Parameters):
+                Study(image, grid, parameters, data, seed)
         except CCWSIMError as error:
             raise CCWSIMError(f"setting {name}: {error}") from None
 

@@ -47,6 +47,14 @@ def test_each_setting_is_what_simulate_gives_alone(image, found):
         np.testing.assert_array_equal(ensemble.n_mismatched, alone.n_mismatched)
 
 
+def test_an_ensemble_of_another_method_is_compared_as_it_is(image, found):
+    other = simulate(image, GRID, Parameters(24, 8), n_realizations=N, seed=SEED)
+    both = compare(image, GRID, {"A": SETTINGS["level 1"], "other": other}, DATA, N, SEED)
+    assert both.ensembles[1] is other
+    np.testing.assert_array_equal(both.ensembles[0].indices, found.ensembles[0].indices)
+    assert both.ratios[0].name == "other"
+
+
 def test_the_curves_are_those_of_the_metrics(image, found):
     for (facies, statistic, way), curves in found.curves.items():
         assert facies == 2

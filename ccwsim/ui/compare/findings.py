@@ -11,26 +11,38 @@ from ccwsim.experiments.comparison import Comparison, PairRatio
 from ccwsim.figures import DARK, LIGHT
 from ccwsim.io.formats.csv_table import csv_as_bytes
 from ccwsim.metrics import fit_proportions
+from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.numbers import seconds, three_digits
 from ccwsim.model.parameters import Parameters
 from ccwsim.report.verdicts import describe_proportion
-from ccwsim.ui.compare.settings import LETTERS
+from ccwsim.ui.compare.settings import TWO_POINT
 from ccwsim.ui.widgets.text import numbers_table
 
 MAX_EQUAL_TIME = 1.05
 """Two settings count as equally fast if the ratio of CPU times is at most this value."""
 
 
-def colour_of(letter: str) -> str:
-    """Return the colour of a setting as a CSS value for the light and the dark theme."""
-    light, dark = (theme.settings[LETTERS.index(letter)] for theme in (LIGHT, DARK))
+def colour_of(k: int) -> str:
+    """Return the colour of setting `k` as a CSS value for the light and the dark theme."""
+    light, dark = (theme.settings[k] for theme in (LIGHT, DARK))
     return f"light-dark({light}, {dark})"
 
 
 def sentences(found: Comparison) -> list[str]:
     """Return sentences that compare the settings, and describe their proportions and data."""
     each = [describe_against_first(found, k) for k in range(1, len(found.names))]
-    return [*each, *_describe_proportions(found), *_describe_data(found)]
+    two_point = [describe_two_point(found)] if TWO_POINT in found.names else []
+    return [*each, *two_point, *_describe_proportions(found), *_describe_data(found)]
+
+
+def describe_two_point(found: Comparison) -> str:
+    """Return what the two-point simulation is and shows, and the number of data that it ignores."""
+    n = found.ensembles[0].hard_data.n
+    return (
+        "two-point is not CCWSIM: it simulates truncated Gaussian fields with the proportions and "
+        "the variogram of the image. Its connectivity shows what the variogram does not contain."
+        + (f" It ignores the {n} hard data." if n else "")
+    )
 
 
 def describe_against_first(found: Comparison, k: int) -> str:
@@ -64,10 +76,8 @@ def _describe_data(found: Comparison) -> list[str]:
     n = found.ensembles[0].hard_data.n
     if not n:
         return []
-    wrong = {
-        name: float(e.n_mismatched.mean())
-        for name, e in zip(found.names, found.ensembles, strict=True)
-    }
+    each = zip(found.names, found.ensembles, strict=True)
+    wrong = {name: float(e.n_mismatched.mean()) for name, e in each if name != TWO_POINT}
     broken = [f"{name} {three_digits(w)}" for name, w in wrong.items() if w]
     if not broken:
         return [f"All {n} data are honoured by all settings."]
@@ -107,13 +117,18 @@ def figures_table(found: Comparison) -> str:
     heads = ("", "CPU a realization", f"to {found.names[0]}", *data_heads)
     rows = []
     for k, (name, e) in enumerate(zip(found.names, found.ensembles, strict=True)):
-        letter = f'<b class="own" style="--own: {colour_of(name)}">{escape(name)}</b>'
+        letter = f'<b class="own" style="--own: {colour_of(k)}">{escape(name)}</b>'
         ratio = found.cpu_seconds[k] / found.cpu_seconds[0]
-        data = (e.n_mismatched, e.n_resimulated, e.n_forced) if with_data else ()
-        means = (three_digits(float(n.mean())) for n in data)
+        means = (three_digits(mean) for mean in _means_of_data(name, e)) if with_data else ()
         patterns = _patterns(found, k)
         rows.append([letter, seconds(found.cpu_seconds[k]), f"{ratio:.2f} ×", *means, *patterns])
     return numbers_table(rows, (*heads, "from the image", "variety"), "figures")
+
+
+def _means_of_data(name: str, e: Ensemble) -> list[float]:
+    """Return the mean numbers of wrong, re-simulated and forced data; NaN if data are ignored."""
+    counts = (e.n_mismatched, e.n_resimulated, e.n_forced)
+    return [np.nan if name == TWO_POINT else float(n.mean()) for n in counts]
 
 
 def _patterns(found: Comparison, k: int) -> list[str]:
@@ -150,10 +165,9 @@ def settings_csv(found: Comparison) -> bytes:
     lines = []
     for k, (name, e) in enumerate(zip(found.names, found.ensembles, strict=True)):
         times = found.cpu_seconds[k], found.cpu_seconds[k] / found.cpu_seconds[0]
-        means = (n.mean() for n in (e.n_mismatched, e.n_resimulated, e.n_forced))
         shares = found.proportions[k].mean(axis=0)
-        figures = (*times, *means, found.distance[k], found.variety[k], *shares)
-        values = [getattr(e.parameters, n) for n in names]
+        figures = (*times, *_means_of_data(name, e), found.distance[k], found.variety[k], *shares)
+        values = ["" if name == TWO_POINT else getattr(e.parameters, n) for n in names]
         lines.append([name, *values, *(f"{figure:.6g}" for figure in figures)])
     return csv_as_bytes(head, lines)
 
@@ -172,7 +186,8 @@ def realizations_csv(found: Comparison) -> bytes:
             placed = np.column_stack([found.distances[k], positions])
         for r in range(e.n):
             numbers = (*found.proportions[k][r], *placed[r])
-            data = (int(each[r]) for each in (e.n_mismatched, e.n_resimulated, e.n_forced))
+            counts = (e.n_mismatched, e.n_resimulated, e.n_forced)
+            data = ("" if name == TWO_POINT else int(each[r]) for each in counts)
             own = [name, r + 1, f"{e.cpu_seconds[r]:.6g}", *data]
             lines.append([*own, *(f"{number:.6g}" for number in numbers)])
     return csv_as_bytes(head, lines)

@@ -40,6 +40,7 @@ from ccwsim.ui.compare.settings import (
     LETTERS,
     MAX_SETTINGS,
     MIN_SETTINGS,
+    TWO_POINT,
     ComparePageState,
     ComparisonRequest,
     add_setting,
@@ -77,7 +78,14 @@ from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import draw_out_of_date
 from ccwsim.ui.study.study_column import parameter_field, size_fields
-from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, download, field
+from ccwsim.ui.widgets.fields import (
+    PARAMETERS,
+    bound_to,
+    button,
+    download,
+    field,
+    options_of,
+)
 from ccwsim.ui.widgets.text import pair, panel_title, plain, scrolled, step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
@@ -86,6 +94,8 @@ SHOWN_AT_ONCE = {
     *("n_candidates", "search_fraction", "refine"),
 }
 """Parameters of a setting that are shown on the page, outside the setting's menu."""
+BESIDE = {"": "nothing", TWO_POINT: "two-point simulation"}
+"""Names of what is shown beside the settings."""
 MIN_IMAGE_SHARE = 0.8
 """Minimum ratio of the width of the training image's column to the width of a setting's column."""
 MAPS: dict[str, Any] = {"scale": "compared", "body": False}
@@ -138,7 +148,10 @@ def problem_of(state: State) -> str:
         image, data = image_of(choices.image), data_of(choices)
         for parameters in settings_of(state):
             Study(image, choices.grid, parameters, data, choices.seed)
-        cells = choices.grid.n_cells * len(settings_of(state))
+        n = len(request_of(state).names)
+        if n > MAX_SETTINGS:
+            return f"At most {MAX_SETTINGS - 1} settings fit beside {TWO_POINT}. Remove a setting."
+        cells = choices.grid.n_cells * n
         limits_of_environment().check(Demand(cells * n_of(state), data.n))
     except CCWSIMError as error:
         return str(error)
@@ -154,7 +167,7 @@ def _draw_settings(state: State) -> None:
         letter = LETTERS[k]
         note = describe_setting(p, settings[0]) if k else "the study’s own"
         with column, st.container(key=f"setting_{letter}"):
-            draw_name(letter, "identical to A" if note == "the same" else note)
+            draw_name(k, letter, "identical to A" if note == "the same" else note)
             _draw_parameters(state, k, p)
             _draw_actions(state, k, len(settings))
 
@@ -212,6 +225,8 @@ def _draw_run_row(state: State, problem: str) -> None:
         n_of(state)
         n = bound_to(page_state, "n")
         field(st.number_input, "Realizations of each", key="n_compared", **n, **options)
+        beside = bound_to(page_state, "beside", width=200, **options_of(BESIDE))
+        field(st.selectbox, "Beside the settings", key="beside", **beside)
         options = {"type": "primary", "disabled": bool(problem), "help": problem or None}
         button("Compare", key="compare", on_click=start_comparison, args=(state,), **options)
         if (found := page_state.found) is not None:
@@ -266,7 +281,7 @@ def _draw_found(state: State, found: Comparison, request: ComparisonRequest) -> 
     page_state.shown = min(page_state.shown, found.ensembles[0].n - 1)
     state.facies = min(state.facies, image.n_facies - 1)
     with st.container(key="said"):  # always drawn, so that elements below do not move
-        if len(found.names) == len(request.settings) or page_state.run is None:
+        if len(found.names) == len(request.names) or page_state.run is None:
             left, right = st.columns(2, gap="medium")
             with left:
                 lines = "".join(f"<p>{escape(text)}</p>" for text in findings.sentences(found))
@@ -282,7 +297,7 @@ def _draw_found(state: State, found: Comparison, request: ComparisonRequest) -> 
 
 def _draw_outlines(state: State) -> None:
     """Draw outlines in place of results before the first comparison."""
-    grid, n = state.choices.grid, len(settings_of(state))
+    grid, n = state.choices.grid, len(request_of(state).names)
     with st.container(key="maps"):
         columns = st.columns(n, gap="medium")
     for column in columns:
@@ -291,11 +306,11 @@ def _draw_outlines(state: State) -> None:
             ghost_panel(text, f"aspect-ratio: {grid.nx} / {grid.ny}")
 
 
-def draw_name(letter: str, note: str) -> None:
-    """Draw the letter of a setting in the setting's colour, followed by the text `note`."""
+def draw_name(k: int, name: str, note: str) -> None:
+    """Draw the name of setting `k` in the setting's colour, followed by the text `note`."""
     text = escape(note)
-    html = f'<b>{letter}</b><span title="{text}">{text}</span>'
-    st.html(f'<div class="setting" style="--own: {findings.colour_of(letter)}">{html}</div>')
+    html = f'<b>{name}</b><span title="{text}">{text}</span>'
+    st.html(f'<div class="setting" style="--own: {findings.colour_of(k)}">{html}</div>')
 
 
 def draw_maps(
@@ -316,7 +331,7 @@ def draw_maps(
         e_type_field(state, image.facies_names, write)
     share = min(max(image.shape[-1] / grid.nx, MIN_IMAGE_SHARE), 1.0)
     with st.container(key="maps"):
-        first, *others = st.columns([share] + [1.0] * len(request.settings), gap="medium")
+        first, *others = st.columns([share] + [1.0] * len(request.names), gap="medium")
     with first:
         panel_title("Training image")
         shown = facies_map(image.indices, image, colours, f"Training image {image.name}")
@@ -324,10 +339,11 @@ def draw_maps(
         link = "image" if grid.nz is None else "grid"
         draw_cells(shown, "image", name="training_image", link=link, **options)
         _draw_beside(found)
-    own = request.settings[0]
-    for k, (column, p) in enumerate(zip(others, request.settings, strict=True)):
+    own, *rest = request.settings
+    notes = [describe_parameters(own), *(describe_setting(p, own) for p in rest), "not CCWSIM"]
+    for k, (column, name) in enumerate(zip(others, request.names, strict=True)):
         with column:
-            draw_name(LETTERS[k], describe_setting(p, own) if k else describe_parameters(own))
+            draw_name(k, name, notes[k])
             if k < len(found.ensembles):
                 _draw_maps_of(state, found, k, colours)
             else:
@@ -372,8 +388,8 @@ def draw_curves(state: State, found: Comparison) -> None:
         return
     lines = [("2px solid var(--reference)", "training image")]
     lines += [
-        (f"2px {BORDERS[dash]} {findings.colour_of(letter)}", f"{letter}, median and 5–95 %")
-        for letter, dash in zip(found.names, DASHES, strict=False)
+        (f"2px {BORDERS[dash]} {findings.colour_of(k)}", f"{name}, median and 5–95 %")
+        for k, (name, dash) in enumerate(zip(found.names, DASHES, strict=False))
     ]
     draw_curve_key(lines)
     code = code_of(found, facies)
@@ -441,8 +457,8 @@ def _draw_mds(state: State, found: Comparison) -> None:
 
     def draw(chart: Any, key: str, alt: str) -> None:
         entries = "".join(
-            f'<span><em style="color: {findings.colour_of(name)}">{glyph}</em>{name}</span>'
-            for name, glyph in zip(names, GLYPHS.values(), strict=False)
+            f'<span><em style="color: {findings.colour_of(k)}">{glyph}</em>{name}</span>'
+            for k, (name, glyph) in enumerate(zip(names, GLYPHS.values(), strict=False))
         )
         st.html(f'<div class="curve-key points">{entries}</div>')
         draw_clickable_chart(chart, key, alt, choose, n_series=len(names))

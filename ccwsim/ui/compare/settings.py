@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
+from math import prod
 from typing import Any
 
 from ccwsim.experiments.comparison import (
@@ -12,6 +13,7 @@ from ccwsim.experiments.comparison import (
     add_curves,
     compare,
 )
+from ccwsim.experiments.two_point import simulate_two_point
 from ccwsim.jobs.job import NOTHING, Job
 from ccwsim.jobs.limits import Demand
 from ccwsim.model.arrays import Shape
@@ -35,6 +37,10 @@ N_USUAL, N_USUAL_VOLUME = 12, 4
 """Default number of realizations per setting, for maps and for volumes."""
 LETTERS: tuple[str, ...] = ("A", "B", "C", "D")
 """Names of the settings; A is the setting of the study."""
+TWO_POINT = "two-point"
+"""Name of the two-point simulation, which is not CCWSIM, among the compared settings."""
+BYTES_OF_FIELD = 80
+"""Bytes per cell of the periodic Gaussian field from which the two-point simulation is cut."""
 
 
 @dataclass(frozen=True)
@@ -47,11 +53,19 @@ class ComparisonRequest:
     seed: int
     n: int
     settings: tuple[Parameters, ...]
+    beside: str = ""  # empty or TWO_POINT
 
     @property
     def key(self) -> tuple:
         """Key that two requests share if their results are equal; colours of facies are ignored."""
-        return self.image.digest, self.data, self.grid, self.seed, self.n, self.settings
+        inputs = self.image.digest, self.data, self.grid, self.seed, self.n
+        return *inputs, self.settings, self.beside
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the settings and, after them, of the two-point simulation."""
+        letters = LETTERS[: len(self.settings)]
+        return (*letters, TWO_POINT) if self.beside == TWO_POINT else letters
 
 
 @dataclass
@@ -69,7 +83,7 @@ class ComparisonRun(PageRun[Comparison]):
     @property
     def n_pieces(self) -> int:
         """Total number of realizations of all settings."""
-        return self.request.n * len(self.request.settings)
+        return self.request.n * len(self.request.names)
 
     def demand(self) -> Demand:
         """Return the resources that the run needs, including memory for all realizations."""
@@ -79,6 +93,9 @@ class ComparisonRun(PageRun[Comparison]):
         studies = (Study(image, r.grid, p, data, r.seed) for p in r.settings)
         each = [demand_of(study, r.n) for study in studies]
         n_bytes = sum(demand.n_bytes for demand in each)
+        if r.beside == TWO_POINT:
+            sides = zip(r.grid.shape, image.shape, strict=True)
+            n_bytes += BYTES_OF_FIELD * prod(n + side // 2 for n, side in sides)
         return Demand(sum(demand.n_cells for demand in each), data.n, n_bytes)
 
     def work(self, job: Job[Comparison]) -> Comparison:
@@ -86,9 +103,11 @@ class ComparisonRun(PageRun[Comparison]):
         r, options = self.request, (job.report, job.is_cancelled)
         if self.known is not None:
             return add_curves(self.known, self.facies, *options)
-        study = (self.training_image, r.grid, dict(zip(LETTERS, r.settings, strict=False)))
+        image, settings = self.training_image, dict(zip(LETTERS, r.settings, strict=False))
+        if r.beside == TWO_POINT:
+            settings |= {TWO_POINT: simulate_two_point(image, r.grid, r.n, r.seed)}
         run = (self.hard_data, r.n, r.seed, *options)
-        return compare(*study, *run, facies=self.facies, on_partial=self._take)
+        return compare(image, r.grid, settings, *run, facies=self.facies, on_partial=self._take)
 
     def _take(self, partial: Comparison) -> None:
         self.partial = partial
@@ -101,12 +120,13 @@ class ComparePageState:
 
     `others` are the settings besides the setting of the study; an element None stands for a default
     setting, derived from the study. `n` is the number of realizations per setting, or None until
-    the page is first drawn. `run` is the running comparison, `found` is the latest result, and
-    `request` has the inputs of this result.
+    the page is first drawn. `beside` is TWO_POINT or empty. `run` is the running comparison,
+    `found` is the latest result, and `request` has the inputs of this result.
     """
 
     others: list[Parameters | None] = field(default_factory=lambda: [None, None])
     n: int | None = None
+    beside: str = ""
     run: ComparisonRun | None = None
     found: Comparison | None = None
     request: ComparisonRequest | None = None
@@ -216,8 +236,8 @@ def _describe(name: str, value: object) -> str:
 
 def request_of(state: State) -> ComparisonRequest:
     """Return the inputs of a comparison from the present state of the page."""
-    c = state.choices
-    return ComparisonRequest(c.image, c.data, c.grid, c.seed, n_of(state), settings_of(state))
+    c, n, beside = state.choices, n_of(state), state.page(ComparePageState).beside
+    return ComparisonRequest(c.image, c.data, c.grid, c.seed, n, settings_of(state), beside)
 
 
 def n_of(state: State) -> int:
@@ -279,7 +299,7 @@ def collect_comparison(state: State) -> None:
         found = run.partial
         if found is not None and len(found.names) < MIN_SETTINGS:
             found = None
-        n = len(run.request.settings)
+        n = len(run.request.names)
         page_state.message = _stopped(found, n, page_state.found is not None)
     elif run.error is not None:
         page_state.message = failed(run.error)

@@ -12,6 +12,7 @@ from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, HardData, Parameters, datasets
 from ccwsim.experiments.comparison import STATISTICS, Comparison, PairRatio, compare
+from ccwsim.experiments.two_point import simulate_two_point
 from ccwsim.report.verdicts import describe_curves
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.compare.findings import (
@@ -26,7 +27,13 @@ from ccwsim.ui.compare.findings import (
     sentences,
     settings_csv,
 )
-from ccwsim.ui.compare.settings import ComparePageState, describe_setting, settings_of, usual_others
+from ccwsim.ui.compare.settings import (
+    TWO_POINT,
+    ComparePageState,
+    describe_setting,
+    settings_of,
+    usual_others,
+)
 from ccwsim.ui.session.resolve import overlap_sizes, template_sizes
 from ccwsim.ui.session.state import KEY, State
 from tests.ui.widgets import charts, csv_rows, html, named, opened, texts
@@ -302,3 +309,49 @@ def test_the_files_have_the_figures(found):
     own = [float(row["distance_to_image_bits"]) for row in each if row["setting"] == "B"]
     np.testing.assert_allclose(own, found.distances[1], rtol=1e-5)
     assert float(ratios[0]["ratio"]) == pytest.approx(found.ratios[0].ratio, rel=1e-5)
+
+
+def with_two_point(choices: Choices = SMALL) -> AppTest:
+    state = State(choices=choices)
+    state.page(ComparePageState).n, state.page(ComparePageState).beside = 3, TWO_POINT
+    return settled(opened("compare", state).run())
+
+
+def test_a_two_point_simulation_is_compared_and_marked_as_not_ccwsim():
+    placed = DataChoice("placed", placed=HardData([[5, 7], [20, 40]], [1, 0]))
+    app = with_two_point(replace(SMALL, data=placed))
+    assert not texts(app)
+    assert charts(app) == FIGURES
+    page_state = state_of(app).page(ComparePageState)
+    found, seed = page_state.found, state_of(app).choices.seed
+    assert found.names == page_state.request.names == ("A", "B", "C", TWO_POINT)
+    alone = simulate_two_point(datasets.load("channels"), (48, 64), 3, seed)
+    np.testing.assert_array_equal(found.ensembles[3].indices, alone.indices)
+    assert "two-point is not CCWSIM" in html(app)
+    assert "It ignores the 2 hard data." in html(app)
+    assert "All 2 data are honoured by all settings." in html(app)
+    settings, each = csv_rows(settings_csv(found)), csv_rows(realizations_csv(found))
+    assert (settings[3]["setting"], settings[3]["method"]) == (TWO_POINT, "")
+    assert {row["data_wrong"] for row in each if row["setting"] == TWO_POINT} == {""}
+
+
+def test_a_two_point_simulation_needs_the_place_of_a_setting():
+    app = with_two_point()
+    app.button(key="add_setting").click().run()
+    assert "At most 3 settings fit beside two-point." in texts(app)
+    assert app.button(key="compare").disabled
+    named(app.selectbox, "beside").set_value("").run()
+    assert not texts(app)
+
+
+@pytest.mark.slow
+def test_a_two_point_simulation_has_the_variogram_but_not_the_connectivity():
+    image, n = datasets.load("channels"), 8
+    ensembles = {"A": Parameters(), TWO_POINT: simulate_two_point(image, (256, 256), n)}
+    curves = compare(image, (256, 256), ensembles, None, n).curves
+    off = {}
+    for statistic in STATISTICS:
+        c = curves[1, statistic, "E-W"]
+        off[statistic] = [np.abs(b.median - c.reference)[5:60].mean() for b in c.bands]
+    assert off["variogram"][1] < 0.02
+    assert off["connectivity"][1] > 3 * off["connectivity"][0]
