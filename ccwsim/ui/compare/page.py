@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import streamlit as st
 
+from ccwsim import datasets
 from ccwsim.experiments.comparison import STATISTICS, Comparison
 from ccwsim.figures import (
     DASHES,
@@ -30,20 +31,24 @@ from ccwsim.jobs.limits import Demand, limits_of_environment
 from ccwsim.metrics.lags import axes_of
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_REALIZATIONS_COMPARED
+from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.numbers import seconds, three_digits
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
 from ccwsim.report.verdicts import SIGNS, curve_title, describe_curves, describe_scaling
+from ccwsim.sharing.choices import ImageChoice, Upload
 from ccwsim.ui.compare import findings
 from ccwsim.ui.compare.settings import (
     LETTERS,
     MAX_SETTINGS,
     MIN_SETTINGS,
     TWO_POINT,
+    Beside,
     ComparePageState,
     ComparisonRequest,
     add_setting,
+    both_images,
     change_setting,
     code_of,
     collect_comparison,
@@ -55,6 +60,7 @@ from ccwsim.ui.compare.settings import (
     n_of,
     remove_setting,
     request_of,
+    second_study,
     settings_of,
     start_comparison,
     use_setting,
@@ -76,6 +82,9 @@ from ccwsim.ui.session.file_names import grid_part
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
+from ccwsim.ui.study.changes import image_name
+from ccwsim.ui.study.image_questions import image_of_file
+from ccwsim.ui.study.image_step import image_uploader
 from ccwsim.ui.study.run import draw_out_of_date
 from ccwsim.ui.study.study_column import parameter_field, size_fields
 from ccwsim.ui.widgets.fields import (
@@ -94,8 +103,6 @@ SHOWN_AT_ONCE = {
     *("n_candidates", "search_fraction", "refine"),
 }
 """Parameters of a setting that are shown on the page, outside the setting's menu."""
-BESIDE = {"": "nothing", TWO_POINT: "two-point simulation"}
-"""Names of what is shown beside the settings."""
 MIN_IMAGE_SHARE = 0.8
 """Minimum ratio of the width of the training image's column to the width of a setting's column."""
 MAPS: dict[str, Any] = {"scale": "compared", "body": False}
@@ -151,6 +158,7 @@ def problem_of(state: State) -> str:
         n = len(request_of(state).names)
         if n > MAX_SETTINGS:
             return f"At most {MAX_SETTINGS - 1} settings fit beside {TWO_POINT}. Remove a setting."
+        n += second_study(state) is not None
         cells = choices.grid.n_cells * n
         limits_of_environment().check(Demand(cells * n_of(state), data.n))
     except CCWSIMError as error:
@@ -225,8 +233,7 @@ def _draw_run_row(state: State, problem: str) -> None:
         n_of(state)
         n = bound_to(page_state, "n")
         field(st.number_input, "Realizations of each", key="n_compared", **n, **options)
-        beside = bound_to(page_state, "beside", width=200, **options_of(BESIDE))
-        field(st.selectbox, "Beside the settings", key="beside", **beside)
+        _draw_beside(state)
         options = {"type": "primary", "disabled": bool(problem), "help": problem or None}
         button("Compare", key="compare", on_click=start_comparison, args=(state,), **options)
         if (found := page_state.found) is not None:
@@ -242,6 +249,25 @@ def _draw_run_row(state: State, problem: str) -> None:
                     download(label, partial(made, found), f"{of}_{name}.csv", **options)
         if not problem:
             step_note(describe_study(state))
+
+
+def _draw_beside(state: State) -> None:
+    """Draw the choice of a two-point simulation or of a second training image."""
+    page_state, is_volume = state.page(ComparePageState), state.choices.grid.nz is not None
+    bundled = datasets.volume_names() if is_volume else datasets.names()
+    images = [image for image in map(ImageChoice, bundled) if image != state.choices.image]
+    if isinstance(page_state.beside, ImageChoice):
+        images.append(page_state.beside)
+    names: dict[Beside, str] = {"": "nothing", TWO_POINT: "two-point simulation"}
+    names |= {image: f"image {image_name(image)}" for image in images}
+    beside = bound_to(page_state, "beside", width=220, **options_of(names))
+    field(st.selectbox, "Beside the settings", key="beside", **beside)
+
+    def take(upload: Upload) -> None:
+        page_state.beside = image_of_file(upload, volume=is_volume)
+
+    with st.popover("Own image", key="beside_menu"):
+        image_uploader("A second training image with the same facies", "beside_file", take)
 
 
 def describe_study(state: State) -> str:
@@ -266,16 +292,18 @@ def _draw_results(state: State, busy: bool) -> None:
         run = page_state.run
         if (run is not None) != busy:  # a fragment of the page has started another job
             st.rerun()
-        found, request = page_state.found, page_state.request
+        found, request, second = page_state.found, page_state.request, page_state.of_second
         if run is not None and run.partial is not None:
-            found, request = run.partial, run.request
+            found, request, second = run.partial, run.request, run.of_second
         if found is None or request is None:
             _draw_outlines(state)
         else:
-            _draw_found(state, found, request)
+            _draw_found(state, found, request, second)
 
 
-def _draw_found(state: State, found: Comparison, request: ComparisonRequest) -> None:
+def _draw_found(
+    state: State, found: Comparison, request: ComparisonRequest, second: Ensemble | None
+) -> None:
     image = found.ensembles[0].training_image
     page_state = state.page(ComparePageState)
     page_state.shown = min(page_state.shown, found.ensembles[0].n - 1)
@@ -288,7 +316,10 @@ def _draw_found(state: State, found: Comparison, request: ComparisonRequest) -> 
                 st.html(f'<div class="summary">{lines}</div>')
             with right:
                 st.html(scrolled(findings.figures_table(found), "Settings in numbers"))
-    draw_maps(state, found, request, facies_colours(image, dict(request.image.colours)))
+    colours = facies_colours(image, dict(request.image.colours))
+    draw_maps(state, found, request, colours)
+    if second is not None:
+        _draw_two_images(state, found.ensembles[0], second, colours)
     with st.container(key="curves"):
         draw_curves(state, found)
     with st.container(key="patterns"):
@@ -338,7 +369,7 @@ def draw_maps(
         options = MAPS | {"max_height": MAX_HEIGHTS[grid.n_dimensions], "leads": False}
         link = "image" if grid.nz is None else "grid"
         draw_cells(shown, "image", name="training_image", link=link, **options)
-        _draw_beside(found)
+        _draw_times_and_proportions(found)
     own, *rest = request.settings
     notes = [describe_parameters(own), *(describe_setting(p, own) for p in rest), "not CCWSIM"]
     for k, (column, name) in enumerate(zip(others, request.names, strict=True)):
@@ -362,7 +393,36 @@ def _draw_maps_of(state: State, found: Comparison, k: int, colours: Sequence[str
     draw_cells(below, f"e_type_{letter}", name=f"{letter}_e_type", **options)
 
 
-def _draw_beside(found: Comparison) -> None:
+def _draw_two_images(
+    state: State, first: Ensemble, second: Ensemble, colours: Sequence[str]
+) -> None:
+    """Draw setting A with the second training image, and the uncertainty with both images."""
+    image, r = second.training_image, state.page(ComparePageState).shown
+    name = pretty(image.name)
+    realization = facies_map(second.indices[r], image, colours, f"{name}, realization {r + 1}")
+    realization.points.extend(points_of(second.hard_data, image, second.realizations[r]))
+    shown = {
+        f"Second image: {name}": facies_map(image.indices, image, colours, f"Image {name}"),
+        f"A with {name}": realization,
+        f"E-type with {name}": uncertainty_map(state, second, colours),
+        "E-type of both images": uncertainty_map(state, both_images(first, second), colours),
+    }
+    with st.container(key="two_images"):
+        columns = st.columns(len(shown), gap="medium")
+    for k, (column, (title, cells)) in enumerate(zip(columns, shown.items(), strict=True)):
+        with column:
+            panel_title(title)
+            link = "grid" if k or first.grid.nz is not None else ""
+            options = {"max_height": MAX_HEIGHTS[first.grid.n_dimensions], "body": False}
+            draw_cells(cells, f"two_images_{k}", link=link, name=f"two_images_{k + 1}", **options)
+    step_note(
+        "E-type of both: half of the realizations are from each image. Realizations from one image "
+        "do not tell whether that image is right; where the two E-types differ, the choice of the "
+        "image decides."
+    )
+
+
+def _draw_times_and_proportions(found: Comparison) -> None:
     """Draw CPU times and proportions below the training image."""
     image, theme, names = found.ensembles[0].training_image, chart_theme(), found.names
     each = dict(zip(names, (1000 * e.cpu_seconds for e in found.ensembles), strict=True))

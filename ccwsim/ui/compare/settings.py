@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from math import prod
 from typing import Any
+
+import numpy as np
 
 from ccwsim.experiments.comparison import (
     MAX_SETTINGS,
@@ -16,7 +18,8 @@ from ccwsim.experiments.comparison import (
 from ccwsim.experiments.two_point import simulate_two_point
 from ccwsim.jobs.job import NOTHING, Job
 from ccwsim.jobs.limits import Demand
-from ccwsim.model.arrays import Shape
+from ccwsim.model.arrays import Shape, listing, readonly
+from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
@@ -24,12 +27,13 @@ from ccwsim.model.parameters import METHODS, Parameters
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.footprint import demand_of
+from ccwsim.run.simulation import simulate
 from ccwsim.sharing.choices import DataChoice, ImageChoice
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.page_run import PageRun, start_page_run
 from ccwsim.ui.session.resolve import data_of, fitted, image_of, levels
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.changes import describe_value, short_name
+from ccwsim.ui.study.changes import describe_value, image_name, short_name
 from ccwsim.ui.study.run import failed
 from ccwsim.ui.study.study_column import set_parameters
 
@@ -39,6 +43,8 @@ LETTERS: tuple[str, ...] = ("A", "B", "C", "D")
 """Names of the settings; A is the setting of the study."""
 TWO_POINT = "two-point"
 """Name of the two-point simulation, which is not CCWSIM, among the compared settings."""
+Beside = str | ImageChoice
+"""What is shown beside the settings: nothing (""), TWO_POINT, or a second training image."""
 BYTES_OF_FIELD = 80
 """Bytes per cell of the periodic Gaussian field from which the two-point simulation is cut."""
 
@@ -53,13 +59,13 @@ class ComparisonRequest:
     seed: int
     n: int
     settings: tuple[Parameters, ...]
-    beside: str = ""  # empty or TWO_POINT
+    beside: Beside = ""
 
     @property
     def key(self) -> tuple:
         """Key that two requests share if their results are equal; colours of facies are ignored."""
         inputs = self.image.digest, self.data, self.grid, self.seed, self.n
-        return *inputs, self.settings, self.beside
+        return *inputs, self.settings, getattr(self.beside, "digest", self.beside)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -70,7 +76,11 @@ class ComparisonRequest:
 
 @dataclass
 class ComparisonRun(PageRun[Comparison]):
-    """A run that compares settings, or adds curves of `facies` (a code) to a known comparison."""
+    """A run that compares settings, or adds curves of `facies` (a code) to a known comparison.
+
+    `second` is the study of setting A with the second training image, if there is one;
+    `of_second` are its realizations.
+    """
 
     request: ComparisonRequest
     training_image: TrainingImage
@@ -79,6 +89,8 @@ class ComparisonRun(PageRun[Comparison]):
     known: Comparison | None = None
     partial: Comparison | None = None
     n_parts: int = 0
+    second: Study | None = None
+    of_second: Ensemble | None = None
 
     @property
     def n_pieces(self) -> int:
@@ -90,7 +102,8 @@ class ComparisonRun(PageRun[Comparison]):
         if self.known is not None:
             return NOTHING
         r, image, data = self.request, self.training_image, self.hard_data
-        studies = (Study(image, r.grid, p, data, r.seed) for p in r.settings)
+        studies = [Study(image, r.grid, p, data, r.seed) for p in r.settings]
+        studies += [self.second] if self.second else []
         each = [demand_of(study, r.n) for study in studies]
         n_bytes = sum(demand.n_bytes for demand in each)
         if r.beside == TWO_POINT:
@@ -107,7 +120,11 @@ class ComparisonRun(PageRun[Comparison]):
         if r.beside == TWO_POINT:
             settings |= {TWO_POINT: simulate_two_point(image, r.grid, r.n, r.seed)}
         run = (self.hard_data, r.n, r.seed, *options)
-        return compare(image, r.grid, settings, *run, facies=self.facies, on_partial=self._take)
+        found = compare(image, r.grid, settings, *run, facies=self.facies, on_partial=self._take)
+        if (s := self.second) is not None:
+            study = s.training_image, s.grid, s.parameters, s.hard_data
+            self.of_second = simulate(*study, r.n, r.seed, cancel=job.is_cancelled)
+        return found
 
     def _take(self, partial: Comparison) -> None:
         self.partial = partial
@@ -120,15 +137,16 @@ class ComparePageState:
 
     `others` are the settings besides the setting of the study; an element None stands for a default
     setting, derived from the study. `n` is the number of realizations per setting, or None until
-    the page is first drawn. `beside` is TWO_POINT or empty. `run` is the running comparison,
-    `found` is the latest result, and `request` has the inputs of this result.
+    the page is first drawn. `run` is the running comparison, `found` and `of_second` are the latest
+    results, and `request` has their inputs.
     """
 
     others: list[Parameters | None] = field(default_factory=lambda: [None, None])
     n: int | None = None
-    beside: str = ""
+    beside: Beside = ""
     run: ComparisonRun | None = None
     found: Comparison | None = None
+    of_second: Ensemble | None = None
     request: ComparisonRequest | None = None
     message: str = ""
     shown: int = 0
@@ -248,13 +266,39 @@ def n_of(state: State) -> int:
     return page_state.n
 
 
+def second_study(state: State) -> Study | None:
+    """Return the study of setting A with the second training image, or None without such an image.
+
+    Raises CCWSIMError if the study cannot be simulated or the facies of the images differ.
+    """
+    beside, c = state.page(ComparePageState).beside, state.choices
+    if not isinstance(beside, ImageChoice):
+        return None
+    image, codes = image_of(beside), image_of(c.image).codes
+    if not np.array_equal(image.codes, codes):
+        raise CCWSIMError(
+            f"{image_name(beside)} has the facies {listing(map(str, image.codes))}, and the "
+            f"training image of the study has {listing(map(str, codes))}. Choose an image with the "
+            "same facies."
+        )
+    parameters = fitted(settings_of(state)[0], image.shape)
+    return Study(image, c.grid, parameters, data_of(c), c.seed)
+
+
+def both_images(first: Ensemble, second: Ensemble) -> Ensemble:
+    """Return the realizations of two ensembles with equal facies as one ensemble."""
+    names = ("indices", "cpu_seconds", "data_status", "numbers")
+    each = {name: (getattr(first, name), getattr(second, name)) for name in names}
+    return replace(first, **{name: readonly(np.concatenate(two)) for name, two in each.items()})
+
+
 def start_comparison(state: State) -> None:
     """Start comparing the current settings; a running comparison is stopped."""
     page_state = state.page(ComparePageState)
     try:
         image, data = image_of(state.choices.image), data_of(state.choices)
         code = int(image.codes[min(state.facies, image.n_facies - 1)])
-        run = ComparisonRun(request_of(state), image, data, code)
+        run = ComparisonRun(request_of(state), image, data, code, second=second_study(state))
     except CCWSIMError as error:
         page_state.message = str(error)
         return
@@ -273,7 +317,9 @@ def want_curves(state: State) -> None:
     assert page_state.request is not None
     first, code = found.ensembles[0], code_of(found, state.facies)
     study = first.training_image, first.hard_data
-    page_state.run = ComparisonRun(page_state.request, *study, code, found, found).start()
+    run = ComparisonRun(page_state.request, *study, code, found, found)
+    run.of_second = page_state.of_second
+    page_state.run = run.start()
 
 
 def has_curves(found: Comparison, facies: int) -> bool:
@@ -305,6 +351,7 @@ def collect_comparison(state: State) -> None:
         page_state.message = failed(run.error)
     if found is not None:
         page_state.found, page_state.request = found, run.request
+        page_state.of_second = run.of_second
 
 
 def _stopped(found: Comparison | None, n: int, has_older: bool) -> str:
@@ -332,4 +379,6 @@ def progress_label(run: ComparisonRun) -> str:
     """Return the name of the step that follows the simulation; empty during the simulation."""
     if run.job is None or run.job.n_done < run.n_pieces:
         return ""
+    if run.second is not None and run.partial and (run.partial.anodi or run.partial.problem):
+        return "Simulating with the second image"
     return "Comparing patterns" if run.partial and run.partial.curves else "Comparing curves"

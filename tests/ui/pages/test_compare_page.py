@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from streamlit.testing.v1 import AppTest
 
-from ccwsim import Grid, HardData, Parameters, datasets
+from ccwsim import Grid, HardData, Parameters, datasets, simulate
 from ccwsim.experiments.comparison import STATISTICS, Comparison, PairRatio, compare
 from ccwsim.experiments.two_point import simulate_two_point
 from ccwsim.report.verdicts import describe_curves
-from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.ui.compare.findings import (
     describe_against_first,
     describe_grades,
@@ -29,13 +29,16 @@ from ccwsim.ui.compare.findings import (
 )
 from ccwsim.ui.compare.settings import (
     TWO_POINT,
+    Beside,
     ComparePageState,
+    both_images,
     describe_setting,
     settings_of,
     usual_others,
 )
 from ccwsim.ui.session.resolve import overlap_sizes, template_sizes
 from ccwsim.ui.session.state import KEY, State
+from ccwsim.ui.study.image_questions import image_of_file
 from tests.ui.widgets import charts, csv_rows, html, named, opened, texts
 from tests.waiting import PATIENCE, wait_until
 
@@ -311,15 +314,15 @@ def test_the_files_have_the_figures(found):
     assert float(ratios[0]["ratio"]) == pytest.approx(found.ratios[0].ratio, rel=1e-5)
 
 
-def with_two_point(choices: Choices = SMALL) -> AppTest:
+def with_beside(beside: Beside = TWO_POINT, choices: Choices = SMALL) -> AppTest:
     state = State(choices=choices)
-    state.page(ComparePageState).n, state.page(ComparePageState).beside = 3, TWO_POINT
+    state.page(ComparePageState).n, state.page(ComparePageState).beside = 3, beside
     return settled(opened("compare", state).run())
 
 
 def test_a_two_point_simulation_is_compared_and_marked_as_not_ccwsim():
     placed = DataChoice("placed", placed=HardData([[5, 7], [20, 40]], [1, 0]))
-    app = with_two_point(replace(SMALL, data=placed))
+    app = with_beside(choices=replace(SMALL, data=placed))
     assert not texts(app)
     assert charts(app) == FIGURES
     page_state = state_of(app).page(ComparePageState)
@@ -336,7 +339,7 @@ def test_a_two_point_simulation_is_compared_and_marked_as_not_ccwsim():
 
 
 def test_a_two_point_simulation_needs_the_place_of_a_setting():
-    app = with_two_point()
+    app = with_beside()
     app.button(key="add_setting").click().run()
     assert "At most 3 settings fit beside two-point." in texts(app)
     assert app.button(key="compare").disabled
@@ -355,3 +358,41 @@ def test_a_two_point_simulation_has_the_variogram_but_not_the_connectivity():
         off[statistic] = [np.abs(b.median - c.reference)[5:60].mean() for b in c.bands]
     assert off["variogram"][1] < 0.02
     assert off["connectivity"][1] > 3 * off["connectivity"][0]
+
+
+def test_half_of_the_realizations_are_from_a_second_image():
+    placed = DataChoice("placed", placed=HardData([[5, 7], [20, 40]], [1, 0]))
+    app = with_beside(ImageChoice("stone_wall"), replace(SMALL, data=placed))
+    assert not texts(app)
+    assert "Second image: stone wall" in html(app)
+    assert "do not tell whether that image is right" in html(app)
+    page_state = state_of(app).page(ComparePageState)
+    first, second = page_state.found.ensembles[0], page_state.of_second
+    alone = simulate(datasets.load("stone_wall"), (48, 64), OWN, placed.placed, 3)
+    np.testing.assert_array_equal(second.indices, alone.indices)
+    assert second.n_mismatched.max() == 0
+    both = both_images(first, second)
+    assert both.n == 6
+    means = (first.probability(1) + second.probability(1)) / 2
+    np.testing.assert_allclose(both.probability(1), means)
+    named(app.selectbox, "e_type").set_value(0)
+    settled(app.run())
+    assert page_state.of_second is second  # other curves do not simulate again
+    named(app.selectbox, "beside").set_value("").run()
+    assert "Out of date" in html(app)
+
+
+def test_a_second_image_needs_the_same_facies():
+    app = with_beside(ImageChoice("barchans"))
+    said = "barchans has the facies 0, 1 and 2, and the training image of the study has 0 and 1"
+    assert said in texts(app)
+    assert app.button(key="compare").disabled
+
+
+def test_a_file_is_a_second_image():
+    text = "\n".join(",".join(row) for row in np.tile([["0", "1"], ["1", "1"]], (40, 40)))
+    choice = image_of_file(Upload("other.csv", text.encode()))
+    app = with_beside(choice)
+    assert not texts(app)
+    assert state_of(app).page(ComparePageState).of_second.training_image.shape == (80, 80)
+    assert "image other.csv" in named(app.selectbox, "beside").options
