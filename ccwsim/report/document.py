@@ -28,10 +28,11 @@ FOLDER = Path(__file__).parent
 
 @dataclass(frozen=True)
 class Text:
-    """A paragraph of text; a `quiet` paragraph is in small print."""
+    """A paragraph of text, with an address after it; a `quiet` paragraph is in small print."""
 
     words: str
     quiet: bool = False
+    link: str = ""
 
 
 @dataclass(frozen=True)
@@ -127,12 +128,16 @@ Block = Text | Code | Facts | Table | Row | Picture | Chart | Judgements
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """A section of a report: title, note under the title, and summary for the table of contents."""
+    """A section of a report: title, note under the title, and summary for the table of contents.
+
+    A section `on_new_page` begins a page if the report is printed.
+    """
 
     title: str
     blocks: tuple[Block, ...]
     note: str = ""
     gist: str = ""
+    on_new_page: bool = False
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import replace
+
 import pytest
 from playwright.sync_api import expect
 
 from ccwsim.report.document import write_report
+from ccwsim.ui.examples.sheet import lecture_sheet
 from tests.report.test_report import document
 
 SLOW = 180_000
@@ -33,3 +37,18 @@ def test_a_report_draws_itself_without_a_network(chromium, tmp_path, width):
     assert [w for w in wrong if "data:image" not in w] == []
     assert asked == []
     page.close()
+
+
+@pytest.mark.slow
+def test_the_answers_of_the_lecture_are_on_the_last_page_of_a4(chromium, tmp_path):
+    sheet, sizes = lecture_sheet("http://localhost:8501/examples"), []
+    for name, printed in (("all", sheet), ("tasks", replace(sheet, sections=sheet.sections[:-1]))):
+        path = tmp_path / f"{name}.html"
+        write_report(path, printed)
+        page = chromium.new_page()
+        page.goto(path.as_uri())
+        pdf = page.pdf(prefer_css_page_size=True)
+        assert set(re.findall(rb"MediaBox \[0 0 (\d+)\.\d+ (\d+)", pdf)) == {(b"594", b"841")}
+        sizes.append(len(re.findall(rb"/Type /Page\b", pdf)))
+        page.close()
+    assert sizes[0] == sizes[1] + 1

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from html import escape
+from pathlib import Path
 from urllib.parse import urlencode
 
 import numpy as np
@@ -20,6 +21,7 @@ from ccwsim.jobs.job import PATIENCE
 from ccwsim.jobs.statistics import Failure, StatisticsWorker, Task
 from ccwsim.metrics import connectivity, variogram
 from ccwsim.model.ensemble import Ensemble
+from ccwsim.report.document import report_html
 from ccwsim.run.simulation import simulate
 from ccwsim.sharing.choices import Choices
 from ccwsim.sharing.link import left_out, link_of
@@ -38,13 +40,14 @@ from ccwsim.ui.examples.opened import (
     task_html,
 )
 from ccwsim.ui.examples.quiz import draw_quiz
+from ccwsim.ui.examples.sheet import lecture_sheet, study_address
 from ccwsim.ui.results.maps import middle_layer
 from ccwsim.ui.session.address import CLASS, go_to
 from ccwsim.ui.session.fragments import follow_tasks
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.errors import problem_in
-from ccwsim.ui.widgets.fields import bound_to, button, field
+from ccwsim.ui.widgets.fields import bound_to, button, download, field
 from ccwsim.ui.widgets.text import step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
@@ -59,6 +62,7 @@ MAX_DOTS = 1000
 MAX_PIXELS = 600
 """Width of a picture in pixels, twice the width on the page for high-resolution screens."""
 N_LAGS = 80
+SHEET_HELP = "The lecture as an HTML file to print: tasks with links, and answers on the last page."
 
 
 def draw_examples(state: State) -> None:
@@ -70,6 +74,10 @@ def draw_examples(state: State) -> None:
     with st.container(horizontal=True, vertical_alignment="center", key="examples_row"):
         field(st.segmented_control, "Examples", **bound_to(page_state, "view"), **views)
         _draw_class_link(state.choices)
+        sheet = partial(_sheet, st.context.url or "")
+        download(
+            "Lecture sheet", sheet, "ccwsim_lecture.html", key="lecture_sheet", help=SHEET_HELP
+        )
         if page_state.kept is not None:
             back = {"on_click": back_to_own, "args": (state,), "help": BACK_HELP}
             button("Back to my study", key="back_to_own", **back)
@@ -99,9 +107,12 @@ def class_link(choices: Choices, page: str) -> str:
 
     `page` is the address of a page of the dashboard.
     """
-    found = link_of(replace(choices, seed=0)) | {CLASS: ["1"]}
-    start = page.split("?")[0].rpartition("/")[0]
-    return f"{start}/simulate?{urlencode(found, doseq=True)}"
+    return study_address(link_of(replace(choices, seed=0)) | {CLASS: ["1"]}, page)
+
+
+def _sheet(page: str) -> bytes:
+    """Return the lecture sheet as HTML, for the download button."""
+    return report_html(lecture_sheet(page)).encode()
 
 
 def _draw_plan(state: State) -> None:

@@ -19,6 +19,7 @@ from ccwsim import Ensemble, Grid, Parameters, datasets, simulate
 from ccwsim.figures import LIGHT
 from ccwsim.metrics import copying, etype, unseen_patterns, vertical_proportions
 from ccwsim.model.study import Study
+from ccwsim.report.document import report_html
 from ccwsim.sharing.choices import Choices, DataChoice
 from ccwsim.sharing.link import link_of, read_link
 from ccwsim.ui.compare.settings import ComparePageState
@@ -40,6 +41,7 @@ from ccwsim.ui.examples.quiz import (
     piece_side,
     window_codes,
 )
+from ccwsim.ui.examples.sheet import lecture_sheet
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import KEY, State
 from tests.small_images import blobs, places_of
@@ -413,6 +415,31 @@ def test_a_seed_stays_for_the_session_and_examples_take_it():
     assert app.query_params["seed"] in (str(seed), [str(seed)])  # a reload keeps the seed
     open_example(state_of(app), example("delta"))
     assert state_of(app).choices == replace(example("delta").choices, seed=seed)
+
+
+def test_the_lecture_sheet_has_every_task_and_on_its_last_page_every_answer():
+    sheet = lecture_sheet("http://lab:8501/examples?seed=5")
+    *parts, answers = sheet.sections
+    assert [part.note for part in parts] == [f"{part.minutes} minutes" for part in PARTS]
+    assert [part.on_new_page for part in sheet.sections] == [False] * len(PARTS) + [True]
+    tasks = [text for part in parts for text in part.blocks]
+    for number, (e, task, answer) in enumerate(zip(EXAMPLES, tasks, answers.blocks, strict=True)):
+        assert task.words == f"{number + 1}. {e.title}: {e.task}"
+        assert answer.words.startswith(f"{number + 1}. {e.title}: {e.text.strip()[:4]}")
+        assert not {"`", "*"} & set(task.words + answer.words)
+        query = parse_qs(urlsplit(task.link).query)
+        assert task.link.startswith("http://lab:8501/simulate")
+        assert read_link(query)[0] == e.choices
+    page = report_html(sheet)
+    assert "src=" not in page
+    assert "<script" not in page
+    assert "A4" in page
+
+
+@pytest.mark.slow
+def test_the_page_gives_the_lecture_sheet():
+    downloads = [button.proto.label for button in launched().get("download_button")]
+    assert downloads == ["Lecture sheet"]
 
 
 def test_simulate_shows_the_seed_of_the_class():
