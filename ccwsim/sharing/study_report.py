@@ -31,6 +31,7 @@ from ccwsim.report.document import (
     surroundings,
 )
 from ccwsim.report.pictures import bundle_chart, bundle_of, map_picture, share_picture
+from ccwsim.report.settings import caption_of
 from ccwsim.sharing.choices import Choices, Shown
 from ccwsim.sharing.codec import fields_of
 from ccwsim.sharing.link import left_out
@@ -186,7 +187,7 @@ def _curve_charts(ensemble: Ensemble, facies: int) -> tuple[Row, ...]:
         each = [curves for b in bundles.values() for curves in (b.each.max(), b.reference.max())]
         top = 1.1 * float(np.nanmax(each)) or 1.0
         charts = [bundle_chart(b, statistic, way, name, top, 240) for way, b in bundles.items()]
-        caption = f"{statistic.capitalize()} of {name}. {'. '.join(said)}."
+        caption = f"{statistic.capitalize()} of {name}. {'. '.join(said)}. {caption_of(ensemble)}."
         rows.append(Row(tuple(charts), caption))
     return tuple(rows)
 
@@ -209,7 +210,8 @@ def _times_and_proportions(ensemble: Ensemble, colours: Sequence[str]) -> Row:
     title, alt = "Facies proportions", "Facies proportions of image and realizations"
     legend = (("training image", LIGHT.reference),)
     time = "CPU time of each realization"
-    return Row((Chart(times, time, time), Chart(shares, title, alt, legend)))
+    charts = Chart(times, time, time), Chart(shares, title, alt, legend)
+    return Row(charts, f"{caption_of(ensemble)}.")
 
 
 def _table_of_realizations(ensemble: Ensemble) -> Table:

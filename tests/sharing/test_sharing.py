@@ -15,6 +15,7 @@ from ccwsim.io import training_image_as_bytes
 from ccwsim.metrics import fit_curve
 from ccwsim.model.study import Study
 from ccwsim.report.document import report_html
+from ccwsim.report.settings import caption_of
 from ccwsim.report.verdicts import describe_curve, relative_text
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Shown, Upload
 from ccwsim.sharing.link import link_of
@@ -126,6 +127,7 @@ def test_a_report_says_the_same_of_curves_as_the_pages():
     for statistic in ("variogram", "connectivity"):
         for way in ("E-W", "N-S"):
             assert str(describe_curve(fit_curve(e, statistic, 0, way), statistic)) in page
+    assert page.count(f"{caption_of(e)}.") == 3  # below each row of charts
     assert relative_text(float(e.proportions[:, 1].mean()), float(image.proportions[1])) in page
 
 

@@ -18,7 +18,7 @@ from ccwsim.paper.times import paper_series
 from ccwsim.system.machine import this_machine
 from ccwsim.ui.benchmark import findings, measurement
 from ccwsim.ui.benchmark.measurement import SIDES, Benchmark, Kind
-from ccwsim.ui.results.charts import titled_chart
+from ccwsim.ui.results.charts import draw_caption, titled_chart
 from ccwsim.ui.session.file_names import image_part
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.state import State
@@ -174,6 +174,7 @@ def _draw_grids(state: State) -> None:
     run = state.page(Benchmark).grids
     timings = list(run.timings) if run else []
     ticks = ticks_of(timings, measurement.layers_of(state) is not None)
+    draw_caption(findings.describe_run(run))
     left, right = st.columns(2, gap="medium")
     with left:
         note = "red: the paper, another machine" if has_paper(timings) else "maps dashed"

@@ -33,9 +33,10 @@ from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_REALIZATIONS_COMPARED
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.numbers import seconds, three_digits
+from ccwsim.model.numbers import plural, seconds, three_digits
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
+from ccwsim.report.settings import describe_inputs, describe_parameters, describe_setting
 from ccwsim.report.verdicts import SIGNS, curve_title, describe_curves, describe_scaling
 from ccwsim.sharing.choices import ImageChoice, Upload
 from ccwsim.ui.compare import findings
@@ -53,8 +54,6 @@ from ccwsim.ui.compare.settings import (
     code_of,
     collect_comparison,
     copy_setting,
-    describe_parameters,
-    describe_setting,
     follow_comparison,
     has_curves,
     n_of,
@@ -67,7 +66,7 @@ from ccwsim.ui.compare.settings import (
     want_curves,
 )
 from ccwsim.ui.frontend.cells import draw_cells, facies_map, points_of
-from ccwsim.ui.results.charts import draw_clickable_chart, titled_chart
+from ccwsim.ui.results.charts import draw_caption, draw_clickable_chart, titled_chart
 from ccwsim.ui.results.curves import draw_curve_key
 from ccwsim.ui.results.maps import (
     choose,
@@ -308,6 +307,7 @@ def _draw_found(
     page_state = state.page(ComparePageState)
     page_state.shown = min(page_state.shown, found.ensembles[0].n - 1)
     state.facies = min(state.facies, image.n_facies - 1)
+    draw_caption(_caption(found, request))
     with st.container(key="said"):  # always drawn, so that elements below do not move
         if len(found.names) == len(request.names) or page_state.run is None:
             left, right = st.columns(2, gap="medium")
@@ -324,6 +324,20 @@ def _draw_found(
         draw_curves(state, found)
     with st.container(key="patterns"):
         draw_patterns(state, found)
+
+
+def _notes(request: ComparisonRequest) -> dict[str, str]:
+    """Return the setting of the study, how each other setting differs, and the other method."""
+    own, *others = request.settings
+    said = [describe_parameters(own), *(describe_setting(p, own) for p in others), "not CCWSIM"]
+    return dict(zip(request.names, said, strict=False))
+
+
+def _caption(found: Comparison, request: ComparisonRequest) -> str:
+    """Return the caption of all charts: inputs, settings, number of realizations and seed."""
+    settings = "; ".join(f"{name}: {note}" for name, note in _notes(request).items())
+    n = plural(request.n, "realization")
+    return f"{describe_inputs(found.ensembles[0])}; {settings}; {n} each, seed {request.seed}"
 
 
 def _draw_outlines(state: State) -> None:
@@ -370,11 +384,10 @@ def draw_maps(
         link = "image" if grid.nz is None else "grid"
         draw_cells(shown, "image", name="training_image", link=link, **options)
         _draw_times_and_proportions(found)
-    own, *rest = request.settings
-    notes = [describe_parameters(own), *(describe_setting(p, own) for p in rest), "not CCWSIM"]
+    notes = _notes(request)
     for k, (column, name) in enumerate(zip(others, request.names, strict=True)):
         with column:
-            draw_name(k, name, notes[k])
+            draw_name(k, name, notes[name])
             if k < len(found.ensembles):
                 _draw_maps_of(state, found, k, colours)
             else:

@@ -33,7 +33,7 @@ from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.page_run import PageRun, start_page_run
 from ccwsim.ui.session.resolve import data_of, fitted, image_of, levels
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.changes import describe_value, image_name, short_name
+from ccwsim.ui.study.changes import image_name
 from ccwsim.ui.study.run import failed
 from ccwsim.ui.study.study_column import set_parameters
 
@@ -180,30 +180,6 @@ def usual_others(own: Parameters, shape: Shape) -> list[Parameters]:
     return usual
 
 
-def describe_setting(p: Parameters, own: Parameters) -> str:
-    """Describe how a setting differs from the setting of the study."""
-    names = [f.name for f in fields(Parameters) if getattr(p, f.name) != getattr(own, f.name)]
-    if p.method == "ccsim":  # CCSIM has no level
-        names = [name for name in names if name != "wavelet_level"]
-    names.sort(key=lambda name: name != "method")
-    return ", ".join(_describe(name, getattr(p, name)) for name in names) or "the same"
-
-
-def describe_parameters(p: Parameters) -> str:
-    """Describe a setting in one line.
-
-    Examples
-    --------
-    >>> describe_parameters(Parameters())
-    'CCWSIM, level 2, template 32, overlap 8, K 20'
-    >>> describe_parameters(Parameters((16, 32, 32), (4, 8, 8), (1, 2, 2)))
-    'CCWSIM, level 2 × 2 × 1, template 32 × 32 × 16, overlap 8 × 8 × 4, K 20'
-    """
-    names = ["wavelet_level", "template_size", "overlap_size", "n_candidates"]
-    said = [_describe(name, getattr(p, name)) for name in names[p.method == "ccsim" :]]
-    return ", ".join([p.method.upper(), *said])
-
-
 def change_setting(state: State, k: int, **changes: object) -> None:
     """Replace setting `k`; setting 0 is the setting of the study."""
     if k == 0:
@@ -243,13 +219,6 @@ def use_setting(state: State, k: int) -> None:
     state.change(parameters=present[0])
     if k:
         state.page(ComparePageState).others[:] = present[1:]
-
-
-def _describe(name: str, value: object) -> str:
-    short, text = short_name(name), describe_value(name, value)
-    if isinstance(value, bool):
-        return short if value else f"no {short}"
-    return text if name in ("method", "similarity") else f"{short} {text}"
 
 
 def request_of(state: State) -> ComparisonRequest:

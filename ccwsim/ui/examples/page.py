@@ -22,11 +22,12 @@ from ccwsim.jobs.statistics import Failure, StatisticsWorker, Task
 from ccwsim.metrics import connectivity, variogram
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.report.document import report_html
+from ccwsim.report.settings import describe_setting
 from ccwsim.run.simulation import simulate
 from ccwsim.sharing.choices import Choices
 from ccwsim.sharing.link import left_out, link_of
 from ccwsim.system.lru_cache import LruCache
-from ccwsim.ui.compare.settings import LETTERS, describe_setting
+from ccwsim.ui.compare.settings import LETTERS
 from ccwsim.ui.examples.catalogue import PARTS, Example
 from ccwsim.ui.examples.opened import (
     BACK_HELP,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from html import escape
 from typing import Any
 
 import streamlit as st
@@ -14,6 +15,11 @@ from ccwsim.ui.widgets.text import panel_title
 
 SAVE_BUTTON: dict[str, Any] = {"displaylogo": False, "modeBarButtons": [["toImage"]]}
 """Configuration of plotly with a hidden button; the menu that saves a chart presses this button."""
+
+
+def draw_caption(text: str) -> None:
+    """Add the caption that saved charts and the printed page have, and the screen does not show."""
+    st.html(f'<p class="chart-caption">{escape(text)}</p>')
 
 
 def draw_chart(chart: Any, key: str, alt: str) -> None:

@@ -15,7 +15,9 @@ from ccwsim.io.formats.csv_table import csv_as_bytes
 from ccwsim.metrics import VERTICAL, axes_of, etype
 from ccwsim.metrics.bands import Statistic
 from ccwsim.model.ensemble import Ensemble
+from ccwsim.report.settings import caption_of
 from ccwsim.ui.results import maps
+from ccwsim.ui.results.charts import draw_caption
 from ccwsim.ui.results.curves import (
     curve_bundle,
     draw_curves,
@@ -62,6 +64,7 @@ def _results(state: State, ensemble: Ensemble) -> None:
     state.shown = min(state.shown, ensemble.n - 1)
     state.facies = min(state.facies, ensemble.training_image.n_facies - 1)
     colours = maps.colours_of_ran(state)
+    draw_caption(caption_of(ensemble))
     with st.container(horizontal=True, vertical_alignment="center", key="facts_row"):
         draw_facts(ensemble)
         draw_downloads(state, ensemble, colours)

@@ -3,31 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import fields
-from typing import Any
 
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.grid import Grid
-from ccwsim.model.parameters import Parameters, describe_weight
+from ccwsim.model.parameters import Parameters
+from ccwsim.report.settings import describe_value, short_name
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.results.maps import pretty
-
-SHORT_NAMES = {
-    "template_size": "template",
-    "overlap_size": "overlap",
-    "wavelet_level": "level",
-    "n_candidates": "K",
-    "search_fraction": "search",
-    "co_template": "look-ahead",
-    "exact_data": "exact honouring",
-    "method": "",
-}
-VALUES = {
-    "ccwsim": "CCWSIM",
-    "ccsim": "CCSIM",
-    "ms-ccsim": "MS-CCSIM",
-    "ssd": "squared difference",
-}
-"""Names, on the screen, of parameter values that have other names in code."""
 
 
 def changes_between(before: Choices, after: Choices) -> list[str]:
@@ -101,19 +83,3 @@ def _parameters(before: Parameters, after: Parameters) -> list[str]:
 
 def _value(p: Parameters, name: str) -> object:
     return p.level if name == "wavelet_level" else getattr(p, name)
-
-
-def short_name(name: str) -> str:
-    """Return a short name of a parameter."""
-    return SHORT_NAMES.get(name, name.replace("_", " "))
-
-
-def describe_value(name: str, value: Any) -> str:
-    """Return the value of a parameter as text; sizes of a volume are in the order x, y, z."""
-    if name == "location_weight":
-        return describe_weight(value)
-    if isinstance(value, bool):
-        return "on" if value else "off"
-    if isinstance(value, tuple):
-        return describe_shape(value)
-    return f"{value:g}" if isinstance(value, float) else VALUES.get(str(value), str(value))

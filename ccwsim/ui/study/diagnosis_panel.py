@@ -11,8 +11,8 @@ import streamlit as st
 from ccwsim import Parameters, TrainingImage
 from ccwsim.figures import proportions_chart, repetition_chart
 from ccwsim.metrics import QUARTERS, Diagnosis
+from ccwsim.report.settings import describe_value
 from ccwsim.ui.results.charts import titled_chart
-from ccwsim.ui.study.changes import describe_value
 from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.text import panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme

@@ -16,10 +16,10 @@ from ccwsim.metrics.diagnosis import TREND_WEIGHT
 from ccwsim.model import bounds
 from ccwsim.model.arrays import Shape
 from ccwsim.model.parameters import PER_AXIS, Parameters
+from ccwsim.report.settings import VALUES
 from ccwsim.ui.session import resolve
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.changes import VALUES
 from ccwsim.ui.study.data_step import data_step, problem_of_data
 from ccwsim.ui.study.image_step import image_step
 from ccwsim.ui.study.run import run_step

@@ -21,11 +21,12 @@ from ccwsim.figures import contact_sheet, sweep_chart, tile_size
 from ccwsim.io.formats.csv_table import csv_as_bytes
 from ccwsim.metrics import Quality
 from ccwsim.model.bounds import MAX_REALIZATIONS_OF_SWEEP
-from ccwsim.model.numbers import seconds, three_digits
+from ccwsim.model.numbers import plural, seconds, three_digits
 from ccwsim.model.parameters import PER_AXIS
+from ccwsim.report.settings import describe_inputs
 from ccwsim.ui.frontend.cells import draw_cells, facies_map, points_of
 from ccwsim.ui.frontend.component import draw_component
-from ccwsim.ui.results.charts import chart_menu, draw_clickable_chart
+from ccwsim.ui.results.charts import chart_menu, draw_caption, draw_clickable_chart
 from ccwsim.ui.results.maps import ghost_panel, middle_layers, step_buttons
 from ccwsim.ui.session.address import go_to, page_link
 from ccwsim.ui.session.file_names import grid_part
@@ -193,6 +194,11 @@ def _draw_rows(state: State, run: SweepRun, found: Sweep) -> None:
     k = choice.index if chosen is None else min(chosen, len(found.rows) - 1)
     names, marked = names_of(tried), (k, choice.index)
     best = found.rows[choice.index].parameters
+    draw_caption(
+        f"{describe_inputs(run)}; {plural(len(found.rows), 'setting')}, recommended: "
+        f"{label(best, names)}; {plural(run.n_realizations, 'realization')} each, "
+        f"seed {run.seed}"
+    )
     with st.container(horizontal=True, vertical_alignment="center", gap="medium", key="choice"):
         so_far = " so far" if run.going or found.stopped else ""
         title = f"<b>Recommended{so_far}: {escape(label(best, names))}</b>"

@@ -12,11 +12,12 @@ from ccwsim.figures import Group, mds_chart, mds_title
 from ccwsim.metrics import Anodi
 from ccwsim.model.bounds import MAX_REALIZATIONS
 from ccwsim.model.ensemble import Ensemble
+from ccwsim.report.settings import caption_of
 from ccwsim.report.verdicts import describe_scaling
 from ccwsim.ui.frontend.cells import draw_cells, facies_map, points_of
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.results import maps
-from ccwsim.ui.results.charts import draw_clickable_chart, titled_chart
+from ccwsim.ui.results.charts import draw_caption, draw_clickable_chart, titled_chart
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import draw_news, problem_of, start_run, start_run_if_needed
@@ -70,6 +71,7 @@ def _draw_validation(state: State, ensemble: Ensemble) -> None:
     state.shown = min(state.shown, ensemble.n - 1)
     state.facies = min(state.facies, ensemble.training_image.n_facies - 1)
     colours = maps.colours_of_ran(state)
+    draw_caption(caption_of(ensemble))
     with st.container(horizontal=True, vertical_alignment="top", key="judge_row"):
         top = st.container(key="judgement")
         _draw_controls(state, ensemble)

@@ -13,6 +13,7 @@ from streamlit.testing.v1 import AppTest
 from ccwsim import Grid, HardData, Parameters, datasets, simulate
 from ccwsim.experiments.comparison import STATISTICS, Comparison, PairRatio, compare
 from ccwsim.experiments.two_point import simulate_two_point
+from ccwsim.report.settings import describe_setting
 from ccwsim.report.verdicts import describe_curves
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.ui.compare.findings import (
@@ -32,7 +33,6 @@ from ccwsim.ui.compare.settings import (
     Beside,
     ComparePageState,
     both_images,
-    describe_setting,
     settings_of,
     usual_others,
 )

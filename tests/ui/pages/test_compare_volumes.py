@@ -9,12 +9,12 @@ from ccwsim import Grid, HardData, Parameters, datasets, simulate
 from ccwsim.experiments.comparison import STATISTICS
 from ccwsim.metrics import connectivity
 from ccwsim.metrics.bands import band
+from ccwsim.report.settings import describe_setting
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.compare.findings import sentences, settings_csv
 from ccwsim.ui.compare.settings import (
     ComparePageState,
     change_setting,
-    describe_setting,
     n_of,
     settings_of,
     usual_others,

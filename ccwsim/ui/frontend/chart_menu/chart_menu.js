@@ -1,4 +1,7 @@
 // Saves the chart below the menu: plotly writes PNG and SVG; CSV is written from the chart's numbers.
+const LETTER = 5.2;  // mean width of a letter of a caption in pixels
+const LINE = 15;
+
 export default inOrder(({ data, parentElement }) => {
   const open = parentElement.querySelector('.open');
   const choices = parentElement.querySelector('.choices');
@@ -12,7 +15,7 @@ export default inOrder(({ data, parentElement }) => {
     const kind = event.target.dataset.kind;
     if (!kind) return;
     const charts = [...document.querySelectorAll(`.st-key-${data.chart} .js-plotly-plot`)];
-    if (charts.length) save(charts, kind, data.name);
+    if (charts.length) save(charts, kind, data);
     show(false);
   };
   const away = (event) => { if (!event.composedPath().includes(parentElement)) show(false); };
@@ -25,14 +28,43 @@ export default inOrder(({ data, parentElement }) => {
   };
 });
 
-function save(charts, kind, name) {
+function save(charts, kind, { name, title }) {
   if (kind === 'csv') return download(name + '.csv', charts.map(table).join('\n'));
+  const caption = document.querySelector('.chart-caption')?.textContent ?? '';
   for (const chart of charts) {
+    const shown = chart.layout;
+    chart.layout = captioned(chart, title, caption);  // plotly copies it at the click
+    const { width, height } = chart.layout;
     chart._context.toImageButtonOptions = {
-      format: kind, filename: name, scale: kind === 'png' ? 3 : 1,
+      format: kind, filename: name, scale: kind === 'png' ? 3 : 1, width, height,
     };
     chart.querySelector('.modebar-btn').click();
+    chart.layout = shown;
   }
+}
+
+// Return the layout of a chart with its title and the caption above, in lines as wide as the chart.
+function captioned({ layout, _fullLayout: full }, title, caption) {
+  const lines = [];
+  for (const word of caption.split(' ').filter(Boolean)) {
+    const longer = lines.length ? `${lines.at(-1)} ${word}` : word;
+    if (lines.length && longer.length * LETTER < full.width - 16) lines[lines.length - 1] = longer;
+    else lines.push(word);
+  }
+  const small = lines.map((line) => `<span style="font-size: 10px">${written(line)}</span>`);
+  const room = LINE * (lines.length + 2);
+  return {
+    ...layout, width: full.width, height: full.height + room,
+    margin: { ...layout.margin, t: (layout.margin?.t ?? 0) + room },
+    title: {
+      text: [`<b>${written(title)}</b>`, ...small].join('<br>'), font: { size: 13 },
+      x: 8 / full.width, xanchor: 'left', y: 1, yanchor: 'top', yref: 'container', pad: { t: 14 },
+    },
+  };
+}
+
+function written(text) {
+  return text.replaceAll('&', '&amp;').replaceAll('<', '&lt;');
 }
 
 // Return a CSV line per point, with the numbers of series and curve; gaps separate curves of a series.

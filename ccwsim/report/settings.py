@@ -1,0 +1,106 @@
+"""Short descriptions of parameters, and captions of charts that say what the charts are of."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+from typing import Any
+
+from ccwsim.model.arrays import describe_shape
+from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.numbers import plural
+from ccwsim.model.parameters import Parameters, describe_weight
+
+SHORT_NAMES = {
+    "template_size": "template",
+    "overlap_size": "overlap",
+    "wavelet_level": "level",
+    "n_candidates": "K",
+    "search_fraction": "search",
+    "co_template": "look-ahead",
+    "exact_data": "exact honouring",
+    "method": "",
+}
+VALUES = {
+    "ccwsim": "CCWSIM",
+    "ccsim": "CCSIM",
+    "ms-ccsim": "MS-CCSIM",
+    "ssd": "squared difference",
+}
+"""Names, on the screen, of parameter values that have other names in code."""
+USUAL = ("method", "wavelet_level", "template_size", "overlap_size", "n_candidates")
+"""Parameters that every caption states; others are stated if they differ from the default."""
+
+
+def caption_of(ensemble: Ensemble) -> str:
+    """Return the image, data, grid, setting, number of realizations and seed of an ensemble.
+
+    Examples
+    --------
+    >>> import ccwsim
+    >>> image = ccwsim.TrainingImage([[0, 1] * 20] * 40, name="stripes")
+    >>> ensemble = ccwsim.simulate(image, (30, 30), Parameters(16, 4, refine=False), seed=5)
+    >>> print(caption_of(ensemble).replace("; ", "\\n"))
+    stripes, no hard data, grid 30 × 30
+    CCWSIM, level 2, template 16, overlap 4, K 20, no refine
+    1 realization, seed 5
+    """
+    p = ensemble.parameters
+    others = describe_setting(p, replace(Parameters(), **{n: getattr(p, n) for n in USUAL}))
+    setting = describe_parameters(p) + (f", {others}" if others != "the same" else "")
+    count = plural(ensemble.n, "realization")
+    edited = ", re-simulated locally around edited data" if ensemble.revised else ""
+    return f"{describe_inputs(ensemble)}; {setting}; {count}, seed {ensemble.seed}{edited}"
+
+
+def describe_inputs(study: Any) -> str:
+    """Return the training image, number of hard data and grid of a study, run or ensemble."""
+    image, n = study.training_image, study.hard_data.n
+    data = f"{n} hard data" if n else "no hard data"
+    return f"{image.name or 'unnamed image'}, {data}, grid {describe_shape(study.grid.shape)}"
+
+
+def describe_setting(p: Parameters, own: Parameters) -> str:
+    """Describe how a setting differs from the setting of the study."""
+    names = [f.name for f in fields(Parameters) if getattr(p, f.name) != getattr(own, f.name)]
+    if p.method == "ccsim":  # CCSIM has no level
+        names = [name for name in names if name != "wavelet_level"]
+    names.sort(key=lambda name: name != "method")
+    return ", ".join(_describe(name, getattr(p, name)) for name in names) or "the same"
+
+
+def describe_parameters(p: Parameters) -> str:
+    """Describe a setting in one line.
+
+    Examples
+    --------
+    >>> describe_parameters(Parameters())
+    'CCWSIM, level 2, template 32, overlap 8, K 20'
+    >>> describe_parameters(Parameters((16, 32, 32), (4, 8, 8), (1, 2, 2)))
+    'CCWSIM, level 2 × 2 × 1, template 32 × 32 × 16, overlap 8 × 8 × 4, K 20'
+    """
+    names = ["wavelet_level", "template_size", "overlap_size", "n_candidates"]
+    said = [_describe(name, getattr(p, name)) for name in names[p.method == "ccsim" :]]
+    return ", ".join([p.method.upper(), *said])
+
+
+def _describe(name: str, value: object) -> str:
+    short, text = short_name(name), describe_value(name, value)
+    if isinstance(value, bool):
+        return short if value else f"no {short}"
+    return text if name in ("method", "similarity") else f"{short} {text}"
+
+
+def short_name(name: str) -> str:
+    """Return a short name of a parameter."""
+    return SHORT_NAMES.get(name, name.replace("_", " "))
+
+
+def describe_value(name: str, value: Any) -> str:
+    """Return the value of a parameter as text; sizes of a volume are in the order x, y, z."""
+    if name == "location_weight":
+        return describe_weight(value)
+    if isinstance(value, bool):
+        return "on" if value else "off"
+    if isinstance(value, tuple):
+        return describe_shape(value)
+    return f"{value:g}" if isinstance(value, float) else VALUES.get(str(value), str(value))
