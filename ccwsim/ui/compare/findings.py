@@ -6,6 +6,7 @@ from dataclasses import fields
 from html import escape
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ccwsim.experiments.comparison import Comparison, PairRatio
 from ccwsim.figures import DARK, LIGHT
@@ -119,16 +120,19 @@ def figures_table(found: Comparison) -> str:
     for k, (name, e) in enumerate(zip(found.names, found.ensembles, strict=True)):
         letter = f'<b class="own" style="--own: {colour_of(k)}">{escape(name)}</b>'
         ratio = found.cpu_seconds[k] / found.cpu_seconds[0]
-        means = (three_digits(mean) for mean in _means_of_data(name, e)) if with_data else ()
+        means = map(three_digits, _counts_of_data(name, e).mean(axis=1)) if with_data else ()
         patterns = _patterns(found, k)
         rows.append([letter, seconds(found.cpu_seconds[k]), f"{ratio:.2f} ×", *means, *patterns])
     return numbers_table(rows, (*heads, "from the image", "variety"), "figures")
 
 
-def _means_of_data(name: str, e: Ensemble) -> list[float]:
-    """Return the mean numbers of wrong, re-simulated and forced data; NaN if data are ignored."""
-    counts = (e.n_mismatched, e.n_resimulated, e.n_forced)
-    return [np.nan if name == TWO_POINT else float(n.mean()) for n in counts]
+def _counts_of_data(name: str, e: Ensemble) -> NDArray[np.float64]:
+    """Return the numbers of wrong, re-simulated and forced data of each realization, shape (3, n).
+
+    They are NaN for the two-point simulation, which ignores the data.
+    """
+    counts = np.array([e.n_mismatched, e.n_resimulated, e.n_forced], float)
+    return counts * np.nan if name == TWO_POINT else counts
 
 
 def _patterns(found: Comparison, k: int) -> list[str]:
@@ -166,7 +170,13 @@ def settings_csv(found: Comparison) -> bytes:
     for k, (name, e) in enumerate(zip(found.names, found.ensembles, strict=True)):
         times = found.cpu_seconds[k], found.cpu_seconds[k] / found.cpu_seconds[0]
         shares = found.proportions[k].mean(axis=0)
-        figures = (*times, *_means_of_data(name, e), found.distance[k], found.variety[k], *shares)
+        figures = (
+            *times,
+            *_counts_of_data(name, e).mean(axis=1),
+            found.distance[k],
+            found.variety[k],
+            *shares,
+        )
         values = ["" if name == TWO_POINT else getattr(e.parameters, n) for n in names]
         lines.append([name, *values, *(f"{figure:.6g}" for figure in figures)])
     return csv_as_bytes(head, lines)
@@ -184,12 +194,10 @@ def realizations_csv(found: Comparison) -> bytes:
         if found.anodi is not None and found.scaling is not None:
             positions = found.scaling.positions[found.anodi.owner == k]
             placed = np.column_stack([found.distances[k], positions])
+        counts = _counts_of_data(name, e)
         for r in range(e.n):
-            numbers = (*found.proportions[k][r], *placed[r])
-            counts = (e.n_mismatched, e.n_resimulated, e.n_forced)
-            data = ("" if name == TWO_POINT else int(each[r]) for each in counts)
-            own = [name, r + 1, f"{e.cpu_seconds[r]:.6g}", *data]
-            lines.append([*own, *(f"{number:.6g}" for number in numbers)])
+            figures = (e.cpu_seconds[r], *counts[:, r], *found.proportions[k][r], *placed[r])
+            lines.append([name, r + 1, *(f"{figure:.6g}" for figure in figures)])
     return csv_as_bytes(head, lines)
 
 

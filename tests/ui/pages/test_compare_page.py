@@ -335,7 +335,7 @@ def test_a_two_point_simulation_is_compared_and_marked_as_not_ccwsim():
     assert "All 2 data are honoured by all settings." in html(app)
     settings, each = csv_rows(settings_csv(found)), csv_rows(realizations_csv(found))
     assert (settings[3]["setting"], settings[3]["method"]) == (TWO_POINT, "")
-    assert {row["data_wrong"] for row in each if row["setting"] == TWO_POINT} == {""}
+    assert {row["data_wrong"] for row in each if row["setting"] == TWO_POINT} == {"nan"}
 
 
 def test_a_two_point_simulation_needs_the_place_of_a_setting():
