@@ -79,7 +79,7 @@ from ccwsim.ui.results.maps import (
 from ccwsim.ui.session.address import go_to
 from ccwsim.ui.session.file_names import grid_part
 from ccwsim.ui.session.fragments import error_boundary
-from ccwsim.ui.session.resolve import data_of, image_of
+from ccwsim.ui.session.resolve import data_of, image_of, study_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.changes import image_name
 from ccwsim.ui.study.image_questions import image_of_file
@@ -124,7 +124,7 @@ def draw_page(state: State) -> None:
         start_comparison(state)
     if page_state.run is not None and page_state.run.wait(PATIENCE):
         collect_comparison(state)
-    run = page_state.run
+    run, request = page_state.run, page_state.request
     _draw_settings(state)
     _draw_run_row(state, problem)
     with st.container(key="news"):  # always drawn, so that elements below do not move
@@ -134,17 +134,12 @@ def draw_page(state: State) -> None:
                 st.html("<style>.st-key-results { opacity: 0.4 }</style>")
         if problem:
             st.error(plain(problem))
-        elif run is None and _is_outdated(state):
+        elif run is None and request is not None and request.key != request_of(state).key:
             draw_out_of_date("the settings or the study have changed. Compare again.")
         if page_state.message:
             st.warning(plain(page_state.message))
     with st.container(key="results"):
         _draw_results(state, run is not None)
-
-
-def _is_outdated(state: State) -> bool:
-    request = state.page(ComparePageState).request
-    return request is not None and request.key != request_of(state).key
 
 
 def problem_of(state: State) -> str:
@@ -247,7 +242,8 @@ def _draw_run_row(state: State, problem: str) -> None:
                     options = {"key": f"download_{name}", "width": "stretch"}
                     download(label, partial(made, found), f"{of}_{name}.csv", **options)
         if not problem:
-            step_note(describe_study(state))
+            inputs = describe_inputs(study_of(state.choices))
+            step_note(f"All settings use the study's {inputs}, seed {state.choices.seed}.")
 
 
 def _draw_beside(state: State) -> None:
@@ -267,17 +263,6 @@ def _draw_beside(state: State) -> None:
 
     with st.popover("Own image", key="beside_menu"):
         image_uploader("A second training image with the same facies", "beside_file", take)
-
-
-def describe_study(state: State) -> str:
-    """Describe the inputs that all settings share."""
-    choices = state.choices
-    image, data, grid = image_of(choices.image), data_of(choices), choices.grid
-    with_data = f"{data.n} data" if data.n else "no data"
-    return (
-        f"All settings use the study's inputs: {pretty(image.name)}, {with_data}, grid "
-        f"{describe_shape(grid.shape)}, seed {choices.seed}."
-    )
 
 
 @st.fragment
