@@ -75,7 +75,11 @@ def draw_examples(state: State) -> None:
     with st.container(horizontal=True, vertical_alignment="center", key="examples_row"):
         field(st.segmented_control, "Examples", **bound_to(page_state, "view"), **views)
         _draw_class_link(state.choices)
-        sheet = partial(_sheet, st.context.url or "")
+        page = st.context.url or ""
+
+        def sheet() -> bytes:
+            return report_html(lecture_sheet(page)).encode()
+
         download(
             "Lecture sheet", sheet, "ccwsim_lecture.html", key="lecture_sheet", help=SHEET_HELP
         )
@@ -109,11 +113,6 @@ def class_link(choices: Choices, page: str) -> str:
     `page` is the address of a page of the dashboard.
     """
     return study_address(link_of(replace(choices, seed=0)) | {CLASS: ["1"]}, page)
-
-
-def _sheet(page: str) -> bytes:
-    """Return the lecture sheet as HTML, for the download button."""
-    return report_html(lecture_sheet(page)).encode()
 
 
 def _draw_plan(state: State) -> None:

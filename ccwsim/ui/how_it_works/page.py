@@ -119,10 +119,10 @@ def _draw_player(how: How, trace: Trace) -> None:
     n = len(trace.patches)
 
     def step(by: int) -> None:
-        how.go(min(max(how.patch + by, 0), n - 1))
+        how.stop(patch=min(max(how.patch + by, 0), n - 1))
 
     def jump(number: int) -> None:
-        how.go(min(number, n) - 1)
+        how.stop(patch=min(number, n) - 1)
 
     def play() -> None:
         how.playing, how.ticked = True, time.monotonic()
@@ -236,7 +236,7 @@ def _draw_grid(how: How, view: PatchView) -> None:
     trace = view.trace
 
     def jump(row: int, column: int) -> None:
-        how.go(trace.patch_of_cell(row, column))
+        how.stop(patch=trace.patch_of_cell(row, column))
 
     options: dict[str, Any] = {"grid": trace.study.grid, "name": "grid_so_far", "on_cell": jump}
     options["max_height"] = 420 if view.is_volume else MAX_HEIGHT

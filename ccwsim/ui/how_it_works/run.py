@@ -46,10 +46,6 @@ class How:
             setattr(self, name, value)
         self.playing = False
 
-    def go(self, patch: int) -> None:
-        """Show the patch with index `k`."""
-        self.stop(patch=patch)
-
 
 def parameters_of(state: State) -> Parameters:
     """Return the setting of the page, or the setting of the study if the page has none."""
