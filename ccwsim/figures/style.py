@@ -253,3 +253,14 @@ def plotly_script() -> str:
     True
     """
     return get_plotlyjs()
+
+
+def mixed(colour: str, ground: str, share: float) -> str:
+    """Return a colour mixed with a share of another colour.
+
+    Examples
+    --------
+    >>> mixed("#000000", "#FFFFFF", 0.5)
+    '#808080'
+    """
+    return ramp([colour, ground], 101)[round(100 * share)]

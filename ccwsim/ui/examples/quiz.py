@@ -20,7 +20,7 @@ import streamlit as st
 from numpy.typing import NDArray
 
 from ccwsim import datasets
-from ccwsim.figures import facies_colours, map_png
+from ccwsim.figures import facies_colours, map_png, mixed
 from ccwsim.jobs.job import PATIENCE, Job
 from ccwsim.metrics import Copying, copying
 from ccwsim.metrics.pattern_codes import codes_in
@@ -33,7 +33,6 @@ from ccwsim.ui.frontend.cells import CellMap, draw_cells
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.results.maps import pretty
 from ccwsim.ui.session.fragments import follow
-from ccwsim.ui.session.page_run import PageRun
 from ccwsim.ui.session.resolve import fitted, image_of, levels
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import failed
@@ -53,6 +52,7 @@ MAX_QUIZ_LEVEL = 4
 """Maximum wavelet level of the quiz; at higher levels realizations are too easy to recognize."""
 MAX_QUIZ_CANDIDATES = 2000
 REVEAL_HEIGHT = 340
+GREY = "#969696"
 MAX_FACIES_MARKED = 120
 """Maximum number of facies for drawing seams, because each facies then needs two colours."""
 
@@ -147,25 +147,12 @@ def new_shapes(
 
 
 @dataclass
-class RoundRun(PageRun[Round]):
-    """The running or finished task that simulates and cuts the pictures of a round of the quiz."""
-
-    training_image: TrainingImage
-    parameters: Parameters
-    seed: int
-
-    def work(self, job: Job[Round]) -> Round:
-        """Compute and return the round of the quiz."""
-        return draw_round(self.training_image, self.parameters, self.seed)
-
-
-@dataclass
 class Quiz:
     """The state of the quiz.
 
     `image` is the name of a bundled training image, or empty for the image of the study. `level`,
     `n_candidates` and `refine` are parameters of the realizations. `seed` is random, one per
-    session, and `n_rounds` is added to it. `run` computes the round with the settings `asked`.
+    session, and `n_rounds` is added to it. `job` computes the round with the settings `asked`.
     `picked` is the picture that the user picked as the training image. `tallies` has the number of
     right picks and the number of picks for each setting.
     """
@@ -176,7 +163,7 @@ class Quiz:
     refine: bool = True
     seed: int = dataclass_field(default_factory=lambda: randbelow(2**31))
     n_rounds: int = 0
-    run: RoundRun | None = None
+    job: Job[Round] | None = None
     asked: tuple | None = None
     picked: int | None = None
     tallies: dict[str, tuple[int, int]] = dataclass_field(default_factory=dict)
@@ -184,7 +171,7 @@ class Quiz:
     @property
     def round(self) -> Round | None:
         """The current round, or None until its pictures are ready."""
-        return self.run.result if self.run is not None else None
+        return self.job.result if self.job is not None else None
 
 
 def draw_quiz(state: State) -> None:
@@ -193,13 +180,13 @@ def draw_quiz(state: State) -> None:
     _controls(state)
     if quiz.asked != _asked(state):
         begin_round(state)
-    run = quiz.run
-    if run is None or run.job is None:
+    job = quiz.job
+    if job is None:
         return
-    if not run.job.wait(PATIENCE):
-        follow(run.job, label=lambda: "Drawing a round …")
-    elif run.error is not None:
-        st.error(plain(failed(run.error)))
+    if not job.wait(PATIENCE):
+        follow(job, label=lambda: "Drawing a round …")
+    elif job.error is not None:
+        st.error(plain(failed(job.error)))
     if quiz.round is not None:
         _draw_round(state, quiz.round)
 
@@ -209,7 +196,8 @@ def begin_round(state: State) -> None:
     quiz = state.page(Quiz)
     quiz.asked, quiz.picked = _asked(state), None
     quiz.n_rounds += 1
-    quiz.run = RoundRun(_image(state), _parameters(quiz), quiz.seed + quiz.n_rounds).start()
+    inputs = _image(state), _parameters(quiz), quiz.seed + quiz.n_rounds
+    quiz.job = Job(lambda _: draw_round(*inputs))
 
 
 def pick(quiz: Quiz, k: int) -> None:
@@ -376,10 +364,10 @@ def seam_map(shown: Round, k: int, colours: Sequence[str]) -> CellMap:
     marked = np.where(shown.shapes_at(k)[0], 2 * n, marked).astype(np.uint8)
     return CellMap(
         indices=marked,
-        colours=[*colours, *(_greyed(colour) for colour in colours), theme.reference],
+        colours=[*colours, *(mixed(colour, GREY, 0.4) for colour in colours), theme.reference],
         labels=[*names, *(f"{name}, at a seam" for name in names), "a new shape"],
         alt=f"Seams of picture {k + 1}, and shapes absent from the training image",
-        keys=[("a seam", _greyed(colours[0])), ("a new shape", theme.reference)],
+        keys=[("a seam", mixed(colours[0], GREY, 0.4)), ("a new shape", theme.reference)],
     )
 
 
@@ -392,13 +380,7 @@ def piece_map(shown: Round, k: int, colours: Sequence[str]) -> CellMap:
     used = shown.copying_of(k).uses > 0
     return CellMap(
         indices=np.where(used, image.indices, n + image.indices).astype(np.uint8),
-        colours=[*colours, *(_greyed(colour, 0.25) for colour in colours)],
+        colours=[*colours, *(mixed(colour, GREY, 0.75) for colour in colours)],
         labels=[*image.facies_names, *(f"{name}, not used" for name in image.facies_names)],
         alt=f"The training image; cells used in picture {k + 1} are in full colour",
     )
-
-
-def _greyed(colour: str, kept: float = 0.6) -> str:
-    """Return a colour mixed with grey."""
-    channels = (int(colour[k : k + 2], 16) for k in (1, 3, 5))
-    return "#" + "".join(f"{round(kept * c + (1 - kept) * 150):02X}" for c in channels)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ccwsim.engine.stages.cut import UNKNOWN
 from ccwsim.engine.trace import Frame, PlaceFate, Trace, TracedPatch
-from ccwsim.figures import CIVIDIS, Theme, ramp
+from ccwsim.figures import CIVIDIS, Theme, mixed, ramp
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.frontend.cells import N_STEPS, CellMap
 
@@ -101,17 +101,6 @@ class PatchView:
 def location_of(place: PlaceFate, n: int) -> tuple[int, ...]:
     """Return the `n` = 2 or 3 coordinates of a location in blocks: (layer,) row and column."""
     return (place.layer, place.row, place.column)[-n:]
-
-
-def mixed(colour: str, ground: str, share: float) -> str:
-    """Return a colour mixed with a share of another colour.
-
-    Examples
-    --------
-    >>> mixed("#000000", "#FFFFFF", 0.5)
-    '#808080'
-    """
-    return ramp([colour, ground], 101)[round(100 * share)]
 
 
 def box_mark(

@@ -17,6 +17,7 @@ from streamlit.testing.v1 import AppTest
 
 from ccwsim import Ensemble, Grid, Parameters, datasets, simulate
 from ccwsim.figures import LIGHT
+from ccwsim.jobs.job import Job
 from ccwsim.metrics import copying, etype, unseen_patterns, vertical_proportions
 from ccwsim.model.study import Study
 from ccwsim.report.document import report_html
@@ -31,7 +32,6 @@ from ccwsim.ui.examples.quiz import (
     SIDE,
     Quiz,
     Round,
-    RoundRun,
     describe_seams,
     describe_verdict,
     draw_round,
@@ -347,8 +347,8 @@ def test_only_the_first_pick_of_a_round_counts():
     quiz = Quiz()
     pick(quiz, 0)
     assert not quiz.tallies
-    quiz.run = RoundRun(datasets.load("channels"), Parameters(), seed=1).start()
-    assert quiz.run.wait(60)
+    quiz.job = Job(lambda _: draw_round(datasets.load("channels"), Parameters(), seed=1))
+    assert quiz.job.wait(60)
     assert quiz.round is not None
     wrong = (quiz.round.answer + 1) % N_PICTURES
     pick(quiz, 99)
