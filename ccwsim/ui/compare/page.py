@@ -243,7 +243,7 @@ def _draw_run_row(state: State, problem: str) -> None:
                     download(label, partial(made, found), f"{of}_{name}.csv", **options)
         if not problem:
             inputs = describe_inputs(study_of(state.choices))
-            step_note(f"All settings use the study's {inputs}, seed {state.choices.seed}.")
+            step_note(f"Inputs of all settings: {inputs}, seed {state.choices.seed}.")
 
 
 def _draw_beside(state: State) -> None:
