@@ -44,8 +44,8 @@ from ccwsim.figures.style import (
     SYMBOLS,
     Theme,
     facies_colours,
-    mixed,
     figure_json,
+    mixed,
     plotly_script,
     ramp,
 )

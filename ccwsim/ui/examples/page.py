@@ -8,8 +8,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from html import escape
-from pathlib import Path
-from urllib.parse import urlencode
 
 import numpy as np
 import streamlit as st

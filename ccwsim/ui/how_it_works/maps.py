@@ -138,27 +138,23 @@ def patch_map(
     return CellMap(shown, [*colours, theme.hairline], names, alt)
 
 
-@dataclass(frozen=True)
-class ColourScale:
-    """The name, minimum, maximum and colours of the numbers in a map."""
-
-    name: str
-    low: float
-    high: float
-    colours: Sequence[str] = CIVIDIS
-    absent: str = "no value"
-
-
-def value_map(values: NDArray[np.float64], scale: ColourScale, theme: Theme, alt: str) -> CellMap:
-    """Return a map or volume of numbers, in which NaN is blank."""
-    low, span = scale.low, scale.high - scale.low
-    share = np.clip((values - low) / span, 0, 1) if span else np.zeros(values.shape)
+def value_map(
+    values: NDArray[np.float64],
+    name: str,
+    ends: tuple[float, float],
+    theme: Theme,
+    alt: str,
+    colours: Sequence[str] = CIVIDIS,
+    absent: str = "no value",
+) -> CellMap:
+    """Return a map or volume of numbers between two ends, in which NaN is blank."""
+    (low, high), colours = ends, tuple(colours)
+    share = np.clip((values - low) / (high - low), 0, 1) if high > low else np.zeros(values.shape)
     indices = np.where(np.isnan(values), N_STEPS + 1, np.rint(np.nan_to_num(share) * N_STEPS))
-    labels = [f"{scale.name} {low + span * k / N_STEPS:.3g}" for k in range(N_STEPS + 1)]
-    ends = {"low": f"{low:.3g}", "high": f"{scale.high:.3g}"}
-    strip = {"colours": list(scale.colours), **ends}
-    steps = [*_steps(tuple(scale.colours)), theme.hairline]
-    return CellMap(indices.astype(np.uint8), steps, [*labels, scale.absent], alt, strip=strip)
+    labels = [f"{name} {low + (high - low) * k / N_STEPS:.3g}" for k in range(N_STEPS + 1)]
+    strip = {"colours": list(colours), "low": f"{low:.3g}", "high": f"{high:.3g}"}
+    steps = [*_steps(colours), theme.hairline]
+    return CellMap(indices.astype(np.uint8), steps, [*labels, absent], alt, strip=strip)
 
 
 @cache
@@ -256,9 +252,9 @@ def score_map(view: PatchView, with_data: bool) -> CellMap:
     whole[: shown.shape[0], : shown.shape[1]] = shown
     low, high = float(np.nanmin(shown)), float(np.nanmax(shown))
     colours = CIVIDIS if step.correlation and not with_data else CIVIDIS[::-1]
-    scale = ColourScale(name, low, high, colours, absent)
     alt = f"CCW score map of patch {step.patch.number + 1}"
-    scores = value_map(frame.to_grid(whole), scale, view.theme, alt)
+    shown = frame.to_grid(whole)
+    scores = value_map(shown, name, (low, high), view.theme, alt, colours, absent)
     if not step.patch.shape and low == high:
         return replace(scores, strip=None)
     return scores
@@ -268,14 +264,12 @@ def score_volume(view: PatchView) -> CellMap:
     """Return a volume of the CCW scores, with candidates and rejected locations as points."""
     step = view.step
     scores = np.where(step.copies, np.nan, step.ccw)
-    low, high = float(np.nanmin(scores)), float(np.nanmax(scores))
+    ends = float(np.nanmin(scores)), float(np.nanmax(scores))
     colours = CIVIDIS if step.correlation else CIVIDIS[::-1]
-    scale = ColourScale(
-        "CCW", low, high, colours, "would only extend the piece copied by a neighbouring patch"
-    )
+    absent = "would only extend the piece copied by a neighbouring patch"
     alt = f"CCW score of each location for patch {step.patch.number + 1}"
     frame = Frame(view.trace.path.orientation, step.scores.shape)
-    shown = value_map(frame.to_grid(scores), scale, view.theme, alt)
+    shown = value_map(frame.to_grid(scores), "CCW", ends, view.theme, alt, colours, absent)
     order = [*view.locations[1:], view.locations[0]]  # the chosen location is on top
     kinds = {"candidate": 0, "drawn": 1}
     looks = [kinds.get(at.fate, 2) for at in order]

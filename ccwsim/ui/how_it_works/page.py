@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 from ccwsim.engine.stages.cut import UNKNOWN
 from ccwsim.engine.stages.pyramid import decompose
 from ccwsim.engine.trace import Patch, Trace, check_traceable, fates
-from ccwsim.figures import Theme
+from ccwsim.figures import CIVIDIS
 from ccwsim.model.bounds import MAX_CANDIDATES_OFFERED, MAX_REALIZATIONS
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.frontend.cells import draw_cells, facies_map
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.how_it_works import maps, words
-from ccwsim.ui.how_it_works.maps import ColourScale, PatchView
+from ccwsim.ui.how_it_works.maps import PatchView
 from ccwsim.ui.how_it_works.resimulation import draw_resimulation
 from ccwsim.ui.how_it_works.run import How, forget_own, parameters_of, set_own, trace_of, use_own
 from ccwsim.ui.how_it_works.words import say
@@ -264,10 +264,9 @@ def _draw_approximation(how: How, view: PatchView) -> None:
     if len(step.blocks) == 1:
         plane, facies = 0, min(1, image.n_facies - 1)
     name = image.facies_names[facies]
-    high = float(step.block_size)
-    scale = ColourScale(f"cA of {name}:", 0.0, high, absent="not in the overlap")
-    values = view.trace.grid_frame.turned(step.approximation[plane])
-    shown = maps.value_map(values, scale, view.theme, f"Approximation of {name}")
+    values, ends = view.trace.grid_frame.turned(step.approximation[plane]), (0, step.block_size)
+    alt, absent = f"Approximation of {name}", "not in the overlap"
+    shown = maps.value_map(values, f"cA of {name}:", ends, view.theme, alt, absent=absent)
     draw_cells(shown, "how_approximation", **SMALL_MAP)
 
 
@@ -351,8 +350,11 @@ def _draw_bands(how: How, view: PatchView) -> None:
     for place, (name, meaning) in zip(places, BANDS.items(), strict=True):
         with place:
             panel_title(f"{name}{SUBSCRIPTS[level]}", meaning)
-            scale = _band_scale(name, bands[name], unit, view.theme)
-            shown = maps.value_map(bands[name], scale, view.theme, f"{name}, {meaning}")
+            band, largest = bands[name], float(abs(bands[name]).max()) or 1.0
+            ends, colours = (-largest, largest), view.theme.difference
+            if name == "cA":
+                ends, colours = (0, unit), CIVIDIS
+            shown = maps.value_map(band, name, ends, view.theme, f"{name}, {meaning}", colours)
             shown.marks.append(mark)
             linked: dict[str, Any] = {"scale": "how_bands", "link": "how_bands", "name": name}
             draw_cells(shown, f"how_{name}", max_height=300, **linked)
@@ -363,13 +365,6 @@ def _draw_bands(how: How, view: PatchView) -> None:
     )
     largest = _largest_difference(how, view)
     say(words.describe_inverse(view.step, largest), words.PAPER["inverse"])
-
-
-def _band_scale(name: str, values: NDArray[np.float64], unit: int, theme: Theme) -> ColourScale:
-    if name == "cA":
-        return ColourScale(name, 0.0, float(unit))
-    largest = float(abs(values).max()) or 1.0
-    return ColourScale(name, -largest, largest, theme.difference)
 
 
 @cached(max_entries=16)
