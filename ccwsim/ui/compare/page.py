@@ -247,10 +247,15 @@ def _draw_run_row(state: State, problem: str) -> None:
 
 
 def _draw_beside(state: State) -> None:
-    """Draw the choice of a two-point simulation or of a second training image."""
+    """Draw the choice of a two-point simulation or of a second image with the same facies."""
     page_state, is_volume = state.page(ComparePageState), state.choices.grid.nz is not None
     bundled = datasets.volume_names() if is_volume else datasets.names()
-    images = [image for image in map(ImageChoice, bundled) if image != state.choices.image]
+    own = state.choices.image
+    images = [
+        image
+        for image in map(ImageChoice, bundled)
+        if image != own and np.array_equal(image_of(image).codes, image_of(own).codes)
+    ]
     if isinstance(page_state.beside, ImageChoice):
         images.append(page_state.beside)
     names: dict[Beside, str] = {"": "nothing", TWO_POINT: "two-point simulation"}

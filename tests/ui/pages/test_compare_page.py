@@ -384,6 +384,9 @@ def test_half_of_the_realizations_are_from_a_second_image():
 
 def test_a_second_image_needs_the_same_facies():
     app = with_beside(ImageChoice("barchans"))
+    offered = named(app.selectbox, "beside").options
+    assert "image stone wall" in offered
+    assert "image dunes" not in offered
     said = "barchans has the facies 0, 1 and 2, and the training image of the study has 0 and 1"
     assert said in texts(app)
     assert app.button(key="compare").disabled

@@ -13,6 +13,7 @@ from ccwsim.report.settings import describe_setting
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.compare.findings import sentences, settings_csv
 from ccwsim.ui.compare.settings import (
+    TWO_POINT,
     ComparePageState,
     change_setting,
     n_of,
@@ -21,7 +22,7 @@ from ccwsim.ui.compare.settings import (
 )
 from ccwsim.ui.session.state import State
 from tests.ui.pages.test_compare_page import launched, settled, state_of
-from tests.ui.widgets import charts, csv_rows, html, named, texts
+from tests.ui.widgets import charts, csv_rows, html, named, opened, texts
 
 pytestmark = pytest.mark.slow
 """The tests are slow; `test_volume_study` tests a volume on the main pages in the quick tests."""
@@ -94,3 +95,15 @@ def test_settings_are_said_and_usual_ones_differ():
     assert n_of(State()) == 12
     change_setting(state, 0, template_size=(16, 16, 16))
     assert state.choices.parameters.template_size == (16, 16, 16)
+
+
+@pytest.mark.parametrize("beside", [TWO_POINT, ImageChoice("sinuous_channels", flip_ew=True)])
+def test_a_volume_has_a_two_point_simulation_or_a_second_image_beside(beside):
+    choices = Choices(ImageChoice("sinuous_channels"), DataChoice(), Grid(24, 30, nz=8), OWN)
+    state = State(choices=choices)
+    page_state = state.page(ComparePageState)
+    page_state.n, page_state.beside = 2, beside
+    app = settled(opened("compare", state).run())
+    assert not texts(app)
+    assert ("two-point is not CCWSIM" in html(app)) == (beside == TWO_POINT)
+    assert ("E-type of both images" in html(app)) == (beside != TWO_POINT)
