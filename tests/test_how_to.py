@@ -110,7 +110,7 @@ def is_label(name: str, texts: frozenset[str]) -> bool:
 @pytest.mark.slow
 @pytest.mark.parametrize("page", HOW_TOS, ids=lambda page: page.stem)
 def test_what_is_bold_is_a_control_of_the_dashboard(page):
-    texts = on_screen(page, "ccwsim/ui")
+    texts = on_screen(page, "ccwsim/ui") | on_screen(page, "ccwsim/report")
     missing = {name for name in emphasised(page, "**") if not is_label(name, texts)}
     assert missing <= {"bold"}
     assert emphasised(page, "**")

@@ -179,7 +179,9 @@ def frozen(array: NDArray) -> NDArray:
 
 
 def readonly(array: NDArray) -> NDArray:
-    """Return a read-only view, without a copy."""
+    """Return a read-only view, or the array itself if it is read-only."""
+    if not array.flags.writeable:
+        return array
     view = array.view()
     view.setflags(write=False)
     return view
