@@ -94,7 +94,7 @@ def test_beds_keep_their_height_their_share_and_fewer_unseen_patterns():
         off[weight] = np.array([np.abs(layers).mean(), bias, unseen_patterns(e, image).mean()])
     free, kept = off.values()
     assert kept[0] < 0.7 * free[0]
-    assert kept[1] < 0.7 * free[1]
+    assert max(kept[1], free[1]) < 0.02  # both are steered to the proportions of the image
     assert kept[2] < free[2]
 
 
