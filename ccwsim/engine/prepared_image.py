@@ -14,6 +14,7 @@ from ccwsim.engine.corrections.proportions import (
     DataProportions,
     gain_factors,
     margin_weights,
+    patch_shares,
     proportions_of_data,
 )
 from ccwsim.engine.corrections.resimulation import isolated_datum_thresholds
@@ -83,8 +84,8 @@ def orient_image(
     proportions = np.array(study.training_image.proportions)  # kernels need a writable array
     margin, factors = np.zeros(len(proportions)), np.ones(len(proportions))
     if steers(study):
-        patches = pyramid.sums, size, prod(template), proportions
-        margin, factors = margin_weights(*patches), gain_factors(*patches)  # type: ignore[arg-type]
+        shares = patch_shares(pyramid.sums, size, prod(template))  # type: ignore[arg-type]
+        margin, factors = margin_weights(shares, proportions), gain_factors(shares, proportions)
     sums = squares, running, places
     steering = proportions, margin, factors
     return OrientedImage(pyramid, np.array(splits), *sums, *steering)  # type: ignore[arg-type]

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.engine.corrections.proportions import GAIN, Steering, draw_between, draw_target
-from ccwsim.engine.corrections.resimulation import NO_PATTERNS
 from ccwsim.engine.corrections.trend_of_data import expected_before, rake
+from ccwsim.engine.corrections.unseen_patterns import NO_PATTERNS
 from ccwsim.engine.lengths import ScaledLengths, lengths_of, templates
 from ccwsim.engine.prepared_image import OrientedImage, PreparedImage, n_planes, steers
 from ccwsim.engine.stages.conditioning import (
@@ -323,8 +323,8 @@ def _search(
     far = _overlap_of_location(image.lengths[0]) / 4**p.scale
     z, y, x = along_path(p.location_weights, orientation)
     location = max(z, y, x)
-    as_published = p.draws_as_published or p.match_proportions
-    may_try = not (as_published or coarse.volume or p.scale)
+    draws_once = p.draws_as_published or p.match_proportions
+    may_try = not (draws_once or coarse.volume or p.scale)
     by_unseen = may_try and max(coarse.template) >= LARGE_TEMPLATE and image.has_thin_facies
     axes = (z / location, y / location, x / location) if location else (0.0, 0.0, 0.0)
     return Search(
@@ -344,7 +344,7 @@ def _search(
         location_axes=axes,
         exact=p.exact_data,
         slack=-1 if p.draws_as_published else round(slack * cell_cost),
-        n_drawn=1 if as_published else N_DRAWN_THIN if by_unseen else N_DRAWN,
+        n_drawn=1 if draws_once else N_DRAWN_THIN if by_unseen else N_DRAWN,
         by_unseen=by_unseen,
         reach=tuple(max(1, REACH >> n) for n in lengths[0].level),  # type: ignore[arg-type]
     )

@@ -68,17 +68,27 @@ class Steering(NamedTuple):
     is_on: bool
 
 
+def patch_shares(sums: NDArray[np.integer[Any]], size: Triple, cells: int) -> NDArray[np.float64]:
+    """Return the proportions in patches at many locations, shape (n_locations, n_planes).
+
+    Patches have `size` blocks, or `cells` cells. `sums` are block sums, one plane for two facies.
+    """
+    planes, most = [], min(MAX_LOCATIONS, MAX_SHARES // len(sums))
+    for plane in sums:
+        counts = box_sums(summed_up(plane.astype(np.int64)), size, (0, 0, 0), size).ravel()
+        planes.append(counts[:: -(-len(counts) // most)])
+    return np.stack(planes, axis=1) / cells
+
+
 def margin_weights(
-    sums: NDArray[np.integer[Any]], size: Triple, cells: int, proportions: NDArray[np.float64]
+    shares: NDArray[np.float64], proportions: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return λ, shape (n_facies,), for which random patches have the proportions of the image.
 
-    Patches of `size` blocks and `cells` cells are chosen at random from all locations. The
-    probability of a patch is proportional to exp(−λ·f), with the proportions f of the patch; λ is
-    computed by Newton's method. With λ = 0 the margins of the image would be under-represented,
-    because few patches cover the margins. `sums` are block sums, in one plane for two facies.
+    `shares` come from `patch_shares`. The probability of a patch is proportional to exp(−λ·f), with
+    the proportions f of the patch; λ is computed by Newton's method. With λ = 0 the margins of the
+    image would be under-represented, because few patches cover the margins.
     """
-    shares = _shares(sums, size) / cells
     target = proportions[-shares.shape[1] :]
     weights = np.zeros(len(target))
     for _ in range(min(MAX_STEPS, MAX_PRODUCTS // (shares.size * len(target)))):
@@ -96,25 +106,16 @@ def margin_weights(
 
 
 def gain_factors(
-    sums: NDArray[np.integer[Any]], size: Triple, cells: int, proportions: NDArray[np.float64]
+    shares: NDArray[np.float64], proportions: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return the factor of the gain for each facies, shape (n_facies,); 1 if a facies is not rare.
 
-    The arguments are those of `margin_weights`. In patches that seldom contain a facies, the gain
+    `shares` come from `patch_shares`. In patches that seldom contain a facies, the gain
     would have little effect, so rare facies would be lost.
     """
-    variances = np.broadcast_to(np.var(_shares(sums, size) / cells, axis=0), len(proportions))
+    variances = np.broadcast_to(np.var(shares, axis=0), len(proportions))
     factors = np.clip(USUAL_VARIANCE / np.maximum(variances, 1e-9), 1.0, MAX_FACTOR)
     return np.where(proportions < RARE, factors, 1.0)
-
-
-def _shares(sums: NDArray[np.integer[Any]], size: Triple) -> NDArray[np.float64]:
-    """Return the proportions in all patches of `size` blocks, shape (n_locations, n_planes)."""
-    planes, most = [], min(MAX_LOCATIONS, MAX_SHARES // len(sums))
-    for plane in sums:
-        counts = box_sums(summed_up(plane.astype(np.int64)), size, (0, 0, 0), size).ravel()
-        planes.append(counts[:: -(-len(counts) // most)])
-    return np.stack(planes, axis=1)
 
 
 def draw_target(

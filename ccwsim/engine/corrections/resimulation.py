@@ -14,7 +14,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.engine.corrections.unseen_patterns import Patterns, is_known, known_patterns
+from ccwsim.engine.corrections.unseen_patterns import (
+    NO_PATTERNS,
+    Patterns,
+    is_known,
+    known_patterns,
+)
 from ccwsim.engine.kernels import allocating_kernel, kernel, part_of_kernel
 from ccwsim.engine.stages.bits import Strips, make_strips, n_bits, n_different, nth_bit, take_strips
 from ccwsim.engine.stages.candidates import draw_index
@@ -63,10 +68,6 @@ DENSE = 0.75
 """Maximum share of cells with data for a search around data that form an unseen pattern."""
 LOCATIONS_PER_CALL = 10_000_000
 """Number of locations compared between two checks for a stop, some hundredths of a second apart."""
-NO_PATTERNS = Patterns(
-    *(np.empty(0, np.uint8), (1, 1, 1), 1, (0, 0, 0)),
-    *(np.empty(0, np.uint32), np.uint32(0), np.uint32(0), 0),
-)
 OnWindow = Callable[[int, Triple, bool], None]
 """Function called as on_window(datum, lengths, fits) after each window. For a forced cell, all
 lengths are 1."""

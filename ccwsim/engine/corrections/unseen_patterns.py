@@ -46,6 +46,13 @@ class Patterns(NamedTuple):
     shift: int  # right shift of the number of a pattern
 
 
+NO_PATTERNS = Patterns(
+    *(np.empty(0, np.uint8), (1, 1, 1), 1, (0, 0, 0)),
+    *(np.empty(0, np.uint32), np.uint32(0), np.uint32(0), 0),
+)
+"""Placeholder for kernels that do not use patterns."""
+
+
 class Trial(NamedTuple):
     """Workspace to paste patches beside the grid and count the unseen patterns that they leave."""
 

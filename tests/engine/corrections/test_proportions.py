@@ -18,6 +18,7 @@ from ccwsim.engine.corrections.proportions import (
     draw_towards,
     gain_factors,
     margin_weights,
+    patch_shares,
     proportions_of_data,
 )
 from ccwsim.engine.stages.candidates import place_of
@@ -65,7 +66,7 @@ def test_weighted_patches_have_the_proportions_of_the_image(shape, n_facies):
     sums = build_pyramid(image, level, 1 if n_facies == 2 else n_facies).sums
     size = (min(4, shape[0]), 8, 8)
     cells = size[0] * 16 * 16
-    weights = margin_weights(sums, size, cells, proportions)
+    weights = margin_weights(patch_shares(sums, size, cells), proportions)
     windows = np.lib.stride_tricks.sliding_window_view(
         np.stack([image == k for k in range(n_facies)]), (size[0], 16, 16), axis=(1, 2, 3)
     )[:, :, ::2, ::2]
@@ -84,7 +85,7 @@ def test_many_facies_take_a_bounded_number_of_products(n_facies, monkeypatch):
     sums = build_pyramid(image, (0, 1, 1), n_facies).sums
     own, steps, shares = np.linalg.lstsq, [], proportions_module._shares(sums, (1, 8, 8))
     monkeypatch.setattr(np.linalg, "lstsq", lambda *a, **k: (steps.append(1), own(*a, **k))[1])
-    weights = margin_weights(sums, (1, 8, 8), 256, proportions)
+    weights = margin_weights(patch_shares(sums, (1, 8, 8), 256), proportions)
     assert shares.size <= proportions_module.MAX_SHARES
     assert 1 <= len(steps) <= proportions_module.MAX_PRODUCTS // (shares.size * n_facies)
     assert np.isfinite(weights).all()
@@ -122,7 +123,7 @@ def test_only_rare_facies_have_a_larger_gain():
     image[0, 20:26, 30:50] = 2
     sums = build_pyramid(image, (0, 1, 1), 3).sums
     proportions = np.bincount(image.ravel()) / image.size
-    factors = gain_factors(sums, (1, 8, 8), 256, proportions)
+    factors = gain_factors(patch_shares(sums, (1, 8, 8), 256), proportions)
     assert factors[:2].tolist() == [1, 1]
     assert 1 < factors[2] <= MAX_FACTOR
 
