@@ -5,9 +5,10 @@ import pytest
 from scipy import stats
 
 from ccwsim import HardData, Parameters, TrainingImage, datasets, simulate
-from ccwsim.engine.corrections import proportions as proportions_module
 from ccwsim.engine.corrections.proportions import (
     MAX_FACTOR,
+    MAX_PRODUCTS,
+    MAX_SHARES,
     N_COMPARED,
     PART,
     DataProportions,
@@ -83,11 +84,11 @@ def test_many_facies_take_a_bounded_number_of_products(n_facies, monkeypatch):
     image = np.random.default_rng(0).integers(0, n_facies, (1, 300, 300)).astype(np.uint8)
     proportions = np.bincount(image.ravel(), minlength=n_facies) / image.size
     sums = build_pyramid(image, (0, 1, 1), n_facies).sums
-    own, steps, shares = np.linalg.lstsq, [], proportions_module._shares(sums, (1, 8, 8))
+    own, steps, shares = np.linalg.lstsq, [], patch_shares(sums, (1, 8, 8), 256)
     monkeypatch.setattr(np.linalg, "lstsq", lambda *a, **k: (steps.append(1), own(*a, **k))[1])
-    weights = margin_weights(patch_shares(sums, (1, 8, 8), 256), proportions)
-    assert shares.size <= proportions_module.MAX_SHARES
-    assert 1 <= len(steps) <= proportions_module.MAX_PRODUCTS // (shares.size * n_facies)
+    weights = margin_weights(shares, proportions)
+    assert shares.size <= MAX_SHARES
+    assert 1 <= len(steps) <= MAX_PRODUCTS // (shares.size * n_facies)
     assert np.isfinite(weights).all()
 
 
