@@ -1,7 +1,5 @@
 """The command `dashboard`, which works in any folder and opens the dashboard in a browser."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """The command `datasets`, which lists or writes the bundled training images and hard data."""
 
-from __future__ import annotations
-
 import click
 
 from ccwsim.cli.options import check_writable, suggestion

@@ -1,7 +1,5 @@
 """Read the inputs of a run (image, grid, data, parameters, or a project) from a command line."""
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Iterable
 from dataclasses import asdict

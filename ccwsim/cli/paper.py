@@ -1,7 +1,5 @@
 """The command `paper`, which repeats the experiments of the paper and writes one report."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Show the progress of a run as a bar on terminals, otherwise as lines; stop a run on signals."""
 
-from __future__ import annotations
-
 import os
 import signal
 import threading

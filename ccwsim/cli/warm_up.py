@@ -1,7 +1,5 @@
 """The command `warm-up`, which compiles the kernels before the first run."""
 
-from __future__ import annotations
-
 import sys
 import time
 

@@ -5,8 +5,6 @@ Volumes are npz files. Hard data are CSV files with the columns x, y, (for volum
 Coordinates are cell centres, in cells from the south-west corner of the grid.
 """
 
-from __future__ import annotations
-
 import tomllib
 from dataclasses import dataclass
 from functools import cache

@@ -4,8 +4,6 @@ Each cell equals the result of `simulate`. `python -m tools.default_study` write
 times are not stored, because they depend on the machine.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from ccwsim.datasets.catalogue import ASSETS, load, load_hard_data

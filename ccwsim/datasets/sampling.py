@@ -1,7 +1,5 @@
 """Sample hard data from a reference field at random, along wells or on a regular grid."""
 
-from __future__ import annotations
-
 from math import prod
 
 import numpy as np

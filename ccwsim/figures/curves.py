@@ -1,7 +1,5 @@
 """Charts and sparklines of the curves of ensembles, training images and methods."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, cast

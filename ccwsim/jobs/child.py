@@ -4,8 +4,6 @@ Requests and answers are pickles on the standard input and output of the child. 
 closes the child's input even if the parent is killed, and a child ends as soon as its input ends.
 """
 
-from __future__ import annotations
-
 import os
 import pickle
 import subprocess

@@ -1,7 +1,5 @@
 """The limits of a server, set by environment variables, and the resources a run demands."""
 
-from __future__ import annotations
-
 import os
 from contextlib import suppress
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Statistics computed one after another on a thread, and cached for all sessions."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field

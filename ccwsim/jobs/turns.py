@@ -4,8 +4,6 @@ Python runs one thread at a time. If thirty threads draw pages at once, the thre
 pages to the browsers gets a thirtieth of the time, and the server does not answer for seconds.
 """
 
-from __future__ import annotations
-
 import time
 from collections import deque
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """Run numbered tasks on threads, with progress, and stop them when asked."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager, nullcontext

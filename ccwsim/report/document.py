@@ -1,7 +1,5 @@
 """Parts of a report, and functions that write a report as one HTML file for offline use."""
 
-from __future__ import annotations
-
 import re
 import zlib
 from base64 import b64encode

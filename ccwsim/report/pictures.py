@@ -1,7 +1,5 @@
 """Pictures of maps and charts of curves for the reports on realizations."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

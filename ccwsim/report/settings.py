@@ -1,7 +1,5 @@
 """Short descriptions of parameters, and captions of charts that say what the charts are of."""
 
-from __future__ import annotations
-
 from dataclasses import fields, replace
 from typing import Any
 

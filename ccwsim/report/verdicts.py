@@ -1,7 +1,5 @@
 """Sentences that compare realizations with their training image, shared by all pages."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 

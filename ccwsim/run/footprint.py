@@ -1,7 +1,5 @@
 """An estimate of the memory that a run needs, a little too high rather than too low."""
 
-from __future__ import annotations
-
 from math import prod
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Ensembles that jobs share: equal studies are simulated once, and a few ensembles are kept."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Hashable
 from threading import Event, Lock, Thread
 

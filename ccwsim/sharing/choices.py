@@ -1,7 +1,5 @@
 """The user's choices as plain values, from which the arguments of `simulate` are made."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Literal

@@ -3,8 +3,6 @@
 Links, project files, the command line and the fields of pages use the rows of this table.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, fields

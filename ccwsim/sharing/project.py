@@ -1,7 +1,5 @@
 """Project files (`.ccwsim`): a zip archive of a study's JSON, training image and hard data."""
 
-from __future__ import annotations
-
 import json
 import re
 import zipfile

@@ -1,7 +1,5 @@
 """Write a study as Python code and as a command that reproduce the realizations exactly."""
 
-from __future__ import annotations
-
 import shlex
 from dataclasses import dataclass, fields
 

@@ -1,7 +1,5 @@
 """Report of a study and of its results."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

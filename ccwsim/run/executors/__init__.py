@@ -1,7 +1,5 @@
 """Runners that simulate realizations on threads, on any executor, or on a Dask cluster."""
 
-from __future__ import annotations
-
 import sys
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import nullcontext

@@ -1,7 +1,5 @@
 """Batches of realizations, which are sent to workers and collected a few at a time."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Iterable
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait

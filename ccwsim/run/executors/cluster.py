@@ -1,7 +1,5 @@
 """Batches for a Dask cluster; Dask, an optional extra, is imported only when used."""
 
-from __future__ import annotations
-
 import asyncio
 import os
 import secrets

@@ -1,7 +1,5 @@
 """Realizations on threads of this process."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Simulation by a worker that shares no memory with the caller, with requests and replies."""
 
-from __future__ import annotations
-
 import os
 import pickle
 import shutil

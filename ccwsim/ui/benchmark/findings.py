@@ -1,7 +1,5 @@
 """Measured times as sentences, tables and CSV, with explanations of how to read them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from html import escape
 from math import prod

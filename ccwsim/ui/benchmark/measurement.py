@@ -1,7 +1,5 @@
 """State and run of the page Benchmark: the user's choices, the measured cases, the thread."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field

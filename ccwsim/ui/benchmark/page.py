@@ -1,7 +1,5 @@
 """The page Benchmark: two measurements, each with its controls above its results."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, Literal
 

@@ -1,7 +1,5 @@
 """Results of a comparison as sentences, tables and CSV."""
 
-from __future__ import annotations
-
 from dataclasses import fields
 from html import escape
 

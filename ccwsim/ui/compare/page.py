@@ -1,7 +1,5 @@
 """The page Compare: two to four settings with the same training image, data and seeds."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from contextlib import nullcontext
 from functools import partial

@@ -1,7 +1,5 @@
 """The settings on the page Compare, the run that compares them, and the state of the page."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, fields, replace
 from math import prod
 from typing import Any

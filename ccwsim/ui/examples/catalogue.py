@@ -1,7 +1,5 @@
 """The example studies, read from `catalogue.toml`."""
 
-from __future__ import annotations
-
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Open an example as the study, describe the example on the page, restore the user's study."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass, replace
 from html import escape

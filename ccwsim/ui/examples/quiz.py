@@ -4,8 +4,6 @@ A realization differs from the training image by seams, because windows of cells
 absent from the training image.
 """
 
-from __future__ import annotations
-
 from base64 import b64encode
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The lecture as a sheet to print: the tasks with links and, on the last page, the answers."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from urllib.parse import urlencode

@@ -1,7 +1,5 @@
 """Maps and volumes on a page: cells with colours and labels, with data and marks on top."""
 
-from __future__ import annotations
-
 import zlib
 from base64 import b64encode
 from collections.abc import Callable, Sequence

@@ -1,7 +1,5 @@
 """Streamlit components of the dashboard: each is a folder of JavaScript, HTML and CSS."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The state of the editor of hard data: edits, undo and redo, and the realizations shown."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial

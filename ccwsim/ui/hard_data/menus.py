@@ -1,7 +1,5 @@
 """The menus Import, Sample and Export of hard data."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 from typing import Any

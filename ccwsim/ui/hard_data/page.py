@@ -1,7 +1,5 @@
 """The page to place hard data by hand: a map or volume, a table, and the realizations."""
 
-from __future__ import annotations
-
 from contextlib import nullcontext
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """The hard data as a table that can be edited, pasted into and cleared."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

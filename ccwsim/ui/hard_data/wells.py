@@ -1,7 +1,5 @@
 """The brush that edits the hard data of a volume, and the table of wells."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The maps and volumes on the page How it works."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache

@@ -1,7 +1,5 @@
 """The page How it works: how a realization is simulated, patch by patch and step by step."""
 
-from __future__ import annotations
-
 import time
 from functools import partial
 from html import escape

@@ -1,7 +1,5 @@
 """The local re-simulation after the last patch, window by window, and the seam repair."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from math import prod

@@ -1,7 +1,5 @@
 """The state of the page How it works, and the realization that the page follows."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The texts beside the steps, their sections in the paper, and the table of locations."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from html import escape
 from math import prod

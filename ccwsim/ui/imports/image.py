@@ -1,7 +1,5 @@
 """The import of a training image: the file, open questions, facies, and advice."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial

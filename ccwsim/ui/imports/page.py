@@ -1,7 +1,5 @@
 """The page to import files, with a part for the training image and a part for hard data."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any, Literal
 

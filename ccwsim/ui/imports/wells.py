@@ -1,7 +1,5 @@
 """The import of wells: the first rows, the roles of columns, and a map of the data."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 

@@ -1,7 +1,5 @@
 """The page Paper: introduction, controls, and the paper's experiments with verdicts."""
 
-from __future__ import annotations
-
 import dataclasses
 import os
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Charts on the pages, with a menu that saves a chart as PNG, SVG or CSV."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from html import escape
 from typing import Any

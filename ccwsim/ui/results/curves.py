@@ -1,7 +1,5 @@
 """Charts that compare the curves of an ensemble with its training image."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from html import escape

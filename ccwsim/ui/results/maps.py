@@ -1,7 +1,5 @@
 """Maps of results: facies colours, E-type, gallery, and empty outlines before a run."""
 
-from __future__ import annotations
-
 from base64 import b64encode
 from collections.abc import Callable, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The address (URL) of a page describes the study, and is updated with every change."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 from dataclasses import replace
 from itertools import islice

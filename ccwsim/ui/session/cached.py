@@ -1,7 +1,5 @@
 """A cache of results that all sessions share, with the contents of arguments as keys."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial, wraps
 from typing import Any, Concatenate, ParamSpec, TypeVar

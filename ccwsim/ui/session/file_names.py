@@ -1,7 +1,5 @@
 """Names of downloaded files, made from the study."""
 
-from __future__ import annotations
-
 import re
 from typing import Any
 

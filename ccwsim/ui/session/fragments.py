@@ -1,7 +1,5 @@
 """Fragments of pages: errors are shown as messages, and running jobs are followed."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager

@@ -5,8 +5,6 @@ identifies the browser, and the digests identify images and data of this browser
 address does not mention, belong to the study beside which they waited.
 """
 
-from __future__ import annotations
-
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping

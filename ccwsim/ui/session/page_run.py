@@ -1,7 +1,5 @@
 """A long run that a page starts, with inputs, job and results."""
 
-from __future__ import annotations
-
 from typing import Any, Generic, Self, TypeVar
 
 from ccwsim.jobs.job import NOTHING, Job

@@ -1,7 +1,5 @@
 """The progress of a job as text: finished pieces, remaining time, queue position, compilation."""
 
-from __future__ import annotations
-
 from ccwsim.engine.compilation import compilation, must_compile
 from ccwsim.jobs.job import Job
 

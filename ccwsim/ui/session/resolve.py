@@ -1,7 +1,5 @@
 """Conversion of choices to arguments of `simulate`; files are read once and cached by content."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import replace

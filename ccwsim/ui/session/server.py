@@ -1,7 +1,5 @@
 """Clean-up after closed tabs: jobs of closed sessions end, and their memory is freed."""
 
-from __future__ import annotations
-
 import gc
 import logging
 import time

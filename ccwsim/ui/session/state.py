@@ -1,7 +1,5 @@
 """The state of a session: one typed object that is kept when the user changes the page."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 from typing import Any, TypeVar

@@ -3,8 +3,6 @@
 Without such a limit, Streamlit keeps every file of a session until the session ends.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from functools import cache
 from threading import Lock

@@ -1,7 +1,5 @@
 """The menus "Share" (link, project, report, script and command of a study) and "Open"."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 from typing import Any

@@ -1,7 +1,5 @@
 """The runs of this session and their differences; a click restores a run."""
 
-from __future__ import annotations
-
 from base64 import b64encode
 from typing import Any
 

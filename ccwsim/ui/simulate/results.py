@@ -1,7 +1,5 @@
 """The results on the page Simulate: maps, charts and files."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Short descriptions of the differences between two studies."""
 
-from __future__ import annotations
-
 from dataclasses import fields
 
 from ccwsim.model.arrays import describe_shape

@@ -1,7 +1,5 @@
 """Whether the hard data of the study contradict its training image, computed in the background."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import dataclass, field
 from html import escape

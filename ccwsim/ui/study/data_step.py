@@ -1,7 +1,5 @@
 """Step 2, the hard data: none, from a file, bundled, or sampled from a realization."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial

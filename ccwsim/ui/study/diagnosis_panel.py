@@ -1,7 +1,5 @@
 """The diagnosis of a training image, and advice on template, overlap and level."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from html import escape
 from typing import Any

@@ -1,7 +1,5 @@
 """Open questions about the file of a training image, with guessed answers."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial

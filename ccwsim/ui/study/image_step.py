@@ -1,7 +1,5 @@
 """Step 1: the training image, bundled or from a file."""
 
-from __future__ import annotations
-
 from base64 import b64encode
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,5 @@
 """Questions about hard data: columns, names, a threshold, rows that do not fit."""
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence

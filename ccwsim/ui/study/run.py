@@ -1,7 +1,5 @@
 """Step 5 of the study: the run button, a run, its progress, its results and messages."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

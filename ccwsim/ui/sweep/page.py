@@ -1,7 +1,5 @@
 """The page Sweep: cost and quality of many settings, and a recommended setting."""
 
-from __future__ import annotations
-
 import time
 from base64 import b64encode
 from collections.abc import Callable, Sequence

@@ -1,7 +1,5 @@
 """The settings of a sweep, the run of the sweep on a thread, and the state of the page."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
 from contextlib import suppress

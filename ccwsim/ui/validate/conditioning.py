@@ -1,7 +1,5 @@
 """Sections of the page Validate: honoured data, uncertainty, and scores against a reference."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from html import escape

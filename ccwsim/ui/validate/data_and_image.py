@@ -1,7 +1,5 @@
 """Section of the page Validate that tests the training image and the ensemble by the hard data."""
 
-from __future__ import annotations
-
 from base64 import b64encode
 from collections.abc import Callable, Sequence
 from html import escape

@@ -1,7 +1,5 @@
 """Findings about the realizations, which the page shows in one line at the top."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A large ensemble: thousands of realizations are simulated, but only statistics are stored."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field

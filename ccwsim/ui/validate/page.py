@@ -1,7 +1,5 @@
 """The page Validate, which compares realizations with the training image, data and each other."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import partial
 from typing import Any

@@ -1,7 +1,5 @@
 """Sections that compare realizations with the training image and show copied pieces."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial

@@ -1,7 +1,5 @@
 """The slice of a volume in the maps of the page: a layer, or a section along x or y."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The statistics of the page Validate, and panels that show a statistic once it is computed."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace

@@ -1,7 +1,5 @@
 """Errors on a page: the log contains the cause of an error under the number in the message."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import wraps
 from typing import Any, TypeVar

@@ -1,7 +1,5 @@
 """The line of facts: the main results of an ensemble in one line."""
 
-from __future__ import annotations
-
 from html import escape
 
 import streamlit as st

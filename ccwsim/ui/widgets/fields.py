@@ -1,7 +1,5 @@
 """Widgets that show a value of the state and write the user's changes to the state."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Text on a page: headings, notes, tables, literal text, and texts of Markdown files."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Sequence
 from functools import cache

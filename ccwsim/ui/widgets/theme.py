@@ -1,7 +1,5 @@
 """The theme, light or dark, that the browser shows."""
 
-from __future__ import annotations
-
 from dataclasses import fields
 from pathlib import Path
 
