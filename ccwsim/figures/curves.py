@@ -80,14 +80,6 @@ def curves_chart(
     to four named settings has a band and a median for each setting. Charts to be compared need the
     same `y_range`. `judged` has the lags and the means of crops and of pieces, which a verdict
     compares; both means are dotted.
-
-    Examples
-    --------
-    >>> from ccwsim.figures import LIGHT
-    >>> lags, each = np.arange(3.0), np.ones((2, 3))
-    >>> bundle = Bundle(lags, each[0], each, each[0], each[0], each[0])
-    >>> [trace.name for trace in curves_chart(bundle, LIGHT, y_title="γ").data]
-    ['5–95 %', 'realizations', 'median', 'training image']
     """
     chart = blank_chart(theme, height=height, x_title=x_title, y_title=y_title)
     if isinstance(bundles, Bundle):
@@ -129,16 +121,7 @@ def lines_chart(
     y_range: tuple[float, float] | None = None,
     height: int = 230,
 ) -> go.Figure:
-    """Return a chart of lines with the colour, dash and points of each line.
-
-    Examples
-    --------
-    >>> from ccwsim.figures import LIGHT
-    >>> line = Line("a", np.arange(3), np.arange(3), "#173F6B")
-    >>> chart = lines_chart([line], LIGHT, x_title="x", y_title="y", y_range=(0, 2))
-    >>> chart.data[0].name
-    'a'
-    """
+    """Return a chart of lines with the colour, dash and points of each line."""
     chart = blank_chart(theme, height=height, x_title=x_title, y_title=y_title)
     for one in lines:
         alone = one.dash == "none"
@@ -170,15 +153,6 @@ def transiogram_chart(
     """Return a chart of transiograms P(head at x + h | tail at x), with a row for each tail facies.
 
     Each key of `bundles` is (tail, head), a pair of indices into `names`.
-
-    Examples
-    --------
-    >>> from ccwsim.figures import LIGHT
-    >>> lags, each = np.arange(3.0), np.ones((2, 3))
-    >>> bundles = {(0, 1): Bundle(lags, each[0], each, each[0], each[0], each[0])}
-    >>> chart = transiogram_chart(bundles, [0], [1], ["mud", "sand"], LIGHT)
-    >>> chart.layout.annotations[0].text
-    'mud → sand'
     """
     names = as_written(names)
     titles = [f"{names[tail]} → {names[head]}" for tail in tails for head in heads]
@@ -227,15 +201,6 @@ def vertical_proportions_chart(
     The lags of `bundle` are the elevations of the realizations' layers, and the values are shares
     from 0 to 1. If the training image has other layers, `reference_at` gives the elevations of
     these layers. Each disc shows the hard data of a layer; more data give a larger disc.
-
-    Examples
-    --------
-    >>> from ccwsim.figures import LIGHT
-    >>> layers, each = np.array([0.5, 1.5]), np.array([[0.2, 0.4]])
-    >>> bundle = Bundle(layers, each[0], each, each[0], each[0], each[0])
-    >>> chart = vertical_proportions_chart(bundle, LIGHT, x_title="sand (%)")
-    >>> [trace.name for trace in chart.data], chart.data[-1].y.tolist()
-    (['5–95 %', 'realizations', 'median', 'training image'], [0.5, 1.5])
     """
     chart = blank_chart(theme, height=height, x_title=x_title, y_title=y_title)
     own = replace(
@@ -273,14 +238,6 @@ def geobody_sizes_chart(
     """Return a chart of the share of a facies in geobodies of at least n cells (logarithmic axis).
 
     The lags of `bundle` are the values of n, starting at 1.
-
-    Examples
-    --------
-    >>> from ccwsim.figures import LIGHT
-    >>> cells, each = np.array([1.0, 10.0]), np.array([[1.0, 0.4]])
-    >>> bundle = Bundle(cells, each[0], each, each[0], each[0], each[0])
-    >>> geobody_sizes_chart(bundle, LIGHT, y_title="share").layout.xaxis.type
-    'log'
     """
     chart = curves_chart(
         bundle, theme, y_title=y_title, x_title="cells or more", y_range=(0, 1.04), height=height
@@ -302,14 +259,6 @@ def repetition_chart(
 
     The correlation is 1 at lag 0, about 0 for independent cells, and has a peak at the distance
     between repeated features. `marks` maps names to lengths in cells, such as {"T 32": 32}.
-
-    Examples
-    --------
-    >>> from ccwsim.figures import LIGHT
-    >>> lags = np.arange(9)
-    >>> chart = repetition_chart(lags, np.cos(lags), np.sin(lags), {"T 8": 8}, LIGHT)
-    >>> [trace.name for trace in chart.data]
-    ['E–W', 'N–S']
     """
     chart = blank_chart(theme, height=height, x_title="lag (cells)", y_title="correlation")
     for name, values, dash in (("E–W", east_west, "solid"), ("N–S", north_south, "dash")):

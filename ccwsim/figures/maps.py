@@ -46,12 +46,6 @@ def index_png(indices: NDArray[np.uint8]) -> bytes:
 
     The palette contains only indices that occur, to need few bits per cell. Encoding is four times
     as fast as for a greyscale PNG.
-
-    Examples
-    --------
-    >>> picture = Image.open(BytesIO(index_png(np.array([[0, 1], [2, 3]], np.uint8))))
-    >>> np.asarray(picture).tolist()
-    [[2, 3], [0, 1]]
     """
     indices = _as_bytes(indices, 256)
     occurs = np.zeros(256, bool)
@@ -115,13 +109,6 @@ def data_png(
     """Return a PNG of hard data as dots on a transparent background.
 
     `cells` has the row and column of each datum, and `indices` the index of each datum's colour.
-
-    Examples
-    --------
-    >>> cells, indices = np.array([[0, 1]]), np.array([0])
-    >>> png = data_png(cells, indices, (10, 20), ["#173F6B"], longest=40)
-    >>> Image.open(BytesIO(png)).size
-    (40, 20)
     """
     width, height = tile_size(shape, longest)
     picture = Image.new("RGBA", (width, height))
@@ -146,12 +133,6 @@ def placement_svg(
 
     `cells`, shape (n, 2), may be outside the grid. A datum without a colour is drawn as a ring.
     `wells` has the indices of each named well's data, from the top down, which a line joins.
-
-    Examples
-    --------
-    >>> svg = placement_svg(np.array([[2, 30], [1, 1]]), [None, "#173F6B"], (10, 20))
-    >>> svg.count("<circle"), svg.count("<rect")
-    (2, 1)
     """
     ny, nx = shape
     places = as_integers(cells, "cells").reshape(-1, 2) + 0.5
@@ -281,11 +262,6 @@ def slices_of(
     `at` is the layer, row and column of the cell, by default the middle of the volume. `dots` are
     hard data with layer, row and column; each slice shows the data inside the slice. Raises
     `CCWSIMError` for a map, and for a cell outside the volume.
-
-    Examples
-    --------
-    >>> [(one.label, one.indices.shape) for one in slices_of(np.zeros((4, 6, 8), np.uint8))]
-    [('layer 2 (0 to 3)', (6, 8)), ('row 3 (0 to 5)', (4, 8)), ('column 4 (0 to 7)', (4, 6))]
     """
     shape = indices.shape
     if indices.ndim != len(AXES):
@@ -315,13 +291,6 @@ def slices_png(
     """Return a PNG of labelled slices of a volume, side by side on a transparent background.
 
     The picture is about `longest` pixels wide, and each cell is a square of whole pixels.
-
-    Examples
-    --------
-    >>> from io import BytesIO
-    >>> volume = np.zeros((5, 40, 40), np.uint8)
-    >>> Image.open(BytesIO(slices_png(volume, ["#173F6B"], longest=744))).size
-    (744, 262)
     """
     slices = slices_of(indices, at, dots)
     scale = max(1, round((longest - 2 * GAP) / sum(one.indices.shape[1] for one in slices)))

@@ -25,14 +25,6 @@ def proportions_chart(
 
     Shares of cells are from 0 to 1. `reference`, shape (n_facies,), has the training image's
     shares; `each`, shape (n, n_facies), has the shares of each realization.
-
-    Examples
-    --------
-    >>> from ccwsim.figures import FACIES, LIGHT
-    >>> shares = np.array([[0.7, 0.3], [0.6, 0.4]])
-    >>> chart = proportions_chart(["mud", "sand"], shares[0], shares, FACIES, LIGHT)
-    >>> list(chart.layout.yaxis.ticktext)
-    ['mud', 'sand']
     """
     height = proportions_height(len(names))
     chart = blank_chart(theme, height=height, x_title="share of cells (%)", y_title="")
@@ -58,14 +50,6 @@ def compared_proportions_chart(
 
     Dots show differences from the training image, and the red stroke at 0 is the training image.
     `settings` maps the name of each setting to its realizations' shares, shape (n, n_facies).
-
-    Examples
-    --------
-    >>> from ccwsim.figures import LIGHT
-    >>> reference, shares = np.array([0.7, 0.3]), np.array([[0.6, 0.4]])
-    >>> chart = compared_proportions_chart(["mud", "sand"], reference, {"A": shares}, LIGHT)
-    >>> [round(float(x)) for x in chart.data[0].x]
-    [-10, 10]
     """
     n, block = len(names), len(settings) + 1
     height = 64 + LINE * n * block

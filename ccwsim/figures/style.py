@@ -81,11 +81,6 @@ def facies_colours(
 
     `chosen` maps facies codes to the user's colours. Raises `CCWSIMError` for a colour that is not
     written as "#rrggbb".
-
-    Examples
-    --------
-    >>> facies_colours(TrainingImage([[0, 7]]), {7: "#ff0000"})
-    ['#173F6B', '#ff0000']
     """
     chosen = chosen or {}
     colours = [
@@ -125,13 +120,7 @@ def with_opacity(colour: str, opacity: float) -> str:
 
 
 def ramp(steps: Sequence[str], n: int) -> list[str]:
-    """Return `n` evenly spaced colours of the colour ramp that interpolates the colours `steps`.
-
-    Examples
-    --------
-    >>> ramp(["#000000", "#FFFFFF"], 3)
-    ['#000000', '#808080', '#FFFFFF']
-    """
+    """Return `n` evenly spaced colours of the colour ramp that interpolates the colours `steps`."""
     rgb = bytes_of(steps)
     colours = []
     for k in range(n):
@@ -155,13 +144,7 @@ def written(text: str) -> str:
 
 
 def as_written(texts: Iterable[str]) -> list[str]:
-    """Return texts for a chart, each escaped by `written`.
-
-    Examples
-    --------
-    >>> as_written(["sand", "<b>mud"])
-    ['sand', '&lt;b&gt;mud']
-    """
+    """Return texts for a chart, each escaped by `written`."""
     return [written(text) for text in texts]
 
 
@@ -229,13 +212,7 @@ def name_rows(
 
 
 def figure_json(figure: go.Figure) -> str:
-    """Return a figure as JSON for plotly's JavaScript library, without plotly's template.
-
-    Examples
-    --------
-    >>> figure_json(go.Figure())
-    '{"data":[],"layout":{}}'
-    """
+    """Return a figure as JSON for plotly's JavaScript library, without plotly's template."""
     bare = go.Figure(figure).update_layout(template="none")
     bare.layout.template = None
     return str(bare.to_json())
@@ -243,13 +220,7 @@ def figure_json(figure: go.Figure) -> str:
 
 @cache
 def plotly_script() -> str:
-    """Return plotly's JavaScript library, which a page must contain once.
-
-    Examples
-    --------
-    >>> len(plotly_script()) > 1_000_000
-    True
-    """
+    """Return plotly's JavaScript library, which a page must contain once."""
     return get_plotlyjs()
 
 

@@ -48,15 +48,6 @@ def sweep_chart(
     bar, is the variation of an error between realizations. Labels are beside the dots if there is
     room. `front` has the indices of the settings on the front, fastest first. The setting
     `selected` has a ring, and the setting `recommended` is a diamond.
-
-    Examples
-    --------
-    >>> from ccwsim.figures import LIGHT
-    >>> times, errors = np.array([1.0, 9.0]), np.array([5.0, 1.0])
-    >>> marks = {"front": [0, 1], "selected": None, "recommended": 0}
-    >>> chart = sweep_chart(times, errors, ["a", "b"], LIGHT, **marks, y_title="error")
-    >>> chart.data[0].marker.symbol
-    ('diamond', 'circle')
     """
     on_front = [int(k) for k in front]
     x_title = "CPU time of a realization (ms)"

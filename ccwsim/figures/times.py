@@ -31,14 +31,7 @@ EMPTY_DECADES = 4.0
 
 
 def times_chart(milliseconds: Floats, mean: float, theme: Theme, *, height: int = 196) -> go.Figure:
-    """Return a chart with the CPU time of each realization as a dot, and the mean as a line.
-
-    Examples
-    --------
-    >>> from ccwsim.figures import LIGHT
-    >>> len(times_chart(np.array([10.0, 30.0]), 20.0, LIGHT).data)
-    2
-    """
+    """Return a chart with the CPU time of each realization as a dot, and the mean as a line."""
     n, ends = len(milliseconds), [0.5, len(milliseconds) + 0.5]
     chart = blank_chart(theme, height=height, x_title="realization", y_title="CPU time (ms)")
     chart.add_trace(line("mean", ends, [mean, mean], theme.quiet, 1, dash="dot"))
@@ -58,14 +51,6 @@ def compared_times_chart(
     """Return a chart with a bar for the mean time of each setting and a dot for each realization.
 
     `settings` has the CPU times in ms of each setting's realizations; `labels` has a text per bar.
-
-    Examples
-    --------
-    >>> from ccwsim.figures import LIGHT
-    >>> times = {"A": np.array([1.0, 3.0]), "B": np.array([4.0])}
-    >>> chart = compared_times_chart(times, np.array([2.0, 4.0]), ["2 ms", "4 ms"], LIGHT)
-    >>> [trace.name for trace in chart.data]
-    ['mean', 'A', 'B']
     """
     n, x_title = len(settings), "CPU time of a realization (ms)"
     chart = blank_chart(theme, height=64 + ROW * n, x_title=x_title, y_title="")
@@ -123,15 +108,6 @@ def timings_chart(
 
     A slope of one means that the time is proportional to the number of cells. `ticks` maps numbers
     of cells to tick labels. `unit` is the unit of the times in hover texts.
-
-    Examples
-    --------
-    >>> from ccwsim.figures import LIGHT
-    >>> own = TimeSeries("level 1", 1, np.array([1e4, 1e6]), np.array([0.01, 1.0]))
-    >>> ticks = {10**4: "100²", 10**6: "1000²"}
-    >>> chart = timings_chart([own], [], ticks, LIGHT, y_title="s", unit="s")
-    >>> chart.layout.xaxis.ticktext
-    ('100²', '1000²')
     """
     chart = blank_chart(theme, height=height, x_title="cells of the grid", y_title=y_title)
     for series in measured:

@@ -37,15 +37,7 @@ class Strip:
 
 
 def strip_chart(strip: Strip, theme: Theme, *, colour: str, height: int = 116) -> go.Figure:
-    """Return a chart with a dot for each realization, and a red stroke for the training image.
-
-    Examples
-    --------
-    >>> from ccwsim.figures import LIGHT
-    >>> strip = Strip("Euler number", np.array([3.0, 5.0]), 4.0)
-    >>> [trace.name for trace in strip_chart(strip, LIGHT, colour="#173F6B").data]
-    ['realizations', 'training image']
-    """
+    """Return a chart with a dot for each realization, and a red stroke for the training image."""
     chart = blank_chart(theme, height=height, x_title=strip.title, y_title="")
     n = len(strip.each)
     spread = (np.arange(n) * 0.618034) % 1.0 - 0.5  # scatter the dots to avoid overlaps
@@ -73,14 +65,6 @@ def calibration_chart(
     """Return a chart of observed shares against predicted probabilities, with one dot per bin.
 
     Each array has one value per bin, NaN for an empty bin. A larger dot means more cells in a bin.
-
-    Examples
-    --------
-    >>> from ccwsim.figures import LIGHT
-    >>> forecast, observed = np.array([0.1, 0.5]), np.array([0.2, 0.4])
-    >>> chart = calibration_chart(forecast, observed, np.array([50, 5]), LIGHT)
-    >>> [trace.name for trace in chart.data]
-    ['perfect', 'realizations']
     """
     x_title, y_title = "probability in the realizations (%)", "came true (%)"
     chart = blank_chart(theme, height=height, x_title=x_title, y_title=y_title)
@@ -105,13 +89,6 @@ def data_status_chart(
 
     Examples of `names` are "raster" and "re-simulated, 8 cells"; the bar of the last name has a
     warning colour. `shares`, shape (n_realizations, n_names), has values from 0 to 1.
-
-    Examples
-    --------
-    >>> from ccwsim.figures import LIGHT
-    >>> shares = np.array([[0.9, 0.1, 0.0], [0.7, 0.3, 0.0]])
-    >>> data_status_chart(["raster", "re-simulated", "forced"], shares, LIGHT).data[0].x[0]
-    np.float64(80.0)
     """
     chart = blank_chart(theme, height=height, x_title="share of the data (%)", y_title="")
     rows, means = as_written(names), 100 * shares.mean(axis=0)
@@ -139,13 +116,6 @@ def divergence_chart(
     """Return a chart of the ANODI divergences "between" and "within", two dots per resolution.
 
     Resolutions are 1 / factor. Divergences are in bits; undefined divergences are NaN.
-
-    Examples
-    --------
-    >>> from ccwsim.figures import LIGHT
-    >>> chart = divergence_chart([1, 2], np.array([0.1, 0.2]), np.array([0.3, 0.4]), LIGHT)
-    >>> chart.layout.yaxis.ticktext
-    ('full resolution', '1 / 2 resolution')
     """
     x_title = "Jensen–Shannon divergence (bits)"
     chart = blank_chart(theme, height=height, x_title=x_title, y_title="")
@@ -184,13 +154,6 @@ def lag_map_chart(
     `lags` are the integers from −m to m, for both rows and columns. Hover texts show `name`, such
     as "γ of sand". The colour scale is from 0 to `largest`, or from −`largest` to `largest` for a
     difference. A line marks `azimuth`, in degrees from north.
-
-    Examples
-    --------
-    >>> from ccwsim.figures import LIGHT
-    >>> chart = lag_map_chart(np.arange(-1, 2), np.ones((3, 3)), LIGHT, name="γ", largest=2.0)
-    >>> chart.data[0].zmax
-    2.0
     """
     chart = blank_chart(theme, height=height, x_title="lag E (cells)", y_title="lag N (cells)")
     heat = go.Heatmap(x=lags, y=lags, z=values.astype(np.float32), name=written(name))
@@ -225,12 +188,6 @@ def convergence_chart(
     """Return a log-log chart of the error of an estimate against the number of realizations.
 
     Errors are standard errors in percentage points. The axis ends at `n_asked` realizations.
-
-    Examples
-    --------
-    >>> from ccwsim.figures import LIGHT
-    >>> convergence_chart([10, 100], [3.0, 1.0], 1000, LIGHT).layout.xaxis.type
-    'log'
     """
     y_title = "error of a probability (%)"
     chart = blank_chart(theme, height=height, x_title="realizations", y_title=y_title)
@@ -282,14 +239,6 @@ def mds_chart(
     """Return an MDS plot of groups of realizations, with the training image in red.
 
     `image` is the position of the training image, shape (2,).
-
-    Examples
-    --------
-    >>> from ccwsim.figures import LIGHT
-    >>> group = Group("A", np.array([[1.0, 2.0], [3.0, 4.0]]), "#173F6B", ringed=1)
-    >>> chart = mds_chart(np.zeros(2), [group], LIGHT)
-    >>> [trace.name for trace in chart.data]
-    ['A', 'shown', 'training image']
     """
     chart = blank_chart(theme, height=height, x_title="axis 1", y_title="axis 2")
     opacity = 0.62 if len(groups) == 1 else 0.75

@@ -31,12 +31,6 @@ class Cores:
 
     At the end of its slice, a task yields its core to a waiting task of a user with less usage, and
     then waits. `clock` returns the time in seconds.
-
-    Examples
-    --------
-    >>> with Cores(2).lease(Usage(), Event()) as lease:
-    ...     lease.has_core
-    True
     """
 
     def __init__(self, n: int, clock: Callable[[], float] = time.monotonic) -> None:

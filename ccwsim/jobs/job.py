@@ -39,12 +39,6 @@ class Job(Generic[Result]):
     exception of the work. The caller may store anything in `about`. Progress counts `n` pieces,
     called `unit`. If the server lacks resources that a job demands, the job is not started and
     `CCWSIMError` is raised.
-
-    Examples
-    --------
-    >>> job = Job(lambda job: 6 * 7)
-    >>> job.wait(5.0), job.result
-    (True, 42)
     """
 
     def __init__(

@@ -21,15 +21,6 @@ class Turns:
 
     A thread that works for more than `seconds` goes on, and another one may begin. `clock` returns
     the time in seconds.
-
-    Examples
-    --------
-    >>> turns = Turns(1)
-    >>> with turns.turn():
-    ...     with turns.paused():
-    ...         n_while_waiting = turns.n_working
-    ...     n_while_waiting, turns.n_working
-    (0, 1)
     """
 
     def __init__(

@@ -150,13 +150,7 @@ class Document:
 
 
 def surroundings() -> tuple[tuple[str, str], ...]:
-    """Return versions of software, machine and date as (name, value) pairs for a colophon.
-
-    Examples
-    --------
-    >>> [name for name, value in surroundings()]
-    ['Program', 'Machine', 'Libraries', 'Made on']
-    """
+    """Return versions of software, machine and date as (name, value) pairs for a colophon."""
     return (
         ("Program", f"ccwsim {ccwsim.__version__}"),
         ("Machine", str(this_machine())),

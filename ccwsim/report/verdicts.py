@@ -89,16 +89,7 @@ def size_text(fit: Fit) -> str:
 
 
 def describe_curve(fit: Fit | None, statistic: Statistic) -> Verdict:
-    """Describe whether a curve is inside the band of crops, or at which lags the curve differs.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> band = np.array([1.0, 1.0, 0.9]), np.full(3, 0.2), (64, 128)
-    >>> found = Fit(np.arange(1.0, 4.0), np.array([1.0, 0.7, 0.5]), *band)
-    >>> str(describe_curve(found, "connectivity"))
-    'too little connected beyond 1 cell: τ(3) 0.50 in pieces, 0.90 in TI crops of 128 × 64'
-    """
+    """Describe whether a curve is inside the band of crops, or at which lags the curve differs."""
     if fit is None or not fit.judged:
         return NOT_JUDGED
     if fit.fits:
@@ -226,17 +217,7 @@ def describe_patterns(fit: Fit | None) -> list[Verdict]:
 
 
 def describe_checks(checks: Sequence[Check], names: Sequence[str]) -> list[Verdict]:
-    """Return a headline on all checks of an ensemble, and a verdict on each check that differs.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from ccwsim.metrics import Check
-    >>> fit = Fit(*np.array([[1.0], [0.7], [0.9], [0.1]]), (64, 128))
-    >>> headline, differs = describe_checks([Check("connectivity", 1, "E-W", fit)], ["mud", "sand"])
-    >>> headline.words, differs.words
-    ('1 of 1 checks differs from the TI', 'sand, E–W: too little connected at all lags')
-    """
+    """Return a headline on all checks of an ensemble, and a verdict on each check that differs."""
     if not checks:
         return [Verdict("curves not judged", NOT_JUDGED.numbers, None)]
     off = [check for check in checks if not check.fit.fits]
@@ -284,17 +265,7 @@ MEASURES_HEAD = ("measure", "TI", "realizations, 5–95 %", "beside crops of the
 
 
 def describe_measures(found: Measured) -> list[MeasureRow]:
-    """Return all measures as text, with verdicts that compare realizations with crops of the image.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from ccwsim.metrics import MEASURES
-    >>> fit = Fit(*np.array([[0.0], [0.2], [0.3], [0.04]]), (64, 128))
-    >>> found = Measured(MEASURES[:1], np.full((9, 1), 0.21), np.full(1, 0.3), fit)
-    >>> describe_measures(found)[0][2:5]
-    ('30.0', '21.0 (21.0 to 21.0)', 'too little: 20.0, crops 30.0 ± 4.0')
-    """
+    """Return all measures as text, with verdicts on realizations beside crops of the image."""
     rows = []
     for k, measure in enumerate(found.measures):
         text, fit = measure.text, found.fit

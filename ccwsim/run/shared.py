@@ -60,17 +60,6 @@ class SharedRuns:
     """Simulates each study once for all jobs that need it, and keeps the latest ensembles.
 
     Ensembles are known by keys, which must contain all that decides an ensemble.
-
-    Examples
-    --------
-    >>> from ccwsim import Parameters, simulate
-    >>> p = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
-    >>> runs = SharedRuns()
-    >>> def ensemble(job):
-    ...     return runs.ensemble_for(job, p, lambda run: simulate([[0, 1] * 16] * 32, (40, 50), p))
-    >>> first, second = Job(ensemble), Job(ensemble)
-    >>> first.wait(60), second.wait(60), first.result is second.result is runs.kept(p)
-    (True, True, True)
     """
 
     def __init__(self, max_kept: int = MAX_KEPT, max_bytes: int = MAX_KEPT_BYTES) -> None:

@@ -10,13 +10,7 @@ from ccwsim.ui.examples.catalogue import EXAMPLES, PARTS, Example
 
 
 def lecture_sheet(page: str) -> Document:
-    """Return the lecture as a report; `page` is the address of a page of the dashboard.
-
-    Examples
-    --------
-    >>> lecture_sheet("http://localhost:8501/examples").title
-    'A lecture of 90 minutes on CCWSIM'
-    """
+    """Return the lecture as a report; `page` is the address of a page of the dashboard."""
     sections = [
         Section(
             part.title,

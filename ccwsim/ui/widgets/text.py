@@ -52,13 +52,7 @@ def _texts() -> dict[str, str]:
 
 
 def page_text(title: str, **values: str) -> str:
-    """Return a text of `texts.md`, the file of longer texts on the pages, with `values` filled in.
-
-    Examples
-    --------
-    >>> page_text("Quick runs").partition(",")[0]
-    'Quick runs use few realizations on small grids'
-    """
+    """Return a text of `texts.md`, which has the longer texts of pages, with `values` in it."""
     return _texts()[title].format(**values)
 
 
