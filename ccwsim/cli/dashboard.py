@@ -28,10 +28,7 @@ def command(port: int | None, streamlit_options: tuple[str, ...]) -> int:
 
 
 def app_file() -> Path:
-    """Return the path of the app, in the installed package or at the top of the repository.
-
-    Streamlit reads `.streamlit/config.toml` beside the app, whatever the current folder is.
-    """
+    """Return the path of the app, beside which Streamlit reads its configuration."""
     package = Path(ccwsim.__file__).parent
     for path in (package / "dashboard_app" / "app.py", package.parent / "app.py"):
         if path.is_file():

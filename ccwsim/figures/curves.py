@@ -150,10 +150,7 @@ def transiogram_chart(
     names: Sequence[str],
     theme: Theme,
 ) -> go.Figure:
-    """Return a chart of transiograms P(head at x + h | tail at x), with a row for each tail facies.
-
-    Each key of `bundles` is (tail, head), a pair of indices into `names`.
-    """
+    """Return transiograms P(head at x + h | tail at x), by (tail, head), a row per tail."""
     names = as_written(names)
     titles = [f"{names[tail]} → {names[head]}" for tail in tails for head in heads]
     rows = len(tails)
@@ -235,10 +232,7 @@ def vertical_proportions_chart(
 def geobody_sizes_chart(
     bundle: Bundle, theme: Theme, *, y_title: str, height: int = 230
 ) -> go.Figure:
-    """Return a chart of the share of a facies in geobodies of at least n cells (logarithmic axis).
-
-    The lags of `bundle` are the values of n, starting at 1.
-    """
+    """Return a chart of the share of a facies in geobodies of at least n cells (the lags)."""
     chart = curves_chart(
         bundle, theme, y_title=y_title, x_title="cells or more", y_range=(0, 1.04), height=height
     )

@@ -106,10 +106,7 @@ def data_png(
     *,
     longest: int,
 ) -> bytes:
-    """Return a PNG of hard data as dots on a transparent background.
-
-    `cells` has the row and column of each datum, and `indices` the index of each datum's colour.
-    """
+    """Return hard data as a transparent PNG, with dots in the colours of their `indices`."""
     width, height = tile_size(shape, longest)
     picture = Image.new("RGBA", (width, height))
     pen = ImageDraw.Draw(picture)
@@ -288,10 +285,7 @@ def slices_png(
     dots: Dots | None = None,
     longest: int = 1280,
 ) -> bytes:
-    """Return a PNG of labelled slices of a volume, side by side on a transparent background.
-
-    The picture is about `longest` pixels wide, and each cell is a square of whole pixels.
-    """
+    """Return a PNG, `longest` pixels wide, of labelled slices of a volume, side by side."""
     slices = slices_of(indices, at, dots)
     scale = max(1, round((longest - 2 * GAP) / sum(one.indices.shape[1] for one in slices)))
     layer, *sections = slices

@@ -48,10 +48,7 @@ def times_chart(milliseconds: Floats, mean: float, theme: Theme, *, height: int 
 def compared_times_chart(
     settings: Mapping[str, Floats], means: Floats, labels: Sequence[str], theme: Theme
 ) -> go.Figure:
-    """Return a chart with a bar for the mean time of each setting and a dot for each realization.
-
-    `settings` has the CPU times in ms of each setting's realizations; `labels` has a text per bar.
-    """
+    """Return a chart with a bar for the mean time (ms) of each setting, a dot per realization."""
     n, x_title = len(settings), "CPU time of a realization (ms)"
     chart = blank_chart(theme, height=64 + ROW * n, x_title=x_title, y_title="")
     colours = theme.settings[:n]

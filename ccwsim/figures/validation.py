@@ -62,10 +62,7 @@ def calibration_chart(
     *,
     height: int = 320,
 ) -> go.Figure:
-    """Return a chart of observed shares against predicted probabilities, with one dot per bin.
-
-    Each array has one value per bin, NaN for an empty bin. A larger dot means more cells in a bin.
-    """
+    """Return observed shares against predictions by bin; larger dots have more cells."""
     x_title, y_title = "probability in the realizations (%)", "came true (%)"
     chart = blank_chart(theme, height=height, x_title=x_title, y_title=y_title)
     chart.add_trace(line("perfect", [0, 100], [0, 100], theme.reference, 2))
@@ -113,10 +110,7 @@ def data_status_chart(
 def divergence_chart(
     factors: Sequence[int], between: Floats, within: Floats, theme: Theme, *, height: int = 230
 ) -> go.Figure:
-    """Return a chart of the ANODI divergences "between" and "within", two dots per resolution.
-
-    Resolutions are 1 / factor. Divergences are in bits; undefined divergences are NaN.
-    """
+    """Return ANODI divergences (bits) "between" and "within" by resolution 1 / factor."""
     x_title = "Jensen–Shannon divergence (bits)"
     chart = blank_chart(theme, height=height, x_title=x_title, y_title="")
     rows = list(range(len(factors)))
@@ -185,10 +179,7 @@ def convergence_chart(
     *,
     height: int = 230,
 ) -> go.Figure:
-    """Return a log-log chart of the error of an estimate against the number of realizations.
-
-    Errors are standard errors in percentage points. The axis ends at `n_asked` realizations.
-    """
+    """Return standard errors (percent) against realizations up to `n_asked`, log-log."""
     y_title = "error of a probability (%)"
     chart = blank_chart(theme, height=height, x_title="realizations", y_title=y_title)
     hover = "± %{y:.2g} %"
@@ -236,10 +227,7 @@ def label_side(place: NDArray[np.float64]) -> str:
 def mds_chart(
     image: NDArray[np.float64], groups: Sequence[Group], theme: Theme, *, height: int = 400
 ) -> go.Figure:
-    """Return an MDS plot of groups of realizations, with the training image in red.
-
-    `image` is the position of the training image, shape (2,).
-    """
+    """Return an MDS plot of groups of realizations, with the training image (2,) in red."""
     chart = blank_chart(theme, height=height, x_title="axis 1", y_title="axis 2")
     opacity = 0.62 if len(groups) == 1 else 0.75
     for group in groups:

@@ -70,10 +70,7 @@ class ChildProcess:
         self._process.kill()
 
     def forget(self) -> None:
-        """In a fork of the parent process, let go of the pipes, so that only the parent holds them.
-
-        The streams are not closed: another thread may have been writing at the time of the fork.
-        """
+        """In a fork, drop the pipes without closing: another thread may have been writing."""
         self._process.returncode = 0  # only the parent can wait for the process
         null = os.open(os.devnull, os.O_RDWR)
         for stream in (self._requests, self.answers):
@@ -82,10 +79,7 @@ class ChildProcess:
         os.close(null)
 
     def end(self) -> int:
-        """Close the input of the process, wait until it ends, and return its exit code.
-
-        A process that does not end within `END_SECONDS` is killed: it may be inside a long call.
-        """
+        """Close the input, wait `END_SECONDS`, then kill the process; return its exit code."""
         with self._process:
             with suppress(OSError):
                 self._requests.close()
@@ -109,10 +103,7 @@ if hasattr(os, "register_at_fork"):
 
 
 def connect_to_parent() -> tuple[SimpleQueue[Any], BinaryIO]:
-    """Return, in a child process, the queue of requests and the stream for answers.
-
-    A separate thread reads the requests, so that the child can end in the middle of a computation.
-    """
+    """Return the queue of requests, read by a thread that can end the child, and the answers."""
     if hasattr(os, "nice"):
         os.nice(5)  # the dashboard and its browser have priority
     answers = os.fdopen(os.dup(1), "wb", 0)

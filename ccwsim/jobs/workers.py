@@ -49,10 +49,7 @@ def stoppable(asked_to_stop: Cancel) -> Iterator[None]:
 
 @contextmanager
 def without_cores() -> Iterator[None]:
-    """Let tasks of this thread run without a core, because they take almost no time.
-
-    Needed by a thread that holds a lock for which tasks with a core may wait.
-    """
+    """Let quick tasks of a thread run without a core: it holds a lock that others wait for."""
     token = _needs_no_core.set(True)
     try:
         yield

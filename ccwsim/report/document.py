@@ -65,10 +65,7 @@ class Table:
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """A PNG with a caption and an alternative text.
-
-    `share` is the relative width in a row of pictures; `pixelated` keeps enlarged cells sharp.
-    """
+    """A PNG with caption, alternative text and relative width; `pixelated` keeps cells sharp."""
 
     png: bytes
     caption: str
@@ -79,10 +76,7 @@ class Picture:
 
 @dataclass(frozen=True, eq=False)
 class Chart:
-    """An interactive plotly figure with a title and an alternative text.
-
-    `legend` has (name, CSS colour) pairs for a chart without labels.
-    """
+    """A plotly figure with title, alternative text and (name, CSS colour) pairs as `legend`."""
 
     figure: Any
     title: str
@@ -92,10 +86,7 @@ class Chart:
 
 @dataclass(frozen=True, eq=False)
 class Row:
-    """Pictures or charts side by side, with a caption.
-
-    If `columns` is not 0, all pictures are equally wide, in this number of columns.
-    """
+    """Pictures or charts side by side, equally wide in `columns` unless 0, with a caption."""
 
     items: tuple[Picture | Chart, ...]
     caption: str = ""
@@ -126,10 +117,7 @@ Block = Text | Code | Facts | Table | Row | Picture | Chart | Judgements
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """A section of a report: title, note under the title, and summary for the table of contents.
-
-    A section `on_new_page` begins a page if the report is printed.
-    """
+    """A section: title, blocks, note below the title, gist for the contents, page break."""
 
     title: str
     blocks: tuple[Block, ...]
@@ -160,10 +148,7 @@ def surroundings() -> tuple[tuple[str, str], ...]:
 
 
 def write_report(path_or_file: Any, document: Document) -> None:
-    """Write a report to a path (completely or not at all) or to an open binary file.
-
-    Raises `CCWSIMError` for a path that cannot be written.
-    """
+    """Write a report to a path, completely or not at all, or to an open binary file."""
     write_bytes(path_or_file, report_html(document).encode())
 
 

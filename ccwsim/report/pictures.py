@@ -33,10 +33,7 @@ def map_picture(
     data: HardData | None = None,
     share: float = 1.0,
 ) -> Picture:
-    """Return a picture of a map, or of the middle slices of a volume, with hard data.
-
-    Data that are not honoured have a red ring; the caption states the number of these data.
-    """
+    """Return a map or slices of a volume with data; the caption counts wrong data (red)."""
     dots = None
     if data is not None and data.n:
         facies = np.searchsorted(image.codes, data.facies)
@@ -92,10 +89,7 @@ def bundle_of_curves(lags: Floats, reference: Floats, each: Floats) -> Bundle:
 
 
 def layers_bundle(ensemble: Ensemble, facies: int) -> Bundle:
-    """Return the share of a facies (given by index) in each layer; the lags are the elevations.
-
-    The training image's layers have the elevations that `layers_of_image` returns.
-    """
+    """Return the share of a facies, given by its index, in each layer; lags are elevations."""
     image = ensemble.training_image
     each = vertical_proportions(Stack(ensemble.indices[:MAX_CURVES], image.codes))[:, facies]
     reference = vertical_proportions(image)[0, facies]

@@ -198,10 +198,7 @@ def describe_geobodies(fit: Fit | None, name: str) -> list[Verdict]:
 
 
 def describe_patterns(fit: Fit | None) -> list[Verdict]:
-    """Compare the pattern distance of pieces with that of crops, for each pattern size.
-
-    A distance below the crops' distance is good, because crops differ only by their small size.
-    """
+    """Compare pieces with crops by pattern size; less than the crops' distance is good."""
     if fit is None or not fit.judged:
         return [NOT_JUDGED]
     said = []

@@ -57,10 +57,7 @@ def footprint(
 def demand_of(
     study: Study, n: int, n_kept: int | None = None, n_workers: int | None = None, copies: int = 1
 ) -> Demand:
-    """Return the resources demanded by a run of `n` realizations and the page that shows them.
-
-    At most `n_kept` realizations are in memory; for a moment, each exists `copies` times.
-    """
+    """Return the resources of a run, with `n_kept` realizations in memory, and of its page."""
     cells, image = study.grid.n_cells, study.training_image
     kept = n if n_kept is None else min(n, n_kept)
     in_codes = 0 if image.codes[-1] == image.n_facies - 1 else image.codes.itemsize

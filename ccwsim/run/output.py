@@ -67,10 +67,7 @@ class Memory:
 
 
 class MapFile:
-    """Writes facies codes to a temporary file, which is renamed to the NumPy file at the end.
-
-    The file is not memory-mapped, because mapped pages would count as memory of this process.
-    """
+    """Writes a temporary file, not mapped (that would count as memory), and renames it."""
 
     def __init__(
         self, out: str | os.PathLike[str], codes: NDArray[np.integer], shape: tuple[int, ...]

@@ -16,10 +16,7 @@ MAX_KEPT_BYTES = 64 * 2**20
 
 
 class SharedRun:
-    """A simulation on its own thread for one or more jobs; it stops when all have left it.
-
-    Its progress and partial results go to all of its jobs. `n` is the number of realizations.
-    """
+    """A simulation for one or more jobs, which get its progress; it stops when all have left."""
 
     def __init__(self, n: int) -> None:
         self.n, self.stopped = n, False
@@ -57,10 +54,7 @@ class SharedRun:
 
 
 class SharedRuns:
-    """Simulates each study once for all jobs that need it, and keeps the latest ensembles.
-
-    Ensembles are known by keys, which must contain all that decides an ensemble.
-    """
+    """Simulates each study once, by a key of all that decides it; keeps the latest ensembles."""
 
     def __init__(self, max_kept: int = MAX_KEPT, max_bytes: int = MAX_KEPT_BYTES) -> None:
         self._kept = LruCache[Ensemble](max_kept, max_bytes, min_values=0)

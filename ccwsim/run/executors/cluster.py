@@ -144,11 +144,7 @@ class ClusterBackend(BatchBackend):
         return future
 
     def _fetch(self, task: Any, future: Future[Reply]) -> None:
-        """Move the reply of a task to its future, on a thread of the client.
-
-        The reply is requested again after increasing delays, because Dask waits long for a lost
-        worker.
-        """
+        """Move a reply to its future; ask again, because Dask waits long for a lost worker."""
         seconds = RESULT_SECONDS
         while not self._stopped and not future.done():
             try:

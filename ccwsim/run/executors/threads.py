@@ -28,10 +28,7 @@ class Work(NamedTuple):
 
 
 class ThreadRunner:
-    """Runs the realizations of `work` on threads; kernels release the interpreter lock.
-
-    A given `pool` stays open, and the number of threads of the pool replaces `n_workers`.
-    """
+    """Runs realizations on threads or a given `pool`; kernels release the interpreter lock."""
 
     def __init__(self, work: Work, n_workers: int, pool: ThreadPoolExecutor | None = None) -> None:
         self._work, self._n_workers, self._pool = work, n_workers, pool

@@ -62,10 +62,7 @@ class Flag(Protocol):
 
 @dataclass(frozen=True)
 class FileFlag:
-    """A folder of this machine with progress reports; workers stop when it is removed.
-
-    A worker on another machine does not see the folder, so it always finishes its batch.
-    """
+    """A folder of reports, removed to stop; workers elsewhere do not see it and go on."""
 
     path: str = field(default_factory=lambda: tempfile.mkdtemp(prefix="ccwsim-"))
     host: str = field(default_factory=socket.gethostname)

@@ -204,10 +204,7 @@ def grid_table(timings: Sequence[Timing]) -> str:
 def data_table(
     timings: Sequence[Timing], settings: Sequence[Setting], numbers: Sequence[int], side: int
 ) -> str:
-    """Return an HTML table of measured and published times, in the layout of the paper's Table 2.
-
-    Volumes have no published times. `side` is the number of cells along a side of the grid.
-    """
+    """Return measured and published times (none for volumes) as HTML, laid out as Table 2."""
     found = {(*setting_of(t)[:2], t.n_data): t for t in timings}
     shown = [n for n in numbers if n]
     first = ["method", "level", *(["no data"] if 0 in numbers else [])]

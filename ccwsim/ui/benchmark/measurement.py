@@ -36,11 +36,7 @@ FINEST, COARSEST = 0, 3
 
 @dataclass
 class TimingRun(PageRun[None]):
-    """A measurement of several cases, one after another.
-
-    `timings` contains the finished cases in order; `disturbed` tells whether other sessions
-    computed on this server at the same time.
-    """
+    """Timed cases, in order; `disturbed` by other sessions that computed at the same time."""
 
     training_image: TrainingImage
     cases: list[TimingCase]
@@ -144,10 +140,7 @@ def number_options(side: int, nz: int | None = None) -> list[int]:
 
 
 def cases_of(state: State, kind: Kind) -> list[TimingCase]:
-    """Return the cases of a measurement, in order of grid size or of number of data.
-
-    Raises `CCWSIMError` if a choice is missing or a level does not fit the study.
-    """
+    """Return the cases of a measurement by size; raise an error if a choice is missing."""
     own, nz = state.page(Benchmark), layers_of(state)
     if kind == "data":
         side = own.side if nz is None else own.side_volume
@@ -182,10 +175,7 @@ def timed_parameters(
     chosen_levels: Sequence[int],
     image_shape: Shape | None = None,
 ) -> list[Parameters]:
-    """Return the study's parameters for each method and level, with the nearest valid sizes.
-
-    Sizes fit an image of shape `image_shape`, by default the training image.
-    """
+    """Return the study's parameters by method and level, with sizes that fit an image's shape."""
     p, shape = state.choices.parameters, image_shape or image_of(state.choices.image).shape
     found = [
         fitted(p, shape, method=method, wavelet_level=level)

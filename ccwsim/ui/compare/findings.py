@@ -125,19 +125,13 @@ def figures_table(found: Comparison) -> str:
 
 
 def _counts_of_data(name: str, e: Ensemble) -> NDArray[np.float64]:
-    """Return the numbers of wrong, re-simulated and forced data of each realization, shape (3, n).
-
-    They are NaN for the two-point simulation, which ignores the data.
-    """
+    """Return wrong, re-simulated and forced data, shape (3, n); NaN if the method ignores data."""
     counts = np.array([e.n_mismatched, e.n_resimulated, e.n_forced], float)
     return counts * np.nan if name == TWO_POINT else counts
 
 
 def _patterns(found: Comparison, k: int) -> list[str]:
-    """Return distance and variety of a setting: the first in bits, others as the ANODI ratio.
-
-    Sentences, this table and the table of ratios so have one definition of "nearer".
-    """
+    """Return distance and variety of a setting: the first in bits, others as ANODI ratios to it."""
     first = found.names[0]
     if k and found.anodi is not None:
         row = found.ratio_of(found.names[k], first)

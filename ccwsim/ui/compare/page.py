@@ -270,10 +270,7 @@ def _draw_beside(state: State) -> None:
 
 @st.fragment
 def _draw_results(state: State, busy: bool) -> None:
-    """Draw the partial results of a running comparison, or the results of the latest comparison.
-
-    `busy` tells whether a computation was running when the page was drawn.
-    """
+    """Draw the latest results, partial if a run was `busy` when the page was drawn."""
     page_state = state.page(ComparePageState)
     with error_boundary():
         run = page_state.run

@@ -234,10 +234,7 @@ def n_of(state: State) -> int:
 
 
 def second_study(state: State) -> Study | None:
-    """Return the study of setting A with the second training image, or None without such an image.
-
-    Raises CCWSIMError if the study cannot be simulated or the facies of the images differ.
-    """
+    """Return setting A with the second image, or None without one; raise if facies differ."""
     beside, c = state.page(ComparePageState).beside, state.choices
     if not isinstance(beside, ImageChoice):
         return None

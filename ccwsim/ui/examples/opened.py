@@ -84,10 +84,7 @@ def keep_example(state: State) -> None:
 
 
 def draw_opened(state: State, *, compared: bool = False) -> None:
-    """Draw a line of text about the open example, or about the link for a class of students.
-
-    `compared` tells whether the line is on the page Compare.
-    """
+    """Draw a line on the open example, on Compare if `compared`, or on the link for a class."""
     example = example_named(state.page(Examples).opened)
     with st.container(key="opened"):  # always drawn, so that Streamlit keeps the elements below
         if example is not None:

@@ -106,10 +106,7 @@ def _draw_class_link(choices: Choices) -> None:
 
 
 def class_link(choices: Choices, page: str) -> str:
-    """Return the address that opens a study on Simulate, with a different seed for each user.
-
-    `page` is the address of a page of the dashboard.
-    """
+    """Return the address that opens a study on Simulate, with a different seed for each user."""
     return study_address(link_of(replace(choices, seed=0)) | {CLASS: ["1"]}, page)
 
 
@@ -187,10 +184,7 @@ def pictures_html(example: Example, found: tuple[CardPicture, ...] | Failure | N
 
 @dataclass(frozen=True)
 class CardPicture:
-    """A picture of an example: its HTML, its label and its size.
-
-    The picture has nx × ny cells; pictures beside each other have the same scale.
-    """
+    """A picture of nx × ny cells beside others of the same scale: its HTML, label and size."""
 
     content: str
     label: str

@@ -93,10 +93,7 @@ class Round:
 
 
 def draw_round(image: TrainingImage, parameters: Parameters, seed: int) -> Round:
-    """Create a random round; equal arguments give equal rounds.
-
-    Pieces are cut at random positions away from edges, so that edges do not give the answer away.
-    """
+    """Create a round from a seed; pieces are cut away from edges, which would tell the answer."""
     rng = np.random.default_rng(seed)
     side = piece_side(image.shape)
     p, n, length = fitted(parameters, image.shape), N_PICTURES - 1, SIDES_PER_REALIZATION * side
@@ -130,11 +127,7 @@ def window_codes(indices: NDArray[np.uint8], n_facies: int) -> NDArray[np.uint64
 def new_shapes(
     indices: NDArray[np.uint8], n_facies: int, known: NDArray[np.uint64]
 ) -> tuple[NDArray[np.bool_], float]:
-    """Return a mask of the windows that are absent from the training image, and their share.
-
-    `known` are the codes of the windows of the training image. The mask marks the four middle
-    cells of each window that is absent from the training image.
-    """
+    """Return a mask of the middles of windows that are not `known`, and the share of these."""
     new = ~np.isin(window_codes(indices, n_facies), known)
     where = np.zeros(indices.shape, bool)
     middle = SIDE // 2 - 1

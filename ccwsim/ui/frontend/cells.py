@@ -83,10 +83,7 @@ def share_map(
 def points_of(
     data: HardData, training_image: TrainingImage, realization: NDArray[np.integer] | None = None
 ) -> list[list[int]]:
-    """Return hard data as [(layer,) row, column, facies index, wrong].
-
-    A datum is wrong if `realization` (facies codes) has another facies in the cell of the datum.
-    """
+    """Return data as [(layer,) row, column, facies index, wrong in `realization` (codes)]."""
     if not data.n:
         return []
     places = np.searchsorted(training_image.codes, data.facies)

@@ -58,10 +58,7 @@ def _component(name: str) -> Any:
 
 
 def component_parts(name: str) -> tuple[str, str, str]:
-    """Return the HTML, CSS and JavaScript of a component, including the modules that it uses.
-
-    A component without an HTML file gets an empty element whose class is the component's name.
-    """
+    """Return HTML (by default an empty element), CSS and JavaScript with the modules used."""
     modules = "shared/calls", *BELOW.get(name, ()), f"{name}/{name}"
     html, css, js = (
         "\n".join(filter(None, (_text(f"{module}.{kind}") for module in modules)))

@@ -100,10 +100,7 @@ def take(state: State, choice: DataChoice, reference: TrainingImage | None = Non
 def take_data(
     state: State, data: HardData, reference: TrainingImage | None = None, wells: CellsOfWells = ()
 ) -> None:
-    """Put data placed by hand into the study if the study's data differ.
-
-    `wells` are the cells of named wells from a file; cells without data are ignored.
-    """
+    """Put data placed by hand into the study if they differ, with the cells of named wells."""
     if data.digest != data_of(state.choices).digest:
         take(state, DataChoice("placed", placed=data, wells=wells), reference)
 
@@ -171,10 +168,7 @@ def layers_of_wells(page_state: Editor, nz: int) -> tuple[int, int]:
 
 
 def paint(state: State, axis: str, cells: Sequence[Cell], layers: range) -> None:
-    """Edit the `cells` (layer, row, column) in a slice of a volume perpendicular to an `axis`.
-
-    In a slice perpendicular to z, a vertical well through `layers` is placed at the last cell.
-    """
+    """Edit `cells` in a slice across an `axis`; across z, place a well through the `layers`."""
     page_state, grid = state.page(Editor), state.choices.grid
     page_state.message = ""
     codes = image_of(state.choices.image).codes.tolist()

@@ -82,10 +82,7 @@ class PatchView:
         return Frame(self.trace.path.orientation, shape)
 
     def where(self, location: PlaceFate) -> str:
-        """Return the first image cell of a patch at a location, as text (x, y) or (x, y, z).
-
-        The coordinates count cells of the image as it was read.
-        """
+        """Return the first image cell, as it was read, of a patch at a location, as (x, y[, z])."""
         first = np.multiply(location_of(location, len(self.block)), self.block).tolist()
         part = self.trace.image_frame.box_to_grid(first, self.step.cells.shape)
         return f"({', '.join(str(side.start) for side in reversed(part))})"
@@ -104,10 +101,7 @@ def location_of(place: PlaceFate, n: int) -> tuple[int, ...]:
 def box_mark(
     part: tuple[slice, ...], colour: str, label: str, kind: str = "box", cells: int = 1
 ) -> dict:
-    """Return a mark around a part of the grid; a map cell has `cells` grid cells along each side.
-
-    Volumes have no marks.
-    """
+    """Return a mark around a part of the grid, in map cells with `cells` grid cells a side."""
     rows, columns = part[-2:]
     height, width = rows.stop - rows.start, columns.stop - columns.start
     box = {"row": rows.start, "column": columns.start, "height": height, "width": width}
@@ -116,10 +110,7 @@ def box_mark(
 
 
 def data_in(trace: Trace, part: tuple[slice, ...], cells: NDArray | None = None) -> list[list[int]]:
-    """Return the data in a part of the grid as points, with positions relative to this part.
-
-    If `cells`, the facies of the part, are passed, data that differ from them are marked wrong.
-    """
+    """Return the data in a part of the grid as points; wrong if they differ from its `cells`."""
     at = trace.study.hard_data.cells - [side.start for side in part]
     inside = ((at >= 0) & (at < [side.stop - side.start for side in part])).all(axis=1)
     facies = trace.study.facies_of_data[inside]
@@ -161,10 +152,7 @@ def _steps(colours: tuple[str, ...]) -> list[str]:
 
 
 def grid_map(view: PatchView) -> CellMap:
-    """Return the grid before the patch is pasted, with the overlap and the conditioning data.
-
-    A map also has an outline of the patch and an arrow along the path.
-    """
+    """Return the grid before the patch is pasted: lit overlap, data, outline, arrow on a map."""
     step, frame = view.step, view.trace.grid_frame
     lit = np.zeros(step.before.shape, bool)
     lit[view.part] = step.in_overlap
@@ -281,10 +269,7 @@ def score_volume(view: PatchView) -> CellMap:
 
 
 def location_marks(view: PatchView, frame: Frame, scale: int, labels: Sequence[str]) -> list[dict]:
-    """Return the marks of locations: rings for candidates, crosses for rejected locations.
-
-    The map has `scale` cells per block and the frame `frame`; hovering shows the `labels`.
-    """
+    """Mark candidates with rings and rejected locations with crosses, `scale` cells a block."""
     step, drawn = view.step, view.theme.reference
 
     def box_of(location: PlaceFate) -> tuple[slice, ...]:
@@ -316,10 +301,7 @@ def error_map(view: PatchView) -> CellMap:
 
 
 def cut_map(view: PatchView) -> CellMap:
-    """Return a map of the patch with kept cells of the grid and pasted cells in different colours.
-
-    For volumes, differing cells are marked too, because the page has no error map for volumes.
-    """
+    """Return a map of kept and pasted cells and, for a volume, of cells that differ."""
     step = view.step
     indices = np.where(step.keep_mask, 0, np.where(step.in_overlap, 1, 2))
     beyond = mixed(PASTED, view.theme.paper, 0.6)

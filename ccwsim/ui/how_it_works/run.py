@@ -52,10 +52,7 @@ def parameters_of(state: State) -> Parameters:
 
 
 def trace_of(state: State) -> Trace:
-    """Return the trace of the realization; a change of setting makes a new trace.
-
-    Raises CCWSIMError if the study cannot be simulated or its steps cannot be followed.
-    """
+    """Return the trace of the realization; raise an error if it cannot be followed."""
     how, choices, parameters = state.page(How), state.choices, parameters_of(state)
     image, data = image_of(choices.image), data_of(choices)
     key = image.digest, data.digest, repr(choices.grid), parameters.digest, choices.seed, how.number

@@ -38,11 +38,7 @@ _diagnosed = cached(max_entries=16, show_spinner="Diagnosing the training image 
 
 
 def draw_image_import(state: State) -> None:
-    """Draw the file, the training image made from the file, and the diagnosis of the image.
-
-    A file with open questions is used in the study only after the user confirms. Afterwards,
-    changes on this page change the study.
-    """
+    """Draw file, image and diagnosis; an image with open questions waits for confirmation."""
     choice = state.image_draft or state.choices.image
     waits = state.image_draft is not None
 
@@ -167,10 +163,7 @@ def _words_of_data(state: State) -> tuple[str, ...]:
 def draw_facies(
     choice: ImageChoice, image: TrainingImage, write: Write, words: tuple[str, ...] = ()
 ) -> None:
-    """Draw the name, colour and share of each facies; offer names that hard data have, `words`.
-
-    Facies of an uploaded image can be merged.
-    """
+    """Draw name, colour and share of each facies; offer the names that hard data have, `words`."""
     colours = facies_colours(image, dict(choice.colours))
     hidden: dict[str, Any] = {"label_visibility": "collapsed"}
     for k, code in enumerate(image.codes[:MAX_FACIES].tolist()):

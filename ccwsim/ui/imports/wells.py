@@ -25,10 +25,7 @@ MAX_NAMED = 40
 
 
 def draw_wells_import(state: State, tables: bool = False) -> None:
-    """Draw a file of wells, or several `tables`, with guessed roles and open questions.
-
-    The study uses the file as soon as all data fit; until then, the study keeps its earlier data.
-    """
+    """Draw a file of wells, or several `tables`; the study uses it as soon as all data fit."""
     use = partial(data_step.use_data, state)
     choice = state.data_draft or state.choices.data
     if choice.source != "file" or (choice.tables is not None) != tables:
@@ -104,10 +101,7 @@ def _draw_rows(preview: PointsPreview) -> None:
 
 
 def _draw_map(state: State, tried: Choices) -> None:
-    """Draw a map of the data, with open rings at data outside the grid or of unknown facies.
-
-    If no datum is in the grid, the map shows a larger grid that contains the data.
-    """
+    """Draw a map of the data, on a larger grid if none is inside; rings are data not used."""
     try:
         placed, fitting = resolve.placed_data(tried), resolve.grid_for_data(tried)
         title = "Positions of the data"

@@ -34,11 +34,7 @@ VARIABLE = "CCWSIM_DATA"
 
 @dataclasses.dataclass
 class PaperRun(PageRun[Reproduction]):
-    """A run of all experiments, either in progress or ended.
-
-    `finished` contains the finished experiments. `report` is the HTML report; it is empty until the
-    run ends with at least one finished experiment.
-    """
+    """A run of all experiments, with the finished ones and, at the end, the report as HTML."""
 
     inputs: PaperInputs
     quick: bool

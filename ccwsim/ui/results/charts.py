@@ -49,11 +49,7 @@ def titled_chart(
     alt: str,
     draw: Callable[[Any, str, str], None] = draw_chart,
 ) -> None:
-    """Draw a title, a note, a menu and a chart; draw(chart, key, alt) draws the chart itself.
-
-    The `key` is unique on the page and also the file name. `alt` describes the chart for screen
-    readers.
-    """
+    """Draw title, note, menu and chart; `key` is unique and the file name, `alt` is read aloud."""
     with st.container(key=f"panel_{key}"):
         with st.container(horizontal=True, gap="small", key=f"title_{key}"):
             panel_title(title, note)

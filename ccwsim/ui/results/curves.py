@@ -49,10 +49,7 @@ vertical_proportions_bundle = cached(max_entries=64)(layers_bundle)
 def curve_bundle(
     ensemble: Ensemble, statistic: Statistic, facies: int, direction: DirectionName
 ) -> Bundle:
-    """Return a curve of a facies (an index into the codes) along an axis.
-
-    For the connectivity function, cells that touch at a corner are connected.
-    """
+    """Return a curve of a facies, given by its index, for the image and the realizations."""
     image = ensemble.training_image
     code, lags = int(image.codes[facies]), max_lag(direction, image.shape, ensemble.grid.shape)
     reference = _curve_of_image(image, statistic, code, direction, lags)
@@ -78,10 +75,7 @@ def fit_of(
 
 
 def e_type_of(ensemble: Ensemble) -> EType:
-    """Return the E-type of an ensemble; the E-type is computed only once.
-
-    All sessions share small E-types. A large E-type is kept only as long as the ensemble.
-    """
+    """Return the E-type, computed once: a small one for all sessions, a large one per ensemble."""
     if ensemble.grid.n_cells * ensemble.training_image.n_facies <= SMALL_SHARES:
         return _e_type(ensemble)
     if ensemble not in _large:
@@ -90,10 +84,7 @@ def e_type_of(ensemble: Ensemble) -> EType:
 
 
 def draw_curves(ensemble: Ensemble, facies: int, colours: Sequence[str] | None = None) -> None:
-    """Draw the charts of a facies (an index into the codes); a volume has two rows of charts.
-
-    If the `colours` of the facies are given, another chart shows the facies proportions.
-    """
+    """Draw the charts of a facies, given by its index, and proportions if `colours` are given."""
     draw_band_key(ensemble)
     variograms = _variograms(ensemble, facies)
     times = partial(_times, ensemble, chart_theme())

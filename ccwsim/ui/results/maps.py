@@ -34,10 +34,7 @@ SMALLEST_IMAGE = 0.5
 
 
 def map_columns(widths: Sequence[float], first: int, grid: Grid) -> list[DeltaGenerator]:
-    """Return columns of given widths; columns `first` and `first` + 1 contain maps of `grid`.
-
-    Maps of a wide grid are placed below each other, in one column as wide as the two columns.
-    """
+    """Return columns; the two from `first` on, with maps of a wide grid, become one column."""
     if not is_wide(grid):
         return list(st.columns(widths, gap="medium"))
     after = first + 2

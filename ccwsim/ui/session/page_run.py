@@ -10,10 +10,7 @@ Result = TypeVar("Result")
 
 
 class PageRun(Generic[Result]):
-    """Work that a page runs on a thread; subclasses are dataclasses of inputs and partial results.
-
-    Progress is counted in pieces of work, `n_pieces` in total; `unit` is the name of a piece.
-    """
+    """Work on a thread; subclasses are dataclasses of inputs, partial results and `n_pieces`."""
 
     unit = "realizations"
     job: Job[Result] | None = None
@@ -62,11 +59,7 @@ class PageRun(Generic[Result]):
 
 
 def start_page_run(page_state: Any, name: str, run: PageRun) -> bool:
-    """Start a run, store it as attribute `name` of the page state, and return whether it began.
-
-    If the server refuses the run, the page state keeps the earlier run, and its `message` states
-    the reason.
-    """
+    """Start a run as attribute `name`, or keep the earlier run and store why as `message`."""
     page_state.message = ""
     try:
         setattr(page_state, name, run.start())

@@ -42,10 +42,7 @@ def is_open(session: str) -> bool:
 
 
 def forget(session: str) -> None:
-    """Make Streamlit free the memory of a closed session.
-
-    Otherwise, Streamlit frees the memory only when another session closes after the time to live.
-    """
+    """Make Streamlit free a closed session now; else it waits until another session closes."""
     if not Runtime.exists():
         return
     runtime = Runtime.instance()

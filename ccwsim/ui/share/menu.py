@@ -180,10 +180,7 @@ def project_of(state: State) -> Project:
 
 
 def open_project(state: State, upload: Upload) -> None:
-    """Open the study of a project file in this session and start a run; ask before a long run.
-
-    If the file cannot be read or is too large for a page, raise an error and change nothing.
-    """
+    """Open a project's study and start a run, or raise an error and change nothing."""
     with opened(upload) as file:
         project = file.read_with(read_project)
     choices = choices_of(project)

@@ -31,10 +31,7 @@ def draw_history(state: State) -> None:
 
 
 def go_back(state: State, key: str) -> None:
-    """Stop the present run, and restore the study and the results of a past run.
-
-    If the run with `key` is no longer stored, nothing changes.
-    """
+    """Stop the present run, and restore study and results of a past run that is still stored."""
     run = next((run for run in state.runs.runs if run.key == key), None)
     if run is None:
         return

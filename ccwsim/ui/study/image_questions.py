@@ -109,10 +109,7 @@ def picture_of_file(upload: Upload, answers: Answers) -> tuple[NDArray[np.uint8]
 
 
 def ask_about_image(choice: ImageChoice, write: Write, *, volume: bool = True) -> None:
-    """Ask the open questions about an image file; `write` is called with the new choice.
-
-    `volume` is as in `image_of_file`.
-    """
+    """Ask the open questions about a file; `write` is called with the new choice."""
     upload, known = choice.upload, dict(choice.answers)
     if upload is None:
         return

@@ -90,10 +90,7 @@ def problem_of_image(choice: ImageChoice) -> str:
 
 @cached(max_entries=64)
 def thumbnail(image: TrainingImage, colours: list[str], pixels: int = 2 * THUMB) -> bytes:
-    """Return a small picture of a training image; of a volume, the middle layer.
-
-    A cell has the largest width, at least 1 pixel, at which the image fits into `pixels`.
-    """
+    """Return a picture of an image, or its middle layer, with the largest cells that fit."""
     cells = middle_layer(image.indices)
     return map_png(cells, colours, scale=max(1, pixels // max(cells.shape)))
 

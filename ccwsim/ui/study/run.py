@@ -298,10 +298,7 @@ def part_of(choices: Choices) -> SimulateRange:
 
 
 def collect(state: State, *, parts: bool = True) -> None:
-    """Store the results of a job in the state; earlier results stay if the job has no results.
-
-    If `parts` is false, earlier results stay until the job is finished.
-    """
+    """Store the results of a job, partial results if `parts`; without any, keep earlier ones."""
     job = state.job
     if job is None:
         return

@@ -382,11 +382,7 @@ def use_button(state: State, parameters: Parameters, text: str, key: str) -> Non
 def draw_tiles(
     run: SweepRun, names: list[str], marked: tuple[int, int], choose: Callable[[int], None]
 ) -> None:
-    """Draw a tile per finished setting, labelled with its values of `names`; outline the others.
-
-    `marked` contains the numbers of the setting shown large and of the recommended setting.
-    `choose` is called with the number of the clicked setting.
-    """
+    """Draw a tile per finished setting; `marked` are the numbers of the shown and the best one."""
     rows = run.found.rows
     while len(run.tiles) < len(rows):
         first = rows[len(run.tiles)].realizations[:1]

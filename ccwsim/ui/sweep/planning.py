@@ -57,11 +57,7 @@ LABELS = {
 
 @dataclass
 class SweepRun(PageRun[Sweep]):
-    """A sweep that is running or has finished.
-
-    `facies` is the facies whose connectivity is evaluated. `rows` contains the finished settings.
-    `n_drawn` is the number of rows on the page, and `tiles` contains a small picture for each row.
-    """
+    """A sweep with its finished rows; `n_drawn` of them are on the page, with pictures `tiles`."""
 
     training_image: TrainingImage
     grid: Grid

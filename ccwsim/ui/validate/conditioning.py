@@ -114,10 +114,7 @@ def describe_match(ensemble: Ensemble) -> str:
 
 
 def resimulation_map(ensemble: Ensemble, ground: str) -> CellMap:
-    """Return a map of how often (in % of realizations) each datum was re-simulated or forced.
-
-    Each datum is a square of several cells in the map. Index 0 means no datum.
-    """
+    """Return a map of how often each datum (a square) was re-simulated or forced, in %."""
     resimulated = (ensemble.data_status != 0) & (ensemble.data_status != WRONG)
     shares = np.rint(100 * resimulated.mean(axis=0)).astype(np.uint8)
     ny, nx = ensemble.grid.shape
@@ -155,11 +152,7 @@ def draw_data_list(ensemble: Ensemble) -> None:
 
 
 def troubled_data(ensemble: Ensemble) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return indices and counts of data not honoured in the raster pass, in order of severity.
-
-    The counts have shape (3, n_data). The rows count, over all realizations, how often each datum
-    is wrong, forced and re-simulated.
-    """
+    """Return data not honoured in the raster pass, worst first, and counts of shape (3, n_data)."""
     wrong = data_match(ensemble.realizations, ensemble.hard_data).times_wrong
     forced = (ensemble.data_status == FORCED).sum(axis=0)
     resimulated = (ensemble.data_status > 0).sum(axis=0)

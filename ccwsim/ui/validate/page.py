@@ -100,10 +100,7 @@ def _draw_controls(state: State, ensemble: Ensemble) -> None:
 
 @st.fragment
 def _draw_first_screen(state: State, colours: Sequence[str], elsewhere: tuple) -> None:
-    """Draw the maps and the MDS plot; a click in the plot redraws only maps and plot.
-
-    `elsewhere` contains choices that affect other parts; a changed choice redraws the page.
-    """
+    """Draw maps and MDS plot; a change of `elsewhere`, which other parts show, redraws all."""
     with error_boundary():
         if _shown_elsewhere(state) != elsewhere:
             st.rerun()

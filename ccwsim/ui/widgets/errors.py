@@ -58,10 +58,7 @@ def if_possible(read: Callable[[], T]) -> T | None:
 
 
 def user_message(error: Exception, what: str) -> str:
-    """Return the user's message for an error; `what` is the failed action: "drawn" or "done".
-
-    Errors that are not caused by the input are logged.
-    """
+    """Return the message for an error in what is "drawn" or "done"; log unexpected errors."""
     if isinstance(error, CCWSIMError):
         return plain(str(error))
     number = logged(error)

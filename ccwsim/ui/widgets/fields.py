@@ -47,10 +47,7 @@ def field(
     write: Callable[[Any], None],
     **options: Any,
 ) -> Any:
-    """Draw a widget whose value is stored in the state and so survives a change of the page.
-
-    `write` is called with the new value when the user changes it, before the page is drawn again.
-    """
+    """Draw a widget with a value of the state; `write` is called with changes before the redraw."""
     version = _version(key, value, labels_of(options))
     name = key + " " * version
 
