@@ -1,5 +1,7 @@
 """Charts and sparklines of the curves of ensembles, training images and methods."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, cast

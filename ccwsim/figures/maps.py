@@ -4,6 +4,8 @@ Row 0 of an array is in the south; pictures have north at the top. In all functi
 shape of the grid, and `longest` is the length in pixels of the longer side of a picture.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html import escape

@@ -3,6 +3,8 @@
 A picture of a volume shows the middle layer; layers are counted from 0 at the bottom.
 """
 
+from __future__ import annotations
+
 from base64 import b64encode
 from collections.abc import Sequence
 from html import escape

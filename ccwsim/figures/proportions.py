@@ -1,5 +1,7 @@
 """Charts of the facies proportions of realizations and of the training image."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 
 import numpy as np

@@ -1,5 +1,7 @@
 """Chart of the times and errors of the settings of a sweep, with the Pareto front."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from typing import Any

@@ -1,5 +1,7 @@
 """Charts of CPU time by realization, by setting, and by number of grid cells."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
