@@ -54,13 +54,7 @@ def in_group(group: str) -> Callable[..., Callable[[Any], Any]]:
 
 
 def suggestion(word: str, known: Iterable[str]) -> str:
-    """Return a question such as "Did you mean channels?", or "" if no known word is similar.
-
-    Examples
-    --------
-    >>> suggestion("chanels", ["channels", "dunes"]), suggestion("oil", ["channels"])
-    (' Did you mean channels?', '')
-    """
+    """Return a question such as "Did you mean channels?", or "" if no known word is similar."""
     close = get_close_matches(word.lower(), list(known), n=1)
     return f" Did you mean {close[0]}?" if close else ""
 

@@ -120,13 +120,7 @@ def check_output(path: str) -> None:
 
 
 def streamed_output(paths: Sequence[str]) -> str | None:
-    """Return the file to which realizations are written during the run, or None.
-
-    Examples
-    --------
-    >>> streamed_output(["out.png", "out.npy"])
-    'out.npy'
-    """
+    """Return the file to which realizations are written during the run, or None."""
     streamed = [path for path in paths if path.lower().endswith("." + STREAMED)]
     if len(streamed) > 1:
         raise CCWSIMError(

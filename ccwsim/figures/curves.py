@@ -276,13 +276,6 @@ def sparkline(curves: ArrayLike, reference: ArrayLike, theme: Theme) -> bytes:
     """Return a square SVG picture of curves with common lags; the y axis starts at zero.
 
     The realizations' `curves` have shape (n, n_lags); `reference` is the training image's curve.
-
-    Examples
-    --------
-    >>> from ccwsim.figures import LIGHT
-    >>> svg = sparkline([[0, 1], [0, 2]], [0, 1.5], LIGHT)
-    >>> svg.count(b"<polyline")
-    3
     """
     every = [*np.asarray(curves, float), np.asarray(reference, float)]
     top = max(float(np.nanmax(curve)) for curve in every) or 1.0

@@ -69,13 +69,7 @@ def map_png(indices: NDArray[np.uint8], colours: Sequence[str], *, scale: int = 
 
 
 def tile_size(shape: Shape, longest: int) -> tuple[int, int]:
-    """Return the width and height in pixels of a map whose longer side has `longest` pixels.
-
-    Examples
-    --------
-    >>> tile_size((100, 200), 96)
-    (96, 48)
-    """
+    """Return the width and height in pixels of a map whose longer side has `longest` pixels."""
     ny, nx = shape
     share = longest / max(ny, nx)
     return max(1, round(nx * share)), max(1, round(ny * share))
@@ -176,15 +170,7 @@ def data_map_png(
     *,
     longest: int = 640,
 ) -> bytes:
-    """Return a PNG of a map with hard data; the longer side has about `longest` pixels.
-
-    Examples
-    --------
-    >>> dots = Dots(np.array([[0, 1]]), ["#173F6B"], np.array([True]))
-    >>> png = data_map_png(np.eye(2, dtype=np.uint8), ["#173F6B", "#F0AD2E"], dots, longest=100)
-    >>> Image.open(BytesIO(png)).size
-    (100, 100)
-    """
+    """Return a PNG of a map with hard data; the longer side has about `longest` pixels."""
     scale = max(1, round(longest / max(indices.shape)))
     if dots is None or not len(dots.cells):
         return map_png(indices, colours, scale=scale)

@@ -76,13 +76,7 @@ def data_html(data: HardData) -> str:
 
 
 def image_chart(image: TrainingImage) -> go.Figure:
-    """Return a chart of a training image with the facies as hover text.
-
-    Examples
-    --------
-    >>> image_chart(TrainingImage([[0, 1], [1, 1]])).data[0].z.tolist()
-    [[0, 1], [1, 1]]
-    """
+    """Return a chart of a training image with the facies as hover text."""
     layer, words = _middle(image.shape)
     title = (image.name or "Training image") + words
     return _maps([image.indices[layer]], [written(title)], image, Grid.of(image.shape[-2:]))

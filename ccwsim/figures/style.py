@@ -110,13 +110,7 @@ def bytes_of(colours: Sequence[str]) -> list[tuple[int, int, int]]:
 
 
 def with_opacity(colour: str, opacity: float) -> str:
-    """Return a colour "#rrggbb" with an opacity.
-
-    Examples
-    --------
-    >>> with_opacity("#0072B2", 0.2)
-    'rgba(0, 114, 178, 0.2)'
-    """
+    """Return a colour "#rrggbb" with an opacity."""
     red, green, blue = bytes_of([colour])[0]
     return f"rgba({red}, {green}, {blue}, {opacity:g})"
 
@@ -135,13 +129,7 @@ def ramp(steps: Sequence[str], n: int) -> list[str]:
 
 
 def written(text: str) -> str:
-    """Return a text for a chart, with HTML tags, HTML entities and %{...} escaped.
-
-    Examples
-    --------
-    >>> written("sand"), written("<b>mud"), written("%{x}")
-    ('sand', '&lt;b&gt;mud', '%&#123;x}')
-    """
+    """Return a text for a chart, with HTML tags, HTML entities and %{...} escaped."""
     return escape(text, quote=False).replace("%{", "%&#123;")
 
 
@@ -227,11 +215,5 @@ def plotly_script() -> str:
 
 
 def mixed(colour: str, ground: str, share: float) -> str:
-    """Return a colour mixed with a share of another colour.
-
-    Examples
-    --------
-    >>> mixed("#000000", "#FFFFFF", 0.5)
-    '#808080'
-    """
+    """Return a colour mixed with a share of another colour."""
     return ramp([colour, ground], 101)[round(100 * share)]

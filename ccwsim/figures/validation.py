@@ -214,13 +214,7 @@ class Group:
 
 
 def label_side(place: NDArray[np.float64]) -> str:
-    """Return the side of a point on which the point's name fits into a plot with axes from −1 to 1.
-
-    Examples
-    --------
-    >>> label_side(np.array([0.9, -0.2])), label_side(np.array([0.0, 0.5]))
-    ('top left', 'bottom center')
-    """
+    """Return the side of a point on which its name fits into a plot with axes from −1 to 1."""
     x, y = place.tolist()
     across = "left" if x > EDGE else "right" if x < -EDGE else "center"
     return f"{'bottom' if y > 0 else 'top'} {across}"
@@ -255,13 +249,7 @@ def mds_chart(
 
 
 def mds_title(stress: float) -> str:
-    """Return the title of an MDS plot with its stress (Kruskal's stress-1).
-
-    Examples
-    --------
-    >>> mds_title(0.104)
-    'MDS plot: stress 0.10'
-    """
+    """Return the title of an MDS plot with its stress (Kruskal's stress-1)."""
     return f"MDS plot: stress {stress:.2f}"
 
 

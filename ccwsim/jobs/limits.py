@@ -97,13 +97,7 @@ def _number(name: str) -> int | None:
 
 
 def format_number(number: int) -> str:
-    """Format an integer; large numbers in millions.
-
-    Examples
-    --------
-    >>> format_number(786_432), format_number(1_200_000_000), format_number(2_500_000)
-    ('786,432', '1,200 million', '2.5 million')
-    """
+    """Format an integer; large numbers in millions."""
     if number < 10**6:
         return f"{number:,}"
     millions = number / 1e6
@@ -127,13 +121,7 @@ def admit(demand: Demand, promised: float = 0.0) -> None:
 
 
 def needs_consent(demand: Demand, seconds: float, promised: float = 0.0) -> bool:
-    """Return whether a run is too large to start without a question, with `promised` as in `admit`.
-
-    Examples
-    --------
-    >>> needs_consent(Demand(65_536), 0.1), needs_consent(Demand(2_000_000_000), 25.0)
-    (False, True)
-    """
+    """Return whether a run is too large to start unasked, beside `promised` bytes of others."""
     free = free_bytes(limits_of_environment())
     n_bytes = UNASKED_BYTES
     if free is not None:

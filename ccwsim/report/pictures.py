@@ -76,14 +76,7 @@ def bundle_of(
 
 
 def bundle_of_curves(lags: Floats, reference: Floats, each: Floats) -> Bundle:
-    """Return a bundle of curves with their quantiles; quantiles are NaN at lags without values.
-
-    Examples
-    --------
-    >>> each = np.array([[0.0, np.nan], [2.0, np.nan]])
-    >>> bundle_of_curves(np.arange(2.0), np.zeros(2), each).median
-    array([ 1., nan])
-    """
+    """Return a bundle of curves with their quantiles; quantiles are NaN at lags without values."""
     spread = band(each, 0.05, 0.95)
     return Bundle(lags, reference, each, spread.low, spread.median, spread.high)
 
@@ -97,28 +90,14 @@ def layers_bundle(ensemble: Ensemble, facies: int) -> Bundle:
 
 
 def layers_of_image(grid: Grid, n_layers: int) -> Floats:
-    """Return the elevations of a training image's layers, stretched to the height of the grid.
-
-    Examples
-    --------
-    >>> layers_of_image(Grid(5, 5, nz=2), 4)
-    array([0.25, 0.75, 1.25, 1.75])
-    """
+    """Return the elevations of a training image's layers, stretched to the height of the grid."""
     shares = (np.arange(n_layers) + 0.5) / n_layers
     height = grid.cell_size[-1] * (grid.nz or 1)
     return grid.origin[-1] + height * shares
 
 
 def layer_data(data: HardData, grid: Grid, code: int) -> LayerData:
-    """Return the share of a facies among the hard data of each layer with data.
-
-    Examples
-    --------
-    >>> data = HardData([[0, 1, 1], [0, 2, 2], [3, 1, 1]], [1, 0, 1])
-    >>> found = layer_data(data, Grid(5, 5, nz=4), 1)
-    >>> found.at, found.share, found.count
-    (array([0.5, 3.5]), array([0.5, 1. ]), array([2, 1]))
-    """
+    """Return the share of a facies among the hard data of each layer with data."""
     layers, count = np.unique(data.cells[:, 0], return_counts=True)
     own = np.bincount(data.cells[data.facies == code, 0], minlength=grid.nz or 1)[layers]
     return LayerData(np.asarray(grid.axes[-1], float)[layers], own / count, count)

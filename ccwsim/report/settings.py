@@ -30,18 +30,7 @@ USUAL = ("method", "wavelet_level", "template_size", "overlap_size", "n_candidat
 
 
 def caption_of(ensemble: Ensemble) -> str:
-    """Return the image, data, grid, setting, number of realizations and seed of an ensemble.
-
-    Examples
-    --------
-    >>> import ccwsim
-    >>> image = ccwsim.TrainingImage([[0, 1] * 20] * 40, name="stripes")
-    >>> ensemble = ccwsim.simulate(image, (30, 30), Parameters(16, 4, refine=False), seed=5)
-    >>> print(caption_of(ensemble).replace("; ", "\\n"))
-    stripes, no hard data, grid 30 × 30
-    CCWSIM, level 2, template 16, overlap 4, K 20, no refine
-    1 realization, seed 5
-    """
+    """Return the image, data, grid, setting, number of realizations and seed of an ensemble."""
     p = ensemble.parameters
     others = describe_setting(p, replace(Parameters(), **{n: getattr(p, n) for n in USUAL}))
     setting = describe_parameters(p) + (f", {others}" if others != "the same" else "")
@@ -67,15 +56,7 @@ def describe_setting(p: Parameters, own: Parameters) -> str:
 
 
 def describe_parameters(p: Parameters) -> str:
-    """Describe a setting in one line.
-
-    Examples
-    --------
-    >>> describe_parameters(Parameters())
-    'CCWSIM, level 2, template 32, overlap 8, K 20'
-    >>> describe_parameters(Parameters((16, 32, 32), (4, 8, 8), (1, 2, 2)))
-    'CCWSIM, level 2 × 2 × 1, template 32 × 32 × 16, overlap 8 × 8 × 4, K 20'
-    """
+    """Describe a setting in one line."""
     names = ["wavelet_level", "template_size", "overlap_size", "n_candidates"]
     said = [_describe(name, getattr(p, name)) for name in names[p.method == "ccsim" :]]
     return ", ".join([p.method.upper(), *said])

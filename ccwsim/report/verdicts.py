@@ -58,26 +58,14 @@ def describe_scaling(stress: float, note: str) -> Verdict:
 
 
 def way_name(way: Direction) -> str:
-    """Return the name of a direction, such as "E–W", or an azimuth in degrees.
-
-    Examples
-    --------
-    >>> way_name("E-W"), way_name(45.0)
-    ('E–W', '45°')
-    """
+    """Return the name of a direction, such as "E–W", or an azimuth in degrees."""
     if isinstance(way, str):
         return way.replace("-", "–")
     return f"{way:.0f}°" if isinstance(way, (int, float)) else f"({', '.join(map(str, way))})"
 
 
 def curve_title(statistic: Statistic, way: Direction) -> str:
-    """Return the title for a chart of a statistic along a direction.
-
-    Examples
-    --------
-    >>> curve_title("variogram", "E-W"), curve_title("connectivity", "vertical")
-    ('Variogram E–W', 'Vertical connectivity')
-    """
+    """Return the title for a chart of a statistic along a direction."""
     if way == VERTICAL:
         return f"Vertical {statistic}"
     return f"{statistic.capitalize()} {way_name(way)}"
@@ -289,13 +277,7 @@ def _spread(values: NDArray[np.float64]) -> tuple[float, float, float]:
 
 
 def describe_variety(differing: float, proportions: Sequence[float]) -> str:
-    """Describe in how many cells two realizations differ, with the share expected by chance.
-
-    Examples
-    --------
-    >>> describe_variety(0.1, [0.5, 0.5])
-    'two realizations differ in 10 % of the cells (50 % if cells were independent)'
-    """
+    """Describe in how many cells two realizations differ, with the share expected by chance."""
     independent = 1 - float(np.sum(np.square(proportions)))
     return (
         f"two realizations differ in {100 * differing:.0f} % of the cells "

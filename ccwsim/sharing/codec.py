@@ -133,24 +133,12 @@ class FieldSpec:
 
 
 def format_number(value: float) -> str:
-    """Return a number as text without powers of ten; reading the text gives exactly this number.
-
-    Examples
-    --------
-    >>> format_number(5.0), format_number(1e-7), format_number(-0.1)
-    ('5', '0.0000001', '-0.1')
-    """
+    """Return a number as text without powers of ten; reading the text gives exactly this number."""
     return np.format_float_positional(value, trim="-")
 
 
 def short_name(name: str) -> str:
-    """Return the name of a parameter in a link and on the command line.
-
-    Examples
-    --------
-    >>> [short_name(name) for name in ("template_size", "wavelet_level", "n_candidates")]
-    ['template', 'level', 'candidates']
-    """
+    """Return the name of a parameter in a link and on the command line."""
     short = name.removesuffix("_size").removeprefix("wavelet_").removeprefix("n_")
     return short.replace("_", "-")
 

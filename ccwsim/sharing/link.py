@@ -57,13 +57,7 @@ def link_of(choices: Choices, shown: Shown | None = None) -> dict[str, list[str]
 
 
 def usual_data(image: ImageChoice) -> DataChoice:
-    """Return the default hard data for an image: bundled data of this image, or no data.
-
-    Examples
-    --------
-    >>> usual_data(ImageChoice("channels")).bundled, usual_data(ImageChoice("dunes")).source
-    ('channels_400_data', 'none')
-    """
+    """Return the default hard data for an image: bundled data of this image, or no data."""
     usual = Choices().data
     own = datasets.hard_data_training_image(usual.bundled)
     return usual if image.upload is None and image.bundled == own else DataChoice()
@@ -136,11 +130,6 @@ def first_values(pairs: Iterable[tuple[str, Sequence[str]]]) -> dict[str, list[s
 
     At most `MAX_LINK_VALUES` values and `MAX_LINK_LETTERS` letters of names and values are taken.
     Pairs after the first pair that exceeds a limit are ignored.
-
-    Examples
-    --------
-    >>> first_values({"seed": ["7"], "name": ["sand"] * 1000, "grid": ["80x60"]}.items())
-    {'seed': ['7']}
     """
     first: dict[str, list[str]] = {}
     n_left, letters_left = MAX_LINK_VALUES, MAX_LINK_LETTERS
@@ -364,11 +353,6 @@ def packed(data: HardData) -> str:
     word begins with -3, which cannot be a number of data.
 
     Raises `CCWSIMError` for more than `MAX_LINK_DATA` data.
-
-    Examples
-    --------
-    >>> packed(HardData([[3, 4], [3, 9], [60, 2]], [1, 1, 0]))
-    'BgACeAQCBAYIAAo'
     """
     if data.n > MAX_LINK_DATA:
         raise CCWSIMError(
@@ -391,11 +375,6 @@ def unpacked(text: str) -> HardData:
     """Return the hard data described by a word that `packed` returned.
 
     Raises `CCWSIMError` for a truncated or changed word.
-
-    Examples
-    --------
-    >>> unpacked('BgACeAQCBAYIAAo').cells.tolist()
-    [[3, 4], [3, 9], [60, 2]]
     """
     if len(text) > MAX_PACKED_LETTERS:
         raise CCWSIMError(f"{len(text)} letters are too long for hard data in a link")

@@ -18,18 +18,27 @@ from ccwsim.figures import (
     FACIES,
     LIGHT,
     Bundle,
+    Dots,
     contact_sheet,
     curves_chart,
+    data_map_png,
     data_png,
     facies_colours,
     index_png,
     map_png,
+    mds_title,
+    mixed,
     placement_svg,
     proportions_chart,
     ramp,
+    sparkline,
+    style,
+    tile_size,
     times_chart,
 )
+from ccwsim.figures.notebook import image_chart
 from ccwsim.figures.style import bytes_of
+from ccwsim.figures.validation import label_side
 
 # Machado, Oliveira & Fernandes 2009, severity 1: linear RGB as a reader with the deficiency sees it
 BLINDNESS = {
@@ -194,3 +203,18 @@ def test_a_well_is_one_line_with_its_name_as_it_is_written():
     assert "&lt;b&gt;W&amp;1</text>" in svg
     assert len(svg.split('<polyline points="')[1].split('"')[0].split()) == 3
     assert "<polyline" not in placement_svg(cells, colours, (10, 20))
+
+
+def test_small_functions_of_charts():
+    dots = Dots(np.array([[0, 1]]), ["#173F6B"], np.array([True]))
+    map_ = data_map_png(np.eye(2, dtype=np.uint8), ["#173F6B", "#F0AD2E"], dots, longest=100)
+    assert opened(map_).size == (100, 100)
+    assert sparkline([[0, 1], [0, 2]], [0, 1.5], LIGHT).count(b"<polyline") == 3
+    assert tile_size((100, 200), 96) == (96, 48)
+    assert style.with_opacity("#0072B2", 0.2) == "rgba(0, 114, 178, 0.2)"
+    assert style.as_written(["<b>mud", "%{x}"]) == ["&lt;b&gt;mud", "%&#123;x}"]
+    assert mixed("#000000", "#FFFFFF", 0.5) == "#808080"
+    assert label_side(np.array([0.9, -0.2])) == "top left"
+    assert label_side(np.array([0.0, 0.5])) == "bottom center"
+    assert mds_title(0.104) == "MDS plot: stress 0.10"
+    assert image_chart(TrainingImage([[0, 1], [1, 1]])).data[0].z.tolist() == [[0, 1], [1, 1]]

@@ -74,13 +74,7 @@ def say_steps(view: PatchView, places: Sequence[DeltaGenerator]) -> None:
 
 
 def format_count(n: int, one: str, many: str = "") -> str:
-    """Return a number with its noun, in singular or plural.
-
-    Examples
-    --------
-    >>> format_count(1, "cell"), format_count(3, "cell"), format_count(2, "datum", "data")
-    ('1 cell', '3 cells', '2 data')
-    """
+    """Return a number with its noun, in singular or plural."""
     return f"{n:,} {one if n == 1 else many or one + 's'}".replace(",", "\u202f")
 
 

@@ -44,25 +44,12 @@ def map_columns(widths: Sequence[float], first: int, grid: Grid) -> list[DeltaGe
 
 
 def is_wide(grid: Grid) -> bool:
-    """Whether the maps of a grid are larger below each other than side by side.
-
-    Examples
-    --------
-    >>> is_wide(Grid(100, 300)), is_wide(Grid(512, 512))
-    (True, False)
-    """
+    """Whether the maps of a grid are larger below each other than side by side."""
     return grid.nx >= WIDE * grid.ny
 
 
 def middle_layer(cells: NDArray[Any]) -> NDArray[Any]:
-    """Return the middle layer of a volume; return a map unchanged.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> middle_layer(np.arange(12).reshape(3, 2, 2)).tolist()
-    [[4, 5], [6, 7]]
-    """
+    """Return the middle layer of a volume; return a map unchanged."""
     return cells[len(cells) // 2] if cells.ndim == 3 else cells
 
 
@@ -121,13 +108,7 @@ def e_type_field(state: State, names: Sequence[str], write: Callable[[int | str]
 
 
 def map_name(option: int | str, names: Sequence[str]) -> str:
-    """Return the name of a statistic in the uncertainty map.
-
-    Examples
-    --------
-    >>> map_name(1, ["mud", "sand"]), map_name("entropy", [])
-    ('probability of sand', 'entropy')
-    """
+    """Return the name of a statistic in the uncertainty map."""
     if isinstance(option, int):
         return f"probability of {names[option]}"
     return "most likely facies" if option == "most likely" else option

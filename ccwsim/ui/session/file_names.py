@@ -7,25 +7,13 @@ from ccwsim import Ensemble, Grid, TrainingImage
 
 
 def image_part(image: TrainingImage) -> str:
-    """Return the name of a training image in a form that is safe in file names.
-
-    Examples
-    --------
-    >>> image_part(TrainingImage([[0, 1]], name="my ../wall"))
-    'my_.._wall'
-    """
+    """Return the name of a training image in a form that is safe in file names."""
     name = re.sub(r"[^\w.-]+", "_", image.name, flags=re.ASCII).strip("._")
     return name[:40] or "study"
 
 
 def grid_part(image: TrainingImage, grid: Grid) -> str:
-    """Return the image and the grid as part of a file name.
-
-    Examples
-    --------
-    >>> grid_part(TrainingImage([[0, 1]], name="channels"), Grid(100, 200))
-    'channels_200x100'
-    """
+    """Return the image and the grid as part of a file name."""
     return f"{image_part(image)}_{'x'.join(map(str, grid.shape[::-1]))}"
 
 

@@ -55,12 +55,6 @@ def format_duration(seconds: float) -> str:
 
 
 def ordinal(number: int) -> str:
-    """Return the ordinal of a number.
-
-    Examples
-    --------
-    >>> [ordinal(n) for n in (1, 2, 3, 4, 11, 22)]
-    ['1st', '2nd', '3rd', '4th', '11th', '22nd']
-    """
+    """Return the ordinal of a number."""
     special = {1: "st", 2: "nd", 3: "rd"} if number % 100 not in (11, 12, 13) else {}
     return f"{number}{special.get(number % 10, 'th')}"

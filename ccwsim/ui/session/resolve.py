@@ -380,14 +380,6 @@ def refitted(p: Parameters, shape: Shape, moved: Moved) -> tuple[Parameters, Mov
 
     Values that were reduced for an earlier image (`moved`) are restored, unless the user has
     changed these values since.
-
-    Examples
-    --------
-    >>> small, moved = refitted(Parameters(template_size=32), (20, 20), {})
-    >>> small.template_size, moved["template_size"]
-    (20, (32, 20))
-    >>> refitted(small, (256, 256), moved)[0].template_size
-    32
     """
     wanted = {name: asked for name, (asked, given) in moved.items() if getattr(p, name) == given}
     fitting = fitted(p, shape, **wanted)

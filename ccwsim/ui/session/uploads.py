@@ -124,12 +124,5 @@ def max_of_session() -> int:
 
 
 def size_of_all(contents: Iterable[bytes]) -> int:
-    """Return the total bytes of the contents; an object that occurs twice counts once.
-
-    Examples
-    --------
-    >>> content = bytes(1000)
-    >>> size_of_all([content, content, bytes(10)])
-    1010
-    """
+    """Return the total bytes of the contents; an object that occurs twice counts once."""
     return sum({id(content): len(content) for content in contents}.values())

@@ -138,13 +138,7 @@ def link_to_import(label: str = "All columns, the rows and a map") -> None:
 
 
 def names_of_files(choice: DataChoice) -> str:
-    """Return the names of the files of hard data.
-
-    Examples
-    --------
-    >>> names_of_files(DataChoice("file", upload=Upload("wells.csv", b"")))
-    'wells.csv'
-    """
+    """Return the names of the files of hard data."""
     return ", ".join(file.name for file in choice.files)
 
 

@@ -126,17 +126,7 @@ def say_open(choices: Choices, problem: str) -> None:
 
 
 def troubles_of(placed: PlacedPoints) -> dict[str, str]:
-    """Return a short phrase for each kind of problem that the data have, by question in `WAYS`.
-
-    Examples
-    --------
-    >>> from ccwsim.io import place_points
-    >>> found = ImportedPoints(
-    ...     np.array([[9.0, 9.0]]), np.ones(1), np.ones(1, int), False, "line", "a", "b"
-    ... )
-    >>> troubles_of(place_points(found, Grid(4, 4)))
-    {'on_outside': '1 of 1 data outside the grid'}
-    """
+    """Return a short phrase for each kind of problem that the data have, by question in `WAYS`."""
     n, rows = placed.points.n, Counter(problem.option for problem in placed.points.problems)
     outside, unknown, cells = map(len, (placed.outside, placed.unknown, placed.collisions))
     kinds = {
@@ -151,25 +141,13 @@ def troubles_of(placed: PlacedPoints) -> dict[str, str]:
 
 
 def answered(answers: Answers, **new: Any) -> Answers:
-    """Return answers with some answers changed; None removes an answer.
-
-    Examples
-    --------
-    >>> answered((("up", True),), classes=3, up=None)
-    (('classes', 3),)
-    """
+    """Return answers with some answers changed; None removes an answer."""
     merged = {**dict(answers), **new}
     return tuple(sorted((name, value) for name, value in merged.items() if value is not None))
 
 
 def rounded(value: float) -> float:
-    """Return a value rounded to four digits.
-
-    Examples
-    --------
-    >>> rounded(0.123456)
-    0.1235
-    """
+    """Return a value rounded to four digits."""
     return float(f"{value:.4g}")
 
 
@@ -260,27 +238,13 @@ def ask_columns_of_wells(
 
 
 def taken_as(preview: PointsPreview) -> str:
-    """Describe the role of each column.
-
-    Examples
-    --------
-    >>> from ccwsim.io.hard_data.columns import Assignment
-    >>> guess = {"x": "East", "depth_from": "Top"}
-    >>> taken_as(PointsPreview("a.csv", assignment=Assignment(guess)))
-    'East → x, Top → depth from'
-    """
+    """Describe the role of each column."""
     said = [f"{column} → {role_of(role)}" for role, column in preview.guess.items()]
     return ", ".join(said) or "no column was recognized by its name"
 
 
 def role_of(role: str) -> str:
-    """Return the heading of a column, derived from the name of the argument.
-
-    Examples
-    --------
-    >>> role_of("survey_dip"), role_of("depth_to")
-    ('dip', 'depth to')
-    """
+    """Return the heading of a column, derived from the name of the argument."""
     return re.sub("^(collar|survey)_", "", role).replace("_", " ")
 
 
@@ -435,13 +399,7 @@ def offer_fit(choices: Choices, use: Use) -> None:
 
 
 def described(grid: Grid) -> str:
-    """Describe a grid in words.
-
-    Examples
-    --------
-    >>> described(Grid(512, 256, cell_size=(10.0, 10.0), origin=(436000.0, 4505000.0)))
-    '256 × 512 cells of 10 from (436000, 4505000)'
-    """
+    """Describe a grid in words."""
     sizes = [f"{side:g}" for side in grid.cell_size]
     size = sizes[0] if len({*sizes}) == 1 else " × ".join(sizes)
     corner = ", ".join(f"{place:.12g}" for place in grid.origin)

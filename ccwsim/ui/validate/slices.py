@@ -65,13 +65,7 @@ class ShownSlice:
 
 
 def middle_layer(shape: tuple[int, ...]) -> ShownSlice:
-    """Return the middle layer of a volume; for a map, return the complete map.
-
-    Examples
-    --------
-    >>> str(middle_layer((48, 160, 160))), str(middle_layer((160, 160)))
-    ('layer 24', '')
-    """
+    """Return the middle layer of a volume; for a map, return the complete map."""
     return ShownSlice(0, shape[0] // 2) if len(shape) == len(AXES) else ShownSlice()
 
 

@@ -34,14 +34,7 @@ def catch_callback_errors(act: Callable[..., Any]) -> Callable[..., None]:
 
 
 def problem_in(act: Callable[[], object]) -> str:
-    """Return the reason why an action fails, or an empty text if the action succeeds.
-
-    Examples
-    --------
-    >>> from ccwsim import Grid
-    >>> problem_in(lambda: Grid(0, 4))
-    'grid ny = 0 must be a whole number from 1 to 2147483647'
-    """
+    """Return the reason why an action fails, or an empty text if the action succeeds."""
     try:
         act()
     except CCWSIMError as error:

@@ -65,13 +65,7 @@ def field(
 
 
 def labels_of(options: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the labels of a widget's options; empty if the options have no separate labels.
-
-    Examples
-    --------
-    >>> labels_of(options_of({0: "mud", 1: "sand"}))
-    ('mud', 'sand')
-    """
+    """Return the labels of a widget's options; empty if the options have no separate labels."""
     named = options.get("format_func")
     return tuple(named(option) for option in options.get("options", ())) if named else ()
 
@@ -97,26 +91,14 @@ def _versions() -> dict[str, tuple[int, Any, tuple[str, ...]]]:
 
 
 def within(value: Any, options: dict[str, Any]) -> dict[str, Any]:
-    """Return the options of a widget, with bounds that include the value of the study.
-
-    Examples
-    --------
-    >>> within(20000, {"min_value": 1, "max_value": 10000})
-    {'min_value': 1, 'max_value': 20000}
-    """
+    """Return the options of a widget, with bounds that include the value of the study."""
     bounds = {"min_value": min, "max_value": max}
     given = [name for name in bounds if options.get(name) is not None and value is not None]
     return options | {name: bounds[name](options[name], value) for name in given}
 
 
 def starting_at(widget: Callable[..., Any], value: Any, options: dict[str, Any]) -> dict[str, Any]:
-    """Return options that include the initial value, under the name that the widget uses for it.
-
-    Examples
-    --------
-    >>> starting_at(st.selectbox, "b", {"options": ["a", "b"]})
-    {'options': ['a', 'b'], 'index': 1}
-    """
+    """Return options that include the initial value, under the name that the widget uses for it."""
     kind = getattr(widget, "__name__", "")
     if kind in ("selectbox", "radio"):
         choices = list(options["options"])

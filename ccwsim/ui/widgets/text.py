@@ -87,13 +87,7 @@ def scrolled(content: str, name: str) -> str:
 
 
 def numbers_table(rows: Iterable[Sequence[str]], head: Sequence[str] = (), kind: str = "") -> str:
-    """Return a table as HTML; cells are HTML, and the first cell of a row is the row's name.
-
-    Examples
-    --------
-    >>> numbers_table([["level", "2"]])
-    '<table class="numbers"><tr><th>level</th><td>2</td></tr></table>'
-    """
+    """Return a table as HTML; cells are HTML, and the first cell of a row is the row's name."""
     lines = [f"<th>{name}</th>" + "".join(f"<td>{c}</td>" for c in cells) for name, *cells in rows]
     if head:
         lines.insert(0, "".join(f"<th>{cell}</th>" for cell in head))
@@ -117,14 +111,7 @@ def how_tos() -> dict[str, str]:
 
 
 def on_a_page(text: str) -> str:
-    """Return a document without links and pictures.
-
-    Examples
-    --------
-    >>> print(on_a_page("![It](a.png)\\n\\n## Run\\n[Sweep](sweep.md), [Files](../formats.md)"))
-    ### Run
-    Sweep, Files (docs/formats.md)
-    """
+    """Return a document without links and pictures."""
 
     def named(link: re.Match[str]) -> str:
         words, path = link.groups()
