@@ -7,8 +7,7 @@ import streamlit as st
 from ccwsim.ui.examples.opened import draw_opened
 from ccwsim.ui.page import show_page
 from ccwsim.ui.session.state import State
-from ccwsim.ui.simulate.history import draw_history
-from ccwsim.ui.simulate.results import draw_results
+from ccwsim.ui.simulate.results import draw_history, draw_results
 from ccwsim.ui.study.run import draw_news, run_button, start_run_if_needed
 from ccwsim.ui.study.study_column import study_column
 

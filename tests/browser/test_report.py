@@ -9,7 +9,7 @@ import pytest
 from playwright.sync_api import expect
 
 from ccwsim.report.document import write_report
-from ccwsim.ui.examples.sheet import lecture_sheet
+from ccwsim.ui.examples.catalogue import lecture_sheet
 from tests.report.test_report import document
 
 SLOW = 180_000

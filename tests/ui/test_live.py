@@ -14,7 +14,7 @@ from ccwsim.jobs.job import Job
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import KEY, PastRun, PastRuns, State
-from ccwsim.ui.simulate.history import go_back, place_of
+from ccwsim.ui.simulate.results import go_back, place_of
 from ccwsim.ui.study.changes import changes_between, study_name
 from ccwsim.ui.study.run import collect, first_part, in_parts, part_of, part_size, start_run
 from tests.ui.test_pages import ROOT, SMALL, html, launched, settled, texts

@@ -12,7 +12,7 @@ from ccwsim import simulate
 from ccwsim.model.arrays import readonly
 from ccwsim.model.numbers import seconds
 from ccwsim.sharing.choices import Choices, ImageChoice
-from ccwsim.ui.results import curves
+from ccwsim.ui.results import charts
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import collect, start_run
@@ -97,8 +97,8 @@ def test_a_second_session_is_sent_the_same_page_without_making_its_charts(monkey
         made.append(1)
         return chart(*arguments, **options)
 
-    chart = curves.curves_chart
-    monkeypatch.setattr(curves, "curves_chart", counted)
+    chart = charts.curves_chart
+    monkeypatch.setattr(charts, "curves_chart", counted)
     pages = [launched(path="pages/simulate.py") for _ in range(2)]
     assert len(made) == 3
     kinds = [[element.type for element in page.main] for page in pages]

@@ -9,7 +9,7 @@ from streamlit.testing.v1 import AppTest
 from ccwsim import Grid, HardData, Parameters, TrainingImage, simulate
 from ccwsim.metrics import connectivity, fit_curve, variogram, vertical_proportions
 from ccwsim.report.verdicts import describe_curve
-from ccwsim.ui.results.curves import curve_bundle, vertical_proportions_bundle
+from ccwsim.ui.results.charts import curve_bundle, vertical_proportions_bundle
 from ccwsim.ui.simulate.results import curves_csv
 from tests.metrics.volumes import a_volume
 from tests.ui.widgets import charts, csv_rows, html
@@ -29,7 +29,7 @@ def ensemble():
 
 def page(ensemble, colours=None):
     """Draw the curves of the second facies."""
-    from ccwsim.ui.results.curves import draw_curves
+    from ccwsim.ui.results.charts import draw_curves
 
     draw_curves(ensemble, 1, colours)
 

@@ -14,9 +14,8 @@ from ccwsim.model.arrays import Shape
 from ccwsim.model.parameters import METHODS
 from ccwsim.model.study import Study
 from ccwsim.run.footprint import demand_of
-from ccwsim.ui.session.page_run import PageRun, start_page_run
 from ccwsim.ui.session.resolve import fitted, image_of, levels
-from ccwsim.ui.session.state import State
+from ccwsim.ui.session.state import PageRun, State, start_page_run
 
 Kind = Literal["grids", "data"]
 SIDES = (256, 512, 1000, 2000, 3000, 5000)

@@ -64,8 +64,12 @@ from ccwsim.ui.compare.settings import (
     want_curves,
 )
 from ccwsim.ui.frontend.cells import draw_cells, facies_map, points_of
-from ccwsim.ui.results.charts import draw_caption, draw_clickable_chart, titled_chart
-from ccwsim.ui.results.curves import draw_curve_key
+from ccwsim.ui.results.charts import (
+    draw_caption,
+    draw_clickable_chart,
+    draw_curve_key,
+    titled_chart,
+)
 from ccwsim.ui.results.maps import (
     choose,
     e_type_field,

@@ -28,9 +28,8 @@ from ccwsim.run.footprint import demand_of
 from ccwsim.run.simulation import simulate
 from ccwsim.sharing.choices import DataChoice, ImageChoice
 from ccwsim.ui.session.fragments import follow
-from ccwsim.ui.session.page_run import PageRun, start_page_run
 from ccwsim.ui.session.resolve import data_of, fitted, image_of, levels
-from ccwsim.ui.session.state import State
+from ccwsim.ui.session.state import PageRun, State, start_page_run
 from ccwsim.ui.study.changes import image_name
 from ccwsim.ui.study.run import failed
 from ccwsim.ui.study.study_column import set_parameters

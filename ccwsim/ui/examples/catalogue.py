@@ -1,13 +1,18 @@
-"""The example studies, read from `catalogue.toml`."""
+"""The example studies, read from `catalogue.toml`, and the lecture as a sheet to print."""
 
+import re
 import tomllib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlencode
 
 from ccwsim.model.grid import Grid
 from ccwsim.model.parameters import Parameters
+from ccwsim.report.document import Document, Section, Text
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
+from ccwsim.sharing.link import link_of
 
 CATALOGUE = Path(__file__).with_name("catalogue.toml")
 
@@ -86,3 +91,35 @@ def next_example(name: str) -> Example | None:
     names = [example.name for example in EXAMPLES]
     following = names.index(name) + 1 if name in names else len(names)
     return EXAMPLES[following] if following < len(names) else None
+
+
+def lecture_sheet(page: str) -> Document:
+    """Return the lecture as a report; `page` is the address of a page of the dashboard."""
+    sections = [
+        Section(
+            part.title,
+            tuple(
+                Text(_line(e, e.task), link=study_address(link_of(e.choices), page))
+                for e in part.examples
+            ),
+            note=f"{part.minutes} minutes",
+        )
+        for part in PARTS
+    ]
+    answers = tuple(Text(_line(e, e.text), quiet=True) for e in EXAMPLES)
+    return Document(
+        f"A lecture of {sum(part.minutes for part in PARTS)} minutes on CCWSIM",
+        (*sections, Section("Answers", answers, on_new_page=True)),
+        "Write down what you predict before you open a study. The answers are on the last page.",
+    )
+
+
+def study_address(query: Mapping[str, list[str]], page: str) -> str:
+    """Return the address that opens a study on Simulate; `page` is the address of any page."""
+    start = page.split("?")[0].rpartition("/")[0]
+    return f"{start}/simulate?{urlencode(query, doseq=True)}".rstrip("?")
+
+
+def _line(example: Example, text: str) -> str:
+    """Return a text, without marks of code and emphasis, after number and title of its example."""
+    return f"{EXAMPLES.index(example) + 1}. {example.title}: {re.sub('[`*]', '', text.strip())}"

@@ -26,7 +26,7 @@ from ccwsim.sharing.choices import Choices
 from ccwsim.sharing.link import left_out, link_of
 from ccwsim.system.lru_cache import LruCache
 from ccwsim.ui.compare.settings import LETTERS
-from ccwsim.ui.examples.catalogue import PARTS, Example
+from ccwsim.ui.examples.catalogue import PARTS, Example, lecture_sheet, study_address
 from ccwsim.ui.examples.opened import (
     BACK_HELP,
     COMPARE,
@@ -39,7 +39,6 @@ from ccwsim.ui.examples.opened import (
     task_html,
 )
 from ccwsim.ui.examples.quiz import draw_quiz
-from ccwsim.ui.examples.sheet import lecture_sheet, study_address
 from ccwsim.ui.results.maps import middle_layer
 from ccwsim.ui.session.address import CLASS, go_to
 from ccwsim.ui.session.fragments import follow_tasks

@@ -1,16 +1,354 @@
-"""The page to import files, with a part for the training image and a part for hard data."""
+"""The page Import: files of a training image and of hard data, open questions, and advice."""
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, Literal
 
+import numpy as np
+import pandas as pd
 import streamlit as st
 
-from ccwsim.sharing.choices import DataChoice
-from ccwsim.ui.imports.image import draw_image_import
-from ccwsim.ui.imports.wells import draw_wells_import
+from ccwsim import CCWSIMError, TrainingImage, datasets
+from ccwsim.figures import facies_colours, placement_svg
+from ccwsim.io import PlacedPoints, PointsPreview
+from ccwsim.metrics import diagnose
+from ccwsim.model.arrays import describe_shape
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, WellTables
+from ccwsim.sharing.codec import MAX_LETTERS
+from ccwsim.ui.frontend.cells import CellMap, draw_cells, facies_map, share_map
+from ccwsim.ui.results.maps import colours_of, middle_layer
+from ccwsim.ui.session import resolve
+from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.fragments import error_boundary
+from ccwsim.ui.session.resolve import image_of, points_in_files
 from ccwsim.ui.session.state import State
-from ccwsim.ui.widgets.fields import bound_to, field, options_of
+from ccwsim.ui.study import data_step, image_questions, image_step, questions
+from ccwsim.ui.study.changes import image_name
+from ccwsim.ui.study.diagnosis_panel import draw_advice
+from ccwsim.ui.study.questions import answered
+from ccwsim.ui.study.run import simulate_button
+from ccwsim.ui.widgets.errors import if_possible
+from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
+from ccwsim.ui.widgets.text import page_text, panel_title, plain, step_note
+
+MAX_DRAWN = 2000
+"""Maximum number of data on the map."""
+MAX_NAMED = 40
+"""Maximum number of wells with names on the map."""
+
+
+def draw_wells_import(state: State, tables: bool = False) -> None:
+    """Draw a file of wells, or several `tables`; the study uses it as soon as all data fit."""
+    use = partial(data_step.use_data, state)
+    choice = state.data_draft or state.choices.data
+    if choice.source != "file" or (choice.tables is not None) != tables:
+        choice = DataChoice("file", tables=WellTables() if tables else None)
+    if tables:
+        with st.container(horizontal=True, gap="medium", key="import_well_tables"):
+            data_step.draw_table_uploaders("wells", choice, use)
+    else:
+        data_step.data_uploader("wells_file", lambda file: use(DataChoice("file", upload=file)))
+    if not choice.files:
+        kind = "tables of wells" if tables else "points"
+        st.caption(page_text(f"Import of {kind}"))
+        return
+    tried = replace(state.choices, data=choice)
+    _say_state(state, tried)
+    questions.ask_troubles(tried, use, wide=True)
+    if tables:
+        for table, preview in resolve.previews_of_wells(choice).items():
+            if isinstance(preview, PointsPreview):
+                _draw_rows(preview)
+            questions.ask_columns_of_wells(choice, table, preview, use, wide=True)
+    elif questions.summary_of(choice.upload) is None:
+        return
+    else:
+        preview = resolve.preview_of(choice, tried.grid)
+        if preview.columns:
+            _draw_rows(preview)
+    left, right = st.columns([3, 2], gap="large")
+    with right:
+        questions.ask_data(tried, use, wide=True)
+    with left:
+        _draw_map(state, tried)
+        questions.offer_fit(tried, use)
+
+
+def _say_state(state: State, tried: Choices) -> None:
+    """State whether the study uses the file and, if not, the reason."""
+    choice = tried.data
+    name = data_step.names_of_files(choice)
+    if choice.waits:
+        st.info("Collars and intervals are required. Surveys are required only if wells deviate.")
+        data_step.keep_data_button(state, "wells_drop")
+        return
+    try:
+        report = resolve.imported_data(tried)
+    except CCWSIMError as error:
+        questions.say_open(tried, str(error))
+    else:
+        n = report.hard_data.n
+        if state.data_draft is None:
+            st.success(plain(f"{n} data of {name} are in the study."))
+            simulate_button(state, "wells_simulate")
+        else:
+            st.info(plain(f"{n} data of {name} fit the grid but are not in the study yet."))
+            button("Use them", key="wells_use", on_click=data_step.use_data, args=(state, choice))
+        for note in report.notes:
+            st.caption(plain(note))
+    data_step.keep_data_button(state, "wells_drop")
+
+
+def _draw_rows(preview: PointsPreview) -> None:
+    """Draw the first rows of the file, with the role of each column in the heading."""
+    shown = min(len(preview.rows), preview.n_rows)
+    panel_title("First rows", f"{shown} of {preview.n_rows} of {preview.name}")
+    roles = {column: questions.role_of(role) for role, column in preview.guess.items()}
+    heads = [f"{name} → {roles[name]}" if name in roles else name for name in preview.columns]
+    table = pd.DataFrame(
+        list(preview.rows), columns=heads, index=[f"line {k}" for k in preview.lines]
+    )
+    st.dataframe(table, height="content")
+    for reason in preview.reasons:
+        st.caption(plain(questions.IN_SCRIPTS.sub("", reason)))
+
+
+def _draw_map(state: State, tried: Choices) -> None:
+    """Draw a map of the data, on a larger grid if none is inside; rings are data not used."""
+    try:
+        placed, fitting = resolve.placed_data(tried), resolve.grid_for_data(tried)
+        title = "Positions of the data"
+        n, n_out = placed.points.n, len(placed.outside)
+        if fitting is not None and n_out == n:
+            title, tried = "Positions of the data in a larger grid", replace(tried, grid=fitting)
+            placed = resolve.placed_data(tried)
+    except CCWSIMError:  # the error is reported above
+        return
+    panel_title(title, f"grid of {questions.described(tried.grid)}")
+    step = max(1, -(-placed.points.n // MAX_DRAWN))
+    colours = _colours(state, tried, placed)[::step]
+    above = placed.cells[::step, -2:]  # the map shows the data of a volume from above
+    wells: dict[str, list[int]] = {}
+    for k, line in enumerate(placed.points.lines[::step].tolist()):
+        if name := placed.points.wells.get(line):
+            wells.setdefault(name, []).append(k)
+    wells = wells if len(wells) <= MAX_NAMED else {}
+    svg = placement_svg(above, colours, tried.grid.shape[-2:], wells)
+    st.image(svg, alt="Positions of the data in the grid", width=520)
+    if fitting is not None and n_out == n:
+        st.caption("No datum is in the study's grid. The frame shows a larger grid.")
+    elif n_out:
+        st.caption(f"The frame shows the study's grid; {n_out} of {n} data are outside.")
+
+
+def _colours(state: State, tried: Choices, placed: PlacedPoints) -> list[str | None]:
+    """Return the colour of each datum, or None for each datum that is not used."""
+    image = resolve.image_of(tried.image)
+    known = dict(zip(image.codes.tolist(), colours_of(state), strict=False))
+    lost = {*placed.outside.tolist(), *placed.unknown.tolist()}
+    codes = placed.facies.tolist()
+    return [None if k in lost else known.get(code) for k, code in enumerate(codes)]
+
+
+MAX_FACIES = 12
+"""Maximum number of facies that can be named and coloured one by one."""
+NEAREST = "nearest"
+"""Choice of the nearest facies in a menu of the codes of other facies."""
+TURNS = {"flip_ew": "Flip E–W", "flip_ns": "Flip N–S", "transpose": "Transpose"}
+Write = Callable[[ImageChoice], None]
+_diagnosed = cached(max_entries=16, show_spinner="Diagnosing the training image …")(diagnose)
+
+
+def draw_image_import(state: State) -> None:
+    """Draw file, image and diagnosis; an image with open questions waits for confirmation."""
+    choice = state.image_draft or state.choices.image
+    waits = state.image_draft is not None
+
+    def write(new: ImageChoice) -> None:
+        if waits:
+            state.image_draft = new
+        else:
+            image_step.use_image(state, new)
+
+    image, problem = _image_or_problem(choice)
+    asked = image_questions.asked_of(choice)
+    with st.container(key="imports"):
+        left, right = st.columns([1.5, 1.0], gap="large")
+    with left:
+        _pictures(choice, image, asked)
+        if problem:
+            st.warning(plain(f"{problem}."))
+        if image is not None:
+            with st.container(key="import_advice"):
+                draw_image_advice(state, choice, image)
+    with right:
+        _take_file(state, choice)
+        if image is not None or asked:
+            image_questions.ask_about_image(choice, write)
+        if image is not None:
+            if waits:
+                with st.container(horizontal=True, gap="small"):
+                    take = {"on_click": image_step.use_image, "args": (state, choice)}
+                    button("Use this image", key="image_take", type="primary", **take)
+                    image_step.keep_button(state)
+            draw_facies(choice, image, write, _words_of_data(state))
+            draw_turns(choice, write)
+        elif waits:
+            image_step.keep_button(state)
+
+
+def _image_or_problem(choice: ImageChoice) -> tuple[TrainingImage | None, str]:
+    try:
+        if choice.upload is not None and not choice.answers:
+            image_questions.image_of_file(choice.upload)  # the file reader raises a clearer error
+        return image_of(choice), ""
+    except CCWSIMError as error:
+        return None, str(error)
+
+
+def _take_file(state: State, choice: ImageChoice) -> None:
+    panel_title("Training image", image_name(choice))
+    image_step.image_uploader(
+        "A file of yours", "import_image_file", partial(image_step.import_image, state)
+    )
+    if state.image_draft is None:
+        simulate_button(state, "import_simulate")
+    if choice.upload is None:
+        st.caption(datasets.describe(choice.bundled))
+
+
+def _pictures(choice: ImageChoice, image: TrainingImage | None, asked: tuple[str, ...]) -> None:
+    """Draw the facies and, if values or colours were classified, also the original file."""
+    classed = "values" in asked and choice.upload is not None
+    places = st.columns(2, gap="medium") if classed and image is not None else [st.container()]
+    if classed:
+        with places[0]:
+            panel_title("The file")
+            _file_map(choice)
+    if image is not None:
+        with places[-1]:
+            size = describe_shape(image.shape)
+            panel_title("As facies", f"{size} cells, {image.n_facies} facies")
+            colours = facies_colours(image, dict(choice.colours))
+            shown = facies_map(image.indices, image, colours, f"Training image {image.name}")
+            draw_cells(shown, "import", link="import", name="training_image")
+
+
+def _file_map(choice: ImageChoice) -> None:
+    """Draw the file: a picture in its original colours, or values on a colour scale."""
+    assert choice.upload is not None
+    picture = image_questions.picture_of_file(choice.upload, choice.answers)
+    if picture is not None:
+        shown = CellMap(*picture, ["" for _ in picture[1]], "The picture")
+    else:
+        values = middle_layer(image_questions.grid_of_file(choice.upload, choice.answers))
+        low, high = float(np.nanmin(values)), float(np.nanmax(values))
+        shares = np.nan_to_num((values - low) / ((high - low) or 1.0))
+        shown = share_map(shares, "", "Values of the file")
+        ends = {"low": f"{low:.4g}", "high": f"{high:.4g}"}
+        shown = replace(shown, strip={**(shown.strip or {}), **ends})
+    draw_cells(shown, "file", link="import", name="file")
+
+
+def draw_turns(choice: ImageChoice, write: Write) -> None:
+    """Draw the controls that flip and rotate an image."""
+
+    def turn(**turned: bool) -> None:
+        write(replace(choice, **turned))
+
+    with st.container(horizontal=True, vertical_alignment="center", gap="small"):
+        for name, label in TURNS.items():
+            field(st.checkbox, label, key=f"image_{name}", **bound_to(choice, name, turn))
+        button("Rotate 90°", key="image_rotate", on_click=write, args=(rotated(choice),))
+
+
+def rotated(choice: ImageChoice) -> ImageChoice:
+    """Return the choice of the same image, turned by a further 90° anticlockwise."""
+    return replace(
+        choice, transpose=not choice.transpose, flip_ew=not choice.flip_ns, flip_ns=choice.flip_ew
+    )
+
+
+def _words_of_data(state: State) -> tuple[str, ...]:
+    """Return the facies names in the user's file of hard data."""
+    tried = replace(state.choices, data=state.data_draft or state.choices.data)
+    points = if_possible(lambda: points_in_files(tried)) if tried.data.files else None
+    return () if points is None else points.words[:MAX_FACIES]
+
+
+def draw_facies(
+    choice: ImageChoice, image: TrainingImage, write: Write, words: tuple[str, ...] = ()
+) -> None:
+    """Draw name, colour and share of each facies; offer the names that hard data have, `words`."""
+    colours = facies_colours(image, dict(choice.colours))
+    hidden: dict[str, Any] = {"label_visibility": "collapsed"}
+    for k, code in enumerate(image.codes[:MAX_FACIES].tolist()):
+        own = image.facies_names[k]
+
+        def recolour(colour: str, code: int = code) -> None:
+            changed = {**dict(choice.colours), code: colour}
+            write(replace(choice, colours=tuple(sorted(changed.items()))))
+
+        def rename(name: str, k: int = k) -> None:
+            names = list(image.facies_names)
+            names[k] = name.strip()[:MAX_LETTERS] or names[k]
+            write(replace(choice, names=tuple(names)))
+
+        row: dict[str, Any] = {"horizontal": True, "vertical_alignment": "center", "gap": "small"}
+        with st.container(key=f"facies_row_{code}", **row):
+            colour = {"value": colours[k], "write": recolour, **hidden}
+            field(st.color_picker, f"Colour of code {code}", key=f"image_colour_{code}", **colour)
+            name: dict[str, Any] = {"value": own, "write": rename, **hidden}
+            if words:
+                name |= {"options": [*dict.fromkeys((own, *words))], "accept_new_options": True}
+            else:
+                name["max_chars"] = MAX_LETTERS
+            widget = st.selectbox if words else st.text_input
+            field(widget, f"Name of code {code}", key=f"image_name_{code}", **name)
+            st.html(f'<div class="note">{100 * image.proportions[k]:.1f} %</div>')
+            if choice.upload is not None and image.n_facies > 2:
+                _merge(choice, image, k, write)
+    if image.n_facies > MAX_FACIES:
+        step_note(f"and {image.n_facies - MAX_FACIES} more facies")
+    if "merge" in dict(choice.answers):
+        apart = replace(choice, answers=answered(choice.answers, merge=None), names=())
+        button("Undo merging", key="image_apart", on_click=write, args=(apart,))
+
+
+def _merge(choice: ImageChoice, image: TrainingImage, k: int, write: Write) -> None:
+    """Draw a menu that merges facies `k` with another facies, or each cell with the nearest."""
+    known, code = dict(dict(choice.answers).get("merge", ())), int(image.codes[k])
+
+    def merge(to: int | str) -> None:
+        new = None if to == NEAREST else to
+        merged = {old: new if at == code else at for old, at in known.items()} | {code: new}
+        names = (*image.facies_names[:k], *image.facies_names[k + 1 :])
+        answers = answered(choice.answers, merge=tuple(sorted(merged.items())))
+        write(replace(choice, answers=answers, names=names))
+
+    facies = zip(image.codes.tolist(), image.facies_names, strict=True)
+    others: dict[Any, str] = {to: f"with {name}" for to, name in facies if to != code}
+    into: dict[str, Any] = options_of(others | {NEAREST: "with the nearest"})
+    into |= {"value": None, "write": merge, "placeholder": "merge", "width": 104}
+    label = f"Merge code {code}"
+    field(st.selectbox, label, key=f"image_merge_{code}", label_visibility="collapsed", **into)
+
+
+def draw_image_advice(state: State, choice: ImageChoice, image: TrainingImage) -> None:
+    """Draw advice on parameters, with a button that puts image and parameters into the study."""
+    try:
+        found = _diagnosed(image)
+    except CCWSIMError as error:  # if an image is too small for advice, this is not an error
+        st.caption(plain(f"No advice: {error}."))
+        return
+
+    def take(advised: dict[str, int]) -> None:
+        image_step.use_image(state, choice)
+        image_step.use_advice(state, advised)
+
+    draw_advice(found, image, state.choices.parameters, take)
+
 
 KINDS = {False: "one table or grid", True: "tables of collars, intervals and surveys"}
 SUBJECTS = {"image": "Training image", "data": "Hard data"}

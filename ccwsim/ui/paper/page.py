@@ -17,9 +17,8 @@ from ccwsim.paper import EXPERIMENTS, Finished, PaperInputs, Reproduction
 from ccwsim.report.document import report_html
 from ccwsim.system.log import reason
 from ccwsim.ui.session.fragments import follow
-from ccwsim.ui.session.page_run import PageRun, start_page_run
 from ccwsim.ui.session.progress import compilation_to_come
-from ccwsim.ui.session.state import State
+from ccwsim.ui.session.state import PageRun, State, start_page_run
 from ccwsim.ui.widgets.fields import bound_to, button, download, field
 from ccwsim.ui.widgets.text import page_text, plain, step_note
 from ccwsim.ui.widgets.theme import draw_style

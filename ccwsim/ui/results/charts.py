@@ -1,15 +1,38 @@
-"""Charts on the pages, with a menu that saves a chart as PNG, SVG or CSV."""
+"""Charts with a menu that saves them, and the curves of an ensemble beside its image."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from html import escape
-from typing import Any
+from typing import Any, NamedTuple
+from weakref import WeakKeyDictionary
 
+import numpy as np
 import streamlit as st
+from numpy.typing import NDArray
 
-from ccwsim.report.verdicts import Verdict
+from ccwsim import Ensemble, TrainingImage
+from ccwsim.figures import Bundle, Theme, curves_chart, proportions_chart, times_chart
+from ccwsim.metrics import EType, Fit, etype, fit_curve
+from ccwsim.metrics.bands import Statistic, curves_of
+from ccwsim.metrics.lags import DirectionName, axes_of, max_lag
+from ccwsim.metrics.stack import Stack
+from ccwsim.model.bounds import MAX_CURVES
+from ccwsim.model.numbers import seconds
+from ccwsim.report.pictures import bundle_of_curves, layers_bundle, layers_chart
+from ccwsim.report.verdicts import (
+    HOW_JUDGED,
+    LAYERS_NOT_JUDGED,
+    SIGNS,
+    Verdict,
+    curve_title,
+    describe_curve,
+    way_name,
+)
 from ccwsim.ui.frontend.component import draw_component
+from ccwsim.ui.session.cached import cached
 from ccwsim.ui.widgets.errors import catch_callback_errors
-from ccwsim.ui.widgets.text import panel_title
+from ccwsim.ui.widgets.text import panel_title, step_note
+from ccwsim.ui.widgets.theme import chart_theme
 
 SAVE_BUTTON: dict[str, Any] = {"displaylogo": False, "modeBarButtons": [["toImage"]]}
 """Configuration of plotly with a hidden button; the menu that saves a chart presses this button."""
@@ -61,3 +84,213 @@ def chart_menu(title: str, key: str) -> None:
     """Draw the menu that saves the chart with the key `key`."""
     data = {"title": title, "chart": f"chart_{key}", "name": key}
     draw_component("chart_menu", f"menu_{key}", data, width="content")
+
+
+SMALL_SHARES = 4_000_000
+"""Maximum number of values (8 bytes each) of an E-type that is cached for all sessions."""
+KINDS: dict[Statistic, tuple[str, str]] = {
+    "variogram": ("Indicator variogram", "variogram"),
+    "connectivity": ("Connectivity function", "connection"),
+}
+"""Description of a statistic for screen readers, and beginning of the keys of its charts."""
+_large: WeakKeyDictionary[Ensemble, EType] = WeakKeyDictionary()
+_e_type = cached(max_entries=8)(etype)
+vertical_proportions_bundle = cached(max_entries=64)(layers_bundle)
+
+
+@cached(max_entries=192)
+def curve_bundle(
+    ensemble: Ensemble, statistic: Statistic, facies: int, direction: DirectionName
+) -> Bundle:
+    """Return a curve of a facies, given by its index, for the image and the realizations."""
+    image = ensemble.training_image
+    code, lags = int(image.codes[facies]), max_lag(direction, image.shape, ensemble.grid.shape)
+    reference = _curve_of_image(image, statistic, code, direction, lags)
+    some = Stack(ensemble.indices[:MAX_CURVES], image.codes)
+    each = curves_of(statistic, some, code, direction, lags)
+    return bundle_of_curves(np.arange(len(reference), dtype=float), reference, each)
+
+
+@cached(max_entries=64)
+def _curve_of_image(
+    image: TrainingImage, statistic: Statistic, code: int, direction: DirectionName, lags: int
+) -> NDArray[np.float64]:
+    """Return a curve of the training image; ensembles with this training image share the curve."""
+    return curves_of(statistic, image, code, direction, lags)[0]
+
+
+@cached(max_entries=192)
+def fit_of(
+    ensemble: Ensemble, statistic: Statistic, facies: int, direction: DirectionName
+) -> Fit | None:
+    """Return the comparison of a curve with crops of the training image."""
+    return fit_curve(ensemble, statistic, int(ensemble.training_image.codes[facies]), direction)
+
+
+def e_type_of(ensemble: Ensemble) -> EType:
+    """Return the E-type, computed once: a small one for all sessions, a large one per ensemble."""
+    if ensemble.grid.n_cells * ensemble.training_image.n_facies <= SMALL_SHARES:
+        return _e_type(ensemble)
+    if ensemble not in _large:
+        _large[ensemble] = etype(ensemble)
+    return _large[ensemble]
+
+
+def draw_curves(ensemble: Ensemble, facies: int, colours: Sequence[str] | None = None) -> None:
+    """Draw the charts of a facies, given by its index, and proportions if `colours` are given."""
+    draw_band_key(ensemble)
+    variograms = _variograms(ensemble, facies)
+    times = partial(_times, ensemble, chart_theme())
+    shares = [partial(draw_proportions, ensemble, colours)] if colours else []
+    if ensemble.grid.nz is None:
+        rows = [[*variograms, partial(_connectivity_both_ways, ensemble, facies), times, *shares]]
+    else:
+        layers = partial(draw_layers, ensemble, facies)
+        ways = axes_of(ensemble.grid.shape)
+        connectivity = partial(_titled_curve, ensemble, "connectivity", facies)
+        connected = [partial(connectivity, way) for way in ways]
+        rows = [[*variograms, layers, *shares], [*connected, times]]
+    draw_rows(rows)
+
+
+def draw_rows(rows: Sequence[Sequence[Callable[[], None]]]) -> None:
+    """Draw rows of charts in equal columns, and explain how the curves are judged."""
+    with st.container(key="charts"):
+        places = [st.columns(len(rows[0]), gap="medium") for _ in rows]
+    for row, columns in zip(rows, places, strict=True):
+        for draw, place in zip(row, columns, strict=False):
+            with place:
+                draw()
+    step_note(HOW_JUDGED)
+
+
+def _variograms(ensemble: Ensemble, facies: int) -> list[Callable[[], None]]:
+    """Return, per axis, a function that draws the variogram; the γ axes are equal."""
+    ways = axes_of(ensemble.grid.shape)
+    bundles = [curve_bundle(ensemble, "variogram", facies, way) for way in ways]
+    top = 1.1 * max(float(np.nanmax([b.each.max(), b.reference.max()])) for b in bundles)
+    y_range = 0.0, top or 1.0  # there is no variogram along an axis of one cell
+    return [partial(_titled_curve, ensemble, "variogram", facies, way, y_range) for way in ways]
+
+
+def _titled_curve(
+    ensemble: Ensemble,
+    statistic: Statistic,
+    facies: int,
+    way: DirectionName,
+    y_range: tuple[float, float] = (0.0, 1.04),
+    note: Verdict | None = None,
+    key: str = "",
+) -> None:
+    name = ensemble.training_image.facies_names[facies]
+    note = note or describe_curve(fit_of(ensemble, statistic, facies, way), statistic)
+    curve = _Curve(ensemble, statistic, facies, way, name, y_range, chart_theme())
+    kind, prefix = KINDS[statistic]
+    alt = f"{kind} {way_name(way)} of {name}"
+    title = curve_title(statistic, way)
+    titled_chart(title, note, curve, key or f"{prefix}_{way[0]}", alt, _draw_curve)
+
+
+class _Curve(NamedTuple):
+    """The values that determine the chart of a curve."""
+
+    ensemble: Ensemble
+    statistic: Statistic
+    facies: int
+    direction: DirectionName
+    name: str  # of the facies
+    y_range: tuple[float, float]
+    theme: Theme
+
+
+@cached(max_entries=192)
+def _draw_curve(curve: _Curve, key: str, alt: str) -> None:
+    """Draw a curve; Streamlit stores the message and reuses it for equal curves in all sessions."""
+    bundle = curve_bundle(curve.ensemble, curve.statistic, curve.facies, curve.direction)
+    title = f"{SIGNS[curve.statistic]} of {curve.name}"
+    judged = judged_curves(fit_of(curve.ensemble, curve.statistic, curve.facies, curve.direction))
+    options: Any = {"y_title": title, "y_range": curve.y_range, "judged": judged}
+    draw_chart(curves_chart(bundle, curve.theme, **options), key, alt)
+
+
+def judged_curves(fit: Fit | None) -> tuple[NDArray[np.float64], ...] | None:
+    """Return the lags and the means of crops and pieces that a verdict compares."""
+    return None if fit is None or not fit.judged else (fit.at, fit.reference, fit.found)
+
+
+def _connectivity_both_ways(ensemble: Ensemble, facies: int) -> None:
+    """Draw the connectivity E–W; a note mentions connectivity N–S if it is outside the band."""
+    along, across = (fit_of(ensemble, "connectivity", facies, way) for way in ("E-W", "N-S"))
+    said, other = (describe_curve(fit, "connectivity") for fit in (along, across))
+    if other.good is False:
+        words = f"{'' if said.good else f'E–W {said.words}; '}N–S {other.words}"
+        numbers = f"E–W {said.numbers}; N–S {other.numbers}"
+        said = Verdict(words, numbers, False)
+    options: Any = {"note": said, "key": "connection"}
+    _titled_curve(ensemble, "connectivity", facies, "E-W", **options)
+
+
+def draw_layers(
+    ensemble: Ensemble, facies: int, bundle: Bundle | None = None, height: int = 196
+) -> None:
+    """Draw the vertical proportion curve of a volume for a facies (an index into the codes)."""
+    bundle = bundle or vertical_proportions_bundle(ensemble, facies)
+    image, grid = ensemble.training_image, ensemble.grid
+    name = image.facies_names[facies]
+    note = LAYERS_NOT_JUDGED
+    if image.shape[0] != grid.nz:
+        note = f"training image ({image.shape[0]} layers) scaled to the grid"
+    chart = layers_chart(ensemble, facies, bundle, chart_theme(), height=height)
+    alt = f"Share of {name} in each layer: training image, realizations, hard data"
+    titled_chart("Vertical proportions", note, chart, "layers", alt)
+
+
+def draw_proportions(ensemble: Ensemble, colours: Sequence[str]) -> None:
+    """Draw the facies proportions of the realizations and of the training image."""
+    names = ensemble.training_image.facies_names  # they are not part of an ensemble's content
+    content = ensemble, names, tuple(colours), chart_theme()
+    alt = "Facies proportions of the realizations and the image"
+    titled_chart("Proportions", "", content, "proportions", alt, _draw_proportions)
+
+
+@cached(max_entries=64)
+def _draw_proportions(content: tuple[Any, ...], key: str, alt: str) -> None:
+    ensemble, names, colours, theme = content
+    shares = ensemble.training_image.proportions, ensemble.proportions
+    draw_chart(proportions_chart(names, *shares, colours, theme), key, alt)
+
+
+def _times(ensemble: Ensemble, theme: Theme) -> None:
+    if ensemble.is_stored:
+        panel_title("CPU time", "not run on this machine yet")
+        return
+    mean = float(ensemble.cpu_seconds.mean())
+    note = f"{seconds(mean)} a realization"
+    times = tuple(1000 * ensemble.cpu_seconds), 1000 * mean, theme
+    titled_chart("CPU time", note, times, "times", "CPU time of each realization", _draw_times)
+
+
+@cached(max_entries=64)
+def _draw_times(times: tuple[tuple[float, ...], float, Theme], key: str, alt: str) -> None:
+    milliseconds, mean, theme = times
+    draw_chart(times_chart(np.array(milliseconds), mean, theme), key, alt)
+
+
+def draw_curve_key(lines: Iterable[tuple[str, str]]) -> None:
+    """Draw the legend of the lines in charts; each line has a CSS border style and a name."""
+    entries = "".join(
+        f'<span><i style="border-top: {border}"></i>{escape(name)}</span>' for border, name in lines
+    )
+    st.html(f'<div class="curve-key">{entries}</div>')
+
+
+def draw_band_key(ensemble: Ensemble) -> None:
+    """Draw the legend for the lines of `curves_chart`."""
+    each = "each realization"
+    if ensemble.n > MAX_CURVES:
+        each = f"each of the first {MAX_CURVES} realizations"
+    names = ("training image", "median", "5–95 %", each)
+    styles = ((2, "reference"), (2, "ink"), (10, "band"), (1, "each"))
+    borders = [f"{width}px solid var(--{colour})" for width, colour in styles]
+    compared = ("2px dotted var(--ink)", "means over crops and pieces")
+    draw_curve_key([*zip(borders, names, strict=True), compared])

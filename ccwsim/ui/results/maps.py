@@ -15,7 +15,7 @@ from ccwsim.figures import ENTROPY, contact_sheet, facies_colours, tile_size
 from ccwsim.sharing.choices import CellsOfWells
 from ccwsim.ui.frontend.cells import CellMap, draw_cells, facies_map, points_of, share_map
 from ccwsim.ui.frontend.component import draw_component
-from ccwsim.ui.results.curves import e_type_of
+from ccwsim.ui.results.charts import e_type_of
 from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.resolve import image_of, wells_of
 from ccwsim.ui.session.state import State

@@ -31,7 +31,7 @@ from ccwsim.ui.session.file_names import grid_part
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.data_fit import minus
+from ccwsim.ui.study.data_step import minus
 from ccwsim.ui.study.run import draw_out_of_date
 from ccwsim.ui.sweep import planning
 from ccwsim.ui.sweep.planning import SweepRun, SweepState

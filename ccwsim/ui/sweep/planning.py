@@ -22,10 +22,9 @@ from ccwsim.sharing.choices import Choices
 from ccwsim.system.log import reason
 from ccwsim.ui.results.maps import colours_of, pretty
 from ccwsim.ui.session.fragments import follow
-from ccwsim.ui.session.page_run import PageRun, start_page_run
 from ccwsim.ui.session.progress import compilation_to_come, format_duration
 from ccwsim.ui.session.resolve import data_of, fitted, image_of, levels
-from ccwsim.ui.session.state import State
+from ccwsim.ui.session.state import PageRun, State, start_page_run
 from ccwsim.ui.widgets.errors import if_possible, problem_in
 
 CELLS_KEPT = 64_000_000

@@ -24,8 +24,7 @@ from ccwsim.run.footprint import demand_of
 from ccwsim.system.machine import n_cores
 from ccwsim.ui.results.charts import titled_chart
 from ccwsim.ui.session.fragments import follow
-from ccwsim.ui.session.page_run import PageRun, start_page_run
-from ccwsim.ui.session.state import State
+from ccwsim.ui.session.state import PageRun, State, start_page_run
 from ccwsim.ui.study.run import failed
 from ccwsim.ui.validate.conditioning import draw_e_type_maps
 from ccwsim.ui.widgets import fields

@@ -23,8 +23,14 @@ from ccwsim.model.numbers import three_digits
 from ccwsim.report import verdicts
 from ccwsim.report.pictures import bundle_of_curves
 from ccwsim.ui.frontend.cells import CellMap, draw_cells
-from ccwsim.ui.results.charts import draw_chart, titled_chart
-from ccwsim.ui.results.curves import draw_band_key, draw_layers, draw_rows, judged_curves
+from ccwsim.ui.results.charts import (
+    draw_band_key,
+    draw_chart,
+    draw_layers,
+    draw_rows,
+    judged_curves,
+    titled_chart,
+)
 from ccwsim.ui.session.file_names import study_part
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.diagnosis_panel import draw_diagnosis

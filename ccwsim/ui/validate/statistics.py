@@ -19,7 +19,7 @@ from ccwsim.metrics.reference_band import PATTERN_SIZES
 from ccwsim.metrics.stack import Stack
 from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.report.pictures import bundle_of, bundle_of_curves, layers_bundle
-from ccwsim.ui.results.curves import e_type_of
+from ccwsim.ui.results.charts import e_type_of
 from ccwsim.ui.session.cached import as_task, shared_values
 from ccwsim.ui.session.fragments import follow_tasks
 from ccwsim.ui.session.progress import queue_text

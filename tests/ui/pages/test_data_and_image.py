@@ -9,7 +9,7 @@ from ccwsim.metrics import fit_data
 from ccwsim.sharing.choices import Choices
 from ccwsim.sharing.link import read_link
 from ccwsim.ui.session.state import KEY, State
-from ccwsim.ui.study.data_fit import verdict
+from ccwsim.ui.study.data_step import verdict
 from tests.ui.pages.test_validate_page import launched, settled
 from tests.ui.widgets import html, named, opened
 from tests.waiting import wait_until

@@ -24,7 +24,14 @@ from ccwsim.report.document import report_html
 from ccwsim.sharing.choices import Choices, DataChoice
 from ccwsim.sharing.link import link_of, read_link
 from ccwsim.ui.compare.settings import ComparePageState
-from ccwsim.ui.examples.catalogue import EXAMPLES, PARTS, Example, example_named, next_example
+from ccwsim.ui.examples.catalogue import (
+    EXAMPLES,
+    PARTS,
+    Example,
+    example_named,
+    lecture_sheet,
+    next_example,
+)
 from ccwsim.ui.examples.opened import Examples, back_to_own, compare_example, open_example
 from ccwsim.ui.examples.page import class_link, expected, pictures_html, pictures_of, small
 from ccwsim.ui.examples.quiz import (
@@ -41,7 +48,6 @@ from ccwsim.ui.examples.quiz import (
     piece_side,
     window_codes,
 )
-from ccwsim.ui.examples.sheet import lecture_sheet
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import KEY, State
 from tests.small_images import blobs, places_of

@@ -42,14 +42,14 @@ from ccwsim.ui.validate.conditioning import (
     wrong_map,
     wrong_points,
 )
-from ccwsim.ui.validate.findings import (
+from ccwsim.ui.validate.large_ensemble import LargeEnsembleRun, LargeEnsembleState
+from ccwsim.ui.validate.page import (
+    SECTIONS,
     findings,
     of_data,
     of_proportions,
     of_variety,
 )
-from ccwsim.ui.validate.large_ensemble import LargeEnsembleRun, LargeEnsembleState
-from ccwsim.ui.validate.page import SECTIONS
 from ccwsim.ui.validate.reproduction import seam_map, strips_of, use_map
 from ccwsim.ui.validate.statistics import (
     Validation,

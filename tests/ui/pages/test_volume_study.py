@@ -32,8 +32,7 @@ from ccwsim.ui.session.resolve import (
 )
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.share.menu import open_project, project_of
-from ccwsim.ui.simulate.history import go_back
-from ccwsim.ui.simulate.results import download_groups
+from ccwsim.ui.simulate.results import download_groups, go_back
 from ccwsim.ui.study.data_step import problem_of_data, use_data
 from ccwsim.ui.study.image_step import import_image, use_image
 from ccwsim.ui.study.run import collect, demand_of_run, estimated_seconds, problem_of, start_run

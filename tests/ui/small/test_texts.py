@@ -13,7 +13,7 @@ from ccwsim.sharing.choices import DataChoice, ImageChoice, Upload
 from ccwsim.ui.examples.opened import as_html
 from ccwsim.ui.examples.page import cut
 from ccwsim.ui.how_it_works.words import format_count
-from ccwsim.ui.imports.image import rotated
+from ccwsim.ui.imports.page import rotated
 from ccwsim.ui.results import maps
 from ccwsim.ui.session.file_names import grid_part, image_part
 from ccwsim.ui.session.progress import ordinal

@@ -1,0 +1,1 @@
+"""Tests of small functions of the pages, without a page."""
