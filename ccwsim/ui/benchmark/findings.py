@@ -19,7 +19,7 @@ from ccwsim.ui.benchmark.measurement import TimingRun
 from ccwsim.ui.results.maps import pretty
 from ccwsim.ui.session.progress import compilation_to_come, format_duration
 from ccwsim.ui.study.run import failed
-from ccwsim.ui.widgets.text import scrolled
+from ccwsim.ui.widgets.text import page_text, scrolled
 
 Setting = tuple[str, int, bool]
 """Key of a curve: method, level (for volumes, within layers), and whether volumes are simulated."""
@@ -94,10 +94,7 @@ def describe_volumes(timings: Sequence[Timing]) -> str:
         f"{three_digits((a.seconds / a.n_cells) / (b.seconds / b.n_cells))} (level {level})"
         for (_, level, _), a, b in both
     )
-    return (
-        f"A cell of a volume takes {', '.join(said)} times as long as a cell of a map of the "
-        "middle layer. Both were measured on their largest grids."
-    )
+    return page_text("Volumes and maps", times=", ".join(said))
 
 
 def describe_levels(timings: Sequence[Timing]) -> str:
@@ -111,15 +108,12 @@ def describe_levels(timings: Sequence[Timing]) -> str:
     low, high = min(sides), max(sides)
     if sides[low].n_cells != sides[high].n_cells:
         return ""
-    ratio = sides[low].seconds / sides[high].seconds
+    ratio = f"{sides[low].seconds / sides[high].seconds:.1f}"
+    published_ratio = f"{paper[low] / paper[high]:.1f}"
     shares = published.LEVEL_CHANGES.items()
     changes = " and ".join(f"−{-100 * v:.1f} % ({a} to {b})" for (a, b), v in shares)
-    return (
-        f"Level {low} takes {ratio:.1f} times as long as level {high} here "
-        f"({round(sides[low].n_cells ** 0.5)}² cells), and {paper[low] / paper[high]:.1f} times "
-        "at 25 million cells in the paper (Fig. 13). Averaged over the paper's five sizes, each "
-        f"further level changes the time by {changes}."
-    )
+    values = {"side": round(sides[low].n_cells ** 0.5), "published": published_ratio}
+    return page_text("Levels", low=low, high=high, ratio=ratio, changes=changes, **values)
 
 
 def describe_plan(n_cases: int, n_realizations: int, seconds: float) -> str:

@@ -15,7 +15,7 @@ from ccwsim.model.numbers import seconds, three_digits
 from ccwsim.model.parameters import Parameters
 from ccwsim.report.verdicts import describe_proportion
 from ccwsim.ui.compare.settings import TWO_POINT
-from ccwsim.ui.widgets.text import numbers_table
+from ccwsim.ui.widgets.text import numbers_table, page_text
 
 MAX_EQUAL_TIME = 1.05
 """Two settings count as equally fast if the ratio of CPU times is at most this value."""
@@ -37,11 +37,7 @@ def sentences(found: Comparison) -> list[str]:
 def describe_two_point(found: Comparison) -> str:
     """Return what the two-point simulation is and shows, and the number of data that it ignores."""
     n = found.ensembles[0].hard_data.n
-    return (
-        "two-point is not CCWSIM: it simulates truncated Gaussian fields with the proportions and "
-        "the variogram of the image. Its connectivity shows what the variogram does not contain."
-        + (f" It ignores the {n} hard data." if n else "")
-    )
+    return page_text("Two-point simulation") + (f" It ignores the {n} hard data." if n else "")
 
 
 def describe_against_first(found: Comparison, k: int) -> str:

@@ -96,7 +96,7 @@ from ccwsim.ui.widgets.fields import (
     field,
     options_of,
 )
-from ccwsim.ui.widgets.text import pair, panel_title, plain, scrolled, step_note
+from ccwsim.ui.widgets.text import page_text, pair, panel_title, plain, scrolled, step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 SHOWN_AT_ONCE = {
@@ -417,11 +417,7 @@ def _draw_two_images(
             link = "grid" if k or first.grid.nz is not None else ""
             options = {"max_height": MAX_HEIGHTS[first.grid.n_dimensions], "body": False}
             draw_cells(cells, f"two_images_{k}", link=link, name=f"two_images_{k + 1}", **options)
-    step_note(
-        "E-type of both: half of the realizations are from each image. Realizations from one image "
-        "do not tell whether that image is right; where the two E-types differ, the choice of the "
-        "image decides."
-    )
+    step_note(page_text("E-type of both images"))
 
 
 def _draw_times_and_proportions(found: Comparison) -> None:
@@ -499,14 +495,7 @@ def draw_patterns(state: State, found: Comparison) -> None:
         weights = ", ".join(three_digits(w) for w in found.anodi.weights)
         image, side = found.ensembles[0].training_image, found.anodi.pattern_size
         size = describe_shape((side,) * image.n_dimensions)
-        step_note(
-            "Between: how varied the realizations are. Within: how far they are from the "
-            "training image. Each number is the first setting's value divided by the second's, as "
-            f"a mean over full, half and third resolution with weights {weights}. Ratio = between "
-            "/ within; if the ratio exceeds 1, the first setting is better (Tan et al. 2014, on "
-            f"exact histograms of all {size} patterns). Differences smaller than two standard "
-            "errors (jackknife) are ignored."
-        )
+        step_note(page_text("ANODI ratios", weights=weights, size=size))
 
 
 def _draw_mds(state: State, found: Comparison) -> None:

@@ -46,7 +46,7 @@ from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.errors import problem_in
 from ccwsim.ui.widgets.fields import bound_to, button, download, field
-from ccwsim.ui.widgets.text import step_note
+from ccwsim.ui.widgets.text import page_text, step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 VIEWS = {"studies": "Lecture plan", "quiz": "Quiz: which one is the training image?"}
@@ -93,11 +93,7 @@ def draw_examples(state: State) -> None:
 def _draw_class_link(choices: Choices) -> None:
     """Draw the menu with a link that opens the study for a class."""
     with st.popover("Link for a class", key="class_menu"):
-        step_note(
-            "Everybody who opens this link gets your present study with a different random seed, "
-            "which the page shows. Compare the pictures: common features come from the image and "
-            "the data, and differences show the uncertainty."
-        )
+        step_note(page_text("Link for a class"))
         st.code(class_link(choices, st.context.url or ""), language=None, wrap_lines=True)
         missing = left_out(choices)
         if missing:
@@ -110,11 +106,7 @@ def class_link(choices: Choices, page: str) -> str:
 
 
 def _draw_plan(state: State) -> None:
-    step_note(
-        "Click an example to open it. Your own study is kept, and “Back to my study” restores "
-        "it. The pictures are new realizations on a grid of at most 300 × 300 cells, or 80 × 80 "
-        "cells in all layers of a volume."
-    )
+    step_note(page_text("Lecture plan"))
     deadline = time.monotonic() + PATIENCE
     number, waiting = 0, []
     for part in PARTS:

@@ -36,7 +36,7 @@ from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import failed
 from ccwsim.ui.widgets.errors import if_possible
 from ccwsim.ui.widgets.fields import bound_to, button, field, help_of
-from ccwsim.ui.widgets.text import panel_title, plain, step_note
+from ccwsim.ui.widgets.text import page_text, panel_title, plain, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
 N_PICTURES = 6
@@ -236,10 +236,7 @@ def _draw_round(state: State, shown: Round) -> None:
     quiz = state.page(Quiz)
     n = len(shown.pictures)
     if quiz.picked is None:
-        step_note(
-            f"One of these {n} pictures is a piece of the training image; the others are pieces "
-            "of realizations. Pick the piece of the training image."
-        )
+        step_note(page_text("Quiz", n=n))
     colours = _colours(state, shown)
     pictures = [b64encode(map_png(p, colours)).decode() for p in shown.pictures]
     number = quiz.n_rounds
@@ -330,17 +327,12 @@ def describe_seams(shown: Round, k: int) -> list[str]:
     """Describe the seams of picture k; compare its share of new shapes with the other pictures."""
     found, own = shown.copying_of(k), shown.shapes_at(k)[1]
     others = [shown.shapes_at(j)[1] for j in range(len(shown.pictures)) if j != shown.answer]
-    low, high = (f"{100 * share:.1f}" for share in (min(others), max(others)))
+    low, high, own = (f"{100 * share:.1f}" for share in (min(others), max(others), own))
+    share, side = f"{100 * found.seams.mean():.0f}", found.largest_square
     return [
-        f"Picture {k + 1} consists of pieces of the training image. "
-        f"{100 * found.seams.mean():.0f} % of its cells are at a seam, and the largest square "
-        f"copied in one piece has {found.largest_square} × {found.largest_square} cells.",
-        "Most seams cannot be seen. A seam is visible if it makes a shape absent from the "
-        f"training image (red): {100 * own:.1f} % of the {SIDE} × {SIDE} windows in this picture, "
-        f"{low} to {high} % in all realizations of this round. At visible seams, look for steps "
-        "in the edges of geobodies, and for geobodies that end or change width abruptly.",
-        "By definition, the training image has no such windows. A higher level, more candidates, "
-        "or no refinement gives more such windows.",
+        page_text("Seams of a picture", picture=k + 1, share=share, side=side),
+        page_text("Visible seams", own=own, side=SIDE, low=low, high=high),
+        page_text("Windows of the image"),
     ]
 
 

@@ -30,7 +30,7 @@ from ccwsim.ui.session.resolve import image_of, levels, overlap_sizes
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.study_column import size_fields
 from ccwsim.ui.widgets.fields import bound_to, button, field, help_of
-from ccwsim.ui.widgets.text import pair, panel_title, plain
+from ccwsim.ui.widgets.text import page_text, pair, panel_title, plain
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 DRAWING = "drawing"
@@ -337,8 +337,7 @@ def _draw_bands(how: How, view: PatchView) -> None:
             options |= {"label_visibility": "collapsed"}
             field(st.selectbox, "Facies", key="how_facies", **options)
     if not level:
-        none = "At level 0 the cells of the image are compared, and there are no sub-bands."
-        say(f"{none} Choose level 1 or higher to see sub-bands.", words.PAPER["image"])
+        say(page_text("Level 0"), words.PAPER["image"])
         return
     bands = _bands(image, how.facies, level)
     box = view.trace.image_frame.box_to_grid(view.step.drawn_place, view.step.cells.shape)
@@ -356,11 +355,7 @@ def _draw_bands(how: How, view: PatchView) -> None:
             shown.marks.append(mark)
             linked: dict[str, Any] = {"scale": "how_bands", "link": "how_bands", "name": name}
             draw_cells(shown, f"how_{name}", max_height=300, **linked)
-    say(
-        f"Each block of {unit} × {unit} cells gives one number per band. The search compares only "
-        "the approximation. The inverse transform also uses the three detail bands.",
-        words.PAPER["image"],
-    )
+    say(page_text("Sub-bands", side=unit), words.PAPER["image"])
     largest = _largest_difference(how, view)
     say(words.describe_inverse(view.step, largest), words.PAPER["inverse"])
 

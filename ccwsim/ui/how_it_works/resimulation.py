@@ -20,7 +20,7 @@ from ccwsim.ui.how_it_works.maps import box_mark, data_in, lit_map, patch_map
 from ccwsim.ui.how_it_works.run import How, is_volume
 from ccwsim.ui.how_it_works.words import OURS, PAPER, describe_window, format_count, say
 from ccwsim.ui.widgets.fields import field
-from ccwsim.ui.widgets.text import pair, panel_title, step_note
+from ccwsim.ui.widgets.text import page_text, pair, panel_title, step_note
 
 MAX_TERMS = 3_000_000_000
 """If the remaining patches need more score terms, the page asks before it places these patches."""
@@ -71,13 +71,9 @@ def _draw_repair(trace: Trace, colours: list[str], theme: Theme) -> None:
         say("No change joins the patches better.", OURS)
         return
     marked = [] if is_volume(trace) else _boxes_of(changed)
-    say(
-        "Windows are re-simulated and single cells are changed if such a change reduces the "
-        "number of patterns absent from the training image. "
-        f"<b>{format_count(int(changed.sum()), 'cell')}</b> ({100 * changed.mean():.1f} %) have a "
-        f"different facies now.{' The largest changes are marked.' if marked else ''}",
-        OURS,
-    )
+    cells, share = format_count(int(changed.sum()), "cell"), f"{100 * changed.mean():.1f}"
+    note = " The largest changes are marked." if marked else ""
+    say(page_text("Seam repair", cells=cells, share=share) + note, OURS)
     image = trace.study.training_image
 
     def shown(cells: NDArray[np.uint8], name: str) -> CellMap:
@@ -171,12 +167,8 @@ def _describe(trace: Trace, by_datum: dict[int, list[ResimulatedWindow]]) -> str
     text = f"Of {n}: {describe_data_status(data_status)}. "
     if not by_datum:
         return text + "The raster pass honours all data, so there is nothing to correct."
-    return text + (
-        "Around a missed datum a window is re-simulated. The new patch must honour <b>every</b> "
-        "datum in the window and fit the surroundings on all sides. If no patch does, the window "
-        "is halved. "
-        + ("If no patch fits, only the cell is set." if (data_status == FORCED).any() else "")
-    )
+    forced = "If no patch fits, only the cell is set." if (data_status == FORCED).any() else ""
+    return f"{text}{page_text('Windows of local re-simulation')} {forced}"
 
 
 def _name(trace: Trace, datum: int) -> str:

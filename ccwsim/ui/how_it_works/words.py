@@ -13,7 +13,7 @@ from ccwsim.engine.trace import PlaceFate, ResimulatedWindow, Trace, TracedPatch
 from ccwsim.model.arrays import describe_shape as cells_along
 from ccwsim.model.arrays import listing
 from ccwsim.ui.how_it_works.maps import PatchView
-from ccwsim.ui.widgets.text import scrolled
+from ccwsim.ui.widgets.text import page_text, scrolled
 
 MAX_ROWS = 24
 MARKS = (
@@ -112,14 +112,10 @@ def describe_path(trace: Trace) -> str:
         return cells_along(in_grid) if volume else str(in_grid[-1])
 
     z, y, x = (t - o for t, o in zip(search.template, search.overlap, strict=True))
-    return (
-        f"The path starts in {way} "
-        f"({'random in each realization' if is_random else 'equal in all realizations'}). Patches "
-        f"of T = {along(search.template)} cells are placed T − OR = {along((z, y, x))} cells "
-        f"apart. So each patch overlaps earlier patches by OR = {along(search.overlap)} cells, "
-        f"shown in full colour. {'Left' if volume else 'Click the grid to show a patch; left'} "
-        "and right arrow keys change the patch."
-    )
+    same = "random in each realization" if is_random else "equal in all realizations"
+    keys = "Left" if volume else "Click the grid to show a patch; left"
+    sizes = {"template": along(search.template), "overlap": along(search.overlap)}
+    return page_text("Path", way=way, same=same, keys=keys, step=along((z, y, x)), **sizes)
 
 
 def describe_offset(trace: Trace) -> str:
@@ -128,11 +124,8 @@ def describe_offset(trace: Trace) -> str:
     if not any(offset):
         return ""
     named = zip(LAYER_ROW_COLUMN[-len(offset) :], offset, strict=True)
-    return (
-        f"The first patch begins {listing(format_count(n, name) for name, n in named)} before the "
-        "grid. This distance is random, so that seams are at different positions in each "
-        "realization and are not visible in the mean."
-    )
+    said = listing(format_count(n, name) for name, n in named)
+    return page_text("Offset of the path", offset=said)
 
 
 def describe_overlap(view: PatchView) -> str:
@@ -145,11 +138,9 @@ def describe_overlap(view: PatchView) -> str:
         return f"{cells} At level 0, cells are compared one by one, as in CCSIM."
     n = int(np.isfinite(view.step.approximation[0]).sum())
     level = view.level if isinstance(view.level, int) else cells_along(view.level)
-    return (
-        f"{cells} Its Haar approximation at level {level} has one number per block of "
-        f"{cells_along(view.block)} cells (the block's mean times {prod(view.block) ** 0.5:.3g}): "
-        f"<b>{format_count(n, 'coefficient')}</b> instead of {format_count(n_cells, 'number')}."
-    )
+    counts = {"n": format_count(n, "coefficient"), "numbers": format_count(n_cells, "number")}
+    block = {"block": cells_along(view.block), "factor": f"{prod(view.block) ** 0.5:.3g}"}
+    return page_text("Approximation of the overlap", cells=cells, level=level, **counts, **block)
 
 
 def describe_scores(step: TracedPatch) -> str:
@@ -162,17 +153,10 @@ def describe_scores(step: TracedPatch) -> str:
     if step.correlation:
         best, how = ccw.max(), "the paper's CCW (cross-correlation) ΣA·B; the largest is best"
     else:
-        best = ccw.min()
-        how = (
-            "Σ(A − B)² = ΣA² − 2·ΣA·B + ΣB²; the smallest value is best. The paper uses the "
-            "cross-correlation ΣA·B, whose largest value is best. The authors' code also "
-            "uses the squared difference"
-        )
-    return (
-        "The coefficients B of the overlap are compared with the coefficients A of the image at "
-        f"all {locations}: {how}. Bright means a good fit. The best value is {best:.4g}; the "
-        f"median over all locations is {float(sorted(ccw.ravel())[ccw.size // 2]):.4g}."
-    )
+        best, how = ccw.min(), page_text("Squared difference")
+    median = f"{float(sorted(ccw.ravel())[ccw.size // 2]):.4g}"
+    values = {"locations": locations, "how": how, "best": f"{best:.4g}", "median": median}
+    return page_text("Scores", **values)
 
 
 def describe_draw(view: PatchView) -> str:
@@ -185,10 +169,7 @@ def describe_draw(view: PatchView) -> str:
     if n == 1:
         chance = "The location is the only candidate."
     elif step.n_drawn > 1:
-        chance = (
-            f"{step.n_drawn} of {n} candidates are drawn: {how}. The drawn one that fits best at "
-            "full resolution is used (not in the paper). The draw makes realizations differ."
-        )
+        chance = page_text("Several drawn", n_drawn=step.n_drawn, n=n, how=how)
     return f"Drawn: CCW {view.locations[0].ccw:.4g}. {chance}"
 
 
@@ -205,15 +186,7 @@ def describe_cut(view: PatchView) -> str:
     if not step.patch.shape:
         return "There is no overlap to cut, so the whole patch is pasted."
     n_cells, kept = int(step.in_overlap.sum()), format_count(int(step.keep_mask.sum()), "cell")
-    how = (
-        "The cheapest boundary through this error surface is computed by dynamic programming. "
-        f"Before the boundary, {kept} of the grid are kept; after it, the patch is pasted."
-    )
-    if view.is_volume:
-        how = (
-            "The cheapest surface through the differing cells is the minimum cut of a flow from "
-            f"grid to patch: {kept} of the grid are kept; the rest of the patch is pasted."
-        )
+    how = page_text("Cut of a volume" if view.is_volume else "Cut of a map", kept=kept)
     differ = f"{int(step.error.sum())} of {format_count(n_cells, 'cell')}"
     return f"Patch and grid differ in {differ} of the overlap. {how}"
 
@@ -222,12 +195,7 @@ def describe_inverse(step: TracedPatch, largest: float) -> str:
     """Return a sentence on the largest difference between inverse transform and image."""
     size, n = len(step.cells), len(step.cells) // step.block_size
     shown = "0" if largest == 0 else f"{largest:.0e}"
-    return (
-        f"The drawn patch has {n} × {n} approximation coefficients and their details. The inverse "
-        f"DWT restores all {size} × {size} cells; for Haar, the result equals the patch of the "
-        f"image (largest difference {shown}). So the patch has all details, although the search "
-        "compares only approximations."
-    )
+    return page_text("Inverse transform", n=n, size=size, largest=shown)
 
 
 def describe_fate(location: PlaceFate, step: TracedPatch, search_fraction: float) -> str:
@@ -317,16 +285,9 @@ def _choice_without_data(view: PatchView) -> str:
     step, n_copies = view.step, int(view.step.copies.sum())
     assert step.slack is not None
     cells = round(step.slack / view.trace.search.cell_cost)
-    text = (
-        f"The location is chosen at random from the <b>{step.n_candidates}</b> of the K best whose "
-        f"score is at most {cells} wrong cells worse than the best score."
-    )
-    if n_copies:
-        text += (
-            f" To avoid copying long stretches of the image, {format_count(n_copies, 'location')} "
-            "that would continue a neighbouring patch cannot be chosen."
-        )
-    return text
+    text = page_text("Choice without data", n=step.n_candidates, cells=cells)
+    copies = page_text("Copies", locations=format_count(n_copies, "location"))
+    return f"{text} {copies}" if n_copies else text
 
 
 def _data_and_search(view: PatchView) -> str:
@@ -343,11 +304,8 @@ def _data_and_search(view: PatchView) -> str:
         searched = f"Only the {best} % of locations with the best overlaps are searched ({n})."
     shape = view.step.cells.shape
     within = f"a box of {cells_along([d.reach // shape[-1] * n for n in shape])} cells"
-    return (
-        f"<b>{format_count(n_inside, *DATA)}</b> in the patch and <b>{len(d.seen) - n_inside}</b> "
-        f"ahead of the path, in {within} (the paper's virtual template), condition the patch. "
-        f"{searched} The paper searches locations one after another, in order of score."
-    )
+    counts = {"inside": format_count(n_inside, *DATA), "ahead": len(d.seen) - n_inside}
+    return page_text("Data and search", within=within, searched=searched, **counts)
 
 
 def _choice_with_data(view: PatchView) -> str:
@@ -357,13 +315,10 @@ def _choice_with_data(view: PatchView) -> str:
     n_rejected = sum(map(is_rejected, view.locations))
     missed, held, ahead = (round(w * search.datum_cost / search.cell_cost) for w in d.weights[:3])
     rejected = f" Rejected: {format_count(n_rejected, 'location')} that fit the overlap."
-    return (
-        f"Each datum that a location would miss costs as much as {missed} wrong cells of overlap "
-        f"({held} for a datum that the grid already honours, {ahead} for a datum ahead). The "
-        f"location is chosen at random from the <b>{view.step.n_candidates}</b> of the K = "
-        f"{len(view.step.places)} best that cost at most {round(d.slack / search.cell_cost)} wrong "
-        f"cells more than the cheapest.{rejected if n_rejected else ''}"
-    )
+    n, k, slack = view.step.n_candidates, len(view.step.places), round(d.slack / search.cell_cost)
+    costs = {"missed": missed, "held": held, "ahead": ahead, "slack": slack}
+    text = page_text("Choice with data", n=n, k=k, **costs)
+    return text + (rejected if n_rejected else "")
 
 
 def describe_window(w: ResimulatedWindow) -> str:

@@ -24,7 +24,7 @@ from ccwsim.ui.session.resolve import opened
 from ccwsim.ui.study import questions
 from ccwsim.ui.widgets.errors import if_possible
 from ccwsim.ui.widgets.fields import field, options_of
-from ccwsim.ui.widgets.text import step_note
+from ccwsim.ui.widgets.text import page_text, step_note
 
 BINS = 96
 VOLUME, LAYER = "the whole volume", "one layer"
@@ -199,10 +199,7 @@ def _range(
 def _ask_gaps(upload: Upload, known: Mapping[str, Any], answer: Answer) -> None:
     values = grid_of_file(upload, questions.answered((), **{**known, "crop": None}))
     n = int(np.isnan(values).sum())
-    step_note(
-        f"{n:,} of {values.size:,} cells have no value. Because a training image cannot have "
-        "gaps, the largest piece without gaps is used."
-    )
+    step_note(page_text("Gaps", n=f"{n:,}", cells=f"{values.size:,}"))
     _crop(known["crop"], values.shape[-2:], lambda crop: answer("gaps", crop=crop))
 
 

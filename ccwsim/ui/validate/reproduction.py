@@ -247,10 +247,8 @@ def _draw_sizes(found: statistics.GeobodiesCompared, name: str) -> None:
     note = f"share of {name} in geobodies of this size or larger"
     titled_chart("Sizes of geobodies", note, chart, "sizes", alt)
     if found.n_cells != found.n_cells_reference:
-        step_note(
-            f"The training image has {found.n_cells_reference:,} cells, a realization has "
-            f"{found.n_cells:,}. The largest geobodies are larger in larger images."
-        )
+        numbers = {"image": f"{found.n_cells_reference:,}", "grid": f"{found.n_cells:,}"}
+        step_note(page_text("Sizes of geobodies", **numbers))
 
 
 def sizes_of(found: statistics.GeobodiesCompared) -> Bundle:
@@ -293,11 +291,8 @@ def describe_percolation(found: statistics.GeobodiesCompared, name: str) -> str:
     counts = listing(f"{way} in {int(found.sum())}" for way, (found, _) in ways.items())
     own = [way for way, (_, of_image) in ways.items() if of_image[0]]
     of_image = f"in the training image {listing(own)}" if own else "not in the training image"
-    return (
-        f"{name[:1].upper()}{name[1:]} percolates {counts} of {n} realizations, {of_image}. Cells "
-        f"that touch at {touching} are connected. The edges of a map cut geobodies, more often in "
-        "a smaller map."
-    )
+    values = {"name": f"{name[:1].upper()}{name[1:]}", "counts": counts, "image": of_image}
+    return page_text("Percolation", n=n, touching=touching, **values)
 
 
 def draw_measures(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:

@@ -51,7 +51,7 @@ def _texts() -> dict[str, str]:
     }
 
 
-def page_text(title: str, **values: str) -> str:
+def page_text(title: str, **values: object) -> str:
     """Return a text of `texts.md`, which has the longer texts of pages, with `values` in it."""
     return _texts()[title].format(**values)
 
