@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from functools import partial, wraps
+from types import FunctionType
 from typing import Any, Concatenate, ParamSpec, TypeVar
 
 import streamlit as st
@@ -33,6 +34,7 @@ CONTENT: dict[str | type[Any], Callable[[Any], Any]] = {
     HardData: lambda data: data.digest,
     Parameters: lambda parameters: parameters.digest,
     Ensemble: _of_ensemble,
+    FunctionType: lambda function: (function.__module__, function.__qualname__),
 }
 """Functions that return the content of an argument, by type of the argument."""
 cached = partial(st.cache_resource, show_spinner=False, hash_funcs=CONTENT)

@@ -1,6 +1,6 @@
 """Conversion of choices to arguments of `simulate`; files are read once and cached by content."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from functools import partial
@@ -33,6 +33,7 @@ from ccwsim.sharing.choices import (
 from ccwsim.ui.session.cached import CONTENT, cached
 from ccwsim.ui.session.progress import format_duration
 
+Value = TypeVar("Value")
 Made = TypeVar("Made", io.PointColumns, io.WellColumns, io.Conversion)
 Moved = dict[str, tuple[Any, Any]]
 """Requested and used values of the parameters that are too large for the image, by name."""
@@ -79,6 +80,15 @@ def opened(upload: Upload | None) -> Iterator[IsolatedFile]:
     limits = upload_limits()
     with limited(limits):
         yield IsolatedFile(upload.content, upload.name, upload.digest, limits)
+
+
+@cached(max_entries=96)
+def read_upload(
+    read: Callable[..., Value], upload: Upload | None, *arguments: Any, **options: Any
+) -> Value:
+    """Return read(file, …) for an uploaded file; equal files and arguments are read once."""
+    with opened(upload) as file:
+        return read(file, *arguments, **options)
 
 
 def data_of(choices: Choices) -> HardData:
@@ -146,7 +156,8 @@ def points_of(choice: DataChoice, grid: Grid | None = None) -> io.ImportedPoints
         decisions = tuple(answer for answer in choice.answers if answer[0] in ROW_CHOICES)
         return _well_points(choice.tables, choice.upload, _well_columns(choice), decisions, grid)
     shape = None if grid is None else grid.shape
-    return _points(choice.upload, _columns(choice, shape), shape)
+    columns = _columns(choice, shape)
+    return read_upload(io.read_points, choice.upload, columns, grid_shape=shape)
 
 
 def points_in_files(choices: Choices) -> io.ImportedPoints:
@@ -157,7 +168,8 @@ def points_in_files(choices: Choices) -> io.ImportedPoints:
 
 def preview_of(choice: DataChoice, grid: Grid) -> io.PointsPreview:
     """Return the columns of a file of hard data, with guessed roles."""
-    return _preview(choice.upload, _columns(choice, grid.shape), grid.shape)
+    columns = _columns(choice, grid.shape)
+    return read_upload(io.preview_points, choice.upload, columns, grid_shape=grid.shape)
 
 
 def previews_of_wells(choice: DataChoice) -> dict[str, io.PointsPreview | CCWSIMError]:
@@ -168,7 +180,7 @@ def previews_of_wells(choice: DataChoice) -> dict[str, io.PointsPreview | CCWSIM
     for table, upload in files.items():
         if upload is not None:
             try:
-                found[table] = _preview_of_wells(upload, table, _well_columns(choice))
+                found[table] = read_upload(io.preview_wells, upload, table, _well_columns(choice))
             except CCWSIMError as error:
                 found[table] = error
     return found
@@ -219,26 +231,6 @@ def _settled(placed: io.PlacedPoints, answers: Answers) -> io.HardDataImport:
     """Return points placed on the grid; the user's answers resolve conflicts."""
     settling = {name: answer for name, answer in answers if name in CHOICES}
     return io.resolve_points(placed, io.Conversion(**settling))
-
-
-@cached(max_entries=32)
-def _preview(upload: Upload | None, columns: io.PointColumns, shape: Shape) -> io.PointsPreview:
-    with opened(upload) as file:
-        return io.preview_points(file, columns, grid_shape=shape)
-
-
-@cached(max_entries=32)
-def _preview_of_wells(upload: Upload, table: str, columns: io.WellColumns) -> io.PointsPreview:
-    with opened(upload) as file:
-        return io.preview_wells(file, table, columns)
-
-
-@cached(max_entries=32)
-def _points(
-    upload: Upload | None, columns: io.PointColumns, shape: Shape | None
-) -> io.ImportedPoints:
-    with opened(upload) as file:
-        return io.read_points(file, columns, grid_shape=shape)
 
 
 @cached(max_entries=32)
@@ -394,13 +386,11 @@ def fitted_to_image(choices: Choices, image: TrainingImage) -> Choices:
     return replace(choices, grid=grid, parameters=fitted(choices.parameters, image.shape))
 
 
-@cached(max_entries=32)
 def geometry_of(choice: ImageChoice) -> Grid | None:
     """Return the grid of a training image in world coordinates, or None if it has none."""
     if choice.upload is None or choice.transpose:
         return None
-    with opened(choice.upload) as file:
-        return io.read_geometry(file, **dict(choice.answers))
+    return read_upload(io.read_geometry, choice.upload, **dict(choice.answers))
 
 
 def fitted_grid(grid: Grid, shape: Shape) -> Grid:

@@ -20,7 +20,7 @@ from ccwsim.model.arrays import describe_shape
 from ccwsim.sharing.choices import Answers, ImageChoice, Upload
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.session.cached import cached
-from ccwsim.ui.session.resolve import opened
+from ccwsim.ui.session.resolve import opened, read_upload
 from ccwsim.ui.study import questions
 from ccwsim.ui.widgets.errors import if_possible
 from ccwsim.ui.widgets.fields import field, options_of
@@ -52,8 +52,8 @@ def image_of_file(
         known.setdefault("volume", False)
     guessed, _ = _guessed(upload, questions.answered((), **known))
     choice = ImageChoice(upload=upload, answers=questions.answered((), **guessed))
-    colours = if_possible(lambda: _colours(upload, choice.answers))
-    return replace(choice, colours=colours or ())
+    colours = if_possible(lambda: read_upload(read_colours, upload, **dict(choice.answers)))
+    return replace(choice, colours=tuple(sorted((colours or {}).items())))
 
 
 def asked_of(choice: ImageChoice) -> tuple[str, ...]:
@@ -68,12 +68,6 @@ def asked_of(choice: ImageChoice) -> tuple[str, ...]:
 def _guessed(upload: Upload, answers: Answers) -> tuple[dict[str, Any], tuple[str, ...]]:
     with opened(upload) as file:
         return guess_answers(file, dict(answers))
-
-
-@cached(max_entries=32)
-def _colours(upload: Upload, answers: Answers) -> tuple[tuple[int, str], ...]:
-    with opened(upload) as file:
-        return tuple(sorted(read_colours(file, **dict(answers)).items()))
 
 
 @cached(max_entries=32)

@@ -22,7 +22,6 @@ from ccwsim.io.part import FilePart
 from ccwsim.model.arrays import describe_shape
 from ccwsim.sharing.choices import Answers, Choices, DataChoice, Upload
 from ccwsim.ui.session import resolve
-from ccwsim.ui.session.cached import cached
 from ccwsim.ui.widgets.errors import if_possible
 from ccwsim.ui.widgets.fields import button, field, options_of
 from ccwsim.ui.widgets.text import plain
@@ -97,15 +96,9 @@ Write = Callable[..., None]
 """A function write(name=value) that stores answers to questions; None removes an answer."""
 
 
-@cached(max_entries=8)
-def _summary(upload: Upload, part: FilePart | None) -> FileSummary:
-    with resolve.opened(upload) as file:
-        return inspect(file, part)
-
-
 def summary_of(upload: Upload | None, part: FilePart | None = None) -> FileSummary | None:
     """Return a summary of an uploaded file, or None if the file cannot be opened."""
-    return if_possible(lambda: _summary(upload, part)) if upload is not None else None
+    return if_possible(lambda: resolve.read_upload(inspect, upload, part)) if upload else None
 
 
 def say_open(choices: Choices, problem: str) -> None:
