@@ -10,20 +10,8 @@ from typing import Any
 import numpy as np
 import streamlit as st
 
-from ccwsim import datasets
+from ccwsim import datasets, figures
 from ccwsim.experiments.comparison import STATISTICS, Comparison
-from ccwsim.figures import (
-    DASHES,
-    SYMBOLS,
-    Bundle,
-    Group,
-    compared_proportions_chart,
-    compared_times_chart,
-    curves_chart,
-    facies_colours,
-    mds_chart,
-    mds_title,
-)
 from ccwsim.jobs.job import PATIENCE
 from ccwsim.jobs.limits import Demand, limits_of_environment
 from ccwsim.metrics.lags import axes_of
@@ -37,46 +25,15 @@ from ccwsim.model.study import Study
 from ccwsim.report.settings import describe_inputs, describe_parameters, describe_setting
 from ccwsim.report.verdicts import SIGNS, curve_title, describe_curves, describe_scaling
 from ccwsim.sharing.choices import ImageChoice, Upload
-from ccwsim.ui.compare import findings
-from ccwsim.ui.compare.settings import (
-    LETTERS,
-    MAX_SETTINGS,
-    MIN_SETTINGS,
-    TWO_POINT,
-    Beside,
-    ComparePageState,
-    ComparisonRequest,
-    add_setting,
-    both_images,
-    change_setting,
-    code_of,
-    collect_comparison,
-    copy_setting,
-    follow_comparison,
-    has_curves,
-    n_of,
-    remove_setting,
-    request_of,
-    second_study,
-    settings_of,
-    start_comparison,
-    use_setting,
-    want_curves,
-)
+from ccwsim.ui.compare import findings, settings
+from ccwsim.ui.compare.settings import LETTERS, MAX_SETTINGS, TWO_POINT, Beside, ComparePageState
 from ccwsim.ui.frontend.cells import draw_cells, facies_map, points_of
+from ccwsim.ui.results import maps
 from ccwsim.ui.results.charts import (
     draw_caption,
     draw_clickable_chart,
     draw_curve_key,
     titled_chart,
-)
-from ccwsim.ui.results.maps import (
-    choose,
-    e_type_field,
-    ghost_panel,
-    pretty,
-    step_buttons,
-    uncertainty_map,
 )
 from ccwsim.ui.session.address import go_to
 from ccwsim.ui.session.file_names import grid_part
@@ -88,14 +45,7 @@ from ccwsim.ui.study.image_questions import image_of_file
 from ccwsim.ui.study.image_step import image_uploader
 from ccwsim.ui.study.run import draw_out_of_date
 from ccwsim.ui.study.study_column import parameter_field, size_fields
-from ccwsim.ui.widgets.fields import (
-    PARAMETERS,
-    bound_to,
-    button,
-    download,
-    field,
-    options_of,
-)
+from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, download, field, options_of
 from ccwsim.ui.widgets.text import page_text, pair, panel_title, plain, scrolled, step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
@@ -110,9 +60,9 @@ MAPS: dict[str, Any] = {"scale": "compared", "body": False}
 MAX_HEIGHTS = {2: 460, 3: 300}
 """Maximum height in pixels of maps (2) and of slices of volumes (3)."""
 NO_CURVES = np.empty((0, 0))
-BORDERS = dict(zip(DASHES, ("solid", "dashed", "dotted", "dashed"), strict=True))
+BORDERS = dict(zip(figures.DASHES, ("solid", "dashed", "dotted", "dashed"), strict=True))
 """CSS border style for each line style of charts; CSS has no dash-dot."""
-GLYPHS = dict(zip(SYMBOLS, "●■▲✚", strict=True))
+GLYPHS = dict(zip(figures.SYMBOLS, "●■▲✚", strict=True))
 """Text character for each marker symbol of charts."""
 
 
@@ -123,20 +73,20 @@ def draw_page(state: State) -> None:
     problem = problem_of(state)
     has_none = page_state.found is None and page_state.run is None
     if has_none and not page_state.message and not problem:
-        start_comparison(state)
+        settings.start_comparison(state)
     if page_state.run is not None and page_state.run.wait(PATIENCE):
-        collect_comparison(state)
+        settings.collect_comparison(state)
     run, request = page_state.run, page_state.request
     _draw_settings(state)
     _draw_run_row(state, problem)
     with st.container(key="news"):  # always drawn, so that elements below do not move
         if run is not None:
-            follow_comparison(state, run)
+            settings.follow_comparison(state, run)
             if page_state.found is not None and run.partial is None:
                 st.html("<style>.st-key-results { opacity: 0.4 }</style>")
         if problem:
             st.error(plain(problem))
-        elif run is None and request is not None and request.key != request_of(state).key:
+        elif run is None and request is not None and request.key != settings.request_of(state).key:
             draw_out_of_date("the settings or the study have changed. Compare again.")
         if page_state.message:
             st.warning(plain(page_state.message))
@@ -149,14 +99,14 @@ def problem_of(state: State) -> str:
     choices = state.choices
     try:
         image, data = image_of(choices.image), data_of(choices)
-        for parameters in settings_of(state):
+        for parameters in settings.settings_of(state):
             Study(image, choices.grid, parameters, data, choices.seed)
-        n = len(request_of(state).names)
+        n = len(settings.request_of(state).names)
         if n > MAX_SETTINGS:
             return f"At most {MAX_SETTINGS - 1} settings fit beside {TWO_POINT}. Remove a setting."
-        n += second_study(state) is not None
+        n += settings.second_study(state) is not None
         cells = choices.grid.n_cells * n
-        limits_of_environment().check(Demand(cells * n_of(state), data.n))
+        limits_of_environment().check(Demand(cells * settings.n_of(state), data.n))
     except CCWSIMError as error:
         return str(error)
     return ""
@@ -164,21 +114,21 @@ def problem_of(state: State) -> str:
 
 def _draw_settings(state: State) -> None:
     """Draw one column per setting, with common parameters and a menu of further parameters."""
-    settings = settings_of(state)
+    present = settings.settings_of(state)
     with st.container(key="settings"):
-        columns = st.columns(len(settings), gap="medium", wrap=False)
-    for k, (column, p) in enumerate(zip(columns, settings, strict=True)):
+        columns = st.columns(len(present), gap="medium", wrap=False)
+    for k, (column, p) in enumerate(zip(columns, present, strict=True)):
         letter = LETTERS[k]
-        note = describe_setting(p, settings[0]) if k else "the study’s own"
+        note = describe_setting(p, present[0]) if k else "the study’s own"
         with column, st.container(key=f"setting_{letter}"):
             draw_name(k, letter, "identical to A" if note == "the same" else note)
             _draw_parameters(state, k, p)
-            _draw_actions(state, k, len(settings))
+            _draw_actions(state, k, len(present))
 
 
 def _draw_parameters(state: State, k: int, p: Parameters) -> None:
     shape, prefix = image_of(state.choices.image).shape, f"{LETTERS[k]}_"
-    change = partial(change_setting, state, k)
+    change = partial(settings.change_setting, state, k)
 
     left, right = pair()
     with left:
@@ -202,22 +152,22 @@ def _draw_actions(state: State, k: int, n: int) -> None:
         help_ = "Use this setting in the study and open Simulate."
         if k:
             help_ = "Swap this setting with the study's setting (A) and open Simulate."
-        act: dict[str, Any] = {"on_click": use_setting, "args": (state, k)}
+        act: dict[str, Any] = {"on_click": settings.use_setting, "args": (state, k)}
         if button("Use these", key=f"use_{letter}", help=help_, **act):
             go_to("pages/simulate.py", "The study has this setting now.")
         with st.popover("Copy from", key=f"copy_{letter}"):
             for j, other in enumerate(LETTERS[:n]):
                 if j != k:
-                    act = {"on_click": copy_setting, "args": (state, k, j)}
+                    act = {"on_click": settings.copy_setting, "args": (state, k, j)}
                     key = f"copy_{letter}_from_{other}"
                     button(f"Setting {other}", key=key, width="stretch", **act)
         if k:
-            few = n == MIN_SETTINGS
-            act = {"on_click": remove_setting, "args": (state, k), "disabled": few}
+            few = n == settings.MIN_SETTINGS
+            act = {"on_click": settings.remove_setting, "args": (state, k), "disabled": few}
             help_ = "Two settings are needed." if few else None
             button("Remove", key=f"remove_{letter}", help=help_, **act)
         elif n < MAX_SETTINGS:
-            button("Add a setting", key="add_setting", on_click=add_setting, args=(state,))
+            button("Add a setting", key="add_setting", on_click=settings.add_setting, args=(state,))
 
 
 def _draw_run_row(state: State, problem: str) -> None:
@@ -226,12 +176,14 @@ def _draw_run_row(state: State, problem: str) -> None:
     with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="compare_row"):
         limits = {"min_value": 1, "max_value": MAX_REALIZATIONS_COMPARED, "width": 140}
         options = {"help": "With more realizations, smaller differences are significant.", **limits}
-        n_of(state)
+        settings.n_of(state)
         n = bound_to(page_state, "n")
         field(st.number_input, "Realizations of each", key="n_compared", **n, **options)
         _draw_beside(state)
         options = {"type": "primary", "disabled": bool(problem), "help": problem or None}
-        button("Compare", key="compare", on_click=start_comparison, args=(state,), **options)
+        button(
+            "Compare", key="compare", on_click=settings.start_comparison, args=(state,), **options
+        )
         if (found := page_state.found) is not None:
             with st.popover("Download", key="downloads"):
                 first = found.ensembles[0]
@@ -284,19 +236,27 @@ def _draw_results(state: State, busy: bool) -> None:
         if run is not None and run.partial is not None:
             found, request, second = run.partial, run.request, run.of_second
         if found is None or request is None:
-            _draw_outlines(state)
+            grid, n = state.choices.grid, len(settings.request_of(state).names)
+            with st.container(key="maps"):
+                columns = st.columns(n, gap="medium")
+            for column in columns:
+                with column:
+                    text = "One realization of each setting, simulated with the same random numbers"
+                    maps.ghost_panel(text, f"aspect-ratio: {grid.nx} / {grid.ny}")
         else:
             _draw_found(state, found, request, second)
 
 
 def _draw_found(
-    state: State, found: Comparison, request: ComparisonRequest, second: Ensemble | None
+    state: State, found: Comparison, request: settings.ComparisonRequest, second: Ensemble | None
 ) -> None:
     image = found.ensembles[0].training_image
     page_state = state.page(ComparePageState)
     page_state.shown = min(page_state.shown, found.ensembles[0].n - 1)
     state.facies = min(state.facies, image.n_facies - 1)
-    draw_caption(_caption(found, request))
+    said = "; ".join(f"{name}: {note}" for name, note in _notes(request).items())
+    inputs, n = describe_inputs(found.ensembles[0]), plural(request.n, "realization")
+    draw_caption(f"{inputs}; {said}; {n} each, seed {request.seed}")
     with st.container(key="said"):  # always drawn, so that elements below do not move
         if len(found.names) == len(request.names) or page_state.run is None:
             left, right = st.columns(2, gap="medium")
@@ -305,7 +265,7 @@ def _draw_found(
                 st.html(f'<div class="summary">{lines}</div>')
             with right:
                 st.html(scrolled(findings.figures_table(found), "Settings in numbers"))
-    colours = facies_colours(image, dict(request.image.colours))
+    colours = figures.facies_colours(image, dict(request.image.colours))
     draw_maps(state, found, request, colours)
     if second is not None:
         _draw_two_images(state, found.ensembles[0], second, colours)
@@ -315,29 +275,11 @@ def _draw_found(
         draw_patterns(state, found)
 
 
-def _notes(request: ComparisonRequest) -> dict[str, str]:
+def _notes(request: settings.ComparisonRequest) -> dict[str, str]:
     """Return the setting of the study, how each other setting differs, and the other method."""
     own, *others = request.settings
     said = [describe_parameters(own), *(describe_setting(p, own) for p in others), "not CCWSIM"]
     return dict(zip(request.names, said, strict=False))
-
-
-def _caption(found: Comparison, request: ComparisonRequest) -> str:
-    """Return the caption of all charts: inputs, settings, number of realizations and seed."""
-    settings = "; ".join(f"{name}: {note}" for name, note in _notes(request).items())
-    n = plural(request.n, "realization")
-    return f"{describe_inputs(found.ensembles[0])}; {settings}; {n} each, seed {request.seed}"
-
-
-def _draw_outlines(state: State) -> None:
-    """Draw outlines in place of results before the first comparison."""
-    grid, n = state.choices.grid, len(request_of(state).names)
-    with st.container(key="maps"):
-        columns = st.columns(n, gap="medium")
-    for column in columns:
-        with column:
-            text = "One realization of each setting, simulated with the same random numbers"
-            ghost_panel(text, f"aspect-ratio: {grid.nx} / {grid.ny}")
 
 
 def draw_name(k: int, name: str, note: str) -> None:
@@ -348,21 +290,21 @@ def draw_name(k: int, name: str, note: str) -> None:
 
 
 def draw_maps(
-    state: State, found: Comparison, request: ComparisonRequest, colours: Sequence[str]
+    state: State, found: Comparison, request: settings.ComparisonRequest, colours: Sequence[str]
 ) -> None:
     """Draw one column for the training image and one per setting, with the E-type below."""
     page_state = state.page(ComparePageState)
     image, grid, n = found.ensembles[0].training_image, request.grid, found.ensembles[0].n
 
     def write(option: int | str) -> None:
-        choose(state, option)
-        want_curves(state)
+        maps.choose(state, option)
+        settings.want_curves(state)
 
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="shown_row"):
         panel_title(f"Realization {page_state.shown + 1} of {n}")
-        step_buttons("shown", page_state, n, " of all settings")
+        maps.step_buttons("shown", page_state, n, " of all settings")
         st.html('<div class="panel below">E-type below</div>', width="content")
-        e_type_field(state, image.facies_names, write)
+        maps.e_type_field(state, image.facies_names, write)
     share = min(max(image.shape[-1] / grid.nx, MIN_IMAGE_SHARE), 1.0)
     with st.container(key="maps"):
         first, *others = st.columns([share] + [1.0] * len(request.names), gap="medium")
@@ -380,16 +322,20 @@ def draw_maps(
             if k < len(found.ensembles):
                 _draw_maps_of(state, found, k, colours)
             else:
-                ghost_panel("", f"aspect-ratio: {grid.nx} / {grid.ny}")
+                maps.ghost_panel("", f"aspect-ratio: {grid.nx} / {grid.ny}")
 
 
 def _draw_maps_of(state: State, found: Comparison, k: int, colours: Sequence[str]) -> None:
-    ensemble, letter, r = found.ensembles[k], found.names[k], state.page(ComparePageState).shown
+    ensemble, letter, r = (
+        found.ensembles[k],
+        found.names[k],
+        state.page(ComparePageState).shown,
+    )
     image = ensemble.training_image
     shown = facies_map(ensemble.indices[r], image, colours, f"{letter}, realization {r + 1}")
     shown.points.extend(points_of(ensemble.hard_data, image, ensemble.realizations[r]))
     name = f"{letter}_realization_{r + 1}"
-    below = uncertainty_map(state, ensemble, colours)
+    below = maps.uncertainty_map(state, ensemble, colours)
     options = MAPS | {"link": "grid", "max_height": MAX_HEIGHTS[ensemble.grid.n_dimensions]}
     draw_cells(shown, letter, name=name, **options)
     draw_cells(below, f"e_type_{letter}", name=f"{letter}_e_type", **options)
@@ -400,14 +346,16 @@ def _draw_two_images(
 ) -> None:
     """Draw setting A with the second training image, and the uncertainty with both images."""
     image, r = second.training_image, state.page(ComparePageState).shown
-    name = pretty(image.name)
+    name = maps.pretty(image.name)
     realization = facies_map(second.indices[r], image, colours, f"{name}, realization {r + 1}")
     realization.points.extend(points_of(second.hard_data, image, second.realizations[r]))
     shown = {
         f"Second image: {name}": facies_map(image.indices, image, colours, f"Image {name}"),
         f"A with {name}": realization,
-        f"E-type with {name}": uncertainty_map(state, second, colours),
-        "E-type of both images": uncertainty_map(state, both_images(first, second), colours),
+        f"E-type with {name}": maps.uncertainty_map(state, second, colours),
+        "E-type of both images": maps.uncertainty_map(
+            state, settings.both_images(first, second), colours
+        ),
     }
     with st.container(key="two_images"):
         columns = st.columns(len(shown), gap="medium")
@@ -425,10 +373,10 @@ def _draw_times_and_proportions(found: Comparison) -> None:
     image, theme, names = found.ensembles[0].training_image, chart_theme(), found.names
     each = dict(zip(names, (1000 * e.cpu_seconds for e in found.ensembles), strict=True))
     labels = [seconds(mean) for mean in found.cpu_seconds]
-    chart = compared_times_chart(each, 1000 * found.cpu_seconds, labels, theme)
+    chart = figures.compared_times_chart(each, 1000 * found.cpu_seconds, labels, theme)
     titled_chart("CPU time", "", chart, "compared_times", "CPU time of a realization by setting")
     shares = dict(zip(names, found.proportions, strict=True))
-    chart = compared_proportions_chart(image.facies_names, image.proportions, shares, theme)
+    chart = figures.compared_proportions_chart(image.facies_names, image.proportions, shares, theme)
     alt = "Facies proportions of the realizations by setting, and of the training image"
     titled_chart("Proportions", "", chart, "compared_proportions", alt)
 
@@ -437,20 +385,20 @@ def draw_curves(state: State, found: Comparison) -> None:
     """Draw the curves of the chosen facies or, until curves are computed, a note."""
     facies = state.facies
     name = found.ensembles[0].training_image.facies_names[facies]
-    if not has_curves(found, facies):
+    if not settings.has_curves(found, facies):
         if state.page(ComparePageState).run is None:
             label = f"Compute the curves of {plain(name)}"
-            button(label, key="want_curves", on_click=want_curves, args=(state,))
+            button(label, key="want_curves", on_click=settings.want_curves, args=(state,))
         else:
             st.html('<div class="unseen curves"></div>')
         return
     lines = [("2px solid var(--reference)", "training image")]
     lines += [
         (f"2px {BORDERS[dash]} {findings.colour_of(k)}", f"{name}, median and 5–95 %")
-        for k, (name, dash) in enumerate(zip(found.names, DASHES, strict=False))
+        for k, (name, dash) in enumerate(zip(found.names, figures.DASHES, strict=False))
     ]
     draw_curve_key(lines)
-    code = code_of(found, facies)
+    code = settings.code_of(found, facies)
     ways = axes_of(found.ensembles[0].grid.shape)
     each = [found.curves[code, "variogram", way] for way in ways]
     values = [c.reference.max() for c in each] + [b.high.max() for c in each for b in c.bands]
@@ -465,10 +413,14 @@ def draw_curves(state: State, found: Comparison) -> None:
         title = curve_title(statistic, way)
         y_title, lags = f"{SIGNS[statistic]} of {name}", curves.lags.astype(float)
         bundles = {
-            letter: Bundle(lags, curves.reference, NO_CURVES, band.low, band.median, band.high)
+            letter: figures.Bundle(
+                lags, curves.reference, NO_CURVES, band.low, band.median, band.high
+            )
             for letter, band in zip(found.names, curves.bands, strict=True)
         }
-        chart = curves_chart(bundles, chart_theme(), y_title=y_title, y_range=y_range, height=220)
+        chart = figures.curves_chart(
+            bundles, chart_theme(), y_title=y_title, y_range=y_range, height=220
+        )
         fits = dict(zip(found.names, curves.fits, strict=True))
         note = describe_curves(fits, statistic)
         alt = f"{title} of {name}: training image and the band of each setting"
@@ -518,9 +470,11 @@ def _draw_mds(state: State, found: Comparison) -> None:
     for k, name in enumerate(names):
         own, colour = positions[found.anodi.owner == k], theme.settings[k]
         labels = [f"{name}, realization {r + 1}" for r in range(len(own))]
-        groups.append(Group(name, own, colour, SYMBOLS[k], labels, page_state.shown))
-    chart = mds_chart(positions[0], groups, theme)
+        groups.append(
+            figures.Group(name, own, colour, figures.SYMBOLS[k], labels, page_state.shown)
+        )
+    chart = figures.mds_chart(positions[0], groups, theme)
     alt = "MDS plot: realizations of all settings and the training image"
     stress = found.scaling.stress
     note = describe_scaling(stress, "click one to see it")
-    titled_chart(mds_title(stress), note, chart, "compared_mds", alt, draw)
+    titled_chart(figures.mds_title(stress), note, chart, "compared_mds", alt, draw)
