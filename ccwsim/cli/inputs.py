@@ -94,17 +94,17 @@ def image_and_data_options(command: Any) -> Any:
         "Parameters of the simulation": [*_rows("parameters"), *_parameter_rows()],
         "Run": _rows("run"),
     }
-    options = [_option(row, in_group(group)) for group, rows in groups.items() for row in rows]
-    options.insert(0, click.argument("training_image", metavar="[TI]", required=False))
+    options = [click.argument("training_image", metavar="[TI]", required=False)]
+    for group, rows in groups.items():
+        for row in rows:
+            choices = {"type": click.Choice(row.kind.split("|"))}
+            how = choices if "|" in row.kind else KINDS[row.kind]
+            names = row.option, row.name
+            metavar = row.metavar or None
+            options.append(in_group(group)(*names, metavar=metavar, help=row.help, **how))
     for option in reversed(options):
         command = option(command)
     return command
-
-
-def _option(row: OptionRow, option: Any) -> Any:
-    choices = {"type": click.Choice(row.kind.split("|"))}
-    how = choices if "|" in row.kind else KINDS[row.kind]
-    return option(row.option, row.name, metavar=row.metavar or None, help=row.help, **how)
 
 
 def _parameter_rows() -> list[OptionRow]:

@@ -142,8 +142,10 @@ def label_sides(
         for side, (right, down) in SIDES.items():
             box = _box(x, y, len(texts[k]) * WIDTH, right, down)
             inside = box[0] >= 0 and box[1] >= 0 and box[2] <= room[0] and box[3] <= room[1]
-            own = taken[k]
-            if inside and not any(_meet(box, other) for other in taken if other is not own):
+            others = (other for other in taken if other is not taken[k])
+            if inside and not any(
+                box[0] < b[2] and b[0] < box[2] and box[1] < b[3] and b[1] < box[3] for b in others
+            ):
                 sides[k] = side
                 taken.append(box)
                 break
@@ -155,7 +157,3 @@ def _box(x: float, y: float, width: float, right: int, down: int) -> Box:
     middle = x + right * (GAP + width / 2)
     line = y + down * (GAP + HEIGHT / 2)
     return middle - width / 2, line - HEIGHT / 2, middle + width / 2, line + HEIGHT / 2
-
-
-def _meet(a: Box, b: Box) -> bool:
-    return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]

@@ -216,7 +216,9 @@ class Queue:
         """Start the waiting jobs for which slots are free now."""
         with self._lock:
             now, begun = self._clock(), []
-            while self._waiting and self._n_counted(now) < self._n_slots:
+            while self._waiting and self._n_slots > sum(
+                now - job.active_since < MAX_COUNTED_SECONDS for job in self._active
+            ):
                 job = self._next(self._waiting, self._busy(), self._turns)
                 self._waiting.remove(job)
                 self._active.append(job)
@@ -284,9 +286,6 @@ class Queue:
             return busy[job.session], turns.get(job.session, 0)
 
         return min(waiting, key=rank)  # the first session in case of a tie
-
-    def _n_counted(self, now: float) -> int:
-        return sum(now - job.active_since < MAX_COUNTED_SECONDS for job in self._active)
 
     def _look_again(self, now: float) -> None:
         """If jobs wait, check the queue again as soon as the next active job frees its slot."""

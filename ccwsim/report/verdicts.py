@@ -108,18 +108,13 @@ def describe_curves(fits: Mapping[str, Fit | None], statistic: Statistic) -> Ver
     return Verdict("; ".join(said), numbers, False if off else None)
 
 
-def _around_worst(fit: Fit) -> tuple[int, int]:
-    """Return the first and last index of the consecutive outside values around the worst one."""
+def _lags_text(fit: Fit) -> str:
+    """Describe the range of lags of consecutive outside values around the worst value."""
     above = fit.found > fit.reference
     same = fit.outside & (above == above[fit.worst])
     inside = np.flatnonzero(~same)
     first = int(inside[inside < fit.worst].max(initial=-1)) + 1
-    return first, int(inside[inside > fit.worst].min(initial=len(same))) - 1
-
-
-def _lags_text(fit: Fit) -> str:
-    """Describe the range of lags around the worst value."""
-    first, last = _around_worst(fit)
+    last = int(inside[inside > fit.worst].min(initial=len(same))) - 1
     start, end = int(fit.at[first]), int(fit.at[last])
     if last == len(fit.at) - 1:
         return f"beyond {plural(int(fit.at[first - 1]), 'cell')}" if first else "at all lags"

@@ -106,7 +106,12 @@ class MapFile:
         if not n:
             return np.empty((0, *self._shape[1:]), np.uint8), None
         with unwritable(self._path):
-            self._close_gaps(finished)
+            for to, k in enumerate(finished):
+                if to != k:
+                    self._file.seek(len(self._header) + k * self._size)
+                    content = self._file.read(self._size)
+                    self._file.seek(len(self._header) + to * self._size)
+                    self._file.write(content)
             self._file.seek(0)
             self._file.write(self._header_of(n))
             self._file.truncate(len(self._header) + n * self._size)
@@ -117,14 +122,6 @@ class MapFile:
     def drop(self) -> None:
         """Delete the temporary file, if it still exists."""
         self._whole.drop()
-
-    def _close_gaps(self, finished: list[int]) -> None:
-        for to, k in enumerate(finished):
-            if to != k:
-                self._file.seek(len(self._header) + k * self._size)
-                content = self._file.read(self._size)
-                self._file.seek(len(self._header) + to * self._size)
-                self._file.write(content)
 
     def _header_of(self, n: int) -> bytes:
         """Return a header, whose length does not depend on n because NumPy pads the digits."""

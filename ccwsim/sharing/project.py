@@ -97,7 +97,11 @@ def read_project(path_or_file: PathOrFile) -> Project:
     """
     content, name = read_bytes(path_or_file)
     members = _members(content, name)
-    study = _json(members[STUDY], name)
+    try:
+        study = json.loads(members[STUDY].decode())
+    except (ValueError, RecursionError) as error:
+        reason = " ".join(str(error).split())[:100]
+        raise CCWSIMError(f"{name}: {STUDY} is not valid JSON ({reason}); save it again") from error
     _check_version(study, name)
     try:
         return _project(study, members, name)
@@ -197,14 +201,6 @@ def _members(content: bytes, name: str) -> dict[str, bytes]:
         if archive.infos[STUDY].file_size > MAX_STUDY_BYTES:
             raise CCWSIMError(f"{name}: {STUDY} is too large for a study")
         return {own: archive.read(own) for own in wanted}
-
-
-def _json(content: bytes, name: str) -> Any:
-    try:
-        return json.loads(content.decode())
-    except (ValueError, RecursionError) as error:
-        reason = " ".join(str(error).split())[:100]
-        raise CCWSIMError(f"{name}: {STUDY} is not valid JSON ({reason}); save it again") from error
 
 
 def _take(given: Mapping[str, Any], key: str, kind: type, name: str) -> Any:

@@ -112,7 +112,8 @@ class BatchRunner:
                 self._receive(take)
                 n_done = len(self._finished)
                 if progress:
-                    progress((n_done + self._under_way()) / n, n_done)
+                    sent = [number for batch in self._out.values() for number in batch]
+                    progress((n_done + sum(self._backend.shares(sent).values())) / n, n_done)
                 if n_done < n and cancel and cancel():
                     break
         finally:
@@ -143,11 +144,6 @@ class BatchRunner:
                 self._with_study.append(batch)
             else:
                 self._keep(take, batch, future.result())
-
-    def _under_way(self) -> float:
-        """Return the sum, over all realizations still running, of the share that is finished."""
-        sent = [number for batch in self._out.values() for number in batch]
-        return sum(self._backend.shares(sent).values())
 
     def _stop(self, take: Take) -> None:
         """Cancel waiting batches, stop running batches, and collect replies that come in time."""

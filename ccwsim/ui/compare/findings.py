@@ -30,14 +30,10 @@ def colour_of(k: int) -> str:
 def sentences(found: Comparison) -> list[str]:
     """Return sentences that compare the settings, and describe their proportions and data."""
     each = [describe_against_first(found, k) for k in range(1, len(found.names))]
-    two_point = [describe_two_point(found)] if TWO_POINT in found.names else []
-    return [*each, *two_point, *_describe_proportions(found), *_describe_data(found)]
-
-
-def describe_two_point(found: Comparison) -> str:
-    """Return what the two-point simulation is and shows, and the number of data that it ignores."""
     n = found.ensembles[0].hard_data.n
-    return page_text("Two-point simulation") + (f" It ignores the {n} hard data." if n else "")
+    ignored = f" It ignores the {n} hard data." if n else ""
+    two_point = [f"{page_text('Two-point simulation')}{ignored}"] * (TWO_POINT in found.names)
+    return [*each, *two_point, *_describe_proportions(found), *_describe_data(found)]
 
 
 def describe_against_first(found: Comparison, k: int) -> str:

@@ -71,7 +71,12 @@ def draw_examples(state: State) -> None:
     views |= {"key": "examples_view", "label_visibility": "collapsed"}
     with st.container(horizontal=True, vertical_alignment="center", key="examples_row"):
         field(st.segmented_control, "Examples", **bound_to(page_state, "view"), **views)
-        _draw_class_link(state.choices)
+        with st.popover("Link for a class", key="class_menu"):
+            step_note(page_text("Link for a class"))
+            link = class_link(state.choices, st.context.url or "")
+            st.code(link, language=None, wrap_lines=True)
+            if missing := left_out(state.choices):
+                step_note(f"The link cannot carry {' and '.join(missing)}.")
         page = st.context.url or ""
 
         def sheet() -> bytes:
@@ -88,16 +93,6 @@ def draw_examples(state: State) -> None:
             draw_quiz(state)
         else:
             _draw_plan(state)
-
-
-def _draw_class_link(choices: Choices) -> None:
-    """Draw the menu with a link that opens the study for a class."""
-    with st.popover("Link for a class", key="class_menu"):
-        step_note(page_text("Link for a class"))
-        st.code(class_link(choices, st.context.url or ""), language=None, wrap_lines=True)
-        missing = left_out(choices)
-        if missing:
-            step_note(f"The link cannot carry {' and '.join(missing)}.")
 
 
 def class_link(choices: Choices, page: str) -> str:

@@ -251,10 +251,6 @@ def _draw_round(state: State, shown: Round) -> None:
     draw_component("quiz", PICTURES, data, "chosen", chosen)
     if picked:
         draw_reveal(quiz, shown, colours)
-    _draw_score(quiz)
-
-
-def _draw_score(quiz: Quiz) -> None:
     if not quiz.tallies:
         return
     lines = "".join(

@@ -61,14 +61,8 @@ def component_parts(name: str) -> tuple[str, str, str]:
     """Return HTML (by default an empty element), CSS and JavaScript with the modules used."""
     modules = "shared/calls", *BELOW.get(name, ()), f"{name}/{name}"
     html, css, js = (
-        "\n".join(filter(None, (_text(f"{module}.{kind}") for module in modules)))
-        for kind in ("html", "css", "js")
+        "\n".join(path.read_text("utf-8") for path in paths if path.exists())
+        for paths in ([FOLDER / f"{m}.{kind}" for m in modules] for kind in ("html", "css", "js"))
     )
     n_entries = js.count(ENTRY)
     return html or f'<div class="{name}"></div>', css, js.replace(ENTRY, "", n_entries - 1)
-
-
-def _text(name: str) -> str:
-    """Return the text of a file in the folder, or an empty text if the file does not exist."""
-    path = FOLDER / name
-    return path.read_text("utf-8") if path.exists() else ""

@@ -113,7 +113,7 @@ def _report(state: State, draft: DataChoice) -> None:
 
 def draw_sampling(state: State) -> None:
     """Draw a menu to sample data, which replace the data of the study."""
-    page_state = state.page(Editor)
+    page_state, volume = state.page(Editor), state.choices.grid.nz is not None
 
     def read_from(a_file: bool) -> None:
         page_state.reference_choice = ImageChoice() if a_file else None
@@ -124,8 +124,8 @@ def draw_sampling(state: State) -> None:
         origin = {"value": choice is not None, "write": read_from, **options_of(ORIGINS)}
         field(st.selectbox, "Read from", key="sample_from", **origin)
         if choice is not None:
-            _ask_reference(page_state, choice, state.choices.grid.nz is not None)
-        _ask_way(page_state, state.choices.grid.nz is not None)
+            _ask_reference(page_state, choice, volume)
+        _ask_way(page_state, volume)
         button("Take these data", key="sample_take", on_click=sample, args=(state,))
 
 

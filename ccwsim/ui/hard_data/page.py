@@ -74,7 +74,12 @@ def _draw(state: State) -> None:
         left, middle = st.columns(2, gap="medium")
         right = middle
     with left:
-        _draw_ground_field(state.page(Editor))
+        row: dict[str, Any] = {"horizontal": True, "vertical_alignment": "center", "gap": "small"}
+        with st.container(**row, key="ground_row"):
+            panel_title("Hard data on")
+            options = bound_to(state.page(Editor), "ground", label_visibility="collapsed")
+            options |= options_of(GROUNDS)
+            field(st.segmented_control, "Map under the data", key="ground", **options)
         of_run = ground == "e_type"  # a local re-simulation has no E-type
         draw_canvas(state, ensemble if of_run else answered or ensemble)
         if grid.nz is not None:
@@ -134,13 +139,6 @@ def describe_answer(state: State, answered: Ensemble | None) -> str:
     if not answered.parameters.exact_data:
         return f"{text} “Honour data exactly” is off: edits condition only the next run's search."
     return f"{text} Re-simulated locally around your edits, until the new run is finished."
-
-
-def _draw_ground_field(page_state: Editor) -> None:
-    with st.container(horizontal=True, vertical_alignment="center", gap="small", key="ground_row"):
-        panel_title("Hard data on")
-        ground = bound_to(page_state, "ground", label_visibility="collapsed") | options_of(GROUNDS)
-        field(st.segmented_control, "Map under the data", key="ground", **ground)
 
 
 def draw_canvas(state: State, ensemble: Ensemble | None) -> None:

@@ -137,7 +137,9 @@ def data_of_rows(
             notes.append(f"Rows {k + 1} and {taken[cell] + 1} share a cell; row {k + 1} is used.")
         taken[cell] = k
     facies = values[list(taken.values()), 2].astype(np.int64)
-    return HardData(list(taken), facies), _few(notes)
+    if len(notes) > MAX_NOTES:
+        notes[MAX_NOTES:] = [f"Notes not listed: {len(notes) - MAX_NOTES}."]
+    return HardData(list(taken), facies), notes
 
 
 def _noted(which: ArrayLike, one: str, many: str) -> list[str]:
@@ -148,8 +150,3 @@ def _noted(which: ArrayLike, one: str, many: str) -> list[str]:
         return [f"Row {rows[0]} {one}."]
     listed = ", ".join(map(str, rows[:6])) + (" …" if len(rows) > 6 else "")
     return [f"Rows {listed} {many}."]
-
-
-def _few(notes: list[str]) -> list[str]:
-    more = len(notes) - MAX_NOTES
-    return [*notes[:MAX_NOTES], *([f"Notes not listed: {more}."] if more > 0 else [])]

@@ -252,12 +252,9 @@ def _draw_overlap(how: How, view: PatchView) -> None:
     panel_title(f"2 Overlap → cA{SUBSCRIPTS[view.level]}" if approximated else "2 Overlap")
     old = np.where(step.in_overlap, step.old, UNKNOWN).astype(np.uint8)
     draw_cells(view.patch_map(old, "The overlap"), "how_overlap", **_small(view))
-    if approximated:
-        _draw_approximation(how, view)
-
-
-def _draw_approximation(how: How, view: PatchView) -> None:
-    step, image = view.step, view.image
+    if not approximated:
+        return
+    image = view.image
     plane = facies = how.facies
     if len(step.blocks) == 1:
         plane, facies = 0, min(1, image.n_facies - 1)
@@ -269,18 +266,13 @@ def _draw_approximation(how: How, view: PatchView) -> None:
 
 
 def _draw_scores(how: How, view: PatchView) -> None:
+    """Mark the locations in the volume or on the map of scores, or on the image."""
     if view.is_volume:
         panel_title("3 CCW score of each location", "in blocks of the training image")
         shown = maps.score_volume(view)
         drawn = shown.points[-1][:3]
         draw_cells(shown, "how_score", cursor=drawn, name="ccw_score", **SLICES)
-    else:
-        _draw_score_map(how, view)
-        words.draw_marks(view)
-
-
-def _draw_score_map(how: How, view: PatchView) -> None:
-    """Mark the locations on the map of scores or on the image."""
+        return
     step, trace, image = view.step, view.trace, view.image
     offered = [key for key in GROUNDS if key != "costs" or step.totals is not None]
     ground = how.ground if how.ground in offered else "score"
@@ -300,6 +292,8 @@ def _draw_score_map(how: How, view: PatchView) -> None:
     labels = [f"CCW {at.ccw:.4g}, {words.describe_fate(at, step, share)}" for at in view.locations]
     shown.marks.extend(maps.location_marks(view, frame, scale, labels))
     draw_cells(shown, "how_score", max_height=MAX_HEIGHT, name="ccw_score_map")
+    out = words.REJECTED_MARK if any(map(words.is_rejected, view.locations)) else ""
+    st.html(words.MARKS.format(out))
 
 
 def _draw_pasting(view: PatchView) -> None:
@@ -356,19 +350,16 @@ def _draw_bands(how: How, view: PatchView) -> None:
             linked: dict[str, Any] = {"scale": "how_bands", "link": "how_bands", "name": name}
             draw_cells(shown, f"how_{name}", max_height=300, **linked)
     say(page_text("Sub-bands", side=unit), words.PAPER["image"])
-    largest = _largest_difference(how, view)
-    say(words.describe_inverse(view.step, largest), words.PAPER["inverse"])
+    patch, (ty, tx) = view.trace.reconstructed(view.step, how.facies), view.step.drawn_place
+    n = len(patch)
+    sliced = view.trace.oriented.pyramid.image[0, ty : ty + n, tx : tx + n] == how.facies
+    largest = float(abs(patch - sliced).max(initial=0.0))
+    shown = "0" if largest == 0 else f"{largest:.0e}"
+    values = {"size": len(view.step.cells), "n": len(view.step.cells) // unit, "largest": shown}
+    say(page_text("Inverse transform", **values), words.PAPER["inverse"])
 
 
 @cached(max_entries=16)
 def _bands(image: TrainingImage, facies: int, level: int) -> dict[str, NDArray[np.float64]]:
     approximation, details, *_ = decompose(image.indices == facies, level)
     return dict(zip(BANDS, (approximation, *details), strict=True))
-
-
-def _largest_difference(how: How, view: PatchView) -> float:
-    """Return the maximum difference between the inverse transform and the image."""
-    patch = view.trace.reconstructed(view.step, how.facies)
-    (ty, tx), n = view.step.drawn_place, len(patch)
-    sliced = view.trace.oriented.pyramid.image[0, ty : ty + n, tx : tx + n] == how.facies
-    return float(abs(patch - sliced).max(initial=0.0))

@@ -191,13 +191,6 @@ def describe_cut(view: PatchView) -> str:
     return f"Patch and grid differ in {differ} of the overlap. {how}"
 
 
-def describe_inverse(step: TracedPatch, largest: float) -> str:
-    """Return a sentence on the largest difference between inverse transform and image."""
-    size, n = len(step.cells), len(step.cells) // step.block_size
-    shown = "0" if largest == 0 else f"{largest:.0e}"
-    return page_text("Inverse transform", n=n, size=size, largest=shown)
-
-
 def describe_fate(location: PlaceFate, step: TracedPatch, search_fraction: float) -> str:
     """Describe the fate of a location and the reason for it."""
     best = f"{100 * search_fraction:.3g}"
@@ -226,12 +219,6 @@ def _misses(location: PlaceFate) -> str:
 def is_rejected(location: PlaceFate) -> bool:
     """Return whether a location was rejected although it fits the overlap."""
     return location.fate not in ("drawn", "candidate")
-
-
-def draw_marks(view: PatchView) -> None:
-    """Draw the legend for the marks of locations."""
-    out = REJECTED_MARK if any(map(is_rejected, view.locations)) else ""
-    st.html(MARKS.format(out))
 
 
 def draw_locations(view: PatchView) -> None:

@@ -21,7 +21,6 @@ from ccwsim.ui.results.maps import colours_of, middle_layer
 from ccwsim.ui.session import resolve
 from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.fragments import error_boundary
-from ccwsim.ui.session.resolve import image_of, points_in_files
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study import data_step, image_questions, image_step, questions
 from ccwsim.ui.study.changes import image_name
@@ -171,7 +170,13 @@ def draw_image_import(state: State) -> None:
         else:
             image_step.use_image(state, new)
 
-    image, problem = _image_or_problem(choice)
+    image, problem = None, ""
+    try:
+        if choice.upload is not None and not choice.answers:
+            image_questions.image_of_file(choice.upload)  # the file reader raises a clearer error
+        image = resolve.image_of(choice)
+    except CCWSIMError as error:
+        problem = str(error)
     asked = image_questions.asked_of(choice)
     with st.container(key="imports"):
         left, right = st.columns([1.5, 1.0], gap="large")
@@ -183,7 +188,13 @@ def draw_image_import(state: State) -> None:
             with st.container(key="import_advice"):
                 draw_image_advice(state, choice, image)
     with right:
-        _take_file(state, choice)
+        panel_title("Training image", image_name(choice))
+        take = partial(image_step.import_image, state)
+        image_step.image_uploader("A file of yours", "import_image_file", take)
+        if state.image_draft is None:
+            simulate_button(state, "import_simulate")
+        if choice.upload is None:
+            st.caption(datasets.describe(choice.bundled))
         if image is not None or asked:
             image_questions.ask_about_image(choice, write)
         if image is not None:
@@ -192,30 +203,14 @@ def draw_image_import(state: State) -> None:
                     take = {"on_click": image_step.use_image, "args": (state, choice)}
                     button("Use this image", key="image_take", type="primary", **take)
                     image_step.keep_button(state)
-            draw_facies(choice, image, write, _words_of_data(state))
+            tried = replace(state.choices, data=state.data_draft or state.choices.data)
+            points = (
+                if_possible(lambda: resolve.points_in_files(tried)) if tried.data.files else None
+            )
+            draw_facies(choice, image, write, points.words[:MAX_FACIES] if points else ())
             draw_turns(choice, write)
         elif waits:
             image_step.keep_button(state)
-
-
-def _image_or_problem(choice: ImageChoice) -> tuple[TrainingImage | None, str]:
-    try:
-        if choice.upload is not None and not choice.answers:
-            image_questions.image_of_file(choice.upload)  # the file reader raises a clearer error
-        return image_of(choice), ""
-    except CCWSIMError as error:
-        return None, str(error)
-
-
-def _take_file(state: State, choice: ImageChoice) -> None:
-    panel_title("Training image", image_name(choice))
-    image_step.image_uploader(
-        "A file of yours", "import_image_file", partial(image_step.import_image, state)
-    )
-    if state.image_draft is None:
-        simulate_button(state, "import_simulate")
-    if choice.upload is None:
-        st.caption(datasets.describe(choice.bundled))
 
 
 def _pictures(choice: ImageChoice, image: TrainingImage | None, asked: tuple[str, ...]) -> None:
@@ -268,13 +263,6 @@ def rotated(choice: ImageChoice) -> ImageChoice:
     return replace(
         choice, transpose=not choice.transpose, flip_ew=not choice.flip_ns, flip_ns=choice.flip_ew
     )
-
-
-def _words_of_data(state: State) -> tuple[str, ...]:
-    """Return the facies names in the user's file of hard data."""
-    tried = replace(state.choices, data=state.data_draft or state.choices.data)
-    points = if_possible(lambda: points_in_files(tried)) if tried.data.files else None
-    return () if points is None else points.words[:MAX_FACIES]
 
 
 def draw_facies(

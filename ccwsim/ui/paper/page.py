@@ -100,10 +100,17 @@ def draw_paper(state: State) -> None:
     if page_state.message:
         st.warning(plain(page_state.message))
     with st.container(key="results"):
-        if run is not None and run.going:
-            _follow(run)
-        else:
-            _ended(run)
+        if run is not None and run.job is not None and run.going:
+            follow(
+                run.job,
+                label=lambda: progress_label(run),
+                draw=lambda: st.html(verdict_list(run.finished)),
+                keys=("progress", "paper_cancel"),
+            )
+            return
+        if run is not None:
+            _draw_end(run)
+        st.html(verdict_list(run.finished if run is not None else []))
 
 
 def start(state: State) -> None:
@@ -135,29 +142,17 @@ def _controls(state: State) -> None:
         st.html(f'<span class="takes">{duration}</span>')
 
 
-def _follow(run: PaperRun) -> None:
-    assert run.job is not None
-    follow(
-        run.job,
-        label=lambda: progress_label(run),
-        draw=lambda: st.html(verdict_list(run.finished)),
-        keys=("progress", "paper_cancel"),
-    )
-
-
-def _ended(run: PaperRun | None) -> None:
-    if run is not None:
-        with st.container(horizontal=True, vertical_alignment="center", key="paper_end"):
-            words = ended_text(run)
-            if run.error is not None:
-                st.error(plain(words))
-            else:
-                st.html(f'<p class="facts ran">{words}</p>')
-            if run.report:
-                label = f"Download the report ({len(run.report) / 1e6:.0f} MB)"
-                name = f"ccwsim-paper-{date.today()}.html"
-                download(label, run.report, name, key="download_paper", type="primary")
-    st.html(verdict_list(run.finished if run is not None else []))
+def _draw_end(run: PaperRun) -> None:
+    with st.container(horizontal=True, vertical_alignment="center", key="paper_end"):
+        words = ended_text(run)
+        if run.error is not None:
+            st.error(plain(words))
+        else:
+            st.html(f'<p class="facts ran">{words}</p>')
+        if run.report:
+            label = f"Download the report ({len(run.report) / 1e6:.0f} MB)"
+            name = f"ccwsim-paper-{date.today()}.html"
+            download(label, run.report, name, key="download_paper", type="primary")
 
 
 def describe_inputs(inputs: PaperInputs) -> str:

@@ -248,16 +248,17 @@ def draw_layers(
 def draw_proportions(ensemble: Ensemble, colours: Sequence[str]) -> None:
     """Draw the facies proportions of the realizations and of the training image."""
     names = ensemble.training_image.facies_names  # they are not part of an ensemble's content
-    content = ensemble, names, tuple(colours), chart_theme()
-    alt = "Facies proportions of the realizations and the image"
-    titled_chart("Proportions", "", content, "proportions", alt, _draw_proportions)
-
-
-@cached(max_entries=64)
-def _draw_proportions(content: tuple[Any, ...], key: str, alt: str) -> None:
-    ensemble, names, colours, theme = content
     shares = ensemble.training_image.proportions, ensemble.proportions
-    draw_chart(proportions_chart(names, *shares, colours, theme), key, alt)
+    content = proportions_chart, names, *shares, tuple(colours), chart_theme()
+    alt = "Facies proportions of the realizations and the image"
+    titled_chart("Proportions", "", content, "proportions", alt, _draw_once)
+
+
+@cached(max_entries=128)
+def _draw_once(content: tuple[Any, ...], key: str, alt: str) -> None:
+    """Draw make(*values); Streamlit reuses the message for equal values in all sessions."""
+    make, *values = content
+    draw_chart(make(*values), key, alt)
 
 
 def _times(ensemble: Ensemble, theme: Theme) -> None:
@@ -266,14 +267,8 @@ def _times(ensemble: Ensemble, theme: Theme) -> None:
         return
     mean = float(ensemble.cpu_seconds.mean())
     note = f"{seconds(mean)} a realization"
-    times = tuple(1000 * ensemble.cpu_seconds), 1000 * mean, theme
-    titled_chart("CPU time", note, times, "times", "CPU time of each realization", _draw_times)
-
-
-@cached(max_entries=64)
-def _draw_times(times: tuple[tuple[float, ...], float, Theme], key: str, alt: str) -> None:
-    milliseconds, mean, theme = times
-    draw_chart(times_chart(np.array(milliseconds), mean, theme), key, alt)
+    times = times_chart, 1000 * ensemble.cpu_seconds, 1000 * mean, theme
+    titled_chart("CPU time", note, times, "times", "CPU time of each realization", _draw_once)
 
 
 def draw_curve_key(lines: Iterable[tuple[str, str]]) -> None:

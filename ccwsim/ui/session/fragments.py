@@ -48,22 +48,17 @@ def error_boundary(whole: bool = False, way_back: bool = False) -> Iterator[None
         first = FAILED not in st.session_state
         st.session_state[FAILED] = True
         if first and (whole or way_back):
-            _draw_way_back()
+            drawn, choices = st.session_state.get(LAST_DRAWN), session_state().choices
+            with st.container(horizontal=True, gap="small"):
+                if drawn is not None and drawn != choices:
+                    back = {"key": "way_back", "type": "primary", "args": (drawn,)}
+                    button("Back to the study before", on_click=_go_back, **back)
+                button("Start afresh", key="afresh_now", on_click=start_afresh)
     if KEY in st.session_state:
         try:
             follow_study(session_state())
         except Exception as error:  # the page is complete, but the address is not updated
             logged(error)
-
-
-def _draw_way_back() -> None:
-    """Draw a button that returns to the last study that was drawn without an error."""
-    drawn = st.session_state.get(LAST_DRAWN)
-    with st.container(horizontal=True, gap="small"):
-        if drawn is not None and drawn != session_state().choices:
-            label = "Back to the study before"
-            button(label, key="way_back", type="primary", on_click=_go_back, args=(drawn,))
-        button("Start afresh", key="afresh_now", on_click=start_afresh)
 
 
 def _go_back(drawn: Choices) -> None:

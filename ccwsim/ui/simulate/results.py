@@ -148,15 +148,11 @@ def download_groups(
     def e_type_as(kind: str) -> bytes:
         return maps_as_bytes(etype(ensemble).maps, ensemble.grid, kind)
 
-    def all_as(kind: str) -> bytes:
-        return realizations_as_bytes(ensemble, kind, colours=colours)
-
     def picture() -> bytes:
         return map_png(maps.middle_layer(ensemble.indices[shown]), colours, scale=2)
 
-    def parameters() -> bytes:
-        return parameters_to_json(ensemble.parameters).encode()
-
+    all_as = partial(realizations_as_bytes, ensemble, colours=colours)
+    parameters = parameters_to_json(ensemble.parameters).encode
     code, one = ensemble.training_image.codes[facies], f"realization_{shown + 1}"
     curves, table = partial(curves_csv, ensemble, facies), partial(realizations_csv, ensemble)
     name = ensemble.training_image.facies_names[facies]

@@ -28,7 +28,7 @@ from ccwsim.ui.results.charts import chart_menu, draw_caption, draw_clickable_ch
 from ccwsim.ui.results.maps import ghost_panel, middle_layers, step_buttons
 from ccwsim.ui.session.address import go_to, page_link
 from ccwsim.ui.session.file_names import grid_part
-from ccwsim.ui.session.fragments import error_boundary
+from ccwsim.ui.session.fragments import error_boundary, follow
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.data_step import minus
@@ -94,7 +94,14 @@ def draw_page(state: State) -> None:
     run = state.page(SweepState).run
     with st.container(key="news"):  # always drawn, so that elements below do not move
         if run is not None and run.going:
-            planning.follow_sweep(state, time.monotonic())
+            drawn_at = time.monotonic()
+
+            def has_news() -> bool:
+                is_new = len(run.rows) > run.n_drawn
+                return is_new and time.monotonic() - drawn_at > planning.REDRAW_SECONDS
+
+            if run.job is not None:
+                follow(run.job, has_news=has_news, keys=("sweep_progress", "sweep_cancel"))
         elif run is not None and not is_current(run, state):
             draw_out_of_date("the study's training image, data or grid has changed. Sweep again.")
     with st.container(key="results"):

@@ -1,6 +1,5 @@
 """The settings of a sweep, the run of the sweep on a thread, and the state of the page."""
 
-import time
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -21,7 +20,6 @@ from ccwsim.run.footprint import demand_of
 from ccwsim.sharing.choices import Choices
 from ccwsim.system.log import reason
 from ccwsim.ui.results.maps import colours_of, pretty
-from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.progress import compilation_to_come, format_duration
 from ccwsim.ui.session.resolve import data_of, fitted, image_of, levels
 from ccwsim.ui.session.state import PageRun, State, start_page_run
@@ -125,18 +123,6 @@ class SweepState:
     chosen: int | None = None
     shown: int = 0
     message: str = ""
-
-
-def follow_sweep(state: State, drawn_at: float) -> None:
-    """Show the progress of the sweep; redraw the page for finished settings and at the end."""
-    run = state.page(SweepState).run
-    if run is None or run.job is None:
-        return
-
-    def has_news() -> bool:
-        return len(run.rows) > run.n_drawn and time.monotonic() - drawn_at > REDRAW_SECONDS
-
-    follow(run.job, has_news=has_news, keys=("sweep_progress", "sweep_cancel"))
 
 
 def describe_end(run: SweepRun) -> str:

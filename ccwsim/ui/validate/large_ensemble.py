@@ -83,7 +83,10 @@ class LargeEnsembleRun(PageRun[None]):
             job.report(running.n / self.n, running.n)
             done = running.n == self.n or (job.is_cancelled() and self.summary is None)
             if running.n and (done or time.monotonic() - summed_at > SUMMARY_SECONDS):
-                self._sum_up(running)
+                self.summary = running.summary(LOW, HIGH)
+                p = self.summary.etype.probability[self.facies]
+                self.numbers.append(running.n)
+                self.errors.append(float(100 * np.sqrt(p * (1 - p) / running.n).mean()))
                 summed_at = time.monotonic()
 
     def _add_batch(self, running: RunningStatistics, n: int, cancel: Cancel) -> None:
@@ -96,12 +99,6 @@ class LargeEnsembleRun(PageRun[None]):
         for realization in ensemble:
             running.add(realization)
         self.n_wrong += int(ensemble.n_mismatched.sum())
-
-    def _sum_up(self, running: RunningStatistics) -> None:
-        self.summary = running.summary(LOW, HIGH)
-        p = self.summary.etype.probability[self.facies]
-        self.numbers.append(running.n)
-        self.errors.append(float(100 * np.sqrt(p * (1 - p) / running.n).mean()))
 
 
 @dataclass

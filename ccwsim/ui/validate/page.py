@@ -123,15 +123,6 @@ def of_variety(ensemble: Ensemble, differing: float) -> Verdict:
     )
 
 
-def draw_summary(state: State, ensemble: Ensemble) -> None:
-    """Draw the findings in one line, and mark bad findings."""
-    first, *others = findings(state, ensemble)
-    first = first._replace(words=first.words[:1].upper() + first.words[1:])
-    dot = ' <span class="dot">·</span> '
-    said = dot.join(verdict_html(verdict, "fact") for verdict in (first, *others))
-    st.html(f'<p class="facts judged" role="status">{said}</p>')
-
-
 MAP_HEIGHT = 392
 SLICED = {"reuse", "truth"}
 """Sections whose maps show the slice of a volume that is chosen at the top of the page."""
@@ -169,7 +160,11 @@ def _draw_validation(state: State, ensemble: Ensemble) -> None:
     _draw_first_screen(state, colours, _shown_elsewhere(state))
     draw_curves_row(state, ensemble)
     with top:
-        draw_summary(state, ensemble)
+        first, *others = findings(state, ensemble)
+        first = first._replace(words=first.words[:1].upper() + first.words[1:])
+        dot = ' <span class="dot">·</span> '
+        said = dot.join(verdict_html(verdict, "fact") for verdict in (first, *others))
+        st.html(f'<p class="facts judged" role="status">{said}</p>')
     _draw_sections(state, ensemble, colours)
     draw_component("steady", "steady", {"parts": STEADY})
 
