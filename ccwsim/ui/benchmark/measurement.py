@@ -113,12 +113,8 @@ def start_timing(state: State, kind: Kind) -> None:
     """Start a measurement; if it cannot start, earlier results remain on the page."""
     page_state = state.page(Benchmark)
     image, n = image_of(state.choices.image), page_state.n_realizations
-    try:
-        run = TimingRun(image, cases_of(state, kind), n, state.choices.seed)
-    except CCWSIMError as error:
-        page_state.message = str(error)
-        return
-    start_page_run(page_state, kind, run)
+    seed = state.choices.seed
+    start_page_run(page_state, kind, lambda: TimingRun(image, cases_of(state, kind), n, seed))
 
 
 def level_options(state: State) -> list[int]:

@@ -224,7 +224,9 @@ def _draw_data(state: State) -> None:
         numbers, shape = sorted({case.n_data for case in run.cases}), run.cases[0].grid_shape
     else:
         nz = measurement.layers_of(state)
-        chosen, side = chosen_settings(state), page_state.side
+        methods, levels, side = page_state.data_methods, page_state.data_levels, page_state.side
+        found = measurement.timed_parameters(state, methods, levels) if methods and levels else []
+        chosen = [(p.method, level_of(p), nz is not None) for p in found]
         shape = (side, side) if nz is None else (nz, *[page_state.side_volume] * 2)
         numbers = [n for n in measurement.NUMBERS if n in page_state.numbers]
     timings, side = list(run.timings) if run else [], shape[-1]
@@ -236,16 +238,6 @@ def _draw_data(state: State) -> None:
     with st.expander("The published codes in GNU Octave: times, and data not honoured"):
         step_note(f"{published.OCTAVE.reference}.\n{published.OCTAVE.machine}.")
         st.html(findings.octave_table())
-
-
-def chosen_settings(state: State) -> list[findings.Setting]:
-    """Return the cases of the chosen methods and levels; an empty list if the study allows none."""
-    own = state.page(Benchmark)
-    if not own.data_levels or not own.data_methods:
-        return []
-    volume = measurement.layers_of(state) is not None
-    found = measurement.timed_parameters(state, own.data_methods, own.data_levels)
-    return [(p.method, level_of(p), volume) for p in found]
 
 
 def measured_series(timings: Sequence[Timing], per_cell: bool) -> list[TimeSeries]:

@@ -27,7 +27,7 @@ from ccwsim.report.verdicts import SIGNS, curve_title, describe_curves, describe
 from ccwsim.sharing.choices import ImageChoice, Upload
 from ccwsim.ui.compare import findings, settings
 from ccwsim.ui.compare.settings import LETTERS, MAX_SETTINGS, TWO_POINT, Beside, ComparePageState
-from ccwsim.ui.frontend.cells import draw_cells, facies_map, points_of
+from ccwsim.ui.frontend.cells import draw_cells, facies_map
 from ccwsim.ui.results import maps
 from ccwsim.ui.results.charts import (
     draw_caption,
@@ -331,9 +331,7 @@ def _draw_maps_of(state: State, found: Comparison, k: int, colours: Sequence[str
         found.names[k],
         state.page(ComparePageState).shown,
     )
-    image = ensemble.training_image
-    shown = facies_map(ensemble.indices[r], image, colours, f"{letter}, realization {r + 1}")
-    shown.points.extend(points_of(ensemble.hard_data, image, ensemble.realizations[r]))
+    shown = maps.realization_map(ensemble, r, colours, f"{letter}, realization {r + 1}")
     name = f"{letter}_realization_{r + 1}"
     below = maps.uncertainty_map(state, ensemble, colours)
     options = MAPS | {"link": "grid", "max_height": MAX_HEIGHTS[ensemble.grid.n_dimensions]}
@@ -347,8 +345,7 @@ def _draw_two_images(
     """Draw setting A with the second training image, and the uncertainty with both images."""
     image, r = second.training_image, state.page(ComparePageState).shown
     name = maps.pretty(image.name)
-    realization = facies_map(second.indices[r], image, colours, f"{name}, realization {r + 1}")
-    realization.points.extend(points_of(second.hard_data, image, second.realizations[r]))
+    realization = maps.realization_map(second, r, colours, f"{name}, realization {r + 1}")
     shown = {
         f"Second image: {name}": facies_map(image.indices, image, colours, f"Image {name}"),
         f"A with {name}": realization,

@@ -258,17 +258,17 @@ def both_images(first: Ensemble, second: Ensemble) -> Ensemble:
 def start_comparison(state: State) -> None:
     """Start comparing the current settings; a running comparison is stopped."""
     page_state = state.page(ComparePageState)
-    try:
+
+    def make() -> ComparisonRun:
         image, data = image_of(state.choices.image), data_of(state.choices)
         code = int(image.codes[min(state.facies, image.n_facies - 1)])
         run = ComparisonRun(request_of(state), image, data, code, second=second_study(state))
-    except CCWSIMError as error:
-        page_state.message = str(error)
-        return
-    if page_state.run is not None:
-        page_state.run.stop()
-        page_state.run = None
-    start_page_run(page_state, "run", run)
+        if page_state.run is not None:
+            page_state.run.stop()
+            page_state.run = None
+        return run
+
+    start_page_run(page_state, "run", make)
 
 
 def want_curves(state: State) -> None:

@@ -208,7 +208,15 @@ def draw_image_import(state: State) -> None:
                 if_possible(lambda: resolve.points_in_files(tried)) if tried.data.files else None
             )
             draw_facies(choice, image, write, points.words[:MAX_FACIES] if points else ())
-            draw_turns(choice, write)
+
+            def turn(**turned: bool) -> None:
+                write(replace(choice, **turned))
+
+            with st.container(horizontal=True, vertical_alignment="center", gap="small"):
+                for name, label in TURNS.items():
+                    turned = bound_to(choice, name, turn)
+                    field(st.checkbox, label, key=f"image_{name}", **turned)
+                button("Rotate 90°", key="image_rotate", on_click=write, args=(rotated(choice),))
         elif waits:
             image_step.keep_button(state)
 
@@ -244,18 +252,6 @@ def _file_map(choice: ImageChoice) -> None:
         ends = {"low": f"{low:.4g}", "high": f"{high:.4g}"}
         shown = replace(shown, strip={**(shown.strip or {}), **ends})
     draw_cells(shown, "file", link="import", name="file")
-
-
-def draw_turns(choice: ImageChoice, write: Write) -> None:
-    """Draw the controls that flip and rotate an image."""
-
-    def turn(**turned: bool) -> None:
-        write(replace(choice, **turned))
-
-    with st.container(horizontal=True, vertical_alignment="center", gap="small"):
-        for name, label in TURNS.items():
-            field(st.checkbox, label, key=f"image_{name}", **bound_to(choice, name, turn))
-        button("Rotate 90°", key="image_rotate", on_click=write, args=(rotated(choice),))
 
 
 def rotated(choice: ImageChoice) -> ImageChoice:

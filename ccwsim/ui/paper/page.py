@@ -119,7 +119,7 @@ def start(state: State) -> None:
     if page_state.run is not None and page_state.run.going:
         return
     inputs, _ = server_inputs()
-    start_page_run(page_state, "run", PaperRun(inputs, page_state.quick, page_state.seed))
+    start_page_run(page_state, "run", lambda: PaperRun(inputs, page_state.quick, page_state.seed))
 
 
 def _controls(state: State) -> None:

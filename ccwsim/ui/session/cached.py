@@ -40,13 +40,15 @@ CONTENT: dict[str | type[Any], Callable[[Any], Any]] = {
 cached = partial(st.cache_resource, show_spinner=False, hash_funcs=CONTENT)
 
 
-def as_task(work: Callable[Concatenate[Fraction, Given], Value]) -> Callable[Given, Task[Value]]:
-    """Return a function that makes a task from its arguments, which are also the task's key."""
+def as_task(
+    work: Callable[Concatenate[Fraction, Given], Value], name: str = ""
+) -> Callable[Given, Task[Value]]:
+    """Return a function that makes a task; its arguments, and a name, are the task's key."""
 
     @wraps(work)
     def task_of(*given: Given.args, **options: Given.kwargs) -> Task[Value]:
         arguments = *given, *options.values()
-        key = work.__name__, *(CONTENT.get(type(one), repr)(one) for one in arguments)
+        key = name or work.__name__, *(CONTENT.get(type(one), repr)(one) for one in arguments)
         return Task(key, lambda progress: work(progress, *given, **options))
 
     return task_of

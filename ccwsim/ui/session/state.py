@@ -1,5 +1,6 @@
 """The state of a session, kept when the user changes the page, and the long runs of pages."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 from typing import Any, Generic, Self, TypeVar
@@ -9,9 +10,9 @@ import streamlit as st
 from ccwsim import Ensemble, TrainingImage
 from ccwsim.jobs.job import NOTHING, Job
 from ccwsim.jobs.limits import Demand, limits_of_environment
-from ccwsim.model.errors import CCWSIMError
 from ccwsim.sharing.choices import Choices, DataChoice, EMap, ImageChoice
 from ccwsim.ui.session.uploads import size_of_all
+from ccwsim.ui.widgets.errors import problem_in
 
 Result = TypeVar("Result")
 
@@ -65,13 +66,9 @@ class PageRun(Generic[Result]):
             self.job.cancel()
 
 
-def start_page_run(page_state: Any, name: str, run: PageRun) -> bool:
-    """Start a run as attribute `name`, or keep the earlier run and store why as `message`."""
-    page_state.message = ""
-    try:
-        setattr(page_state, name, run.start())
-    except CCWSIMError as error:
-        page_state.message = str(error)
+def start_page_run(page_state: Any, name: str, make: Callable[[], PageRun]) -> bool:
+    """Make and start a run as attribute `name`; on an error, keep the earlier, set `message`."""
+    page_state.message = problem_in(lambda: setattr(page_state, name, make().start()))
     return not page_state.message
 
 

@@ -64,20 +64,15 @@ def _share(state: State) -> None:
             how = reproduction_recipe(state.choices, study, file_name(state.choices))
         except CCWSIMError as error:
             st.error(plain(f"{error}. Correct the study before you share it."))
-        else:
-            _link(state)
-            _files(state)
-            _recipe(how)
-
-
-def _link(state: State) -> None:
-    _title("Link to this study")
-    st.code(page_link_of(state.choices, shown_of(state)), language=None, wrap_lines=False)
-    missing = left_out(state.choices)
-    if missing:
-        step_note(f"The link cannot contain {' and '.join(missing)}. Save a project instead.")
-    if state.ensemble is not None and not is_current(state):
-        step_note(page_text("Outdated link"))
+            return
+        _title("Link to this study")
+        st.code(page_link_of(state.choices, shown_of(state)), language=None, wrap_lines=False)
+        if missing := left_out(state.choices):
+            step_note(f"The link cannot contain {' and '.join(missing)}. Save a project instead.")
+        if state.ensemble is not None and not is_current(state):
+            step_note(page_text("Outdated link"))
+        _files(state)
+        _recipe(how)
 
 
 def _files(state: State) -> None:

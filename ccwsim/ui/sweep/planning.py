@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 from ccwsim import CCWSIMError, Ensemble, Grid, HardData, Parameters, TrainingImage
@@ -273,10 +274,9 @@ def start(state: State) -> None:
     choices, image = state.choices, image_of(state.choices.image)
     study = (image, choices.grid, data_of(choices), choices.seed)
     facies = min(state.facies, image.n_facies - 1)
-    run = SweepRun(
-        *study, plan_of(state).fitting, page_state.n_realizations, facies, colours_of(state)
-    )
-    if start_page_run(page_state, "run", run):
+    settings, n = plan_of(state).fitting, page_state.n_realizations
+    make = partial(SweepRun, *study, settings, n, facies, colours_of(state))
+    if start_page_run(page_state, "run", make):
         page_state.chosen, page_state.shown = None, 0
 
 

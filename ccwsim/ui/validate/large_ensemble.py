@@ -141,7 +141,8 @@ def start(state: State) -> None:
     page_state, e = state.page(LargeEnsembleState), state.ensemble
     assert e is not None
     study = Study(e.training_image, e.grid, e.parameters, e.hard_data, e.seed)
-    start_page_run(page_state, "run", LargeEnsembleRun(study, page_state.n, state.facies))
+    n, facies = page_state.n, state.facies
+    start_page_run(page_state, "run", lambda: LargeEnsembleRun(study, n, facies))
 
 
 def _draw_run(run: LargeEnsembleRun, state: State, colours: Sequence[str]) -> None:

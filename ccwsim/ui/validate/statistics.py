@@ -134,16 +134,12 @@ def transitions(
     }
 
 
-@as_task
-def layers(progress: Fraction, ensemble: Ensemble, facies: int) -> Bundle:
-    """Return the vertical proportion curves of a facies of volumes."""
-    return layers_bundle(ensemble, facies)
-
-
-@as_task
-def checks(progress: Fraction, ensemble: Ensemble) -> list[metrics.Check]:
-    """Return all comparisons of the realizations with crops of the training image."""
-    return metrics.check_ensemble(ensemble, progress)
+layers = as_task(lambda progress, ensemble, k: layers_bundle(ensemble, k), "layers")
+checks = as_task(lambda progress, ensemble: metrics.check_ensemble(ensemble, progress), "checks")
+variety = as_task(lambda progress, ensemble: metrics.differing_share(ensemble), "variety")
+e_type = as_task(lambda progress, ensemble: e_type_of(ensemble), "e_type")
+diagnosis = as_task(lambda progress, image: metrics.diagnose(image), "diagnosis")
+"""Statistics that are one call: curves of layers, checks, differences, E-type and diagnosis."""
 
 
 @as_task
@@ -191,21 +187,9 @@ def proportions(progress: Fraction, ensemble: Ensemble) -> Compared[NDArray[np.f
 
 
 @as_task
-def variety(progress: Fraction, ensemble: Ensemble) -> float:
-    """Return the mean share of cells in which two realizations differ."""
-    return metrics.differing_share(ensemble)
-
-
-@as_task
 def patterns(progress: Fraction, ensemble: Ensemble) -> metrics.Anodi:
     """Return ANODI of the realizations against the training image."""
     return metrics.anodi(first(ensemble, MAX_COMPARED), ensemble.training_image, progress=progress)
-
-
-@as_task
-def e_type(progress: Fraction, ensemble: Ensemble) -> metrics.EType:
-    """Return probability, most likely facies and entropy of each cell."""
-    return e_type_of(ensemble)
 
 
 @as_task
@@ -218,12 +202,6 @@ def reference_scores(
     scored[tuple(ensemble.hard_data.cells.T)] = False
     scores = metrics.score_reference(found, reference, scored=scored)
     return scores, metrics.calibration(found, reference, scored=scored)
-
-
-@as_task
-def diagnosis(progress: Fraction, image: TrainingImage) -> metrics.Diagnosis:
-    """Return the diagnosis of a training image, with the user's names of facies."""
-    return metrics.diagnose(image)
 
 
 @as_task
