@@ -1,6 +1,7 @@
 """The page Benchmark: two measurements, each with its controls above its results."""
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
@@ -35,7 +36,12 @@ def draw_benchmark(state: State) -> None:
     draw_style("benchmark/benchmark.css")
     with st.container(horizontal=True, vertical_alignment="center", key="machine_row"):
         st.html(f'<p class="facts machine">This machine: {this_machine()}</p>')
-        _draw_download(page_state)
+        runs = [run for run in page_state.runs if run.timings]
+        if runs and not page_state.running:
+            content = partial(findings.timings_csv, runs, str(this_machine()))
+            images = sorted({image_part(run.training_image) for run in runs})
+            name = f"{'_'.join(images)}_times.csv"
+            download("Download CSV", content, name, key="download_times")
     step_note(page_text("What can be compared"))
     if page_state.message:
         st.error(plain(page_state.message))
@@ -52,19 +58,6 @@ def draw_benchmark(state: State) -> None:
         _draw_choices(state, "data")
         _draw_start(state, "data")
     _draw_part(state, "data")
-
-
-def _draw_download(page_state: Benchmark) -> None:
-    runs = [run for run in page_state.runs if run.timings]
-    if not runs or page_state.running:
-        return
-
-    def content() -> bytes:
-        return findings.timings_csv(runs, str(this_machine()))
-
-    images = {image_part(run.training_image) for run in runs}
-    name = f"{'_'.join(sorted(images))}_times.csv"
-    download("Download CSV", content, name, key="download_times")
 
 
 def _draw_largest(state: State) -> None:

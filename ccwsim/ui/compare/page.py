@@ -316,27 +316,19 @@ def draw_maps(
         draw_cells(shown, "image", name="training_image", link=link, **options)
         _draw_times_and_proportions(found)
     notes = _notes(request)
+    options = MAPS | {"link": "grid", "max_height": MAX_HEIGHTS[grid.n_dimensions]}
     for k, (column, name) in enumerate(zip(others, request.names, strict=True)):
         with column:
             draw_name(k, name, notes[name])
             if k < len(found.ensembles):
-                _draw_maps_of(state, found, k, colours)
+                ensemble, r = found.ensembles[k], page_state.shown
+                alt, file = f"{name}, realization {r + 1}", f"{name}_realization_{r + 1}"
+                shown = maps.realization_map(ensemble, r, colours, alt)
+                below = maps.uncertainty_map(state, ensemble, colours)
+                draw_cells(shown, name, name=file, **options)
+                draw_cells(below, f"e_type_{name}", name=f"{name}_e_type", **options)
             else:
                 maps.ghost_panel("", f"aspect-ratio: {grid.nx} / {grid.ny}")
-
-
-def _draw_maps_of(state: State, found: Comparison, k: int, colours: Sequence[str]) -> None:
-    ensemble, letter, r = (
-        found.ensembles[k],
-        found.names[k],
-        state.page(ComparePageState).shown,
-    )
-    shown = maps.realization_map(ensemble, r, colours, f"{letter}, realization {r + 1}")
-    name = f"{letter}_realization_{r + 1}"
-    below = maps.uncertainty_map(state, ensemble, colours)
-    options = MAPS | {"link": "grid", "max_height": MAX_HEIGHTS[ensemble.grid.n_dimensions]}
-    draw_cells(shown, letter, name=name, **options)
-    draw_cells(below, f"e_type_{letter}", name=f"{letter}_e_type", **options)
 
 
 def _draw_two_images(

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ccwsim.engine.stages.cut import UNKNOWN
 from ccwsim.engine.stages.pyramid import decompose
-from ccwsim.engine.trace import Patch, Trace, check_traceable, fates
+from ccwsim.engine.trace import Trace, check_traceable, fates
 from ccwsim.figures import CIVIDIS
 from ccwsim.model.bounds import MAX_CANDIDATES_OFFERED, MAX_REALIZATIONS
 from ccwsim.model.errors import CCWSIMError
@@ -130,7 +130,17 @@ def _draw_player(how: How, trace: Trace) -> None:
     def stop() -> None:
         how.playing = False
 
-    st.html(f'<p class="facts where">{_position(trace, trace.patches[how.patch])}</p>')
+    patch = trace.patches[how.patch]
+    facts = [
+        f"<b>Patch {patch.number + 1} of {n}</b>",
+        escape(words.describe_sides(trace, patch.shape)),
+        words.describe_position(trace, patch.number),
+    ]
+    if patch.split:
+        facts.append(f"part {patch.part + 1} of a tile that is full of data ({words.OURS})")
+    dot = ' <span class="dot">·</span> '
+    position = dot.join(f'<span class="fact">{fact}</span>' for fact in facts)
+    st.html(f'<p class="facts where">{position}</p>')
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="how_row"):
         ends = {"icon": ":material/chevron_left:", "disabled": how.patch == 0}
         button("Previous", key="how_previous", on_click=lambda: step(-1), **ends)
@@ -146,19 +156,6 @@ def _draw_player(how: How, trace: Trace) -> None:
         else:
             button("Play", key="how_play", on_click=play, type="primary")
     draw_component("arrows", "how_arrows", {}, "step", lambda by: step(int(by)))
-
-
-def _position(trace: Trace, patch: Patch) -> str:
-    """Return the number and the position of the patch, in HTML."""
-    facts = [
-        f"<b>Patch {patch.number + 1} of {len(trace.patches)}</b>",
-        escape(words.describe_sides(trace, patch.shape)),
-        words.describe_position(trace, patch.number),
-    ]
-    if patch.split:
-        facts.append(f"part {patch.part + 1} of a tile that is full of data ({words.OURS})")
-    dot = ' <span class="dot">·</span> '
-    return dot.join(f'<span class="fact">{fact}</span>' for fact in facts)
 
 
 def _draw_setting(state: State) -> None:

@@ -19,7 +19,7 @@ from ccwsim.ui.hard_data.page import describe_data_status
 from ccwsim.ui.how_it_works.maps import box_mark, data_in, lit_map, patch_map
 from ccwsim.ui.how_it_works.run import How, is_volume
 from ccwsim.ui.how_it_works.words import OURS, PAPER, describe_window, format_count, say
-from ccwsim.ui.widgets.fields import field
+from ccwsim.ui.widgets.fields import field, options_of
 from ccwsim.ui.widgets.text import page_text, pair, panel_title, step_note
 
 MAX_TERMS = 3_000_000_000
@@ -122,31 +122,27 @@ def _draw_windows_of_data(how: How, trace: Trace, colours: list[str], theme: The
         sides = (st.container(), st.container())
         left, right = sides if is_volume(trace) else st.columns([1, 2], gap="medium")
     with left:
-        windows = choose_datum(how, trace, by_datum)
+        data = list(by_datum)
+        how.datum = min(how.datum, len(data) - 1)
+        offered = options_of({k: _name(trace, datum) for k, datum in enumerate(data)})
+        offered |= {"value": how.datum, "write": lambda k: how.stop(datum=k)}
+        field(st.selectbox, "Corrected datum", key="how_datum", **offered)
+        windows = by_datum[data[how.datum]]
         shown = windows_map(trace, windows, colours, theme)
         cursor = trace.study.hard_data.cells[windows[0].datum].tolist()
         options: dict[str, Any] = {"body": False, "max_height": _height(trace, MAX_HEIGHT)}
         draw_cells(shown, "how_mended", name="corrected", cursor=cursor, **options)
     with right:
-        say_windows(windows)
+        captions = [describe_window(window) for window in windows if not window.fits]
+        if not any(w.fits for w in windows) and not all(w.isolated for w in windows):
+            captions.append("Afterwards, the window of a nearby datum corrected this datum too.")
+        if captions:
+            st.html("".join(f'<p class="caption">{text}</p>' for text in captions))
         row: dict[str, Any] = {"vertical_alignment": "bottom", "gap": "medium", "key": "how_pairs"}
         with st.container(horizontal=not is_volume(trace), **row):
             for window in windows:
                 if window.fits:
                     _draw_window(trace, window, colours, theme)
-
-
-def choose_datum(
-    how: How, trace: Trace, by_datum: dict[int, list[ResimulatedWindow]]
-) -> list[ResimulatedWindow]:
-    """Let the user choose a corrected datum, and return the windows of this datum."""
-    data = list(by_datum)
-    how.datum = min(how.datum, len(data) - 1)
-    offered = {"value": how.datum, "options": list(range(len(data)))}
-    offered |= {"format_func": lambda k: _name(trace, data[k])}
-    shows = {"key": "how_datum", "write": lambda k: how.stop(datum=k)}
-    field(st.selectbox, "Corrected datum", **shows, **offered)
-    return by_datum[data[how.datum]]
 
 
 def windows_by_datum(windows: Sequence[ResimulatedWindow]) -> dict[int, list[ResimulatedWindow]]:
@@ -198,15 +194,6 @@ def windows_map(
     shown = facies_map(trace.realization.indices, image, colours, "The corrected realization")
     marks = [box_mark(_part_of(window), theme.reference, "window") for window in windows]
     return replace(shown, points=points, marks=marks)
-
-
-def say_windows(windows: list[ResimulatedWindow]) -> None:
-    """Write the outcomes of the windows in which no patch fitted."""
-    captions = [describe_window(window) for window in windows if not window.fits]
-    if not any(w.fits for w in windows) and not all(w.isolated for w in windows):
-        captions.append("Afterwards, the window of a nearby datum corrected this datum too.")
-    if captions:
-        st.html("".join(f'<p class="caption">{text}</p>' for text in captions))
 
 
 def _draw_window(trace: Trace, w: ResimulatedWindow, colours: list[str], theme: Theme) -> None:

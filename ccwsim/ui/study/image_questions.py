@@ -125,7 +125,13 @@ def ask_about_image(choice: ImageChoice, write: Write, *, volume: bool = True) -
         name = known.get("variable")
         questions.ask_variable(summary, name, lambda name: answer("variable", variable=name))
     if "shape" in asked:
-        _ask_shape(summary, known["shape"], answer)
+        n = summary.variables[0].shape[0]
+        small = [k for k in range(1, isqrt(n) + 1) if n % k == 0]
+        sizes = sorted({*small, *(n // k for k in small)})
+        chosen: dict[str, Any] = options_of({nx: f"{nx} (and {n // nx} N–S)" for nx in sizes})
+        chosen["write"] = lambda nx: answer("shape", shape=(n // nx, nx))
+        label = f"The file has {n:,} values: how many cells E–W?"
+        field(st.selectbox, label, key="ask_columns", value=known["shape"][1], **chosen)
     if "slice" in asked:
         _ask_layers(summary, known, answer)
     if "up" in asked or summary.is_picture or "up" in known:
@@ -195,16 +201,6 @@ def _ask_gaps(upload: Upload, known: Mapping[str, Any], answer: Answer) -> None:
     n = int(np.isnan(values).sum())
     step_note(page_text("Gaps", n=f"{n:,}", cells=f"{values.size:,}"))
     _crop(known["crop"], values.shape[-2:], lambda crop: answer("gaps", crop=crop))
-
-
-def _ask_shape(summary: FileSummary, shape: tuple[int, int], answer: Answer) -> None:
-    n = summary.variables[0].shape[0]
-    small = [k for k in range(1, isqrt(n) + 1) if n % k == 0]
-    sizes = sorted({*small, *(n // k for k in small)})
-    chosen: dict[str, Any] = options_of({nx: f"{nx} (and {n // nx} N–S)" for nx in sizes})
-    chosen |= {"value": shape[1], "write": lambda nx: answer("shape", shape=(n // nx, nx))}
-    label = f"The file has {n:,} values: how many cells E–W?"
-    field(st.selectbox, label, key="ask_columns", **chosen)
 
 
 def _ask_layers(summary: FileSummary, known: Mapping[str, Any], answer: Answer) -> None:
