@@ -31,8 +31,8 @@ def sentences(found: Comparison) -> list[str]:
     """Return sentences that compare the settings, and describe their proportions and data."""
     each = [describe_against_first(found, k) for k in range(1, len(found.names))]
     n = found.ensembles[0].hard_data.n
-    ignored = f" It ignores the {n} hard data." if n else ""
-    two_point = [f"{page_text('Two-point simulation')}{ignored}"] * (TWO_POINT in found.names)
+    text = page_text("Two-point simulation") + (f" It ignores the {n} hard data." if n else "")
+    two_point = [text] if TWO_POINT in found.names else []
     return [*each, *two_point, *_describe_proportions(found), *_describe_data(found)]
 
 

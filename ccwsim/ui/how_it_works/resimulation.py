@@ -164,7 +164,7 @@ def _describe(trace: Trace, by_datum: dict[int, list[ResimulatedWindow]]) -> str
     if not by_datum:
         return text + "The raster pass honours all data, so there is nothing to correct."
     forced = "If no patch fits, only the cell is set." if (data_status == FORCED).any() else ""
-    return f"{text}{page_text('Windows of local re-simulation')} {forced}"
+    return text + page_text("Windows of local re-simulation") + f" {forced}"
 
 
 def _name(trace: Trace, datum: int) -> str:

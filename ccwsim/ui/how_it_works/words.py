@@ -186,7 +186,9 @@ def describe_cut(view: PatchView) -> str:
     if not step.patch.shape:
         return "There is no overlap to cut, so the whole patch is pasted."
     n_cells, kept = int(step.in_overlap.sum()), format_count(int(step.keep_mask.sum()), "cell")
-    how = page_text("Cut of a volume" if view.is_volume else "Cut of a map", kept=kept)
+    how = page_text("Cut of a map", kept=kept)
+    if view.is_volume:
+        how = page_text("Cut of a volume", kept=kept)
     differ = f"{int(step.error.sum())} of {format_count(n_cells, 'cell')}"
     return f"Patch and grid differ in {differ} of the overlap. {how}"
 
