@@ -30,72 +30,6 @@ from ccwsim.ui.widgets.errors import problem_in
 from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
 from ccwsim.ui.widgets.text import page_text, plain, step_note, step_title
 
-MAX_CELLS = 1_000_000
-"""Maximum number of cells of a grid that is checked automatically, in about a second."""
-
-
-@as_task
-def data_fit(progress: Fraction, image: TrainingImage, data: HardData, grid: Grid) -> DataFit:
-    """Return whether hard data contradict a training image."""
-    return fit_data(image, data, grid, progress=progress)
-
-
-class DataFitState:
-    """The worker that compares hard data with training images for one session."""
-
-    def __init__(self) -> None:
-        self.worker = StatisticsWorker(shared_values())
-
-
-def is_judged(data: HardData, grid: Grid) -> bool:
-    """Return whether data are compared with the image automatically."""
-    return data.n >= MIN_PLACES and grid.n_cells <= MAX_CELLS
-
-
-def flagged(fit: DataFit) -> bool:
-    """Return whether the verdict warns of a disagreement between the data and the image."""
-    return fit.contradicts or fit.words.startswith("Your data")
-
-
-def minus(number: str) -> str:
-    """Return a number with a true minus sign."""
-    return number.replace("-", "−")
-
-
-def verdict(fit: DataFit) -> str:
-    """Return the verdict as HTML: a flag or a tick, the words, and numbers on hover."""
-    bad = flagged(fit)
-    mark = "⚑" if bad else "✓" if fit.words.startswith("Data do") else "·"
-    css = "odd" if bad else "note"
-    return f'<p class="{css}" title="{escape(numbers(fit))}">{mark} {escape(fit.words)}</p>'
-
-
-def numbers(fit: DataFit) -> str:
-    """Return the numbers behind a verdict in one sentence."""
-    return minus(
-        f"p = {fit.p:.2g} against unconditional realizations of this image; largest difference: "
-        f"{fit.family}, {fit.families[fit.family]:.1f} standard deviations. Log score per datum: "
-        f"image {fit.score:.2f}, smoothed data {fit.smoothing:.2f}."
-    )
-
-
-def draw_data_fit(state: State) -> None:
-    """Draw the verdict in the study column if no run is in progress and the verdict is known."""
-    data, grid = data_of(state.choices), state.choices.grid
-    image = image_of(state.choices.image)
-    if state.job is not None or not is_judged(data, grid):
-        return
-    worker = state.page(DataFitState).worker
-    task = data_fit(image, data, grid)
-    worker.forget()
-    worker.ask(task)
-    fit = worker.cache.get(task.key)
-    if fit is None:
-        follow_tasks(worker, [task], time.monotonic())
-    elif not isinstance(fit, Failure):
-        st.html(verdict(fit))
-
-
 SOURCES: dict[DataSource, str] = {
     "none": "none",
     "bundled": "bundled",
@@ -105,8 +39,6 @@ SOURCES: dict[DataSource, str] = {
 }
 OF_VOLUMES: tuple[DataSource, ...] = ("none", "bundled", "file", "placed")
 """Sources of hard data offered for a volume."""
-
-
 TABLES = {
     "collars": ("Collars", "One row per well: name, x, y, z and, if known, its length."),
     "intervals": ("Intervals", "Name of the well, from, to (or one depth), facies."),
@@ -327,3 +259,69 @@ def _report(state: State, current: DataChoice) -> None:
     ask_data(tried, partial(use_data, state))
     if current.source == "file":
         link_to_import()
+
+
+MAX_CELLS = 1_000_000
+"""Maximum number of cells of a grid that is checked automatically, in about a second."""
+
+
+@as_task
+def data_fit(progress: Fraction, image: TrainingImage, data: HardData, grid: Grid) -> DataFit:
+    """Return whether hard data contradict a training image."""
+    return fit_data(image, data, grid, progress=progress)
+
+
+class DataFitState:
+    """The worker that compares hard data with training images for one session."""
+
+    def __init__(self) -> None:
+        self.worker = StatisticsWorker(shared_values())
+
+
+def is_judged(data: HardData, grid: Grid) -> bool:
+    """Return whether data are compared with the image automatically."""
+    return data.n >= MIN_PLACES and grid.n_cells <= MAX_CELLS
+
+
+def flagged(fit: DataFit) -> bool:
+    """Return whether the verdict warns of a disagreement between the data and the image."""
+    return fit.contradicts or fit.words.startswith("Your data")
+
+
+def minus(number: str) -> str:
+    """Return a number with a true minus sign."""
+    return number.replace("-", "−")
+
+
+def verdict(fit: DataFit) -> str:
+    """Return the verdict as HTML: a flag or a tick, the words, and numbers on hover."""
+    bad = flagged(fit)
+    mark = "⚑" if bad else "✓" if fit.words.startswith("Data do") else "·"
+    css = "odd" if bad else "note"
+    return f'<p class="{css}" title="{escape(numbers(fit))}">{mark} {escape(fit.words)}</p>'
+
+
+def numbers(fit: DataFit) -> str:
+    """Return the numbers behind a verdict in one sentence."""
+    return minus(
+        f"p = {fit.p:.2g} against unconditional realizations of this image; largest difference: "
+        f"{fit.family}, {fit.families[fit.family]:.1f} standard deviations. Log score per datum: "
+        f"image {fit.score:.2f}, smoothed data {fit.smoothing:.2f}."
+    )
+
+
+def draw_data_fit(state: State) -> None:
+    """Draw the verdict in the study column if no run is in progress and the verdict is known."""
+    data, grid = data_of(state.choices), state.choices.grid
+    image = image_of(state.choices.image)
+    if state.job is not None or not is_judged(data, grid):
+        return
+    worker = state.page(DataFitState).worker
+    task = data_fit(image, data, grid)
+    worker.forget()
+    worker.ask(task)
+    fit = worker.cache.get(task.key)
+    if fit is None:
+        follow_tasks(worker, [task], time.monotonic())
+    elif not isinstance(fit, Failure):
+        st.html(verdict(fit))
