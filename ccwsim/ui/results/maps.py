@@ -144,13 +144,6 @@ def draw_training_image(image: TrainingImage, colours: Sequence[str]) -> None:
     draw_cells(shown, "image", name="training_image", link=link, **options)
 
 
-def realization_map(ensemble: Ensemble, r: int, colours: Sequence[str], alt: str) -> CellMap:
-    """Return realization `r` with the data on top; wrong data are marked."""
-    image = ensemble.training_image
-    points = points_of(ensemble.hard_data, image, ensemble.realizations[r])
-    return replace(facies_map(ensemble.indices[r], image, colours, alt), points=points)
-
-
 def draw_realization(
     ensemble: Ensemble,
     colours: Sequence[str],
@@ -159,8 +152,10 @@ def draw_realization(
     wells: CellsOfWells = (),
 ) -> None:
     """Draw realization `r` with the data on top and the coordinates of `grid` along the edges."""
-    panel_title(f"Realization {r + 1} of {ensemble.n}")
-    shown = replace(realization_map(ensemble, r, colours, f"Realization {r + 1}"), wells=wells)
+    image, title = ensemble.training_image, f"Realization {r + 1}"
+    panel_title(f"{title} of {ensemble.n}")
+    shown = replace(facies_map(ensemble.indices[r], image, colours, title), wells=wells)
+    shown.points.extend(points_of(ensemble.hard_data, image, ensemble.realizations[r]))
     options: dict[str, Any] = {"link": "grid", "scale": "maps", "name": f"realization_{r + 1}"}
     draw_cells(shown, "realization", grid=grid, **options)
 
