@@ -1,6 +1,6 @@
 """Conversion of choices to arguments of `simulate`; files are read once and cached by content."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from functools import partial
@@ -101,7 +101,9 @@ def imported_data(choices: Choices) -> io.HardDataImport:
     choice, image, grid = choices.data, image_of(choices.image), choices.grid
     if choice.source == "file" and choice.files:
         return _imported(choice, grid, image)
-    return _imported_cells(_cells_of(choices), choice.answers, grid, image)
+    return _settled(
+        _placed_cells(_cells_of(choices), grid, image, *_names(choices)), choice.answers
+    )
 
 
 def placed_data(choices: Choices) -> io.PlacedPoints:
@@ -109,7 +111,48 @@ def placed_data(choices: Choices) -> io.PlacedPoints:
     choice, image, grid = choices.data, image_of(choices.image), choices.grid
     if choice.source == "file" and choice.files:
         return _placed(_without(choice, SETTLING), grid, image)
-    return _placed_cells(_cells_of(choices), grid, image)
+    return _placed_cells(_cells_of(choices), grid, image, *_names(choices))
+
+
+def _names(choices: Choices) -> tuple[tuple[str, ...], tuple[tuple[str, int], ...]]:
+    """Return facies names of bundled data by code, and the image's codes of names that it lacks.
+
+    Data for the image itself need no names, so the user may rename the facies of the image.
+    """
+    choice, image = choices.data, choices.image
+    own = datasets.hard_data_training_image(choice.bundled) if choice.source == "bundled" else ""
+    if not own or (image.upload is None and image.bundled == own):
+        return (), ()
+    words = datasets.load(own).facies_names
+    codes = {
+        **taken_by_code(words, image_of(image)),
+        **dict(dict(choice.answers).get("facies_names", ())),
+    }
+    return words, tuple(sorted(codes.items()))
+
+
+def taken_by_code(words: Sequence[str], image: TrainingImage) -> dict[str, int]:
+    """Return the codes of names that an image lacks, if no other name stands for that facies.
+
+    Examples
+    --------
+    >>> taken_by_code(["mud", "sand"], datasets.load("stone_wall"))
+    {'mud': 0, 'sand': 1}
+    >>> taken_by_code(["interdune", "slip face", "sand body"], datasets.load("dunes"))
+    {}
+    """
+    codes = dict(zip(map(str.casefold, image.facies_names), image.codes.tolist(), strict=True))
+    named = {codes[word.casefold()] for word in words if word.casefold() in codes}
+    missing = {word: code for code, word in enumerate(words) if word.casefold() not in codes}
+    return {word: code for word, code in missing.items() if code in {*codes.values()} - named}
+
+
+def facies_by_code(choices: Choices) -> str:
+    """Return as text which facies of bundled data have another name in the image, or nothing."""
+    image = image_of(choices.image)
+    names = dict(zip(image.codes.tolist(), image.facies_names, strict=True))
+    codes = taken_by_code(_names(choices)[0], image).items()
+    return ", ".join(f"{word} counts as {names[code]}" for word, code in codes)
 
 
 def _cells_of(choices: Choices) -> HardData:
@@ -125,21 +168,23 @@ def _cells_of(choices: Choices) -> HardData:
 
 
 @cached(max_entries=32)
-def _placed_cells(data: HardData, grid: Grid, image: TrainingImage) -> io.PlacedPoints:
+def _placed_cells(
+    data: HardData,
+    grid: Grid,
+    image: TrainingImage,
+    words: tuple[str, ...],
+    codes: tuple[tuple[str, int], ...],
+) -> io.PlacedPoints:
     if not data.n:  # without data, the array of cells has the number of axes of the grid
         data = HardData(np.empty((0, grid.n_dimensions)), ())
     cells, values = data.cells.astype(float), data.facies.astype(float)
     named: dict[str, Any] = {"counted": "datum", "name": "hard data", "variable": "facies"}
     lines = np.arange(1, data.n + 1)
-    points = io.ImportedPoints(places=cells, values=values, lines=lines, world=False, **named)
-    return io.place_points(points, grid, image, io.Conversion(classes="codes"))
-
-
-@cached(max_entries=32)
-def _imported_cells(
-    data: HardData, answers: Answers, grid: Grid, image: TrainingImage
-) -> io.HardDataImport:
-    return _settled(_placed_cells(data, grid, image), answers)
+    points = io.ImportedPoints(
+        places=cells, values=values, lines=lines, world=False, words=words, **named
+    )
+    conversion = io.Conversion(classes="codes", facies_names=codes)
+    return io.place_points(points, grid, image, conversion)
 
 
 def wells_of(choices: Choices) -> CellsOfWells:

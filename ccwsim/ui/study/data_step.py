@@ -21,7 +21,13 @@ from ccwsim.ui.results.maps import colours_of, pretty
 from ccwsim.ui.session.address import page_link
 from ccwsim.ui.session.cached import as_task, cached, shared_values
 from ccwsim.ui.session.fragments import follow_tasks
-from ccwsim.ui.session.resolve import data_of, image_of, imported_data, wells_of
+from ccwsim.ui.session.resolve import (
+    data_of,
+    facies_by_code,
+    image_of,
+    imported_data,
+    wells_of,
+)
 from ccwsim.ui.session.state import State
 from ccwsim.ui.session.uploads import file_uploader
 from ccwsim.ui.study.image_step import IMPORT_PAGE, THUMB
@@ -64,6 +70,8 @@ def data_step(state: State) -> None:
     if problem:
         st.error(plain(problem))
     elif state.choices.data.source != "none":
+        if said := facies_by_code(state.choices):
+            st.warning(page_text("Names of facies", taken=plain(said)))
         draw_data_fit(state)
     if state.data_draft is not None:
         _draft(state, state.data_draft)

@@ -21,6 +21,7 @@ from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.results import maps
 from ccwsim.ui.results.charts import draw_caption, draw_clickable_chart, titled_chart
 from ccwsim.ui.session.fragments import error_boundary
+from ccwsim.ui.session.resolve import facies_by_code
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.data_step import data_fit, flagged, is_judged
 from ccwsim.ui.study.run import draw_news, problem_of, start_run, start_run_if_needed
@@ -243,6 +244,9 @@ def findings(state: State, ensemble: Ensemble) -> list[Verdict]:
     page_state.worker.wait_for(tasks["shares"], MOMENT_SECONDS)
     known = {name: statistics.known(state, task) for name, task in tasks.items()}
     agreement = known.get("data_fit")
+    choices = state.ensemble_choices
+    if choices is not None and (said := facies_by_code(choices)):
+        found.append(Verdict(f"data: {said}", good=False))
     if agreement and flagged(agreement):
         found.insert(0, Verdict(agreement.words, good=False))
     if known["checks"] is not None:

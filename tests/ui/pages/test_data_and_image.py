@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
-from ccwsim import datasets
+from ccwsim import CCWSIMError, datasets
 from ccwsim.metrics import fit_data
 from ccwsim.sharing.choices import Choices
 from ccwsim.sharing.link import read_link
+from ccwsim.ui.session.resolve import data_of, facies_by_code
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study.data_step import verdict
 from tests.ui.pages.test_validate_page import launched, settled
 from tests.ui.widgets import html, named, opened
 from tests.waiting import wait_until
+
+VOLUME = "grid=100x100x48&template=32x32x16&overlap=8x8x4&level=2x2x1"
 
 
 def choices(link: str) -> Choices:
@@ -54,6 +60,56 @@ def test_the_study_column_says_it_once_no_run_is_going():
     assert words not in html(app) or state.job is None
     wait_until(lambda: words in html(app.run()), "the comparison of data and image", every=0.3)
     assert state.job is None
+
+
+@pytest.mark.parametrize(
+    ("link", "taken", "facies"),
+    [
+        ("ti=channels&data=channels_400_data", "", [0, 1]),
+        ("ti=bend&data=channels_400_data", "", [0, 1]),
+        (
+            "ti=stone_wall&data=channels_400_data",
+            "mud counts as stone, sand counts as mortar",
+            [0, 1],
+        ),
+        (
+            "ti=stone_wall&data=channels_60_wells",
+            "mud counts as stone, sand counts as mortar",
+            [0, 1],
+        ),
+        ("ti=lenses&data=channels_400_data", "mud counts as shale", [0, 1]),
+        (f"ti=folded_layers&data=sinuous_channels_10_wells&{VOLUME}", "mud counts as clay", [0, 2]),
+    ],
+)
+def test_facies_of_bundled_data_go_by_name_and_else_it_is_said(link, taken, facies):
+    study = choices(link)
+    assert facies_by_code(study) == taken
+    assert np.unique(data_of(study).facies).tolist() == facies
+
+
+def test_facies_of_the_image_may_get_the_names_in_the_data():
+    study = choices("ti=stone_wall&data=channels_400_data")
+    named = replace(study, image=replace(study.image, names=("sand", "mud")))
+    assert facies_by_code(named) == ""
+    np.testing.assert_array_equal(data_of(named).facies, 1 - data_of(study).facies)
+
+
+def test_a_name_whose_code_stands_for_another_name_is_a_question():
+    study = choices("ti=dunes&data=barchans_200_data")
+    with pytest.raises(CCWSIMError, match="has no facies 'sand body'"):
+        data_of(study)
+    answers = ("facies_names", (("sand body", 1),))
+    answered = replace(study, data=replace(study.data, answers=(answers,)))
+    own = datasets.load_hard_data("barchans_200_data").facies
+    assert data_of(answered).facies.tolist() == np.array([0, 2, 1])[own].tolist()
+
+
+def test_the_pages_say_which_names_differ():
+    link = "ti=stone_wall&data=channels_60_wells&grid=64x64&outside=drop&realizations=2"
+    app = launched(choices(link))
+    assert "data: mud counts as stone, sand counts as mortar" in html(app)
+    app = opened("simulate", State(choices=choices(link)))
+    assert "mud counts as stone" in app.run().warning[0].value
 
 
 @pytest.mark.slow
