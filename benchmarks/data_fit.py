@@ -3,7 +3,8 @@
 Data are sampled at random cells of reference fields, which come from the generators of bundled
 images with other seeds. The first table has the false alarms: the share of reference fields whose
 data are found to contradict the bundled image of the same generator. The second table has this
-share for all other images, and how often `rank_images` names the right or a wrong image.
+share for all other images, and how often `rank_images` names the right or a wrong image. The third
+table has the shares for vertical wells in reference volumes.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import numpy as np
 from ccwsim import HardData, TrainingImage, datasets
 from ccwsim.metrics import fit_data, rank_images
 from ccwsim.metrics.data_fit import winner
-from tools.datasets import generate
+from tools.datasets import generate, generate_volume
 
 NAMES = ("channels", "stone_wall", "lenses", "barchans")
 SIDES = (256, 384, 512)
@@ -26,6 +27,12 @@ OTHERS = {
     "stone_wall": ("channels", "fractures", "bend"),
     "barchans": ("lenses", "turned barchans", "delta"),
 }
+WELLS, VOLUME_SHAPE = (10, 20), (32, 96, 96)
+OF_VOLUMES = {
+    "sinuous_channels": ("sinuous_channels", "turned sinuous_channels", "stacked_lenses"),
+    "stacked_lenses": ("stacked_lenses", "turned stacked_lenses", "folded_layers"),
+}
+"""Images to compare with the wells of a generator; the first image is the right one."""
 SEED = 7200
 
 
@@ -34,7 +41,8 @@ def image(name: str) -> TrainingImage:
     if not name.startswith("turned "):
         return datasets.load(name)
     upright = datasets.load(name.removeprefix("turned "))
-    return TrainingImage(upright.array.T[::-1], name=name, facies_names=upright.facies_names)
+    turned = np.rot90(upright.array, axes=(-2, -1))
+    return TrainingImage(turned, name=name, facies_names=upright.facies_names)
 
 
 def samples(name: str, side: int, n: int, first: int, n_truths: int) -> Iterator[HardData]:
@@ -55,8 +63,26 @@ def rejected(name: str, other: str, side: int, n: int, first: int, n_truths: int
     ]
 
 
+def wells(name: str, n: int, seed: int) -> HardData:
+    """Return n vertical wells at random places of a reference volume."""
+    truth = generate_volume(name, shape=VOLUME_SHAPE, seed=seed)  # type: ignore[arg-type]
+    nz, ny, nx = VOLUME_SHAPE
+    places = np.random.default_rng(1000 * seed + n).choice(ny * nx, n, replace=False)
+    cells = np.array([(z, *divmod(int(place), nx)) for place in places for z in range(nz)])
+    return HardData(cells, truth.array[tuple(cells.T)])
+
+
+def wells_rejected(name: str, other: str, n: int, n_truths: int) -> str:
+    """Return how many reference volumes of a generator contradict an image, or lack its facies."""
+    candidate = image(other)
+    data = [wells(name, n, seed) for seed in range(SEED, SEED + n_truths)]
+    known = [each for each in data if np.isin(each.facies, candidate.codes).all()]
+    found = sum(fit_data(candidate, each, VOLUME_SHAPE).contradicts for each in known)
+    return f"{found} of {len(known)}"
+
+
 def main(n_truths: int = 8) -> None:
-    """Print both tables."""
+    """Print the tables."""
     print(f"{'data of':<12}{'side':>5}" + "".join(f"{n:>8}" for n in NUMBERS) + "  false alarms")
     everything: list[bool] = []
     for name in NAMES:
@@ -78,6 +104,11 @@ def main(n_truths: int = 8) -> None:
             right = sum(one is candidates[0] for one in named)
             wrong = sum(one is not None for one in named) - right
             print(f"{name:<12}named of {n} data: right {right}, wrong {wrong} of {n_truths}")
+    print(f"\n{'wells of':<18}{'image':<26}" + "".join(f"{n:>10}" for n in WELLS) + "  found")
+    for name, others in OF_VOLUMES.items():
+        for other in others:
+            each = "".join(f"{wells_rejected(name, other, n, n_truths):>10}" for n in WELLS)
+            print(f"{name:<18}{other:<26}{each}", flush=True)
 
 
 if __name__ == "__main__":

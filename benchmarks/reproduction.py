@@ -3,7 +3,8 @@
 The first table has the false alarms. Fields from the generators of bundled images, with other
 seeds, are judged as if they were realizations, so no check should differ. The table has the share
 of fields in which a check differs, and the kinds of these checks. The second table has the same
-shares for simulations with poor settings, each with two seeds.
+shares if the training image is one of N_TRUTHS other images from each generator: for another field
+of the generator, for simulations with poor settings, and for simulations of a wrong image.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ccwsim import Ensemble, HardData, Parameters, TrainingImage, datasets, simulate
 from ccwsim.metrics import Check, check_ensemble
@@ -34,13 +36,26 @@ POOR = {
     "level 4, T 32, OR 16": Parameters(template_size=32, overlap_size=16, wavelet_level=4),
     "default": Parameters(),
 }
-N_REALIZATIONS = 12
+GOOD, WRONG = "another field", "wrong image"
+OTHERS = {
+    "channels": ("fractures", "bend", "stone_wall"),
+    "stone_wall": ("channels", "fractures", "bend"),
+    "lenses": ("barchans", "dunes", "delta"),
+    "barchans": ("lenses", "dunes", "delta"),
+}
+"""Wrong images with as many facies as the images of a generator."""
+N_REALIZATIONS, SIDE = 12, 256
 
 
 def as_ensemble(image: TrainingImage, truths: Sequence[TrainingImage]) -> Ensemble:
     """Return fields as the realizations of a training image."""
-    n, shape = len(truths), truths[0].shape
-    indices = np.array([np.searchsorted(image.codes, t.array) for t in truths]).astype(np.uint8)
+    indices = np.array([np.searchsorted(image.codes, t.array) for t in truths])
+    return with_indices(image, indices.astype(np.uint8))
+
+
+def with_indices(image: TrainingImage, indices: NDArray[np.uint8]) -> Ensemble:
+    """Return facies indices as the realizations of a training image."""
+    n, shape = len(indices), indices.shape[1:]
     study = image, Grid.of(shape), Parameters(), HardData(), 0
     return Ensemble(*study, indices, np.ones(n), 1.0, np.zeros((n, 0), np.int16), np.arange(n))
 
@@ -67,6 +82,17 @@ def flagged(name: str, shape: tuple[int, ...], n: int, seeds: range) -> list[lis
     return found
 
 
+def simulated(name: str, case: str, seed: int) -> Ensemble:
+    """Return realizations to be judged by an image from a generator, one of the cases above."""
+    image, grid = truth_of(name, datasets.load(name).shape, seed), (SIDE, SIDE)
+    if case == GOOD:
+        return as_ensemble(image, [truth_of(name, grid, seed + 1000)])
+    if case != WRONG:
+        return simulate(image, grid, POOR[case], None, N_REALIZATIONS, seed)
+    wrong = datasets.load(OTHERS[name][seed % len(OTHERS[name])])
+    return with_indices(image, simulate(wrong, grid, None, None, N_REALIZATIONS, seed).indices)
+
+
 def print_row(name: str, size: object, found: list[list[Check]]) -> None:
     """Print the share of ensembles in which a check differs, and the kinds of these checks."""
     kinds = Counter(kind for checks in found for kind in {check.kind for check in checks})
@@ -84,15 +110,10 @@ def main(n_truths: int = 9) -> None:
                 print_row(name, side, flagged(name, (side, side), n, seeds))
         for name in VOLUMES:
             print_row(name, "volume", flagged(name, VOLUME_SHAPE, n, seeds[: -(-n_truths // 2)]))
-    print(f"\n{'settings':<24}{'image':>12}  differ")
-    for said, settings in POOR.items():
+    print(f"\n{'realizations':<24}{'image':>12}  differ")
+    for case in (GOOD, WRONG, *POOR):
         for name in MAPS:
-            image = datasets.load(name)
-            found = [
-                differing(simulate(image, (256, 256), settings, None, N_REALIZATIONS, seed))
-                for seed in (SEED, SEED + 100)
-            ]
-            print_row(said, name, found)
+            print_row(case, name, [differing(simulated(name, case, seed)) for seed in seeds])
 
 
 if __name__ == "__main__":

@@ -25,6 +25,7 @@ than the images.
 
 from ccwsim.metrics.anodi import Anodi, Scaling, anodi, classical_scaling, metric_scaling
 from ccwsim.metrics.bands import Band, RunningCurves, RunningStatistics, RunningSummary, band
+from ccwsim.metrics.checks import Check, check_ensemble
 from ccwsim.metrics.coarsening import coarsened
 from ccwsim.metrics.connectivity import (
     Connectivity,
@@ -69,10 +70,8 @@ from ccwsim.metrics.reference import (
     score_reference,
 )
 from ccwsim.metrics.reference_band import (
-    Check,
     Fit,
     ReferenceBand,
-    check_ensemble,
     crop_shape,
     fit_curve,
     fit_geobodies,

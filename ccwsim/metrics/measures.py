@@ -6,15 +6,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.metrics.connectivity import Geobodies, geobody_statistics
-from ccwsim.metrics.patterns import unseen_patterns
+from ccwsim.metrics.patterns import patterns_of_crops_alone, unseen_patterns
 from ccwsim.metrics.reference_band import Fit, fit_values
 from ccwsim.metrics.stack import Fraction, Stack, as_stack, map_parallel
 from ccwsim.model.arrays import ratio
@@ -36,6 +37,8 @@ class OfFacies:
     images: Stack
     code: int
     training_image: TrainingImage
+    are_crops: bool = False
+    """Whether the images are crops of the training image."""
 
     @cached_property
     def inside(self) -> NDArray[np.bool_]:
@@ -66,13 +69,25 @@ class Measure:
     least: float
     """Smallest reported difference, in units of the value."""
     words: tuple[str, str] = ("too low", "too high")
-    """Words for a value below the crops and for a value above the crops."""
+    """Words for a value below the crops (empty if such values are good) and above the crops."""
     factor: float = 1.0
     """Factor applied to values on screen, such as 100 for percent."""
     digits: int = 2
     """Number of decimals on screen."""
     volumes: bool | None = None
     """True for measures of volumes, False for measures of maps, None for measures of both."""
+    errors: tuple[float, float] = (3.0, 2.5)
+    """Allowed differences from crops in standard errors, for maps and for volumes."""
+    spread: float = 0.0
+    """Smallest standard deviation between crops, in units of the value."""
+    checked: Literal["facies", "image", "elsewhere"] = "facies"
+    """Whether `check_ensemble` compares the measure for each facies, for the image, or elsewhere,
+    namely in a check of another kind."""
+
+    @property
+    def name(self) -> str:
+        """The title without the unit, such as "Chord E–W"."""
+        return self.title.partition(",")[0].partition(" per ")[0]
 
     def text(self, value: float) -> str:
         """Return a value as text.
@@ -121,7 +136,8 @@ def _largest(of: OfFacies) -> Values:
 
 def _unseen(of: OfFacies) -> Values:
     sides = *of.images.shape[-2:], *of.training_image.shape[-2:]
-    return unseen_patterns(of.images, of.training_image, min(PATTERN_SIDE, *sides))
+    function = patterns_of_crops_alone if of.are_crops else unseen_patterns
+    return function(of.images, of.training_image, min(PATTERN_SIDE, *sides))
 
 
 def _counted(
@@ -144,7 +160,7 @@ MEASURES = (
     Measure(
         "Proportion, %",
         "Share of the cells that have this facies.",
-        _share, 0.01, ("too little", "too much"), 100, 1,
+        _share, 0.01, ("too little", "too much"), 100, 1, checked="elsewhere",
     ),
     Measure(
         "Boundary, %",
@@ -174,12 +190,13 @@ MEASURES = (
     Measure(
         "Largest geobody, %",
         "Share of the facies in the largest geobody.",
-        _largest, 0.1, ("too small", "too large"), 100, 0,
+        _largest, 0.1, ("too small", "too large"), 100, 0, spread=0.1, checked="elsewhere",
     ),
     Measure(
         "Γ",
         "Probability that two cells of the facies are in one geobody (Renard and Allard 2013).",
         lambda of: of.geobodies.gamma, 0.1, ("too little connected", "too much connected"),
+        spread=0.1, checked="elsewhere",
     ),
     *_counted(
         "Euler number",
@@ -190,7 +207,7 @@ MEASURES = (
         "Unseen patterns, %",
         f"Share of the patterns (all facies, {PATTERN_SIDE} cells along a side) that do not occur "
         "in the training image.",
-        _unseen, 0.01, ("", "too many"), 100,
+        _unseen, 0.0005, ("", "too many"), 100, errors=(2.0, 2.5), checked="image",
     ),
 )  # fmt: skip
 """All measures, in the order on screen."""
@@ -219,21 +236,45 @@ def measure(ensemble: Ensemble, facies: int, progress: Fraction | None = None) -
     >>> measured.measures[0].title, round(measured.reference[0], 2)
     ('Proportion, %', np.float64(0.27))
     """
-    image = ensemble.training_image
-    index = image.index_of(facies)
-    kind = image.n_dimensions > 2
-    chosen = tuple(m for m in MEASURES if m.volumes in (None, kind))
-
-    def values(images: Stack) -> Values:
-        of = OfFacies(images, facies, image)
-        return np.column_stack([np.asarray(m.values(of), float) for m in chosen])
+    image, chosen = ensemble.training_image, measures_of(ensemble.training_image)
+    fit = fit_measures(ensemble, facies, chosen)
 
     def one(r: int) -> Values:
-        return values(Stack(ensemble.indices[r : r + 1], image.codes))
+        return _values(chosen, image, facies, Stack(ensemble.indices[r : r + 1], image.codes))
 
     each = map_parallel(one, min(ensemble.n, MAX_IMAGES), progress)
-    own = values(as_stack(image))[0]
-    names = tuple(m.title for m in chosen)
-    least, at = np.array([m.least for m in chosen]), np.arange(len(chosen), dtype=float)
-    fit = fit_values(ensemble, ("measures", index, names), at, values, least)
+    own = _values(chosen, image, facies, as_stack(image))[0]
     return Measured(chosen, np.concatenate(each), own, fit)
+
+
+def measures_of(image: TrainingImage) -> tuple[Measure, ...]:
+    """Return the measures of maps or of volumes."""
+    return tuple(m for m in MEASURES if m.volumes in (None, image.n_dimensions > 2))
+
+
+def fit_measures(ensemble: Ensemble, facies: int, chosen: Sequence[Measure]) -> Fit | None:
+    """Compare measures of pieces of realizations with those of crops of the training image.
+
+    In the result, `at` contains the index of each measure in `MEASURES`.
+    """
+    image = ensemble.training_image
+    name = "measures", image.index_of(facies), *(m.title for m in chosen)
+    at = np.array([MEASURES.index(m) for m in chosen], float)
+    which = image.n_dimensions - 2
+    least, spread, errors = np.array([(m.least, m.spread, m.errors[which]) for m in chosen]).T
+    values = partial(_values, chosen, image, facies)
+    one_sided = np.array([not m.words[0] for m in chosen])
+    of_crops = partial(values, are_crops=True)
+    return fit_values(ensemble, name, at, values, least, spread, one_sided, of_crops, errors)
+
+
+def _values(
+    chosen: Sequence[Measure],
+    image: TrainingImage,
+    facies: int,
+    images: Stack,
+    are_crops: bool = False,
+) -> Values:
+    """Return the measures of a facies in images, shape (n_images, n_measures)."""
+    of = OfFacies(images, facies, image, are_crops)
+    return np.column_stack([np.asarray(m.values(of), float) for m in chosen])

@@ -16,7 +16,6 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
 from math import isqrt, prod
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,10 +24,10 @@ from scipy.special import ndtri, stdtrit
 from ccwsim.metrics.bands import STATISTICS, Statistic, curves_of
 from ccwsim.metrics.connectivity import geobody_statistics
 from ccwsim.metrics.etype import proportions
-from ccwsim.metrics.lags import Direction, DirectionName, axes_of, distinct_lags, max_lag
+from ccwsim.metrics.lags import Direction, distinct_lags, max_lag
 from ccwsim.metrics.pattern_codes import count_patterns
 from ccwsim.metrics.patterns import PatternHistogram, js_divergence
-from ccwsim.metrics.stack import N_AXES, Fraction, Stack, as_volume
+from ccwsim.metrics.stack import N_AXES, Stack, as_volume
 from ccwsim.model.arrays import as_floats, check_int, ratio
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError, shown
@@ -46,8 +45,6 @@ MAX_CROPS_ABOVE = 2
 """Maximum number of crops along z in a volume."""
 MIN_CROPS = 3
 """Minimum number of crops in which a value is not NaN; otherwise the value is not judged."""
-MAX_CHECKED = 8
-"""Maximum number of facies that are checked; with more facies, those with the largest shares."""
 MAX_PIECES = 32
 """Maximum number of pieces; more would not help because the crops limit the precision."""
 ERRORS = {
@@ -55,7 +52,6 @@ ERRORS = {
     "variogram": (3.5, 4.0),
     "connectivity": (4.0, 4.0),
     "geobodies": (3.0, 2.5),
-    "measures": (3.0, 2.5),
     "patterns": (3.0, 3.0),
 }
 """Allowed differences in standard errors, for maps and for volumes."""
@@ -95,8 +91,8 @@ class Fit:
     """Allowed difference between `found` and `reference`; NaN if the value cannot be judged."""
     crop_shape: Shape
     """(Layers,) rows and columns of crops and pieces."""
-    one_sided: bool = False
-    """Whether only values above `reference` are outside the band."""
+    one_sided: bool | NDArray[np.bool_] = False
+    """Whether only values above `reference` are outside the band, one for all values or a mask."""
 
     @property
     def judged(self) -> bool:
@@ -123,7 +119,7 @@ class Fit:
         """Ratio of difference to tolerance of each value; NaN if the value cannot be judged."""
         with np.errstate(divide="ignore", invalid="ignore"):  # a constant image has no tolerance
             above = (self.found - self.reference) / self.tolerance
-        return above if self.one_sided else np.abs(above)
+        return np.where(self.one_sided, above, np.abs(above))
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,8 +140,8 @@ class ReferenceBand:
     """Values of each crop, shape (n_crops, m); NaN if a value is missing."""
     n_independent: float
     """Number of crops that would fit into the training image without overlap."""
-    n_errors: float
-    """Allowed difference in standard errors."""
+    n_errors: ArrayLike
+    """Allowed difference of each value in standard errors, shape (m,), or of all values."""
     min_gap: ArrayLike
     """Smallest reported difference of each value, shape (m,), or of all values."""
     crop_shape: Shape
@@ -313,21 +309,28 @@ def fit_values(
     at: Floats,
     values: ValuesOf,
     min_gap: ArrayLike,
-    min_spread: float = 0.0,
+    min_spread: ArrayLike = 0.0,
+    one_sided: bool | NDArray[np.bool_] = False,
+    of_crops: ValuesOf | None = None,
+    n_errors: ArrayLike | None = None,
 ) -> Fit | None:
     """Compare m values of pieces of realizations with the values of crops of the training image.
 
-    `name` is a unique key of these values; its first entry is a key of `ERRORS`. `values` takes a
-    stack of n images and returns an array of shape (n, m). `at`, `min_gap` and `min_spread` become
-    those of the `ReferenceBand`. The result is None if the training image or the grid is too small
-    for crops.
+    `name` is a unique key of these values; its first entry is a key of `ERRORS`, unless `n_errors`
+    has the allowed differences. `values` takes a stack of n images and returns an array of shape
+    (n, m); `of_crops` does so for crops, by default `values`. `at`, `min_gap` and `min_spread`
+    become those of the `ReferenceBand`, and `one_sided` that of the `Fit`. The result is None if
+    the training image or the grid is too small for crops.
     """
     image = ensemble.training_image
     shape = crop_shape(image.shape, ensemble.grid.shape)
     if shape is None:
         return None
-    reference = band_of_crops(image, name, shape, at, values, min_gap, min_spread)
-    return reference.compare(values(Stack(pieces_of(ensemble.indices, shape), image.codes)))
+    reference = band_of_crops(
+        image, name, shape, at, of_crops or values, min_gap, min_spread, n_errors
+    )
+    pieces = values(Stack(pieces_of(ensemble.indices, shape), image.codes))
+    return replace(reference.compare(pieces), one_sided=one_sided)
 
 
 def fit_proportions(ensemble: Ensemble) -> Fit | None:
@@ -411,53 +414,6 @@ def _divergence(one: Counts, other: Counts) -> float:
     return js_divergence(*both)
 
 
-class Check(NamedTuple):
-    """A comparison of realizations with crops of their training image."""
-
-    kind: str
-    """"proportions", "variogram", "connectivity", "geobodies" or "patterns"."""
-    facies: int | None
-    """Index of the facies; None if the check comprises all facies."""
-    direction: DirectionName | None
-    """Direction of a curve, otherwise None."""
-    fit: Fit
-
-
-def check_ensemble(ensemble: Ensemble, progress: Fraction | None = None) -> list[Check]:
-    """Compare an ensemble with crops of its training image in all facies and directions.
-
-    Checks that cannot be judged are left out, so the list is empty if the training image or the
-    grid is too small for crops. Of two facies, variograms are compared only for the second one,
-    because both are equal. Only some checks are independent, so the share of good ensembles in
-    which any check differs was measured (see the page on measures in the documentation).
-
-    Examples
-    --------
-    >>> from ccwsim import datasets, simulate
-    >>> checks = check_ensemble(simulate(datasets.load("channels"), (128, 128), n_realizations=4))
-    >>> len(checks), [check.kind for check in checks if not check.fit.fits]
-    (10, [])
-    """
-    image, ways = ensemble.training_image, axes_of(ensemble.grid.shape)
-    facies = sorted(np.argsort(-image.proportions, kind="stable")[:MAX_CHECKED].tolist())
-    found: list[tuple[str, int | None, DirectionName | None, Fit | None]] = [
-        ("proportions", None, None, fit_proportions(ensemble)),
-        ("patterns", None, None, fit_patterns(ensemble)),
-    ]
-    for done, k in enumerate(facies):
-        code = int(image.codes[k])
-        for statistic, way in product(STATISTICS, ways):
-            if statistic == "variogram" and image.n_facies == 2 and k == 0:
-                continue
-            found.append((statistic, k, way, fit_curve(ensemble, statistic, code, way)))
-        found.append(("geobodies", k, None, fit_geobodies(ensemble, code)))
-        if progress:
-            progress((done + 1) / len(facies))
-    return [
-        Check(kind, k, way, fit) for kind, k, way, fit in found if fit is not None and fit.judged
-    ]
-
-
 _bands: LruCache[ReferenceBand] = LruCache(max_values=1000)
 """The bands of the last images; a band needs some kilobytes."""
 
@@ -469,14 +425,15 @@ def band_of_crops(
     at: Floats,
     values: ValuesOf,
     min_gap: ArrayLike,
-    min_spread: float = 0.0,
+    min_spread: ArrayLike = 0.0,
+    n_errors: ArrayLike | None = None,
 ) -> ReferenceBand:
     """Return the band of an image's crops, which is computed once for each name and crop shape."""
 
     def computed() -> ReferenceBand:
         crops = values(Stack(crops_of(image.indices, shape), image.codes))
         n_independent = image.indices.size / prod(shape)
-        n_errors = ERRORS[name[0]][image.n_dimensions - 2]
-        return ReferenceBand(at, crops, n_independent, n_errors, min_gap, shape, min_spread)
+        allowed = ERRORS[name[0]][image.n_dimensions - 2] if n_errors is None else n_errors
+        return ReferenceBand(at, crops, n_independent, allowed, min_gap, shape, min_spread)
 
     return _bands.get_or_make((image.digest, *name, shape), computed)

@@ -19,7 +19,7 @@ from ccwsim.model.numbers import seconds
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.paper import methods, verdicts
 from ccwsim.paper.experiment import ExperimentRun, Outcome
-from ccwsim.paper.methods import DEFAULT, TITLES
+from ccwsim.paper.methods import DEFAULT, SETTINGS, TITLES
 from ccwsim.paper.published_times import TABLE_1
 from ccwsim.paper.verdicts import percent
 from ccwsim.report.document import Block, Chart, Judgement, Row, Table, Text
@@ -134,8 +134,9 @@ def sampled_data(run: ExperimentRun) -> Outcome:
         for group in groups
     ]
     charts = [methods.connectivity_chart(stacks, image, lags) for stacks in (exact, rough)]
+    curves = Row(tuple(charts), methods.caption_of_cases(e))
     words = Text(methods.DEFAULT_WORDS, quiet=True)
-    blocks = (*maps, Row(tuple(charts)), _table_of_cases(study, side), words)
+    blocks = (*maps, curves, _table_of_cases(study, side), words)
     run.step()
     judgements = (*_methods(study), *_against_published(study), *_in_search_only(study))
     return Outcome(blocks, judgements)
@@ -300,7 +301,11 @@ def variability(run: ExperimentRun) -> Outcome:
         "with the paper's; divergences cannot."
     )
     words = Text(remark, quiet=True), Text(methods.DEFAULT_WORDS, quiet=True)
-    return Outcome((*blocks, Row(tuple(charts)), *words), tuple(judgements))
+    caption = (
+        f"Grids as in the tables, no hard data; level {ANODI_LEVEL}, {SETTINGS}; "
+        f"{run.extent.n_anodi} realizations of each of our methods, seed {run.seed}."
+    )
+    return Outcome((*blocks, Row(tuple(charts), caption), *words), tuple(judgements))
 
 
 def _distances(run: ExperimentRun, image_name: str, side: int, files: tuple[str, ...]) -> Anodi:

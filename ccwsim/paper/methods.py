@@ -18,6 +18,7 @@ from ccwsim.model.training_image import TrainingImage
 from ccwsim.paper.experiment import ExperimentRun
 from ccwsim.report.document import Chart, Picture
 from ccwsim.report.pictures import map_picture
+from ccwsim.report.settings import describe_inputs
 
 TITLES = {"ccwsim": "CCWSIM", "ms-ccsim": "MS-CCSIM", "ccsim": "CCSIM"}
 SETTINGS = "T 32, OR 8, 20 candidates, search fraction 0.1, CT 2"
@@ -139,6 +140,12 @@ def connectivity_chart(stacks: Mapping[str, NDArray], image: TrainingImage, lags
     )
     legend = tuple((line.name, line.colour) for line in lines)
     return Chart(figure, title, f"{title}: {', '.join(stacks)}, training image", legend)
+
+
+def caption_of_cases(e: Ensemble) -> str:
+    """Return the caption of a chart of several methods; `e` has the realizations of one of them."""
+    many = f"{e.n} realizations of each of our cases, seed {e.seed}"
+    return f"{describe_inputs(e)}; {SETTINGS}; {many}."
 
 
 def colour_of(name: str) -> str:

@@ -23,6 +23,7 @@ from ccwsim.paper.published_times import OCTAVE, published_time, stated_seconds
 from ccwsim.paper.verdicts import percent
 from ccwsim.report.document import Block, Judgement, Picture, Row, Table, Text
 from ccwsim.report.pictures import bundle_chart, bundle_of, share_picture
+from ccwsim.report.settings import caption_of
 
 SHOWN = 3
 LEVEL = 2
@@ -209,7 +210,7 @@ def statistics(run: ExperimentRun) -> Outcome:
             charts.append(bundle_chart(bundle, statistic, way, name, top, 220))
             bundles.append(bundle)
             run.step()
-        blocks.append(Row(tuple(charts)))
+        blocks.append(Row(tuple(charts), f"{caption_of(many)}."))
         judgements.append(_surrounded(bundles, statistic))
     stacks = {"CCWSIM": many.indices}
     for code in ("CCWSIM", "MS-CCSIM"):
@@ -218,7 +219,8 @@ def statistics(run: ExperimentRun) -> Outcome:
             stacks[f"published {code}"] = found
     tau = {name: methods.relative_tau(images, image) for name, images in stacks.items()}
     if len(stacks) > 1:
-        blocks.append(Row((methods.connectivity_chart(stacks, image, lags),)))
+        chart = methods.connectivity_chart(stacks, image, lags)
+        blocks.append(Row((chart,), methods.caption_of_cases(many)))
     blocks.append(_tau_table(tau, stacks))
     run.step()
     return Outcome(tuple(blocks), (*judgements, *_against_codes(tau)))

@@ -13,7 +13,7 @@ from ccwsim.model.numbers import seconds
 from ccwsim.model.parameters import Parameters
 from ccwsim.paper import methods, verdicts
 from ccwsim.paper.experiment import ExperimentRun, Outcome
-from ccwsim.paper.methods import TITLES
+from ccwsim.paper.methods import SETTINGS, TITLES
 from ccwsim.paper.published_times import (
     FIGURE_13,
     LEVEL_CHANGES,
@@ -59,11 +59,15 @@ def grid_size(run: ExperimentRun) -> Outcome:
         f"CPU time of a realization, median of {n}, one thread, no data; the paper's times are "
         "means of 20 conditional realizations, with an unknown number of data."
     )
-    blocks = (_grid_chart(by_level, sides), Table(header, tuple(rows), caption))
+    of_chart = (
+        f"{image.name}, no hard data; {SETTINGS}; median of {n} realizations, seed {run.seed}."
+    )
+    chart = Row((_grid_chart(by_level, sides),), of_chart)
+    blocks = (chart, Table(header, tuple(rows), caption))
     return Outcome(blocks, tuple(_grid_judgements(by_level)))
 
 
-def _grid_chart(by_level: dict[int, list[Timing]], sides: tuple[int, ...]) -> Row:
+def _grid_chart(by_level: dict[int, list[Timing]], sides: tuple[int, ...]) -> Chart:
     measured = []
     for level, times in by_level.items():
         cells, values = np.array([(t.n_cells, t.seconds) for t in times], float).T
@@ -73,7 +77,7 @@ def _grid_chart(by_level: dict[int, list[Timing]], sides: tuple[int, ...]) -> Ro
     figure = timings_chart(measured, paper_series(), ticks, LIGHT, y_title="CPU time (s)", unit="s")
     title = "Fig. 13 · CPU time of a realization against the number of cells"
     legend = (("measured here", LIGHT.ink), ("the paper, another machine", LIGHT.reference))
-    return Row((Chart(figure, title, title, legend),))
+    return Chart(figure, title, title, legend)
 
 
 def paper_series(per_cell: bool = False) -> list[TimeSeries]:

@@ -7,9 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.metrics.bands import Statistic
+from ccwsim.metrics.checks import Check
 from ccwsim.metrics.lags import VERTICAL, Direction, axes_of
-from ccwsim.metrics.measures import Measured
-from ccwsim.metrics.reference_band import Check, Fit
+from ccwsim.metrics.measures import MEASURES, Measured
+from ccwsim.metrics.reference_band import Fit
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.numbers import plural
@@ -201,7 +202,7 @@ def describe_checks(checks: Sequence[Check], names: Sequence[str]) -> list[Verdi
     if not checks:
         return [Verdict("curves not judged", NOT_JUDGED.numbers, None)]
     off = [check for check in checks if not check.fit.fits]
-    what = "proportions, patterns, and variograms, connectivity and geobodies of the facies"
+    what = "proportions, patterns, and curves, geobodies and measures of the facies"
     numbers = f"{what}, along all axes; in about {CHANCE} of good ensembles any check differs"
     if not off:
         return [Verdict(f"all {len(checks)} checks fit the training image", numbers)]
@@ -214,9 +215,22 @@ def describe_checks(checks: Sequence[Check], names: Sequence[str]) -> list[Verdi
             said.append(verdict._replace(words=f"{name}, {way_name(way)}: {verdict.words}"))
         elif kind == "geobodies":
             said += describe_geobodies(fit, name)
+        elif kind == "measures":
+            said.append(_describe_worst_measure(fit, name))
         elif kind == "patterns":
             said += [verdict for verdict in describe_patterns(fit) if not verdict.good][:1]
     return said
+
+
+def _describe_worst_measure(fit: Fit, facies: str) -> Verdict:
+    """Describe the measure that differs most from the crops; without a name, of all facies."""
+    k = fit.worst
+    measure = MEASURES[int(fit.at[k])]
+    word = measure.words[int(fit.found[k] > fit.reference[k])]
+    found, own = measure.text(fit.found[k]), measure.text(fit.reference[k])
+    numbers = f"{measure.title}: {found} in pieces, {own} in TI crops of {size_text(fit)}"
+    what = f"{facies}, {measure.name}" if facies else measure.name
+    return Verdict(f"{what}: {word}", numbers, False)
 
 
 def describe_unseen(share: float, at_data: float | None, size: str = "3 × 3 × 3") -> str:

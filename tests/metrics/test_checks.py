@@ -5,12 +5,24 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 import pytest
 
-from benchmarks.reproduction import MAPS, POOR, SEED, VOLUME_SHAPE, VOLUMES, differing, flagged
-from ccwsim import TrainingImage, datasets, simulate
+from benchmarks.reproduction import (
+    MAPS,
+    SEED,
+    VOLUME_SHAPE,
+    VOLUMES,
+    WRONG,
+    differing,
+    flagged,
+    simulated,
+)
+from ccwsim import TrainingImage
 from ccwsim.metrics import check_ensemble
+from ccwsim.report.verdicts import describe_checks
 from tests.metrics.test_reference_band import ensemble_of
 from tests.metrics.volumes import a_volume
 from tests.small_images import blobs
@@ -31,15 +43,14 @@ def test_good_fields_are_seldom_flagged():
 @pytest.mark.parametrize(
     ("name", "settings"),
     [
-        ("channels", "template 8"),
-        ("channels", "K 500 as published"),
-        ("stone_wall", "K 500 as published"),
+        *product(("channels", "stone_wall", "lenses"), ("K 500 as published", "template 8", WRONG)),
         ("stone_wall", "level 4, T 32, OR 16"),
-        ("lenses", "template 8"),
+        ("barchans", "template 8"),
+        ("barchans", WRONG),
     ],
 )
-def test_poor_simulations_are_flagged(name, settings):
-    assert differing(simulate(datasets.load(name), (256, 256), POOR[settings], None, 12, SEED))
+def test_poor_simulations_and_wrong_images_are_flagged(name, settings):
+    assert differing(simulated(name, settings, SEED + 50))
 
 
 def test_the_checks_cover_all_facies_and_directions():
@@ -49,10 +60,23 @@ def test_the_checks_cover_all_facies_and_directions():
     kinds = ("variogram", "connectivity")
     assert curves == {(s, k, way) for s in kinds for k in range(3) for way in ("E-W", "N-S")}
     assert [c.facies for c in checks if c.kind == "geobodies"] == [0, 1, 2]
+    assert [c.facies for c in checks if c.kind == "measures"] == [None, 0, 1, 2]
     assert sum(c.kind in ("proportions", "patterns") for c in checks) == 2
     volume = TrainingImage(a_volume(1, (12, 48, 48), smooth=1.5))
     ways = {c.direction for c in check_ensemble(ensemble_of(volume, volume.indices[None]))}
     assert ways == {None, "E-W", "N-S", "vertical"}
+
+
+def test_a_measure_that_differs_is_named_with_its_facies():
+    image = TrainingImage(blobs((120, 120), 2, seed=1), facies_names=("mud", "sand"))
+    holes = image.indices.copy()
+    holes[::5, ::5] = 1 - holes[::5, ::5]
+    _, *differs = describe_checks(check_ensemble(ensemble_of(image, holes[None])), ("mud", "sand"))
+    words = {verdict.words: verdict.numbers for verdict in differs}
+    assert "Unseen patterns: too many" in words
+    assert words["Unseen patterns: too many"].startswith("Unseen patterns, %: ")
+    assert any(word.startswith("sand, Euler number: too many") for word in words)
+    assert all(len(word.split()) <= 8 for word in words)
 
 
 def test_nothing_is_checked_where_the_image_is_too_small():

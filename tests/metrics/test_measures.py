@@ -14,6 +14,7 @@ from scipy.ndimage import label
 from ccwsim import CCWSIMError, Ensemble, Parameters, TrainingImage, simulate
 from ccwsim.metrics import MEASURES, Measure, measure
 from ccwsim.metrics.measures import OfFacies
+from ccwsim.metrics.patterns import patterns_of_crops_alone
 from ccwsim.metrics.stack import Stack
 from ccwsim.report.verdicts import describe_measures
 from tests.small_images import blobs
@@ -99,6 +100,30 @@ def test_pieces_of_the_image_itself_are_as_its_crops_and_noise_is_not():
     assert bad["Boundary, %"].verdict.startswith("too rough: ")
     assert bad["Chord E–W, cells"].verdict.startswith("too short: ")
     assert bad["Unseen patterns, %"].verdict.startswith("too many: ")
+
+
+def test_unseen_patterns_of_crops_are_counted_in_the_rest_of_the_image():
+    image = TrainingImage(blobs((40, 40), 2))
+    corner = image.indices[:20, 20:]
+    stack = Stack(corner[None], image.codes)
+    places = [(y, x) for y in range(38) for x in range(38)]
+    windows = {(y, x): image.indices[y : y + 3, x : x + 3].tobytes() for y, x in places}
+    inside = [w for (y, x), w in windows.items() if y <= 17 and x >= 20]
+    others = {w for (y, x), w in windows.items() if y > 17 or x < 20}
+    share = np.mean([w not in others for w in inside])
+    assert 0 < share < 1
+    assert patterns_of_crops_alone(stack, image, 3) == pytest.approx([share])
+    unseen = BY_TITLE["Unseen patterns"].values
+    assert unseen(OfFacies(stack, 1, image, are_crops=True)) == pytest.approx([share])
+    assert unseen(OfFacies(stack, 1, image)) == [0.0]
+
+
+def test_fewer_unseen_patterns_than_in_crops_are_good():
+    image = blobs((120, 120), 2, seed=3)
+    same = of_maps(image, [image[:60, :60], image[60:, 60:]])
+    (row,) = [r for r in describe_measures(measure(same, 1)) if r.title == "Unseen patterns, %"]
+    assert row.good
+    assert row.verdict.startswith("0.00, crops ")
 
 
 def test_volumes_have_a_measure_more_and_small_images_are_not_judged():

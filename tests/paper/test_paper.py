@@ -32,7 +32,15 @@ from ccwsim.paper.published_times import TABLE_1
 from ccwsim.paper.realizations import limits, unconditional
 from ccwsim.paper.times import grid_size, level_change
 from ccwsim.paper.verdicts import compared, of_both, of_data, of_levels, of_ratio, of_time
-from ccwsim.report.document import Judgement, Table, Text, packed_plotly, report_html
+from ccwsim.report.document import (
+    Chart,
+    Judgement,
+    Row,
+    Table,
+    Text,
+    packed_plotly,
+    report_html,
+)
 
 UNCONDITIONAL, GRID_SIZE, LIMITS = (
     next(e for e in EXPERIMENTS if e.run is run) for run in (unconditional, grid_size, limits)
@@ -77,6 +85,16 @@ def test_a_quick_run_reports_every_experiment(small):
         assert stated in page
     assert not OUTSIDE.findall(page.replace(packed_plotly(), ""))
     assert page.count(packed_plotly()) == 1
+
+
+def test_every_row_of_charts_has_a_caption_with_data_and_seed(small):
+    blocks = [block for f in small.finished for block in f.outcome.blocks]
+    assert not any(isinstance(block, Chart) for block in blocks)
+    rows = [b for b in blocks if isinstance(b, Row) and isinstance(b.items[0], Chart)]
+    assert len(rows) >= 4
+    for row in rows:
+        assert "no hard data" in row.caption or re.search(r"\d hard data", row.caption)
+        assert "seed 3" in row.caption
 
 
 def test_small_grids_are_not_set_against_the_papers_seconds(small):

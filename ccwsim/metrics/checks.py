@@ -1,0 +1,76 @@
+"""All comparisons of an ensemble with crops of its training image."""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+
+from ccwsim.metrics.bands import STATISTICS
+from ccwsim.metrics.lags import DirectionName, axes_of
+from ccwsim.metrics.measures import fit_measures, measures_of
+from ccwsim.metrics.reference_band import (
+    Fit,
+    fit_curve,
+    fit_geobodies,
+    fit_patterns,
+    fit_proportions,
+)
+from ccwsim.metrics.stack import Fraction
+from ccwsim.model.ensemble import Ensemble
+
+MAX_CHECKED = 8
+"""Maximum number of facies that are checked; with more facies, those with the largest shares."""
+
+
+class Check(NamedTuple):
+    """A comparison of realizations with crops of their training image."""
+
+    kind: str
+    """"proportions", "patterns", "variogram", "connectivity", "geobodies" or "measures"."""
+    facies: int | None
+    """Index of the facies; None if the check comprises all facies."""
+    direction: DirectionName | None
+    """Direction of a curve, otherwise None."""
+    fit: Fit
+
+
+def check_ensemble(ensemble: Ensemble, progress: Fraction | None = None) -> list[Check]:
+    """Compare an ensemble with crops of its training image in all facies and directions.
+
+    Checks that cannot be judged are left out, so the list is empty if the training image or the
+    grid is too small for crops. Of two facies, variograms are compared only for the second one,
+    because both are equal. Only some checks are independent, so the share of good ensembles in
+    which any check differs was measured (see the page on measures in the documentation).
+
+    Examples
+    --------
+    >>> from ccwsim import datasets, simulate
+    >>> checks = check_ensemble(simulate(datasets.load("channels"), (128, 128), n_realizations=4))
+    >>> len(checks), [check.kind for check in checks if not check.fit.fits]
+    (13, [])
+    """
+    image, ways = ensemble.training_image, axes_of(ensemble.grid.shape)
+    of_facies, of_image = (
+        [m for m in measures_of(image) if m.checked == what] for what in ("facies", "image")
+    )
+    facies = sorted(np.argsort(-image.proportions, kind="stable")[:MAX_CHECKED].tolist())
+    found: list[tuple[str, int | None, DirectionName | None, Fit | None]] = [
+        ("proportions", None, None, fit_proportions(ensemble)),
+        ("patterns", None, None, fit_patterns(ensemble)),
+        ("measures", None, None, fit_measures(ensemble, int(image.codes[0]), of_image)),
+    ]
+    for done, k in enumerate(facies):
+        code = int(image.codes[k])
+        for statistic, way in product(STATISTICS, ways):
+            if statistic == "variogram" and image.n_facies == 2 and k == 0:
+                continue
+            found.append((statistic, k, way, fit_curve(ensemble, statistic, code, way)))
+        found.append(("geobodies", k, None, fit_geobodies(ensemble, code)))
+        found.append(("measures", k, None, fit_measures(ensemble, code, of_facies)))
+        if progress:
+            progress((done + 1) / len(facies))
+    return [
+        Check(kind, k, way, fit) for kind, k, way, fit in found if fit is not None and fit.judged
+    ]
