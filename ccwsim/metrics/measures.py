@@ -86,8 +86,15 @@ class Measure:
 
     @property
     def name(self) -> str:
-        """The title without the unit, such as "Chord E–W"."""
-        return self.title.partition(",")[0].partition(" per ")[0]
+        """The title without the unit, as in a sentence.
+
+        Examples
+        --------
+        >>> [m.name for m in MEASURES if m.name in ("chord E–W", "Euler number", "Γ")]
+        ['chord E–W', 'Γ', 'Euler number', 'Euler number']
+        """
+        name = self.title.partition(",")[0].partition(" per ")[0]
+        return name if name.startswith("Euler") or len(name) == 1 else name[0].lower() + name[1:]
 
     def text(self, value: float) -> str:
         """Return a value as text.

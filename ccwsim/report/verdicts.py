@@ -228,9 +228,9 @@ def _describe_worst_measure(fit: Fit, facies: str) -> Verdict:
     measure = MEASURES[int(fit.at[k])]
     word = measure.words[int(fit.found[k] > fit.reference[k])]
     found, own = measure.text(fit.found[k]), measure.text(fit.reference[k])
-    numbers = f"{measure.title}: {found} in pieces, {own} in TI crops of {size_text(fit)}"
-    what = f"{facies}, {measure.name}" if facies else measure.name
-    return Verdict(f"{what}: {word}", numbers, False)
+    numbers = f"{measure.title} {found} in pieces, {own} in TI crops of {size_text(fit)}"
+    words = f"{measure.name} {word}"
+    return Verdict(f"{facies}: {words}" if facies else words, numbers, False)
 
 
 def describe_unseen(share: float, at_data: float | None, size: str = "3 × 3 × 3") -> str:

@@ -467,5 +467,5 @@ def _draw_mds(state: State, found: Comparison) -> None:
     chart = figures.mds_chart(positions[0], groups, theme)
     alt = "MDS plot: realizations of all settings and the training image"
     stress = found.scaling.stress
-    note = describe_scaling(stress, "click one to see it")
+    note = describe_scaling(stress, "click a point to see it")
     titled_chart(figures.mds_title(stress), note, chart, "compared_mds", alt, draw)

@@ -163,7 +163,7 @@ def _draw_mds(state: State, found: Anodi) -> None:
     assert ensemble is not None
     n = len(found.owner) - 1
     first = f"first {n}; click a point to see the realization"
-    note = first if ensemble.n > statistics.MAX_COMPARED else "click one to see it"
+    note = first if ensemble.n > statistics.MAX_COMPARED else "click a point to see it"
 
     def click(k: int) -> None:
         state.shown = min(max(k, 0), n - 1)
