@@ -42,7 +42,7 @@ HOW_JUDGED = (
 )
 NOT_JUDGED = Verdict("not judged", "the training image or the grid is too small for crops", None)
 LAYERS_NOT_JUDGED = Verdict("one image cannot tell this", "layers are not judged", None)
-CHANCE = "1 %"
+CHANCE = "3 %"
 """Share of good ensembles in which a check differs (see the page on measures)."""
 
 
