@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.metrics.connectivity import Geobodies, geobody_statistics
-from ccwsim.metrics.patterns import patterns_of_crops_alone, unseen_patterns
+from ccwsim.metrics.pattern_codes import count_patterns
+from ccwsim.metrics.patterns import layers_of, unseen_patterns
 from ccwsim.metrics.reference_band import Fit, fit_values
 from ccwsim.metrics.stack import Fraction, Stack, as_stack, map_parallel
 from ccwsim.model.arrays import ratio
@@ -86,13 +87,7 @@ class Measure:
 
     @property
     def name(self) -> str:
-        """The title without the unit, as in a sentence.
-
-        Examples
-        --------
-        >>> [m.name for m in MEASURES if m.name in ("chord E–W", "Euler number", "Γ")]
-        ['chord E–W', 'Γ', 'Euler number', 'Euler number']
-        """
+        """The title without the unit, as in a sentence: "chord E–W", "Euler number"."""
         name = self.title.partition(",")[0].partition(" per ")[0]
         return name if name.startswith("Euler") or len(name) == 1 else name[0].lower() + name[1:]
 
@@ -143,8 +138,17 @@ def _largest(of: OfFacies) -> Values:
 
 def _unseen(of: OfFacies) -> Values:
     sides = *of.images.shape[-2:], *of.training_image.shape[-2:]
-    function = patterns_of_crops_alone if of.are_crops else unseen_patterns
-    return function(of.images, of.training_image, min(PATTERN_SIDE, *sides))
+    size, crops, own = min(PATTERN_SIDE, *sides), of.images, as_stack(of.training_image)
+    if not of.are_crops:
+        return unseen_patterns(crops, own, size)
+    how = own.n_facies, min(size, layers_of(own, crops)), size
+    codes, counts = count_patterns(own.volume(0), *how)
+
+    def by_the_rest(k: int) -> float:  # a pattern is unseen if all its locations are in the crop
+        here, n = count_patterns(crops.volume(k), *how)
+        return float(n[counts[np.searchsorted(codes, here)] == n].sum() / n.sum())
+
+    return np.array(map_parallel(by_the_rest, len(crops)))
 
 
 def _counted(

@@ -221,30 +221,6 @@ def unseen_patterns(
     return np.array(map_parallel(one, len(stack), progress))
 
 
-def patterns_of_crops_alone(
-    crops: Stack, training_image: TrainingImage, size: int
-) -> NDArray[np.float64]:
-    """Return the share of the patterns of each crop that occur nowhere else in the image.
-
-    This is `unseen_patterns` of the crop, by the rest of the training image; shape (n,).
-
-    Examples
-    --------
-    >>> image = TrainingImage([[0, 0, 1, 1], [0, 0, 0, 0]])
-    >>> patterns_of_crops_alone(Stack(image.indices[None, :, :2], image.codes), image, 1)
-    array([0.])
-    """
-    own = as_stack(training_image)
-    how = own.n_facies, min(size, layers_of(own, crops)), size
-    codes, counts = count_patterns(own.volume(0), *how)
-
-    def one(k: int) -> float:
-        here, n = count_patterns(crops.volume(k), *how)
-        return float(n[counts[np.searchsorted(codes, here)] == n].sum() / n.sum())
-
-    return np.array(map_parallel(one, len(crops)))
-
-
 def _containing(
     mask: NDArray[np.bool_], shape: tuple[int, ...], height: int, size: int
 ) -> NDArray[np.bool_]:

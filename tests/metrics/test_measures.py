@@ -14,7 +14,6 @@ from scipy.ndimage import label
 from ccwsim import CCWSIMError, Ensemble, Parameters, TrainingImage, simulate
 from ccwsim.metrics import MEASURES, Measure, measure
 from ccwsim.metrics.measures import OfFacies
-from ccwsim.metrics.patterns import patterns_of_crops_alone
 from ccwsim.metrics.stack import Stack
 from ccwsim.report.verdicts import describe_measures
 from tests.small_images import blobs
@@ -112,7 +111,6 @@ def test_unseen_patterns_of_crops_are_counted_in_the_rest_of_the_image():
     others = {w for (y, x), w in windows.items() if y > 17 or x < 20}
     share = np.mean([w not in others for w in inside])
     assert 0 < share < 1
-    assert patterns_of_crops_alone(stack, image, 3) == pytest.approx([share])
     unseen = BY_TITLE["Unseen patterns"].values
     assert unseen(OfFacies(stack, 1, image, are_crops=True)) == pytest.approx([share])
     assert unseen(OfFacies(stack, 1, image)) == [0.0]

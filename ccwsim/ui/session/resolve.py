@@ -43,6 +43,7 @@ SETTLING = ("on_collision", "on_outside", "on_unknown")
 """Names of the answers that concern volumes, surveys, and data that do not fit, respectively."""
 BUT_NAMES = {**CONTENT, TrainingImage: lambda image: image.digest}
 """The functions of `CONTENT`, changed so that names of facies are ignored."""
+Names = tuple[tuple[str, ...], tuple[tuple[str, int], ...]]
 USUAL_VOLUME = 100, 100
 """Default rows and columns of a volume's grid; the number of layers is that of the image."""
 
@@ -101,9 +102,8 @@ def imported_data(choices: Choices) -> io.HardDataImport:
     choice, image, grid = choices.data, image_of(choices.image), choices.grid
     if choice.source == "file" and choice.files:
         return _imported(choice, grid, image)
-    return _settled(
-        _placed_cells(_cells_of(choices), grid, image, *_names(choices)), choice.answers
-    )
+    placed = _placed_cells(_cells_of(choices), grid, image, _names(choices))
+    return _settled(placed, choice.answers)
 
 
 def placed_data(choices: Choices) -> io.PlacedPoints:
@@ -111,10 +111,10 @@ def placed_data(choices: Choices) -> io.PlacedPoints:
     choice, image, grid = choices.data, image_of(choices.image), choices.grid
     if choice.source == "file" and choice.files:
         return _placed(_without(choice, SETTLING), grid, image)
-    return _placed_cells(_cells_of(choices), grid, image, *_names(choices))
+    return _placed_cells(_cells_of(choices), grid, image, _names(choices))
 
 
-def _names(choices: Choices) -> tuple[tuple[str, ...], tuple[tuple[str, int], ...]]:
+def _names(choices: Choices) -> Names:
     """Return facies names of bundled data by code, and the image's codes of names that it lacks.
 
     Data for the image itself need no names, so the user may rename the facies of the image.
@@ -124,11 +124,8 @@ def _names(choices: Choices) -> tuple[tuple[str, ...], tuple[tuple[str, int], ..
     if not own or (image.upload is None and image.bundled == own):
         return (), ()
     words = datasets.load(own).facies_names
-    codes = {
-        **taken_by_code(words, image_of(image)),
-        **dict(dict(choice.answers).get("facies_names", ())),
-    }
-    return words, tuple(sorted(codes.items()))
+    answered = dict(choice.answers).get("facies_names", ())
+    return words, (*taken_by_code(words, image_of(image)).items(), *answered)
 
 
 def taken_by_code(words: Sequence[str], image: TrainingImage) -> dict[str, int]:
@@ -169,12 +166,9 @@ def _cells_of(choices: Choices) -> HardData:
 
 @cached(max_entries=32)
 def _placed_cells(
-    data: HardData,
-    grid: Grid,
-    image: TrainingImage,
-    words: tuple[str, ...],
-    codes: tuple[tuple[str, int], ...],
+    data: HardData, grid: Grid, image: TrainingImage, facies: Names
 ) -> io.PlacedPoints:
+    words, codes = facies
     if not data.n:  # without data, the array of cells has the number of axes of the grid
         data = HardData(np.empty((0, grid.n_dimensions)), ())
     cells, values = data.cells.astype(float), data.facies.astype(float)
