@@ -24,21 +24,11 @@ OPPOSITE = {"east": "west", "west": "east", "north": "south", "south": "north"}
 
 
 class Frame(NamedTuple):
-    """A map or a volume in path coordinates.
+    """A map or a volume in path coordinates."""
 
-    Attributes
-    ----------
-    orientation : int
-        Orientation of the path, 0 … 15 (see `ccwsim.engine.stages.path`).
-    shape : pair or triple of int
-        (Layers,) rows and columns in path coordinates.
-    offset : pair or triple of int
-        Number of (layers,) rows and columns from the beginning of the path to the grid; () for 0.
-    """
-
-    orientation: int
-    shape: tuple[int, ...]
-    offset: tuple[int, ...] = ()
+    orientation: int  # of the path, 0 … 15 (see `ccwsim.engine.stages.path`)
+    shape: tuple[int, ...]  # (layers,) rows and columns
+    offset: tuple[int, ...] = ()  # from the beginning of the path to the grid; () for 0
 
     @property
     def original_shape(self) -> tuple[int, ...]:

@@ -24,36 +24,18 @@ from ccwsim.model.study import Study
 
 
 class ResimulatedWindow(NamedTuple):
-    """A re-simulated window around a datum, or one forced cell, in grid coordinates.
+    """A re-simulated window around a datum, or one forced cell, in grid coordinates."""
 
-    Attributes
-    ----------
-    datum : int
-        Number of the datum in the hard data.
-    size, row, column : int
-        Side, first row and first column in cells.
-    before, after : ndarray of uint8, shape (size, size)
-        Facies indices before and after the re-simulation.
-    sources : ndarray of int32, shape (size, size)
-        Flat index in the training image for each cell of `after`; −1 for a cell changed singly.
-    fits : bool
-        Whether any patch fits and honours all data; otherwise no cell has changed.
-    isolated : bool
-        Whether the datum was already honoured, but isolated, before the re-simulation.
-    layer : int
-        First layer of the window; 0 in a map.
-    """
-
-    datum: int
-    size: int
-    row: int
-    column: int
-    before: NDArray[np.uint8]
+    datum: int  # number of the datum in the hard data
+    size: int  # side in cells
+    row: int  # first row
+    column: int  # first column
+    before: NDArray[np.uint8]  # facies indices, shape (size, size)
     after: NDArray[np.uint8]
-    sources: NDArray[np.int32]
-    fits: bool
-    isolated: bool
-    layer: int = 0
+    sources: NDArray[np.int32]  # flat index in the training image; −1 for a cell changed singly
+    fits: bool  # whether any patch fits and honours all data; otherwise nothing has changed
+    isolated: bool  # whether the datum was honoured before, but isolated
+    layer: int = 0  # first layer
 
 
 def resimulated_windows(
@@ -64,10 +46,7 @@ def resimulated_windows(
     sources: NDArray[np.int32],
     rng: np.random.Generator,
 ) -> tuple[list[ResimulatedWindow], NDArray[np.int16]]:
-    """Honour data like `honour_data`; return all tried windows and the data status.
-
-    No window is tried around a datum that an earlier window has already honoured.
-    """
+    """Honour data like `honour_data`; return all tried windows and the data status."""
     cells, last = study.hard_data.cells, grid.copy()
     windows: list[ResimulatedWindow] = []
 
@@ -98,10 +77,7 @@ MIN_INTERVAL = 8
 
 
 class Checkpoint(NamedTuple):
-    """The state of a realization before a patch.
-
-    Sources are not stored, because simulating a patch again restores its sources.
-    """
+    """The state of a realization before a patch; simulating it again restores sources."""
 
     grid: NDArray[np.uint8]
     counts: NDArray[np.int64]
@@ -346,10 +322,7 @@ class Trace:
     def _all_scores(
         self, blocks: NDArray[np.int64]
     ) -> tuple[NDArray[np.number[Any]], NDArray[np.bool_]]:
-        """Return the scores of all locations, and a mask of locations excluded as continuations.
-
-        Excluded locations have the worst score in the workspace, but the real score in the result.
-        """
+        """Return the real scores of all locations, and a mask of excluded continuations."""
         scores = self._stepper.work.scores.copy()
         copies = np.zeros(scores.shape, bool)
         if not self._stepper.plan.inputs.before.shape[1]:
