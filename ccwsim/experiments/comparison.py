@@ -81,10 +81,7 @@ class PairRatio:
 
     @property
     def grades(self) -> tuple[int, int, int]:
-        """Whether `between`, `within` and `ratio` are below 1 (−1), above 1 (1) or close to 1 (0).
-
-        A ratio is close to 1 if its logarithm is within two standard errors of 0.
-        """
+        """Whether each ratio is below 1 (−1), above 1 (1) or close to 1 (0) by standard errors."""
         with np.errstate(divide="ignore"):
             logs = np.log([self.between, self.within, self.ratio])
         told = np.abs(logs) > MIN_ERRORS * np.array(self.errors)  # False where NaN

@@ -34,9 +34,7 @@ def typical_seconds(
 ) -> float:
     """Return the CPU seconds to simulate (and judge) a realization on a typical core.
 
-    The estimate may be wrong by a factor of about three, because the time of local re-simulation
-    depends on how well image and data agree. Use it only to compare settings. `disorder` is
-    `TrainingImage.disorder`, on which the time of seam repair depends.
+    It may be wrong by a factor of three; use it to compare settings. Seam repair needs `disorder`.
     """
     p = parameters
     repair = prod(grid_shape) * PER_DISORDERED_CELL * disorder if p.repair_seams else 0.0

@@ -93,11 +93,7 @@ class Sweep:
         return np.array([SPREADS[kind](row.quality) for row in self.rows], dtype=float)
 
     def alike(self, kind: str, among: NDArray[np.int64], tolerance: float) -> NDArray[np.int64]:
-        """Return the settings in `among` whose error is close to the smallest error in `among`.
-
-        An error is close if it exceeds the smallest error by at most `tolerance`, or by at most
-        `DOUBT` standard errors.
-        """
+        """Return the settings whose error is the smallest up to `tolerance` or `DOUBT` errors."""
         n = np.array([row.quality.n for row in self.rows])
         errors, doubts = self.errors(kind), np.nan_to_num(self.spreads(kind)) / np.sqrt(n)
         known = among[~np.isnan(errors[among])]

@@ -79,11 +79,9 @@ def time_study(
     progress: Progress | None = None,
     cancel: Cancel | None = None,
 ) -> Timing:
-    """Measure the CPU time of realizations of a study on one thread.
+    """Measure the CPU time of realizations of a study on one thread, as `simulate` takes it.
 
-    Arguments and errors are as in `simulate`. Kernels are compiled before the measurement. No
-    realization is stored. The times include the preparation of the training image for a new
-    orientation of the path.
+    No realization is stored. Times include the preparation of the image for a new orientation.
     """
     grid, n = Grid.of(grid_shape), check_int("n_realizations", n_realizations, 1)
     batch = max(min(CELLS_AT_ONCE // grid.n_cells, n), 1)
@@ -118,18 +116,9 @@ def time_cases(
 ) -> Iterator[Timing]:
     """Measure and yield the times of each case, in the order of `cases`.
 
-    Data are sampled from an unconditional realization, as in section 5.2 of the paper: all cases on
-    one grid use the same data, and larger sets contain the smaller sets.
-
-    `n_realizations` realizations are timed per case. `progress` is called with the fraction of the
-    expected time and the number of finished cases; `cancel` returns True to stop the measurements.
-
-    Raises
-    ------
-    CCWSIMError
-        If there are more data than cells, or if `simulate` raises it.
-    Cancelled
-        If `cancel` returned True; times that were already yielded are valid.
+    Data are sampled from an unconditional realization (section 5.2): all cases on one grid use the
+    same data, and larger sets contain the smaller. `progress` is called with the fraction of the
+    expected time and the number of finished cases. Raises `CCWSIMError` for more data than cells.
     """
     seed = check_int("seed", seed, 0)
     for case in cases:
@@ -197,10 +186,7 @@ class Growth:
 
 
 def growth(timings: Sequence[Timing]) -> Growth:
-    """Return how one setting's time grows with the number of grid cells (Fig. 13).
-
-    Raises `CCWSIMError` if all grids have the same number of cells.
-    """
+    """Return how one setting's time grows with the number of grid cells (Fig. 13)."""
     cells = np.array([t.n_cells for t in timings], float)
     seconds = np.array([max(t.seconds, 1e-9) for t in timings])
     if len(np.unique(cells)) < 2:

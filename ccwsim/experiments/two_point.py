@@ -92,8 +92,7 @@ def _pairs(inside: NDArray[np.bool_]) -> NDArray[np.float64]:
 def _correlations(covariances: NDArray, threshold: float) -> NDArray[np.float64]:
     """Return the correlations of a Gaussian field from covariances of the truncated field.
 
-    The covariance is the integral of exp(−t² / (1 + sin θ)) / 2π from 0 to the arc sine of the
-    correlation, where t is the threshold.
+    Those are ∫ exp(−t² / (1 + sin θ)) / 2π from 0 to arcsin of the correlation, with threshold t.
     """
     angles = np.linspace(-np.pi / 2, np.pi / 2, 4001)
     middles = (angles[1:] + angles[:-1]) / 2

@@ -34,9 +34,7 @@ TOLERANCE = 1e-3
 def as_grid(file: DataFile, shape: tuple[int, ...] | None = None) -> DataFile:
     """Return a table with one row per cell as a grid; return other files unchanged.
 
-    With a `shape`, a table is unchanged too: its rows are the cells of this shape, in their order.
-    Otherwise, each row goes to the cell of its coordinates, whatever the order of the rows. Cells
-    without a row are NaN. Raises `CCWSIMError` for coordinates that do not fill a regular grid.
+    With a `shape`, the rows of a table are its cells already. Cells without a row are NaN.
     """
     if shape is None and not file.is_table:
         return _of_rows(file)
@@ -78,11 +76,7 @@ def part_of_grid(
     up: bool | None = None,
     z_up: bool | None = None,
 ) -> DataFile:
-    """Return a file with only a part of its grids, and the cell size and origin of this part.
-
-    `shape`, `up` and `z_up` are as in `read_training_image`. A grid that is one cell wide becomes a
-    vertical section, whose rows are layers.
-    """
+    """Return a file with a part of its grids; a grid one cell wide becomes a vertical section."""
     south_first = file.south_first if up is None else up
     rights = ((-2, south_first), (-3, z_up is not False))
     turned = tuple(axis for axis, right in rights if not right)
@@ -116,10 +110,7 @@ def _of_rows(file: DataFile) -> DataFile:
 
 
 def _cells(places: NDArray[np.float64]) -> tuple[NDArray[np.int64], int, float, float]:
-    """Return the cell of each coordinate, the number of cells, their size and the first corner.
-
-    The number of cells is 0 if the coordinates are not equally spaced.
-    """
+    """Return cells, their number (0 if not equally spaced), their size and the first corner."""
     different = np.unique(places)
     if not np.isfinite(different).all():
         return np.empty(0, np.int64), 0, 1.0, 0.0

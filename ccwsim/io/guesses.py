@@ -113,10 +113,7 @@ def _guess_part(shape: tuple[int, ...], copies: float, known: dict[str, Any]) ->
 
 
 def _layer(file: DataFile, known: dict[str, Any], asked: list[str]) -> NDArray:
-    """Guess variable, shape and layers; return the variable's values, row 0 at the south.
-
-    If no slice is given, all layers of a volume are returned.
-    """
+    """Guess variable, shape and layers (all without a slice); return values, row 0 at the south."""
     names = list(file.variables)
     liked = [name for name in names if name.lower() in PREFERRED]
     if len(names) > 1 and len(liked) != 1:

@@ -188,9 +188,7 @@ def open_file(
 ) -> DataFile | PictureFile:
     """Return the variables or the colours of a file, or the columns of a table in memory.
 
-    With a `part`, only this part of a picture or a grid is returned, and the limit of cells counts
-    for the part. The parameters `shape`, `up` and `z_up` are as in `read_training_image`; they have
-    no effect without a part.
+    With a `part`, only this part is returned, and the limit of cells counts for it.
     """
     options: tuple[Any, ...] = () if part is None else (part, tuple(how.items()))
     if isinstance(path_or_file, IsolatedFile):

@@ -51,11 +51,7 @@ class FilePart:
         return cls(**{name: answers[name] for name in _ARGUMENTS if name in answers})
 
     def box(self, name: str, shape: tuple[int, ...]) -> tuple[tuple[int, ...], tuple[int, ...]]:
-        """Return the first cell and the sides of this part; both have one element per axis.
-
-        `shape` is (ny, nx) or (nz, ny, nx). The numbers of rows and columns are multiples of
-        `every`.
-        """
+        """Return first cell and sides of this part of a shape; sides are multiples of `every`."""
         row, column, ny, nx = self.crop or (0, 0, *shape[-2:])
         layer, nz = self.layers or (0, *shape[:-2], 1)[:2]
         first, last = (layer, row, column), (layer + nz, row + ny, column + nx)
@@ -90,8 +86,7 @@ def thinning(shape: tuple[int, ...], copies: float = 1.0) -> int:
 def largest_without_gaps(known: NDArray[np.bool_]) -> tuple[int, int, int, int]:
     """Return first row and column, and numbers of rows and columns, of the largest known rectangle.
 
-    All four numbers are 0 if no cell is known. For each row, the numbers of consecutive known cells
-    up to this row form a histogram by column; its largest rectangle is computed in linear time.
+    Known cells up to a row are a histogram by column; its largest rectangle takes linear time.
     """
     ny, nx = known.shape
     heights = np.zeros(nx + 1, np.int64)  # the extra column of height 0 ends the last rectangle

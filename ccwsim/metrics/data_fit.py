@@ -292,14 +292,7 @@ def rank_images(
 
 
 def winner(ranks: Sequence[ImageRank]) -> TrainingImage | None:
-    """Return the image that predicts the data best, or None if the data do not tell it apart.
-
-    Examples
-    --------
-    >>> first, second = TrainingImage([[0, 1]]), TrainingImage([[1, 0]])
-    >>> winner([ImageRank(first, -0.4, 0.0, 300), ImageRank(second, -0.5, 1.2, 300)]) is None
-    True
-    """
+    """Return the image that predicts the data best, or None if the data do not tell it apart."""
     best, *others = ranks
     known = best.n >= MIN_RANKED and all(other.z > MIN_Z for other in others)
     return best.image if known else None
@@ -349,8 +342,7 @@ class _Family(NamedTuple):
     def largest_difference(self) -> Floats:
         """Return each row's largest |z| against all other rows, shape (1 + n_null,).
 
-        The null repeats the chance that made the image what it is, the data do not. Differences
-        between halves of the image measure this chance.
+        Only the null repeats the chance that made the image; differences of its halves measure it.
         """
         n = len(self.sets) - 1
         centred = self.sets - self.sets.mean(axis=0)
@@ -483,10 +475,7 @@ class _Events:
             self._neighbours.append(nearest[np.isfinite(distance[nearest])])
 
     def log_probabilities(self, sets: Ints, sources: NDArray[np.int32]) -> tuple[Floats, Floats]:
-        """Return log P of the facies at the targets and its expectation, shape (sets, targets).
-
-        The first set has no sources, and each half counts for it; likewise cells without a source.
-        """
+        """Return log P at the targets and its expectation; each half counts for unknown sources."""
         along = np.unravel_index(np.maximum(sources, 0), self._shape)[self._axis]
         half_of = np.vstack([0 * sets[:1] - 1, np.where(sources < 0, -1, along >= self._middle)])
         found = np.empty((2, len(sets), len(self.targets)))
@@ -543,8 +532,7 @@ def _probabilities(counts: Floats) -> Floats:
 def _smoothing(cells: Ints, facies: Ints, n_facies: int) -> Floats:
     """Return log P of each datum if the data of other wells are smoothed, shape (n,).
 
-    The ranges of the Gaussian kernel and the shrinkage to the proportions have the best log score
-    on the other four fifths of the wells.
+    Ranges and shrinkage have the best log score on the other four fifths of the wells.
     """
     groups = wells_of(cells)
     is_facies = np.eye(n_facies)[facies]

@@ -70,9 +70,8 @@ def templates_that_fit(shape: tuple[int, ...], template_size: int | tuple[int, i
 def feature_size(ew: Spacing, ns: Spacing, side: int) -> tuple[int, str]:
     """Return the side in cells of a template that contains a feature, and the reason as text.
 
-    If features repeat along an axis, the side is the spacing of the features. A spacing larger than
-    the largest advised template is used only if the period is clear and more than three periods fit
-    into `side`. Otherwise the side is twice the geometric mean of both variogram ranges.
+    It is the spacing of the features, or twice the geometric mean of both variogram ranges. A
+    spacing above the largest advised template needs a clear period that fits into `side` thrice.
     """
     largest = largest_template(side)
     spacings = [
@@ -110,8 +109,7 @@ def _advise_level(thinnest: int, side: int) -> Advice:
 
 
 def _advise_template(wanted: int, why: str, side: int, level: int, is_period: bool) -> Advice:
-    """Advise the smallest template that contains a feature, if enough templates fit; a periodic
-    feature needs fewer."""
+    """Advise the smallest template that contains a feature, if enough fit; fewer if periodic."""
     largest, block_size = largest_template(side), 2**level
     size = -(-max(wanted, 16) // block_size) * block_size
     if is_period and largest < wanted and MIN_ACROSS_PERIOD * size <= side:
@@ -163,8 +161,7 @@ def advise_along_z(
 ) -> tuple[tuple[int, int, int], str]:
     """Return level, template and overlap along z of a volume, and the reason as text.
 
-    The level is lower than along rows and columns because volumes are thin. The template has at
-    most half of the layers, or all layers of a thin volume.
+    Volumes are thin: levels are lower than in layers, templates have half of the layers or all.
     """
     largest = n_layers if n_layers < MIN_HALVED_LAYERS else min(n_layers // 2, MAX_TEMPLATE)
     by_feature = max(thinnest, 1).bit_length() - 1

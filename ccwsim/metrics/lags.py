@@ -52,11 +52,9 @@ def axes_of(shape: tuple[int, ...]) -> tuple[DirectionName, ...]:
 def lag_offsets(
     direction: Direction, lags: NDArray[np.integer], n_axes: int = 2
 ) -> NDArray[np.int64]:
-    """Return the offset (rows, columns) from x to x + h for each lag, shape (n_lags, 2).
+    """Return the offset (layers,) rows and columns from x to x + h for each lag.
 
-    Along a named direction or a pair (rows, columns), lags are numbers of steps. Along an azimuth,
-    lags are distances in cells, and offsets are rounded to whole cells. In volumes (`n_axes` = 3),
-    offsets are (layers, rows, columns); only "vertical" and triples change the layer.
+    Lags are steps of a direction or, along an azimuth, distances rounded to whole cells.
     """
     if _is_azimuth(direction):
         angle = np.deg2rad(float(direction))
@@ -124,13 +122,7 @@ def lags_within(
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return the lags as an array, and their offsets (layers, rows, columns), shape (n_lags, 3).
 
-    If `lags` is None, the lags are 0 … 100, or 0 up to the longest lag that fits the image. Raises
-    `CCWSIMError` for a given lag that is longer than the image.
-
-    Examples
-    --------
-    >>> lags_within((60, 80), "E-W", None)[0].max(), lags_within((5, 60, 80), "vertical", None)[0]
-    (np.int64(79), array([0, 1, 2, 3, 4]))
+    By default, lags are 0 … 100, or as far as they fit the image; a given lag must fit.
     """
     if lags is None:
         steps = lags_that_fit(shape, direction, np.arange(MAX_LAG + 1))

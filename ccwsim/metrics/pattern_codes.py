@@ -19,16 +19,7 @@ MAX_TABLE = 2**20
 def count_patterns(
     volume: NDArray[np.uint8], n_facies: int, height: int, size: int
 ) -> tuple[NDArray[np.uint64], NDArray[np.int64]]:
-    """Return the sorted codes of the patterns of height × size × size cells, and their counts.
-
-    `PatternHistogram` explains the codes.
-
-    Examples
-    --------
-    >>> codes, counts = count_patterns(np.eye(3, dtype=np.uint8)[None], 2, 1, 2)
-    >>> codes, counts
-    (array([2, 4, 9], dtype=uint64), array([1, 1, 2]))
-    """
+    """Return the sorted codes of patterns (see `PatternHistogram`) and their counts."""
     n_cells = height * size * size
     if n_cells * np.log2(max(n_facies, 2)) < 64 and n_facies**n_cells <= MAX_TABLE:
         table = np.zeros(n_facies**n_cells, np.int64)

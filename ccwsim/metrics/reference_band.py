@@ -317,10 +317,8 @@ def fit_values(
 ) -> Fit | None:
     """Compare m values of pieces of realizations with the values of crops of the training image.
 
-    `name` is a unique key of these values; its first entry is a key of `ERRORS`. `values` takes a
-    stack of n images and returns an array of shape (n, m). `at`, `min_gap` and `min_spread` become
-    those of the `ReferenceBand`. The result is None if the training image or the grid is too small
-    for crops.
+    The first entry of the unique `name` is a key of `ERRORS`. `values` maps a stack of n images to
+    shape (n, m); the other arguments are those of `ReferenceBand`. None if crops are too small.
     """
     image = ensemble.training_image
     shape = crop_shape(image.shape, ensemble.grid.shape)

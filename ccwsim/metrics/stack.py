@@ -77,9 +77,8 @@ Codes = ArrayLike
 def as_stack(images: Images, codes: Codes | None = None, n_axes: int = 2) -> Stack:
     """Return images as a stack with the facies `codes`, by default all codes that occur.
 
-    An array with two axes is a map. An array with three axes is a stack of maps, or a volume if
-    `n_axes` is 3. An array with four axes is a stack of volumes.
-    Raises `CCWSIMError` for another shape or type, and for a cell whose code is not in `codes`.
+    An array of three axes is a stack of maps, or a volume if `n_axes` is 3. Raises `CCWSIMError`
+    for another shape or type, and for a cell whose code is not in `codes`.
     """
     wanted = None if codes is None else checked_codes(codes)
     if isinstance(images, Stack):
@@ -200,10 +199,7 @@ def _indices(values: NDArray[np.integer], codes: NDArray[np.integer]) -> NDArray
 def in_pieces(
     function: Callable[[NDArray], NDArray], rows: NDArray, cells: int
 ) -> NDArray[np.integer]:
-    """Return function(rows), computed for some rows at a time so that a user can cancel.
-
-    For each row, `function` reads `cells` cells and returns one row.
-    """
+    """Return function(rows), some rows (each `cells` cells) at a time so that a user can cancel."""
     at_once = max(CELLS_A_PIECE // max(cells, 1), 1)
     if len(rows) <= at_once:
         return function(rows)

@@ -202,8 +202,7 @@ def _compare_parts(field: NDArray) -> tuple[NDArray[np.float64], NDArray[np.floa
 def _mean_variance(field: NDArray) -> float:
     """Return the variance of a field's mean over a quarter, computed from the field's covariance.
 
-    Removing the quarters' means reduces the covariance by this variance. Removing the common plane
-    reduces the covariance by half of this variance. The sum is corrected for both reductions.
+    Removing the means reduces the covariance by this variance, the common plane by half of it.
     """
     from scipy.ndimage import label  # imported here because loading takes time
 

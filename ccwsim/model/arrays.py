@@ -27,13 +27,7 @@ def describe_shape(shape: Sequence[int]) -> str:
 
 
 def listing(words: Iterable[str]) -> str:
-    """Return words joined by commas and "and".
-
-    Examples
-    --------
-    >>> listing(["x"]), listing("xy"), listing("xyz")
-    ('x', 'x and y', 'x, y and z')
-    """
+    """Return words joined by commas and "and"."""
     *some, last = words
     return f"{', '.join(some)} and {last}" if some else last
 
@@ -64,36 +58,18 @@ def as_floats(values: ArrayLike, what: str) -> NDArray[np.float64]:
 
 
 def is_table(data: Any) -> bool:
-    """Return whether data are columns with names: a DataFrame, dict or structured array.
-
-    Examples
-    --------
-    >>> is_table({"x": [1.0], "facies": [0]}), is_table([[1.0, 0]])
-    (True, False)
-    """
+    """Return whether data are columns with names: a DataFrame, dict or structured array."""
     structured = getattr(getattr(data, "dtype", None), "names", None)
     return hasattr(data, "columns") or isinstance(data, Mapping) or bool(structured)
 
 
 def is_whole(value: object) -> TypeGuard[int]:
-    """Return whether a value is an integer; True and False are not integers.
-
-    Examples
-    --------
-    >>> is_whole(np.uint8(3)), is_whole(3.0), is_whole(True)
-    (True, False, False)
-    """
+    """Return whether a value is an integer; True and False are not integers."""
     return isinstance(value, (int, np.integer)) and not isinstance(value, bool)
 
 
 def check_int(name: str, value: object, low: int, high: int | None = None) -> int:
-    """Return an integer from `low` to `high`, or raise `CCWSIMError`.
-
-    Examples
-    --------
-    >>> check_int("size", 4, 1, 8)
-    4
-    """
+    """Return an integer from `low` to `high`, or raise `CCWSIMError`."""
     high = MAX_INT if high is None else high
     if is_whole(value) and low <= value <= high:
         return int(value)
@@ -117,14 +93,8 @@ def as_integers(
 ) -> NDArray[np.int64]:
     """Return `values` as int64; raise `CCWSIMError` for no integer, or one outside low … high.
 
-    All arrays of integers from outside are converted here, because a cast would turn an unsigned
-    or floating-point value that int64 cannot hold into another value. Values within 1e-3 of an
-    integer are rounded because MATLAB files have codes such as 0.9999.
-
-    Examples
-    --------
-    >>> as_integers([0.9999, 3], "codes"), as_integers(np.array([7], np.uint64), "numbers", 0)
-    (array([1, 3]), array([7]))
+    A cast would turn values that int64 cannot hold into others. Values within 1e-3 of an integer
+    are rounded because MATLAB files have codes such as 0.9999.
     """
     array = as_array(values, what)
     if array.dtype.kind not in "buif":
@@ -159,13 +129,7 @@ def codes_of(integers: NDArray[np.int64]) -> NDArray[np.int64]:
 def ratio(
     numerators: NDArray, denominators: NDArray, otherwise: ArrayLike = np.nan
 ) -> NDArray[np.float64]:
-    """Return numerators / denominators, or `otherwise` if a denominator is not positive.
-
-    Examples
-    --------
-    >>> ratio(np.array([1, 2]), np.array([2, 0]))
-    array([0.5, nan])
-    """
+    """Return numerators / denominators, or `otherwise` if a denominator is not positive."""
     shape = np.broadcast_shapes(numerators.shape, denominators.shape)
     quotients = np.full(shape, otherwise, dtype=float)
     return np.divide(numerators, denominators, out=quotients, where=denominators > 0)

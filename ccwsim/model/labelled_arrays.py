@@ -23,18 +23,7 @@ def is_labelled(array: Any) -> bool:
 
 
 def oriented_values(array: Any) -> NDArray:
-    """Return the values of a DataArray in the order (z,) y, x, each axis ascending.
-
-    Axes are known by their names or by their attribute `axis`; other axes keep their order. Axes of
-    length 1 besides y and x are left out.
-
-    Examples
-    --------
-    >>> import xarray
-    >>> down = xarray.DataArray([[1, 2], [3, 4]], {"y": [20.0, 10.0]}, dims=("y", "x"))
-    >>> oriented_values(down).tolist()
-    [[3, 4], [1, 2]]
-    """
+    """Return the values of a DataArray as (z,) y, x, each axis ascending."""
     names = _axes(array)
     array = array.squeeze([d for d in array.dims if array.sizes[d] == 1 and d not in names[:2]])
     order = list(reversed(_axes(array)))
@@ -47,23 +36,7 @@ def oriented_values(array: Any) -> NDArray:
 
 
 def labelled_axes(array: Any) -> list[tuple[float, float]]:
-    """Return cell size and origin along x, y (and z) of a DataArray, in this order.
-
-    The coordinates of a DataArray are centres of cells. An axis without coordinates has cells of
-    size 1 and the origin 0.
-
-    Raises
-    ------
-    CCWSIMError
-        If the coordinates of an axis are not equally spaced.
-
-    Examples
-    --------
-    >>> import xarray
-    >>> array = xarray.DataArray(np.zeros((2, 3)), {"x": [5.0, 15.0, 25.0]}, dims=("y", "x"))
-    >>> labelled_axes(array)
-    [(10.0, 0.0), (1.0, 0.0)]
-    """
+    """Return cell size and origin along x, y (and z) of a DataArray."""
     names = _axes(array)
     names = [name for name in names if name in names[:2] or array.sizes[name] > 1]
     return [_cells_along(array, name) for name in names]

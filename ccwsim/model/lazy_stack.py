@@ -10,16 +10,7 @@ from numpy.typing import NDArray
 
 
 class LazyStack:
-    """A stack of facies codes on disk that behaves like an array of facies indices.
-
-    Each requested part is read and converted on access.
-
-    Examples
-    --------
-    >>> stack = LazyStack(np.array([[[2, 7]], [[7, 7]]]), np.array([2, 7]))
-    >>> stack[1], stack.shape, np.mean(stack)
-    (array([[1, 1]], dtype=uint8), (2, 1, 2), np.float64(0.75))
-    """
+    """A stack of facies codes on disk that behaves like an array of facies indices."""
 
     dtype = np.dtype(np.uint8)
 

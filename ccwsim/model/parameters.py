@@ -92,13 +92,7 @@ class Lengths(NamedTuple):
 
 
 def describe_weight(weight: Weight) -> str:
-    """Return a location weight as text.
-
-    Examples
-    --------
-    >>> describe_weight(0.5), describe_weight((2, 0, 0)), describe_weight((1, 0.5, 0.5))
-    ('0.5', '2 along z', '1 along z, 0.5 along y and 0.5 along x')
-    """
+    """Return a location weight as text, such as "2 along z"."""
     if not isinstance(weight, tuple):
         return f"{weight:g}"
     along = [f"{w:g} along {axis}" for axis, w in zip("zyx", weight, strict=True) if w]

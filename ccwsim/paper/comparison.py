@@ -40,10 +40,8 @@ WHOSE = ("ours", "exact", "default")
 class Case(NamedTuple):
     """Realizations of one method at one wavelet level, with their measures.
 
-    `whose` is "ours" (our engine with published settings), "exact" (our engine, all data honoured),
-    "default" (see `methods.DEFAULT_WORDS`) or "published" (the authors' code). `distances` and
-    `tau` are results of `methods.mean_distances` and `methods.relative_tau`; `wrong` is the share
-    of the data that are not honoured.
+    `whose` is "ours" (published settings), "exact" (all data honoured), "default" (see
+    `methods.DEFAULT_WORDS`) or "published" (the authors' code).
     """
 
     method: str

@@ -49,10 +49,7 @@ LAGS = (21, 41, 61, 81)
 def paper_parameters(
     method: str, level: int, *, exact: bool = True, template: int = 32, default: bool = False
 ) -> Parameters:
-    """Return the settings of the authors' script; if `exact`, every datum is honoured.
-
-    Without `default`, patches are chosen as in the published code, and seams are not repaired.
-    """
+    """Return the authors' settings, as published unless `default`; `exact` honours all data."""
     own = {"method": method, "exact_data": exact}
     own |= {} if default else {"published_draw": True, "repair_seams": False}
     return Parameters(template, 8, level, **own)

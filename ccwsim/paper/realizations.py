@@ -407,11 +407,7 @@ def _quarters(
 
 
 def _kept_share(own: Stationarity, each: list[Stationarity]) -> float:
-    """Return the share of the differences between an image's quarters that realizations keep.
-
-    It is the slope of the realizations' mean values against the image's values, where a value is
-    the variogram of a quarter minus the mean over the quarters.
-    """
+    """Return the slope of the realizations' differences between quarters on those of the image."""
     lags = min(own.variograms.shape[-1], *(one.variograms.shape[-1] for one in each))
     apart = own.variograms[..., :lags] - own.variograms[..., :lags].mean(axis=0)
     mean = np.mean([one.variograms[..., :lags] for one in each], axis=0)

@@ -28,14 +28,7 @@ def judged(claim: str, found: str, word: str) -> Judgement:
 
 
 def by_claim(judgements: Iterable[Judgement]) -> tuple[Judgement, ...]:
-    """Return one judgement a claim: several cases agree, differ, or bear the claim out in part.
-
-    Examples
-    --------
-    >>> one, other = judged("r > 1.", "Level 1: 1.2.", AGREES), judged("r > 1.", "2: .9.", DIFFERS)
-    >>> by_claim([one, other])[0].word, by_claim([one, one])[0].word
-    ('in part', 'agrees')
-    """
+    """Return one judgement a claim: several cases agree, differ, or bear the claim out in part."""
     cases: dict[str, list[Judgement]] = {}
     for judgement in judgements:
         cases.setdefault(judgement.claim, []).append(judgement)
@@ -73,13 +66,7 @@ def sign_of(difference: float, alike: float = 0.0) -> int:
 
 
 def order_of(ratio: float, noise: float = NOISE) -> int:
-    """Return −1 for a ratio below 1, 1 for a ratio above 1, and 0 for a ratio close to 1.
-
-    Examples
-    --------
-    >>> order_of(0.82), order_of(1.05), order_of(1.33)
-    (-1, 0, 1)
-    """
+    """Return −1 for a ratio below 1, 1 for a ratio above 1, and 0 for a ratio close to 1."""
     return int(ratio > noise) - int(ratio < 1 / noise)
 
 
@@ -104,10 +91,7 @@ def of_time(
 def of_ratio(
     claim: str, found: str, ours: float, theirs: float, error: float = log(NOISE)
 ) -> Judgement:
-    """Judge a ratio of two numbers of our run against the corresponding ratio in the paper.
-
-    `error` is the standard error of the logarithm of our ratio; by default, that of CPU times.
-    """
+    """Judge a ratio against the paper's; `error` is the standard error of the logarithm of ours."""
     if isnan(error):  # too few realizations
         return judged(claim, found, OPEN)
     apart = abs(log(ours / theirs))

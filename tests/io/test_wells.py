@@ -423,3 +423,10 @@ def test_the_command_line_takes_wells(tmp_path, monkeypatch):
     data = imported(surveys=surveys).hard_data
     with np.load(tmp_path / "out.npz") as saved:
         assert saved["realizations"][0][tuple(data.cells.T)].tolist() == data.facies.tolist()
+
+
+def test_a_quarter_circle_has_minimum_curvature():
+    down, east = [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]
+    quarter = Stations(np.array([0.0, 50 * np.pi]), np.array([down, east]))
+    end = positions(np.zeros(3), quarter, np.array([50 * np.pi]))
+    assert np.allclose(end, [[100.0, 0.0, -100.0]])

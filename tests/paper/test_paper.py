@@ -31,7 +31,17 @@ from ccwsim.paper.methods import paper_parameters, wrong_share
 from ccwsim.paper.published_times import TABLE_1
 from ccwsim.paper.realizations import limits, unconditional
 from ccwsim.paper.times import grid_size, level_change
-from ccwsim.paper.verdicts import compared, of_both, of_data, of_levels, of_ratio, of_time
+from ccwsim.paper.verdicts import (
+    by_claim,
+    compared,
+    judged,
+    of_both,
+    of_data,
+    of_levels,
+    of_ratio,
+    of_time,
+    order_of,
+)
 from ccwsim.report.document import Judgement, Table, Text, packed_plotly, report_html
 
 UNCONDITIONAL, GRID_SIZE, LIMITS = (
@@ -353,3 +363,11 @@ def test_ctrl_c_keeps_the_experiments_that_were_finished(few, tmp_path, capsys, 
     assert main(["paper", "-o", str(out)]) == 130
     assert "stopped after 1 of 3 experiments" in capsys.readouterr().err
     assert "The run was stopped" in out.read_text("utf-8")
+
+
+def test_verdicts_of_several_cases_are_one_verdict():
+    one = judged("r > 1.", "Level 1: 1.2.", "agrees")
+    other = judged("r > 1.", "2: .9.", "differs")
+    words = [by_claim(pair)[0].word for pair in ([one, other], [one, one])]
+    assert words == ["in part", "agrees"]
+    assert [order_of(ratio) for ratio in (0.82, 1.05, 1.33)] == [-1, 0, 1]

@@ -20,10 +20,7 @@ def is_excel(content: bytes) -> bool:
 
 
 def read_excel(content: bytes, name: str) -> DataFile:
-    """Return the first sheet that has values, read like a text with the same cells.
-
-    Raises `CCWSIMError` if openpyxl is not installed, or no sheet has values.
-    """
+    """Return the first sheet that has values, read like a text with the same cells."""
     openpyxl = optional_package("openpyxl", "Excel files", "ccwsim[files]")
     with opened_archive(content, name) as archive:
         archive.check(list(archive.infos))

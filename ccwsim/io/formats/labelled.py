@@ -27,10 +27,7 @@ REALIZATION = "realization"
 
 
 def read_netcdf(content: bytes, name: str) -> DataFile:
-    """Return the variables of a NetCDF file that have at least two axes.
-
-    Raises `CCWSIMError` if xarray is not installed, or the file has no such variable.
-    """
+    """Return the variables of a NetCDF file that have at least two axes."""
     xarray = optional_package("xarray", "NetCDF files", "ccwsim[files]")
     engine = "scipy" if content.startswith(b"CDF") else "h5netcdf"
     if engine == "h5netcdf":
@@ -82,10 +79,7 @@ def _file_of(arrays: dict[str, Any], name: str) -> DataFile:
 
 
 def read_hdf5(content: bytes, name: str) -> DataFile:
-    """Return the arrays of an HDF5 file: MATLAB 7.3, NetCDF-4 or any other.
-
-    Raises `CCWSIMError` if h5py is not installed, or the file has no array of numbers.
-    """
+    """Return the arrays of an HDF5 file: MATLAB 7.3, NetCDF-4 or any other."""
     h5py = optional_package("h5py", "HDF5, MATLAB 7.3 and NetCDF-4 files", "ccwsim[files]")
     with (
         broken(f"{name}: the HDF5 file cannot be read", remedy="save it again"),
@@ -107,8 +101,7 @@ def read_hdf5(content: bytes, name: str) -> DataFile:
 def _arrays(file: Any, h5py: Any, name: str) -> dict[str, Any]:
     """Return all arrays of a file by their paths, after their sizes and places are checked.
 
-    Arrays in other files are refused, so that an upload cannot show files of the server. Each array
-    is visited once, although groups may contain each other.
+    Arrays in other files are refused: an upload must not show files of the server.
     """
     arrays: dict[str, Any] = {}
 
@@ -138,10 +131,7 @@ def _grid(array: NDArray, is_matlab: bool) -> NDArray:
 
 
 def netcdf_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
-    """Return maps as NetCDF variables; coordinates (z,) y, x are cell centres in world units.
-
-    Raises `CCWSIMError` if xarray is not installed, or codes do not fit NetCDF.
-    """
+    """Return maps as NetCDF variables; coordinates (z,) y, x are cell centres in world units."""
     xarray = optional_package("xarray", ".nc files", "ccwsim[files]")
     axes = dict(reversed(list(zip(AXES, grid.axes, strict=False))))
     variables = {name: (tuple(axes), netcdf_integers(values)) for name, values in maps.items()}

@@ -24,10 +24,7 @@ MAX_NPY_HEADER = 10_000
 
 
 def read_npy(content: bytes, name: str, *, stacked: bool = False) -> DataFile:
-    """Return the array of an `.npy` file; its shape is (ny, nx), or (n, ny, nx) with n slices.
-
-    With `stacked`, the shape may also be (n, nz, ny, nx).
-    """
+    """Return an array (ny, nx) or (n, ny, nx); with `stacked`, also (n, nz, ny, nx)."""
     grid = _grid(content, name, (2, 3, 4) if stacked else (2, 3))
     return DataFile("NumPy array", name, {"array": grid}, asks_up=True)
 

@@ -46,8 +46,7 @@ def table_of(
 ) -> DataFile:
     """Return columns as a table, in which `lines` are the numbers of the rows.
 
-    Columns of numbers are taken as they are. Other columns are texts, in which None and the missing
-    values of pandas are empty; if all texts are numbers, the column is a column of numbers.
+    Columns of other types are texts, or numbers if all texts are numbers.
     """
     check_table(name, len(lines), len(keys))
     names = distinct_names([str(key) for key in keys])

@@ -49,10 +49,7 @@ def is_vti(content: bytes) -> bool:
 
 
 def read_vti(content: bytes, name: str) -> DataFile:
-    """Return the arrays of cell data as grids; if there are none, the arrays of point data.
-
-    The value at a point becomes the value of a cell centred on the point.
-    """
+    """Return the arrays of cell data as grids; if there are none, point data (as cells)."""
     root, appended = _tree(content, name)
     image = root.find("ImageData")
     pieces = [] if image is None else image.findall("Piece")
@@ -219,10 +216,7 @@ def _letters(n: int) -> int:
 
 
 def vti_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
-    """Return maps or volumes (row 0 at the south) as VTK XML ImageData, one array per map.
-
-    A map becomes one layer of cells between z = 0 and z = 1.
-    """
+    """Return maps (layers from z = 0 to 1) or volumes as VTK XML ImageData, one array per map."""
     extent = f'"0 {grid.nx} 0 {grid.ny} 0 {grid.nz or 1}"'
     spacing = " ".join((*map(repr, grid.cell_size), "1")[:3])
     origin = " ".join((*map(repr, grid.origin), "0")[:3])

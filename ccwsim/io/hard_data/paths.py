@@ -25,13 +25,6 @@ def positions(
 
     Between two stations, the path is an arc of length L and bend β, with end tangents t₁ and t₂. At
     length f L, the offset is L / (β sin β) · ([cos (1 − f)β − cos β] t₁ + [1 − cos fβ] t₂).
-
-    Examples
-    --------
-    >>> down, east = [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]
-    >>> quarter = Stations(np.array([0.0, 50 * np.pi]), np.array([down, east]))
-    >>> positions(np.zeros(3), quarter, np.array([50 * np.pi])).round(6).tolist()
-    [[100.0, 0.0, -100.0]]
     """
     starts = [collar]
     for k in range(1, len(stations.depths)):

@@ -414,10 +414,7 @@ def _with_facies(
 def _along_path(
     point: ImportedPoints, well: Well, start: float, end: float, grid: Grid
 ) -> ImportedPoints:
-    """Return the data of an interval of a deviated well, one point per cell.
-
-    A cell belongs to the interval that contains the middle of the well's path in the cell.
-    """
+    """Return a point per cell whose middle of the path is in an interval of a deviated well."""
     assert well.stations is not None
     if point.spans is None:
         places = positions(well.collar, well.stations, np.array([start]))
