@@ -18,7 +18,7 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.numbers import seconds
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.paper import methods, verdicts
-from ccwsim.paper.experiment import ExperimentRun, Outcome
+from ccwsim.paper.experiment import TEXTS, ExperimentRun, Outcome
 from ccwsim.paper.methods import DEFAULT, TITLES
 from ccwsim.paper.published_times import TABLE_1
 from ccwsim.paper.verdicts import percent
@@ -132,8 +132,7 @@ def sampled_data(run: ExperimentRun) -> Outcome:
         for group in groups
     ]
     charts = [methods.connectivity_chart(stacks, image, lags) for stacks in (exact, rough)]
-    words = Text(methods.DEFAULT_WORDS, quiet=True)
-    blocks = (*maps, Row(tuple(charts)), _table_of_cases(study, side), words)
+    blocks = (*maps, Row(tuple(charts)), _table_of_cases(study, side), methods.DEFAULT_WORDS)
     run.step()
     judgements = (*_methods(study), *_against_published(study), *_in_search_only(study))
     return Outcome(blocks, judgements)
@@ -240,9 +239,8 @@ def stone_wall(run: ExperimentRun) -> Outcome:
     run.step()
     theirs = (case.wrong for case in study.of("published") if case.method == "ccwsim")
     honoured = verdicts.of_data(study.cases[0].wrong, data.n, next(theirs, None))
-    words = Text(methods.DEFAULT_WORDS, quiet=True)
     maps = Row((first, *pictures[:2])), Row(tuple(pictures[2:]))
-    return Outcome((*maps, table, words), (*_patterns(study), honoured))
+    return Outcome((*maps, table, methods.DEFAULT_WORDS), (*_patterns(study), honoured))
 
 
 def _patterns(study: Sampled) -> Iterator[Judgement]:
@@ -292,12 +290,7 @@ def variability(run: ExperimentRun) -> Outcome:
         blocks.append(_table_1(found, image))
         charts.append(_mds(found, image))
         judgements += _anodi_judgements(found, image)
-    remark = (
-        "The paper uses 8 × 8 patterns at three resolutions. This run counts all 4 × 4 patterns, "
-        "because nearly every 8 × 8 pattern occurs once. Ratios of two methods can be compared "
-        "with the paper's; divergences cannot."
-    )
-    words = Text(remark, quiet=True), Text(methods.DEFAULT_WORDS, quiet=True)
+    words = Text(TEXTS["patterns"], quiet=True), methods.DEFAULT_WORDS
     return Outcome((*blocks, Row(tuple(charts)), *words), tuple(judgements))
 
 

@@ -17,7 +17,7 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.numbers import seconds
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.paper import methods, verdicts
-from ccwsim.paper.experiment import ExperimentRun, Outcome
+from ccwsim.paper.experiment import TEXTS, ExperimentRun, Outcome
 from ccwsim.paper.methods import SETTINGS
 from ccwsim.paper.published_times import OCTAVE, published_time, stated_seconds
 from ccwsim.paper.verdicts import percent
@@ -380,11 +380,7 @@ def limits(run: ExperimentRun) -> Outcome:
         run.step()
     header = ("image", "facies", "share by quarter, image", "share by quarter, realizations")
     table = Table(header, tuple(rows), "Quarters SW, SE, NW, NE; mean of the realizations.")
-    remark = Text(
-        "The paper's nonstationary image (Sundarbans, Fig. 17) and its Ganges image (Fig. 8; 7.7 s "
-        "a realization) are not available; this run uses two bundled images instead.",
-        quiet=True,
-    )
+    remark = Text(TEXTS["nonstationary"], quiet=True)
     return Outcome((*blocks, table, remark), tuple(judgements))
 
 

@@ -12,24 +12,27 @@ import pytest
 
 from ccwsim import CCWSIMError, HardData, Parameters, TrainingImage
 from ccwsim.cli.program import main
-from ccwsim.paper import (
-    EXPERIMENTS,
+from ccwsim.paper.comparison import sampled_data, stone_wall, variability
+from ccwsim.paper.experiment import (
     FULL,
     QUICK,
     Experiment,
     Outcome,
-    document_of,
+    PaperInputs,
     inputs_in,
+    inside,
+)
+from ccwsim.paper.methods import paper_parameters, wrong_share
+from ccwsim.paper.published_times import TABLE_1
+from ccwsim.paper.realizations import limits, unconditional
+from ccwsim.paper.reproduction import (
+    EXPERIMENTS,
+    document_of,
     reproduce,
     summary,
     verdict_of,
     with_largest_grid,
 )
-from ccwsim.paper.comparison import sampled_data, stone_wall, variability
-from ccwsim.paper.inputs import PaperInputs, inside
-from ccwsim.paper.methods import paper_parameters, wrong_share
-from ccwsim.paper.published_times import TABLE_1
-from ccwsim.paper.realizations import limits, unconditional
 from ccwsim.paper.times import grid_size, level_change
 from ccwsim.paper.verdicts import (
     by_claim,
@@ -313,7 +316,7 @@ def test_the_published_data_are_found(data_dir):
 @pytest.fixture
 def few(monkeypatch):
     """Return the command with three very short experiments."""
-    import ccwsim.paper as package
+    import ccwsim.paper.reproduction as package
 
     chosen = (made("first"), made("broken", failing), made("last"))
     monkeypatch.setattr(package, "EXPERIMENTS", chosen)
