@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.experiments.cost import typical_seconds
 from ccwsim.experiments.plan import label, varied
+from ccwsim.experiments.timing import typical_seconds
 from ccwsim.jobs.workers import Cancel, Progress
 from ccwsim.metrics import Quality, judge
 from ccwsim.metrics.diagnosis import MIN_ACROSS, templates_that_fit

@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile, broken, printable
-from ccwsim.io.formats.excel import is_excel, read_excel
 from ccwsim.io.formats.gis import GIS_FILES, is_geojson, is_shapefile_zip, read_geojson, read_gis
 from ccwsim.io.formats.grdecl import is_grdecl, is_irap, read_grdecl, read_irap
 from ccwsim.io.formats.labelled import read_hdf5, read_netcdf
@@ -32,7 +31,7 @@ from ccwsim.io.formats.pictures import (
     read_picture,
 )
 from ccwsim.io.formats.rasters import DRIVERS, is_map, read_raster
-from ccwsim.io.formats.tables import read_memory_table
+from ccwsim.io.formats.tables import is_excel, read_excel, read_memory_table
 from ccwsim.io.formats.text_grids import is_esri, is_gslib, read_esri, read_gslib
 from ccwsim.io.formats.text_tables import read_delimited
 from ccwsim.io.formats.unread import refusal

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import asdict, fields, replace
 from io import BytesIO
 from math import ceil, sqrt
 from typing import Any
@@ -18,13 +19,18 @@ from ccwsim.io.formats.numpy_files import npz_arrays, place_arrays, read_npy
 from ccwsim.io.formats.pictures import PictureFile, picture_as_bytes
 from ccwsim.io.maps import maps_as_bytes
 from ccwsim.io.opening import PathOrFile, kind_of, open_content, read_bytes
-from ccwsim.io.parameters import parameters_from_json, parameters_to_json
-from ccwsim.model.arrays import as_integers, check_int, codes_of, readonly, smallest_integers
+from ccwsim.model.arrays import (
+    LazyStack,
+    as_integers,
+    check_int,
+    codes_of,
+    readonly,
+    smallest_integers,
+)
 from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
-from ccwsim.model.lazy_stack import LazyStack
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 
@@ -313,3 +319,44 @@ def _sheet(indices: NDArray[np.uint8], white: int) -> NDArray[np.uint8]:
         south, west = row * (ny + GAP), column * (nx + GAP)
         sheet[south : south + ny, west : west + nx] = one
     return sheet
+
+
+MAX_LENGTH = 100_000
+
+
+def parameters_to_json(parameters: Parameters) -> str:
+    """Return parameters as a JSON object of all their names and values.
+
+    Examples
+    --------
+    >>> parameters_to_json(Parameters(template_size=48))[:23]
+    '{"template_size": 48, "'
+    """
+    return json.dumps(asdict(parameters))
+
+
+def parameters_from_json(text: str | bytes) -> Parameters:
+    """Return the parameters in a JSON object; missing names keep their defaults.
+
+    Raises `CCWSIMError` if the text is not a JSON object or has an unknown name or invalid value.
+
+    Examples
+    --------
+    >>> parameters_from_json('{"template_size": 48}').template_size
+    48
+    """
+    if len(text) > MAX_LENGTH:
+        raise CCWSIMError(f"parameters: {len(text)} characters exceed the limit")
+    try:
+        given = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise CCWSIMError(f"parameters are not JSON ({error}); save them again") from error
+    if not isinstance(given, dict):
+        raise CCWSIMError('parameters: a JSON object is needed, such as {"template_size": 32}')
+    known = [f.name for f in fields(Parameters)]
+    unknown = [name for name in given if name not in known]
+    if unknown:
+        raise CCWSIMError(
+            f"parameters: {shown(unknown[0])} is not a parameter; choose from {', '.join(known)}"
+        )
+    return Parameters(**given)

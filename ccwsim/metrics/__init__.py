@@ -35,7 +35,17 @@ from ccwsim.metrics.connectivity import (
 )
 from ccwsim.metrics.copying import Copying, copying
 from ccwsim.metrics.data_fit import DataFit, ImageRank, fit_data, rank_images
-from ccwsim.metrics.diagnosis import Advice, Diagnosis, diagnose, templates_that_fit, warn_of_level
+from ccwsim.metrics.diagnosis import (
+    Advice,
+    Diagnosis,
+    Granulometry,
+    Spacing,
+    diagnose,
+    feature_spacing,
+    granulometry,
+    templates_that_fit,
+    warn_of_level,
+)
 from ccwsim.metrics.etype import (
     EType,
     entropy,
@@ -46,9 +56,7 @@ from ccwsim.metrics.etype import (
     proportions,
     vertical_proportions,
 )
-from ccwsim.metrics.features import Granulometry, Spacing, feature_spacing, granulometry
 from ccwsim.metrics.lags import STEPS, VERTICAL, Direction, axes_of
-from ccwsim.metrics.leave_out import LeaveOut, leave_out
 from ccwsim.metrics.measures import MEASURES, Measure, Measured, measure
 from ccwsim.metrics.patterns import (
     PatternHistogram,
@@ -63,9 +71,11 @@ from ccwsim.metrics.quality import Quality, differing_share, judge
 from ccwsim.metrics.reference import (
     Calibration,
     DataMatch,
+    LeaveOut,
     ReferenceScores,
     calibration,
     data_match,
+    leave_out,
     score_reference,
 )
 from ccwsim.metrics.reference_band import (

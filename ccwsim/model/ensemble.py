@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, overload
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from ccwsim.model.arrays import AXES, describe_shape, digest, is_whole, listing, readonly
+from ccwsim.model.arrays import AXES, LazyStack, describe_shape, digest, is_whole, listing, readonly
 from ccwsim.model.backends import notebook
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
-from ccwsim.model.lazy_stack import LazyStack
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from ccwsim import CCWSIMError, Grid, Parameters, TrainingImage, read_hard_data, simulate
 from ccwsim.cli.program import main
 from ccwsim.io import WellColumns, import_hard_data, import_wells, preview_wells, read_wells
-from ccwsim.io.hard_data.paths import Stations, positions
+from ccwsim.io.hard_data.wells import Stations, positions
 from tests.small_images import blobs
 
 GRID = Grid(20, 30, (2.0, 4.0, 0.5), (100.0, 200.0, -7.0), nz=40)

@@ -6,12 +6,20 @@ import numpy as np
 import pytest
 
 from ccwsim import CCWSIMError
-from ccwsim.model.arrays import as_integers, check_int, is_table, is_whole, listing, ratio
+from ccwsim.model.arrays import (
+    LazyStack,
+    as_integers,
+    check_int,
+    is_table,
+    is_whole,
+    labelled_axes,
+    listing,
+    oriented_values,
+    ratio,
+)
 from ccwsim.model.classes import are_codes, merge_facies
 from ccwsim.model.errors import shown
 from ccwsim.model.grid import fault_of_crs
-from ccwsim.model.labelled_arrays import labelled_axes, oriented_values
-from ccwsim.model.lazy_stack import LazyStack
 from ccwsim.model.missing import known_values, unknown_note
 from ccwsim.model.numbers import plural, seconds
 from ccwsim.model.parameters import describe_weight

@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 from ccwsim.io.data_file import DataFile, broken, optional_package
 from ccwsim.io.formats.rasters import code_and_wkt
 from ccwsim.io.limits import MAX_VARIABLES, check_cells
-from ccwsim.model.arrays import AXES
+from ccwsim.model.arrays import AXES, labelled_axes, oriented_values
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
-from ccwsim.model.labelled_arrays import labelled_axes, oriented_values
 
 _MATLAB = "MATLAB_class"
 _CRS_VARIABLE = "spatial_ref"

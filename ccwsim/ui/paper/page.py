@@ -57,10 +57,7 @@ class PaperRun(PageRun[Reproduction]):
         return Demand(n_cells, 0, BYTES_PER_CELL * n_cells)
 
     def work(self, job: Job[Reproduction]) -> Reproduction:
-        extent, on_finished = (
-            QUICK if self.quick else FULL,
-            self.finished.append,
-        )
+        extent, on_finished = QUICK if self.quick else FULL, self.finished.append
         report, cancel = job.report, job.is_cancelled
         found = reproduction.reproduce(
             self.inputs, extent, self.seed, report, cancel, EXPERIMENTS, on_finished
