@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import tomllib
 from collections.abc import Callable, Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass
@@ -34,7 +35,6 @@ from ccwsim.io.formats.rasters import DRIVERS, is_map, read_raster
 from ccwsim.io.formats.tables import is_excel, read_excel, read_memory_table
 from ccwsim.io.formats.text_grids import is_esri, is_gslib, read_esri, read_gslib
 from ccwsim.io.formats.text_tables import read_delimited
-from ccwsim.io.formats.unread import refusal
 from ccwsim.io.formats.vti import is_vti, read_vti
 from ccwsim.io.gridding import as_grid, part_of_grid
 from ccwsim.io.isolated import IsolatedFile
@@ -71,30 +71,14 @@ PathOrFile = (
 )
 """A file, or a table in memory, which is read like a file."""
 
-_MAGIC = (
-    (b"\x93NUMPY", "npy"),
-    (b"PK\x03\x04", "npz"),
-    (b"PK\x05\x06", "npz"),
-    (b"\x89PNG\r\n\x1a\n", "picture"),
-    (b"\xff\xd8\xff", "picture"),
-    (b"GIF87a", "picture"),
-    (b"GIF89a", "picture"),
-    (b"II*\x00", "tiff"),
-    (b"MM\x00*", "tiff"),
-    (b"II+\x00", "tiff"),
-    (b"MM\x00+", "tiff"),
-    (b"DSAA", "surfer text"),
-    (b"DSBB", "surfer 6"),
-    (b"DSRB", "surfer 7"),
-    (b"CDF\x01", "netcdf"),
-    (b"CDF\x02", "netcdf"),
-    (b"CDF\x05", "netcdf"),
-    (b"MATLAB 5.0 MAT-file", "matlab"),
-    (b"MATLAB 7.3 MAT-file", "hdf5"),
-    (b"\x89HDF\r\n\x1a\n", "hdf5"),
-    (b"SQLite format 3\x00", "geopackage"),
-    (b"\x00\x00\x27\x0a", "shp"),
-)
+_FILE = Path(__file__).parents[1] / "assets" / "file_formats.toml"
+_FORMATS = tomllib.loads(_FILE.read_text("utf-8"))
+_MAGIC = {start.encode("latin-1"): kind for start, kind in _FORMATS["read"].items()}
+"""Kinds of files by their first bytes."""
+UNREAD = _FORMATS["unread"]["formats"]
+"""Name, regular expression that the start matches, and remedy of formats that are not read."""
+_START, _DIRECTORY = 4096, 65536
+"""Number of bytes at the start, and at the end of a zip (names of its files), that are searched."""
 
 
 def read_bytes(path_or_file: PathOrFile) -> tuple[bytes, str]:
@@ -109,7 +93,7 @@ def read_bytes(path_or_file: PathOrFile) -> tuple[bytes, str]:
 
 def kind_of(content: bytes) -> str:
     """Detect the kind of a file: npy, npz, picture, matlab, vti, text or unknown."""
-    for magic, kind in _MAGIC:
+    for magic, kind in _MAGIC.items():
         if content.startswith(magic):
             if kind == "npz" and is_excel(content):
                 return "excel"
@@ -227,6 +211,13 @@ def open_content(
         f"{name} has an unknown format; use a picture, an SGeMS or GSLIB file, a CSV table, "
         "GeoJSON points, or a NumPy, MATLAB or VTK file"
     )
+
+
+def refusal(content: bytes) -> str:
+    """Return the name of a format that is not read, and a remedy; empty for unknown formats."""
+    start = content[:_START] + (content[-_DIRECTORY:] if content.startswith(b"PK") else b"")
+    fits = (f"{n}; {fix}" for n, mark, fix in UNREAD if re.match(mark.encode(), start, re.DOTALL))
+    return next(fits, "")
 
 
 def _recognized(content: bytes, name: str) -> tuple[str, bytes]:
