@@ -80,10 +80,7 @@ def time_study(
     progress: Progress | None = None,
     cancel: Cancel | None = None,
 ) -> Timing:
-    """Measure the CPU time of realizations of a study on one thread, as `simulate` takes it.
-
-    No realization is stored. Times include the preparation of the image for a new orientation.
-    """
+    """Measure the CPU time of realizations of a study on one thread; no realization is stored."""
     grid, n = Grid.of(grid_shape), check_int("n_realizations", n_realizations, 1)
     batch = max(min(CELLS_AT_ONCE // grid.n_cells, n), 1)
     seconds, wrong = [], []

@@ -32,10 +32,7 @@ TOLERANCE = 1e-3
 
 
 def as_grid(file: DataFile, shape: tuple[int, ...] | None = None) -> DataFile:
-    """Return a table with one row per cell as a grid; return other files unchanged.
-
-    With a `shape`, the rows of a table are its cells already. Cells without a row are NaN.
-    """
+    """Return a table with one row per cell as a grid, NaN without a row; other files unchanged."""
     if shape is None and not file.is_table:
         return _of_rows(file)
     if shape is not None or not is_points(list(file.names)):

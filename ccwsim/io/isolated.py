@@ -157,7 +157,10 @@ def _read_apart(request: _Request) -> Any:
             return _refusal(request, code)
         finally:
             alarm.cancel()
-    _keep_process(process)
+    if len(_warm) < N_WARM:
+        _warm.append(process)
+    else:
+        process.end()
     return answer
 
 
@@ -167,13 +170,6 @@ def _take_process() -> ChildProcess:
             process.end()
         return process
     return ChildProcess(serve, {"OPENBLAS_NUM_THREADS": "1"})
-
-
-def _keep_process(process: ChildProcess) -> None:
-    if len(_warm) < N_WARM:
-        _warm.append(process)
-    else:
-        process.end()
 
 
 def _refusal(request: _Request, code: int = 0) -> CCWSIMError:

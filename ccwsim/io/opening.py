@@ -169,10 +169,7 @@ _TEXTS = {
 def open_file(
     path_or_file: PathOrFile, part: FilePart | None = None, **how: Any
 ) -> DataFile | PictureFile:
-    """Return the variables or the colours of a file, or the columns of a table in memory.
-
-    With a `part`, only this part is returned, and the limit of cells counts for it.
-    """
+    """Return variables, colours or columns of a file, or of a part, to which the limit applies."""
     options: tuple[Any, ...] = () if part is None else (part, tuple(how.items()))
     if isinstance(path_or_file, IsolatedFile):
         return path_or_file.read_with(_open_file, *options)

@@ -84,10 +84,7 @@ def thinning(shape: tuple[int, ...], copies: float = 1.0) -> int:
 
 
 def largest_without_gaps(known: NDArray[np.bool_]) -> tuple[int, int, int, int]:
-    """Return first row and column, and numbers of rows and columns, of the largest known rectangle.
-
-    Known cells up to a row are a histogram by column; its largest rectangle takes linear time.
-    """
+    """Return first row, first column, rows and columns of the largest known rectangle."""
     ny, nx = known.shape
     heights = np.zeros(nx + 1, np.int64)  # the extra column of height 0 ends the last rectangle
     best, rectangle = 0, (0, 0, 0, 0)

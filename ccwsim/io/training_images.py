@@ -363,7 +363,11 @@ def guess_answers(
         file, part = open_file(path_or_file), None
     except TooManyCells as error:
         asked.append("part")
-        part = _guess_part(*error.grid(), known)
+        shape, copies = error.grid()
+        if "every" not in known:  # the smallest with which the part is within the limit of cells
+            _, sides = FilePart.of_answers(known).box("the grid", shape)
+            known["every"] = thinning(sides, copies)
+        part = FilePart.of_answers(known)
         how = {name: known.get(name) for name in ("shape", "up", "z_up")}
         file = open_file(path_or_file, part, **how)
     if isinstance(file, PictureFile):
@@ -374,7 +378,10 @@ def guess_answers(
         if not file.says_codes and len(distinct_colours(file.rgb)[0]) > MAX_COLOURS:
             asked.append("values")
             if not {"threshold", "classes"} & set(known):
-                known |= _of_colours(file)
+                if is_grey(file.rgb, percent=99.0):
+                    known["threshold"] = otsu(grey_of(file.rgb))
+                else:
+                    known["classes"] = max(2, len(main_colours(file.rgb)))
         return known, tuple(asked)
     file = file if part else as_grid(file, known.get("shape"))
     values = _layer(file, known, asked)
@@ -389,14 +396,6 @@ def guess_answers(
     return known, tuple(asked)
 
 
-def _guess_part(shape: tuple[int, ...], copies: float, known: dict[str, Any]) -> FilePart:
-    """Guess `every` such that the part of a grid of this shape is within the limit of cells."""
-    if "every" not in known:
-        _, sides = FilePart.of_answers(known).box("the grid", shape)
-        known["every"] = thinning(sides, copies)
-    return FilePart.of_answers(known)
-
-
 def _layer(file: DataFile, known: dict[str, Any], asked: list[str]) -> NDArray:
     """Guess variable, shape and layers (all without a slice); return values, row 0 at the south."""
     names = list(file.variables)
@@ -407,7 +406,9 @@ def _layer(file: DataFile, known: dict[str, Any], asked: list[str]) -> NDArray:
     key = file.chosen(known.get("variable"), PREFERRED)
     if file.is_table:
         asked.append("shape")
-        known.setdefault("shape", _squarest(len(file.variables[key])))
+        n = len(file.variables[key])
+        ny = next(k for k in range(isqrt(n), 0, -1) if n % k == 0)  # the shape nearest to a square
+        known.setdefault("shape", (ny, n // ny))
     grid = file.grid_of(key, known.get("shape"))
     if len(grid) > 1 and 1 not in grid.shape[1:]:
         asked.append("slice")
@@ -438,18 +439,6 @@ def _likely_facies(file: DataFile) -> str:
         if there.size and are_codes(there) and there.min() != there.max():
             return name
     return next(iter(file.variables))
-
-
-def _squarest(n: int) -> tuple[int, int]:
-    ny = next(k for k in range(isqrt(n), 0, -1) if n % k == 0)
-    return ny, n // ny
-
-
-def _of_colours(picture: PictureFile) -> dict[str, Any]:
-    """Guess a threshold for a grey picture, or the number of main colours for a coloured one."""
-    if is_grey(picture.rgb, percent=99.0):
-        return {"threshold": otsu(grey_of(picture.rgb))}
-    return {"classes": max(2, len(main_colours(picture.rgb)))}
 
 
 def otsu(values: NDArray) -> float:

@@ -176,7 +176,8 @@ def fit_data(
     if progress:
         progress(0.5)
     at_data = (slice(None), *data.cells.T)
-    labels = _labels(image)
+    rank = np.argsort(np.argsort(-image.proportions, kind="stable"), kind="stable")
+    labels = np.minimum(rank, MAX_LABELS - 1).astype(np.uint8)  # the rarest facies share a label
     indices, n_labels = labels[image.indices], int(labels.max()) + 1
     sets = labels[np.vstack([study.facies_of_data[None], null.indices[at_data]])].astype(np.int64)
     assert null.sources is not None
@@ -305,12 +306,6 @@ def _fitting(image: TrainingImage) -> Parameters:
     sizes = zip(*((t, t // 4, min(t // 8, 2)) for t in fitting), strict=True)
     along: dict[str, Any] = dict(zip(PER_AXIS, sizes, strict=True))
     return Parameters(**{name: n if len(n) > 1 else n[0] for name, n in along.items()})
-
-
-def _labels(image: TrainingImage) -> NDArray[np.uint8]:
-    """Return a label of each facies; facies beyond the `MAX_LABELS` − 1 most frequent share one."""
-    rank = np.argsort(np.argsort(-image.proportions, kind="stable"), kind="stable")
-    return np.minimum(rank, MAX_LABELS - 1).astype(np.uint8)
 
 
 def wells_of(cells: Ints) -> Ints:
@@ -530,10 +525,7 @@ def _probabilities(counts: Floats) -> Floats:
 
 
 def _smoothing(cells: Ints, facies: Ints, n_facies: int) -> Floats:
-    """Return log P of each datum if the data of other wells are smoothed, shape (n,).
-
-    Ranges and shrinkage have the best log score on the other four fifths of the wells.
-    """
+    """Return log P of each datum by the best smoothing of the data of other wells, shape (n,)."""
     groups = wells_of(cells)
     is_facies = np.eye(n_facies)[facies]
     squares = (cells[:, None] - cells[None]).astype(np.float32) ** 2

@@ -296,10 +296,7 @@ def warn_of_level(parameters: Parameters, grid_shape: tuple[int, ...], n_data: i
 def advise_along_z(
     level: int, thinnest: int, spacing: Spacing, n_layers: int
 ) -> tuple[tuple[int, int, int], str]:
-    """Return level, template and overlap along z of a volume, and the reason as text.
-
-    Volumes are thin: levels are lower than in layers, templates have half of the layers or all.
-    """
+    """Return level, template and overlap along z of a (thin) volume, and the reason as text."""
     largest = n_layers if n_layers < MIN_HALVED_LAYERS else min(n_layers // 2, MAX_TEMPLATE)
     by_feature = max(thinnest, 1).bit_length() - 1
     by_side = max(largest // 4, 1).bit_length() - 1

@@ -75,11 +75,7 @@ Codes = ArrayLike
 
 
 def as_stack(images: Images, codes: Codes | None = None, n_axes: int = 2) -> Stack:
-    """Return images as a stack with the facies `codes`, by default all codes that occur.
-
-    An array of three axes is a stack of maps, or a volume if `n_axes` is 3. Raises `CCWSIMError`
-    for another shape or type, and for a cell whose code is not in `codes`.
-    """
+    """Return images as a stack; an array of three axes is a volume only if `n_axes` is 3."""
     wanted = None if codes is None else checked_codes(codes)
     if isinstance(images, Stack):
         stack = images

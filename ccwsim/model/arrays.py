@@ -32,7 +32,7 @@ def listing(words: Iterable[str]) -> str:
 
 def as_array(values: ArrayLike, what: str) -> NDArray:
     """Return `values` as an array, or raise `CCWSIMError`."""
-    if is_labelled(values):
+    if hasattr(values, "dims") and hasattr(values, "coords"):  # a DataArray names its axes
         values = oriented_values(values)
     if np.ma.is_masked(values):
         raise CCWSIMError(
@@ -212,11 +212,6 @@ AXIS_NAMES = {
     "z": ("z", "elevation", "height", "altitude", "layer", "k", "level", "lev", "zc", "band"),
 }
 """Usual names of axes along x, y and z, in lower case."""
-
-
-def is_labelled(array: Any) -> bool:
-    """Return whether an array names its axes, as a DataArray does."""
-    return hasattr(array, "dims") and hasattr(array, "coords") and hasattr(array, "transpose")
 
 
 def oriented_values(array: Any) -> NDArray:

@@ -72,11 +72,7 @@ def classify(
 
 
 def merge_facies(codes: NDArray[np.int64], merge: Merge) -> NDArray[np.int64]:
-    """Return facies codes in which some facies are merged with others.
-
-    With None as new code, a cell takes the code of the nearest cell that is not merged so. Raises
-    `CCWSIMError` if `merge` names a code that does not occur, or no facies would be left.
-    """
+    """Return facies codes with some facies merged; None takes the nearest cell of a kept facies."""
     try:
         changed = {int(code): None if to is None else int(to) for code, to in dict(merge).items()}
     except (TypeError, ValueError, OverflowError):

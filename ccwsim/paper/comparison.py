@@ -38,19 +38,15 @@ WHOSE = ("ours", "exact", "default")
 
 
 class Case(NamedTuple):
-    """Realizations of one method at one wavelet level, with their measures.
-
-    `whose` is "ours" (published settings), "exact" (all data honoured), "default" (see
-    `methods.DEFAULT_WORDS`) or "published" (the authors' code).
-    """
+    """Realizations of one method at one wavelet level, with their measures."""
 
     method: str
     level: int
-    whose: str
+    whose: str  # "ours" (published settings), "exact", "default" or "published" (authors' code)
     images: NDArray[np.uint8]
     distances: NDArray[np.float64]
     tau: dict[int, float]
-    wrong: float
+    wrong: float  # share of the data that are not honoured
 
     @property
     def name(self) -> str:

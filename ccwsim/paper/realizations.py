@@ -219,24 +219,24 @@ def statistics(run: ExperimentRun) -> Outcome:
     tau = {name: methods.relative_tau(images, image) for name, images in stacks.items()}
     if len(stacks) > 1:
         blocks.append(Row((methods.connectivity_chart(stacks, image, lags),)))
-    blocks.append(_tau_table(tau, stacks))
+    header = ("realizations", "n", *(f"τ at {lag} cells" for lag in tau["CCWSIM"]))
+    rows = []
+    for name, found in tau.items():
+        rows.append((name, str(len(stacks[name])), *(f"{v:.2f}" for v in found.values())))
+    caption = f"Connectivity E–W relative to the training image's, level {LEVEL}."
+    blocks.append(Table(header, tuple(rows), caption))
     run.step()
     return Outcome(tuple(blocks), (*judgements, *_against_codes(tau)))
 
 
-def _tau_table(tau: dict[str, dict[int, float]], stacks: dict[str, NDArray]) -> Table:
-    lags = next(iter(tau.values())).keys()
-    header = ("realizations", "n", *(f"τ at {lag} cells" for lag in lags))
-    rows = tuple(
-        (name, str(len(stacks[name])), *(f"{v:.2f}" for v in found.values()))
-        for name, found in tau.items()
-    )
-    return Table(header, rows, f"Connectivity E–W relative to the training image's, level {LEVEL}.")
-
-
 def _surrounded(bundles: list[Bundle], statistic: Statistic) -> Judgement:
     """Judge whether the image's curve is among the realizations' curves, E–W and N–S."""
-    shares = [_among(bundle) for bundle in bundles]
+    shares = []
+    for bundle in bundles:
+        low, high = np.nanmin(bundle.each, axis=0), np.nanmax(bundle.each, axis=0)
+        slack = SLACK * float(np.nanmax(bundle.reference))
+        among = (bundle.reference >= low - slack) & (bundle.reference <= high + slack)
+        shares.append(float(among[1:].mean()))
     what = "variograms" if statistic == "variogram" else "probability of connection E–W"
     found = (
         f"The image's curve is among the realizations' curves at {percent(shares[0])} of the lags "
@@ -245,13 +245,6 @@ def _surrounded(bundles: list[Bundle], statistic: Statistic) -> Judgement:
     claim = f"Fig. 9: {what} of the image and of 100 realizations; the paper has no numbers."
     judged = shares if statistic == "variogram" else shares[:1]  # Fig. 9: connection E–W only
     return verdicts.judged(claim, found, "surrounded" if min(judged) >= ENOUGH else "in part")
-
-
-def _among(bundle: Bundle) -> float:
-    low, high = np.nanmin(bundle.each, axis=0), np.nanmax(bundle.each, axis=0)
-    slack = SLACK * float(np.nanmax(bundle.reference))
-    among = (bundle.reference >= low - slack) & (bundle.reference <= high + slack)
-    return float(among[1:].mean())
 
 
 def _against_codes(tau: dict[str, dict[int, float]]) -> Iterator[Judgement]:
@@ -374,7 +367,11 @@ def limits(run: ExperimentRun) -> Outcome:
         )
         own = stationarity(image)
         each = [stationarity(one, image.codes) for one in e]
-        blocks.append(_quarter_maps(e, name))
+        caption = f"Mean of {e.n} realizations: probability of {image.facies_names[-1]}"
+        mean = share_picture(e.probability(int(image.codes[-1])), caption)
+        first = methods.paper_map(e.indices[0], image, "Realization 1")
+        whole = methods.image_picture(image, f"our bundled “{name}”", share=1.0)
+        blocks.append(Row((whole, first, mean)))
         rows.append(_quarters(name, image, own, each))
         judgements.append(_trend(name, own, each))
         run.step()
@@ -382,14 +379,6 @@ def limits(run: ExperimentRun) -> Outcome:
     table = Table(header, tuple(rows), "Quarters SW, SE, NW, NE; mean of the realizations.")
     remark = Text(TEXTS["nonstationary"], quiet=True)
     return Outcome((*blocks, table, remark), tuple(judgements))
-
-
-def _quarter_maps(e: Ensemble, name: str) -> Row:
-    image = e.training_image
-    last = f"Mean of {e.n} realizations: probability of {image.facies_names[-1]}"
-    mean = share_picture(e.probability(int(image.codes[-1])), last)
-    first = methods.paper_map(e.indices[0], image, "Realization 1")
-    return Row((methods.image_picture(image, f"our bundled “{name}”", share=1.0), first, mean))
 
 
 def _quarters(
@@ -402,16 +391,12 @@ def _quarters(
     return name, image.facies_names[k], *shown
 
 
-def _kept_share(own: Stationarity, each: list[Stationarity]) -> float:
-    """Return the slope of the realizations' differences between quarters on those of the image."""
+def _trend(name: str, own: Stationarity, each: list[Stationarity]) -> Judgement:
+    """Judge by the slope of the realizations' differences between quarters on the image's."""
     lags = min(own.variograms.shape[-1], *(one.variograms.shape[-1] for one in each))
     apart = own.variograms[..., :lags] - own.variograms[..., :lags].mean(axis=0)
     mean = np.mean([one.variograms[..., :lags] for one in each], axis=0)
-    return float(np.sum(apart * (mean - mean.mean(axis=0))) / np.sum(apart**2))
-
-
-def _trend(name: str, own: Stationarity, each: list[Stationarity]) -> Judgement:
-    kept = _kept_share(own, each)
+    kept = float(np.sum(apart * (mean - mean.mean(axis=0))) / np.sum(apart**2))
     found = (
         f"Image “{name}”: realizations keep {percent(kept)} of the differences between the "
         "variograms of its quarters."

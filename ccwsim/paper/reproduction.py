@@ -31,7 +31,7 @@ from ccwsim.paper.realizations import (
 )
 from ccwsim.paper.times import grid_size, times_with_data
 from ccwsim.paper.verdicts import NOISE, by_claim
-from ccwsim.report.document import Block, Document, Facts, Judgements, Section, Text, surroundings
+from ccwsim.report.document import Document, Facts, Judgements, Section, Text, surroundings
 
 EXPERIMENTS = tuple(
     Experiment(run=run, **TEXTS["experiments"][run.__name__])
@@ -154,23 +154,19 @@ def _tried(experiment: Experiment, run: ExperimentRun) -> Finished:
 
 def document_of(reproduction: Reproduction) -> Document:
     """Return the report: all verdicts, then a section for each experiment."""
+    opening = [Text(summary(reproduction)), Text(TEXTS["known"])]
+    if reproduction.extent.name != "full":
+        opening.append(Text(TEXTS["quick_run"]))
+    if reproduction.stopped:
+        opening.append(Text("The run was stopped before the missing experiments."))
+    opening.append(Text(TEXTS["words"].format(noise=round(100 * NOISE - 100)), quiet=True))
     return Document(
         TEXTS["title"],
         tuple(map(_section, reproduction.finished)),
         subtitle=TEXTS["paper"],
-        opening=_opening(reproduction),
+        opening=tuple(opening),
         colophon=Facts((*surroundings(), *_run_facts(reproduction))),
     )
-
-
-def _opening(r: Reproduction) -> tuple[Block, ...]:
-    blocks: list[Block] = [Text(summary(r)), Text(TEXTS["known"])]
-    if r.extent.name != "full":
-        blocks.append(Text(TEXTS["quick_run"]))
-    if r.stopped:
-        blocks.append(Text("The run was stopped before the missing experiments."))
-    blocks.append(Text(TEXTS["words"].format(noise=round(100 * NOISE - 100)), quiet=True))
-    return tuple(blocks)
 
 
 def summary(r: Reproduction) -> str:

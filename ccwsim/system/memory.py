@@ -47,10 +47,7 @@ def give_back_memory() -> None:
 
 
 def settle_memory(n_arenas: int) -> None:
-    """Configure the C library, before threads start, to return memory when threads free it.
-
-    By default, glibc uses eight arenas per core and stores ever larger blocks in them.
-    """
+    """Configure the C library, before threads start, to return the memory that they free."""
     with suppress(OSError, AttributeError):
         library = ctypes.CDLL(None)
         library.mallopt(M_ARENA_MAX, n_arenas)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, NamedTuple
 
@@ -50,11 +51,6 @@ class DataTerms:
     weights: Weights  # costs of a datum that is not honoured, in wrong cells of overlap
     reach: int  # side of the co-template in cells
 
-    def without_layer(self) -> DataTerms:
-        """Return the terms for a map, without the axis of layers."""
-        kinds = {name: getattr(self, name)[0] for name in (*ONE_KIND, "ruled_out")}
-        return replace(self, **kinds)
-
 
 def data_terms(
     phases: NDArray[np.uint8],
@@ -65,16 +61,18 @@ def data_terms(
     weights: Weights,
     slack: int,
     totals: NDArray[np.signedinteger],
+    own: Callable[[NDArray], NDArray],
 ) -> DataTerms:
-    """Return the costs of data at each location; `grid` is the grid before the patch."""
+    """Return the costs of data at each location; `own` removes the axis of layers for a map."""
     misses = make_misses(data.columns.size, phases.shape[3:], totals.shape)  # type: ignore[arg-type]
     certain = np.ones(256)  # data beyond the end of the image cost nothing
     counts = {kind: np.zeros(totals.shape, np.int64) for kind in ONE_KIND}
     for kind, weight in ONE_KIND.items():
         add_missed(phases, grid, data, box, times, certain, weight, 1.0, misses, counts[kind])
-    out = totals >= ruled_out(totals) // 2
+    kinds = {kind: own(count) for kind, count in counts.items()}
+    out = own(totals >= ruled_out(totals) // 2)
     seen, reach = seen_data(data, grid, box, times), times * box.nx
-    return DataTerms(seen, **counts, ruled_out=out, slack=slack, weights=weights, reach=reach)
+    return DataTerms(seen, **kinds, ruled_out=out, slack=slack, weights=weights, reach=reach)
 
 
 def seen_data(
@@ -204,11 +202,6 @@ class TracedPatch:
         sums = -sums / 2 if self.correlation else sums + self.energy
         return sums / np.prod(self._block_along)
 
-    def best_overlaps(self) -> NDArray[np.int64]:
-        """Return the K locations, in blocks, with the best scores, without costs of data."""
-        order = np.argsort(self.scores, axis=None, kind="stable")[: len(self.places)]
-        return np.stack(np.unravel_index(order, self.scores.shape), axis=1)
-
 
 Fate = Literal["drawn", "candidate", "fraction", "slack", "copy", "data", "location", "tie"]
 
@@ -238,11 +231,15 @@ def fates(step: TracedPatch) -> list[PlaceFate]:
     The order is: used location, other candidates, rejected locations, each sorted by score.
     """
     chosen = [tuple(place) for place in step.places.tolist()]
-    fate_of: dict[tuple[int, ...], Fate]
-    fate_of = {place: _of_chosen(step, k) for k, place in enumerate(chosen)}
+    kinds: list[Fate] = ["candidate"] * step.n_candidates
+    kinds += ["slack"] * (len(chosen) - len(kinds))
+    kinds[step.drawn] = "drawn"
+    fate_of = dict(zip(chosen, kinds, strict=True))
     differ = step.totals is not None or step.copies.any()
     if differ and step.patch.shape:  # without an overlap all locations fit equally
-        for place in map(tuple, step.best_overlaps().tolist()):
+        best = np.argsort(step.scores, axis=None, kind="stable")[: len(chosen)]
+        for place in zip(*np.unravel_index(best, step.scores.shape), strict=True):
+            place = tuple(map(int, place))
             fate_of.setdefault(place, _of_rejected(step, place))
     sign = -1 if step.correlation else 1
     places = [_place(step, place, fate) for place, fate in fate_of.items()]
@@ -250,12 +247,6 @@ def fates(step: TracedPatch) -> list[PlaceFate]:
     return sorted(
         places, key=lambda p: (order.get(p.fate, 2), sign * p.ccw, p.layer, p.row, p.column)
     )
-
-
-def _of_chosen(step: TracedPatch, k: int) -> Fate:
-    if k == step.drawn:
-        return "drawn"
-    return "candidate" if k < step.n_candidates else "slack"
 
 
 def _of_rejected(step: TracedPatch, place: tuple[int, ...]) -> Fate:

@@ -107,14 +107,12 @@ class PatchStepper:
         if not self._next <= number < self._next + self._every:
             known = [k for k in self._checkpoints if k <= number]
             if known and (self._next > number or max(known) > self._next):
-                self._restore(max(known))
+                self._next = max(known)
+                grid, counts, self.rng.bit_generator.state = self._checkpoints[self._next]
+                copies = {"grid": grid.copy(), "counts": counts.copy()}
+                self.simulated = self.simulated._replace(**copies)
         while self._next < number:
             self.step()
-
-    def _restore(self, number: int) -> None:
-        grid, counts, self.rng.bit_generator.state = self._checkpoints[number]
-        self.simulated = self.simulated._replace(grid=grid.copy(), counts=counts.copy())
-        self._next = number
 
     def step(self) -> Triple:
         """Simulate the next patch and return its location in the oriented image."""
@@ -276,6 +274,11 @@ class Trace:
         inside = (slice(*n // b) for n, b in zip(ends, search.block, strict=True))
         blocks[:, *inside] = 0
         totals, data, slack = work.totals.copy(), None, None
+        volume = len(self.study.grid.shape) == 3
+
+        def own(array: NDArray) -> NDArray:
+            return array if volume else array[..., 0, :, :]
+
         if sides and search.slack >= 0:
             slack = int(search.slack)
         scores, copies = self._all_scores(blocks)
@@ -283,16 +286,9 @@ class Trace:
             weights = SPARSE if p.split == 0 else DENSE
             slack = int(weights.slack * search.slack_cost)
             known = pyramid.phases, before, self.data, box, search.co_template
-            data = data_terms(*known, weights, slack, totals)
+            data = data_terms(*known, weights, slack, totals, own)
         tz, ty, tx = place
         correlation = self.study.parameters.similarity == "correlation"
-        volume = len(self.study.grid.shape) == 3
-
-        def own(array: NDArray) -> NDArray:
-            return array if volume else array[..., 0, :, :]
-
-        if data is not None and not volume:
-            data = data.without_layer()
         places = np.stack(np.unravel_index(work.ranking.places, work.scores.shape), axis=1)
         return TracedPatch(
             patch=p,

@@ -138,10 +138,7 @@ def read_irap(content: bytes, name: str) -> DataFile:
 
 
 def grdecl_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
-    """Return maps or volumes (row 0 at the south) as an Eclipse GRDECL text with its geometry.
-
-    J runs from the north and K from the top; a map is one layer of depths from 0 to 1.
-    """
+    """Return maps (one layer of depths from 0 to 1) or volumes as an Eclipse GRDECL text."""
     nz, (ny, nx) = grid.nz or 1, grid.shape[-2:]
     (sx, sy, *along_z), (ox, oy, *bottom) = grid.cell_size, grid.origin
     sz, top = (along_z or [1.0])[0], -(bottom[0] + nz * along_z[0]) if along_z else 0.0

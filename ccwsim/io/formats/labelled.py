@@ -98,11 +98,9 @@ def read_hdf5(content: bytes, name: str) -> DataFile:
 
 
 def _arrays(file: Any, h5py: Any, name: str) -> dict[str, Any]:
-    """Return all arrays of a file by their paths, after their sizes and places are checked.
-
-    Arrays in other files are refused: an upload must not show files of the server.
-    """
+    """Return all arrays by their paths; refuse other files, which could be those of a server."""
     arrays: dict[str, Any] = {}
+    sizes: list[tuple[int, ...]] = []
 
     def visit(key: str, item: Any) -> None:
         if isinstance(item, h5py.Dataset) and not key.startswith("#"):  # groups of MATLAB itself
@@ -112,14 +110,11 @@ def _arrays(file: Any, h5py: Any, name: str) -> dict[str, Any]:
     links = file.visititems_links(lambda _, link: isinstance(link, h5py.ExternalLink) or None)
     if links or any(array.external or array.is_virtual for array in arrays.values()):
         raise CCWSIMError(f"{name} refers to other files; save all arrays in one file")
-    check_cells(name, *(_stored(array) for array in arrays.values()))
+    for array in arrays.values():  # a chunk may be larger than the array
+        shape, chunk = array.shape or (1,), array.chunks or ()
+        sizes.append(chunk if prod(chunk) > prod(shape) else tuple(max(side, 1) for side in shape))
+    check_cells(name, *sizes)
     return arrays
-
-
-def _stored(array: Any) -> tuple[int, ...]:
-    """Return the shape of an array, or of one of its chunks if a chunk is larger."""
-    shape, chunk = array.shape or (1,), array.chunks or ()
-    return chunk if prod(chunk) > prod(shape) else tuple(max(side, 1) for side in shape)
 
 
 def _grid(array: NDArray, is_matlab: bool) -> NDArray:

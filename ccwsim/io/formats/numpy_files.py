@@ -166,11 +166,8 @@ class _Array(NamedTuple):
         if len(content) - self.file.tell() < n * self.dtype.itemsize:
             raise CCWSIMError(f"{self.name} ends before the {n} values that its header states")
         values = np.frombuffer(content, self.dtype, count=n, offset=self.file.tell())
-        native = values.astype(_native(self.dtype), copy=False)
+        kind = self.dtype.newbyteorder("=")
+        if kind.kind == "f":
+            kind = np.dtype(np.float64 if kind.itemsize > 4 else np.float32)
+        native = values.astype(np.uint8 if kind.kind == "b" else kind, copy=False)
         return native.reshape(self.shape, order="F" if self.by_columns else "C")
-
-
-def _native(dtype: np.dtype) -> np.dtype:
-    if dtype.kind == "f":
-        return np.dtype(np.float64 if dtype.itemsize > 4 else np.float32)
-    return np.dtype(np.uint8) if dtype.kind == "b" else dtype.newbyteorder("=")

@@ -97,10 +97,7 @@ def picture_as_bytes(
     *,
     are_codes: bool = False,
 ) -> bytes:
-    """Return a palette PNG (north up) of colour indices, shape (ny, nx), row 0 at the south.
-
-    White for gaps follows the n colours. With `are_codes`, the file marks the indices as codes.
-    """
+    """Return a palette PNG (north up) of colour indices; white follows the colours for gaps."""
     if indices.min() < 0 or indices.max() > min(n_colours, 255):
         raise CCWSIMError(f"a picture of {n_colours} colours cannot show colour {indices.max()}")
     palette = np.vstack([colours_for(n_colours, colours), [[255, 255, 255]]])[:256]
@@ -230,10 +227,7 @@ def facies_colours_of(picture: PictureFile, codes: NDArray[np.int64]) -> list[st
 
 
 def nearest_colours(rgb: NDArray[np.uint8], n: int) -> NDArray[np.int64]:
-    """Return the facies of a picture reduced to n colours, numbered from dark to light.
-
-    Each colour is frequent and differs from those before; Lloyd's k-means then refines them.
-    """
+    """Return the facies of a picture reduced to n colours, from dark to light, by k-means."""
     if not 2 <= n <= MAX_COLOURS:
         raise CCWSIMError(f"classes = {shown(n)} must be from 2 to {MAX_COLOURS} for a picture")
     coarse = _packed(rgb >> 3, 5)

@@ -29,10 +29,7 @@ MAX_DIGITS = 40
 
 
 def is_map(content: bytes, name: str) -> bool:
-    """Return whether a TIFF contains numbers on a map or several pages, and is not a picture.
-
-    A picture has one page of 1, 3 or 4 bands of 8 bits without coordinates; a broken TIFF counts.
-    """
+    """Return whether a TIFF contains numbers on a map or several pages, and is not a picture."""
     with suppress(CCWSIMError), _opened(content, name, "tiff") as file:
         placed = not file.transform.is_identity or file.crs is not None
         plain = set(file.dtypes) == {"uint8"} and file.count in (1, 3, 4)

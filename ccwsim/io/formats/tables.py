@@ -46,10 +46,7 @@ def table_of(
     lines: NDArray[np.int64],
     counted: str = "row",
 ) -> DataFile:
-    """Return columns as a table, in which `lines` are the numbers of the rows.
-
-    Columns of other types are texts, or numbers if all texts are numbers.
-    """
+    """Return columns as a table; columns of other types are texts, unless all are numbers."""
     check_table(name, len(lines), len(keys))
     names = distinct_names([str(key) for key in keys])
     variables, words = dict[str, NDArray](), dict[str, tuple[str, ...]]()

@@ -39,11 +39,7 @@ def is_gslib(content: bytes) -> bool:
 
 
 def read_gslib(content: bytes, name: str) -> DataFile:
-    """Return the grid or table of a GSLIB-like text.
-
-    A grid has three to nine numbers in line 1 (`nx ny nz [sx sy sz [ox oy oz]]`), or the sizes
-    after the count in line 2 or in the title.
-    """
+    """Return the grid (sizes in the first two lines) or table of a GSLIB-like text."""
     lines, _ = _head(content, 2)
     count = lines[1].split()
     n = int(count[0]) if len(count[0]) < 9 else MAX_VARIABLES + 1
@@ -65,10 +61,7 @@ def read_gslib(content: bytes, name: str) -> DataFile:
 def grid_as_bytes(
     columns: Sequence[NDArray], names: Sequence[str], grid: Grid | None = None
 ) -> bytes:
-    """Return grids of shape (ny, nx) or (nz, ny, nx) as an SGeMS text, row 0 at the south.
-
-    Other grids than unit cells from 0 add size and origin to line 1, as geone and DeeSse do.
-    """
+    """Return grids as an SGeMS text, row 0 at the south, with size and origin as in DeeSse."""
     nz, ny, nx = (1, *columns[0].shape)[-3:]
     place = ""
     if grid is not None and ({*grid.cell_size}, {*grid.origin}) != ({1.0}, {0.0}):

@@ -164,10 +164,7 @@ _COMMENT = (b"#", b"%", b"//")
 
 
 def read_delimited(content: bytes, name: str) -> DataFile:
-    """Return the columns of a table with a header, or the matrix in a text without a header.
-
-    Rows of units, and headers of Petrel points and of well logs (LAS), are recognized.
-    """
+    """Return the columns of a table with a header, or the matrix in a text without a header."""
     if (n_lines := content.count(b"\n")) > limits().lines:
         raise CCWSIMError(
             f"{name}: {n_lines} lines exceed the limit of {limits().lines}; use an SGeMS grid or "

@@ -148,19 +148,16 @@ class _Values:
         elif form == "binary":
             stored = _Stored(b"".join(text.split()), raw=False)
         else:
-            return self._of_text(text, n)
+            words = text.split()
+            if len(words) != n:
+                self._raise_count(n, len(words))
+            with broken(f"{self._name}: an array has a word that is not a number", ValueError):
+                return np.array(words, "S40").astype(np.float64)
         check_bytes(self._name, n * kind.itemsize, unpacked=True)
         data = (self._unpacked if self._packed else self._plain)(stored, n * kind.itemsize)
         if len(data) != n * kind.itemsize:
             self._raise_count(n, len(data) // kind.itemsize)
         return np.frombuffer(data, kind).astype(kind.newbyteorder("="))
-
-    def _of_text(self, text: bytes, n: int) -> NDArray[np.float64]:
-        words = text.split()
-        if len(words) != n:
-            self._raise_count(n, len(words))
-        with broken(f"{self._name}: an array has a word that is not a number", ValueError):
-            return np.array(words, "S40").astype(np.float64)
 
     def _plain(self, stored: _Stored, n: int) -> bytes:
         """Return uncompressed bytes, at most n + 1, which follow their count."""
@@ -185,7 +182,7 @@ class _Values:
         """Return the first n numbers of a header."""
         data = self._first(stored, n * self._header.itemsize)
         if len(data) < n * self._header.itemsize:
-            self._raise_end()
+            raise CCWSIMError(f"{self._name} ends in the middle of an array; get a complete file")
         return np.frombuffer(data, self._header, count=n).tolist()
 
     def _first(self, stored: _Stored, n: int) -> bytes:
@@ -205,9 +202,6 @@ class _Values:
             f"{self._name} states {promised} cells, but {more}{min(n, promised)} values of an "
             "array follow; get the complete file"
         )
-
-    def _raise_end(self) -> NoReturn:
-        raise CCWSIMError(f"{self._name} ends in the middle of an array; get a complete file")
 
 
 def _letters(n: int) -> int:

@@ -290,10 +290,7 @@ def _untold(one: str, two: str, said: str) -> str:
 def columns_of(
     file: DataFile, roles: Mapping[str, Role], asked: Asked, taken: Sequence[str] = ()
 ) -> dict[str, str]:
-    """Return the column of each role in a table, as given by the user or guessed by name.
-
-    Of "depth" and "from", "to", those that the user names are returned (default: "from" and "to").
-    """
+    """Return the column of each role in a table, as given by the user or guessed by name."""
     named = asked_columns(file, {role: asked.get(role) for role in roles})
     free = [name for name in file.names if name not in (*named.values(), *taken)]
     columns = {}
