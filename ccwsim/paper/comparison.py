@@ -18,7 +18,7 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.numbers import seconds
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.paper import methods, verdicts
-from ccwsim.paper.experiment import TEXTS, ExperimentRun, Outcome
+from ccwsim.paper.experiment import IMAGES, TEXTS, ExperimentRun, Outcome
 from ccwsim.paper.methods import DEFAULT, TITLES
 from ccwsim.paper.published_times import TABLE_1
 from ccwsim.paper.verdicts import percent
@@ -260,27 +260,15 @@ def _patterns(study: Sampled) -> Iterator[Judgement]:
         yield verdicts.judged(claim, found, word)
 
 
-STUDIES = {
-    ("channel", 256): (
-        "CCWSIM_channel256_uncond_L2",
-        "MS-CCSIM_channel256_uncond_L2",
-        "DeeSse_channel256_uncond",
-        "SNESIM_MPSLIB_channel256_uncond",
-    ),
-    ("stone wall", 200): ("CCWSIM_stonewall200_uncond_L2", "MS-CCSIM_stonewall200_uncond_L2"),
-}
-"""Published realizations of ANODI's studies, by training image and side of the grid in cells."""
-
-
 def variability(run: ExperimentRun) -> Outcome:
     """Run CCWSIM and MS-CCSIM on each image, and compare both with the published codes."""
-    run.expect(5 * len(STUDIES))
+    run.expect(5 * len(TABLE_1))
     blocks: list[Block] = []
     charts: list[Chart] = []
     judgements: list[Judgement] = []
-    for (image, full_side), files in STUDIES.items():
-        side = run.extent.side(full_side)
-        found = _distances(run, image, side, files)
+    for image in TABLE_1:
+        side = run.extent.side(IMAGES[image]["anodi_side"])
+        found = _distances(run, image, side, IMAGES[image]["anodi_published"])
         title = f"{image} image, {side} × {side} cells, level {ANODI_LEVEL}, no data"
         blocks.append(_anodi_table(found, title))
         blocks.append(_table_1(found, image))
@@ -290,7 +278,7 @@ def variability(run: ExperimentRun) -> Outcome:
     return Outcome((*blocks, Row(tuple(charts)), *words), tuple(judgements))
 
 
-def _distances(run: ExperimentRun, image_name: str, side: int, files: tuple[str, ...]) -> Anodi:
+def _distances(run: ExperimentRun, image_name: str, side: int, files: list[str]) -> Anodi:
     image, n = run.inputs.image(image_name), run.extent.n_anodi
     stacks: dict[str, NDArray] = {}
     for default, method in product((False, True), METHODS):

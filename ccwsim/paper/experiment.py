@@ -25,25 +25,9 @@ from ccwsim.report.document import Block, Judgement
 from ccwsim.run.simulation import simulate
 
 TEXTS = tomllib.loads(files("ccwsim.paper").joinpath("texts.toml").read_text("utf-8"))
-"""Texts of the report, of the experiments and of the sources of published times."""
-IMAGES = {
-    "channel": ("ti_channel_256x256", "channels"),
-    "stone wall": ("ti_stonewall_200x200", "stone_wall"),
-    "three facies": ("ti_three_facies_400x400", "barchans"),
-}
-"""The authors' file of each image, and the bundled image used if that file is missing."""
-FACIES = {"channel": ("mud", "sand"), "stone wall": ("stone", "mortar")}
-DATA = {
-    ("channel", 100): "paper/hd_channel_100_grid512x512",
-    ("channel", 300): "paper/hd_channel_300_grid512x512",
-    ("channel", 400): "paper/hd_channel_400_grid512x512",
-    ("channel", 1000): "reference/hd_channel_1000_grid512x512",
-    ("channel", 2000): "reference/hd_channel_2000_grid512x512",
-    ("channel", 4000): "paper/hd_channel_dense_4000_grid256x256",
-    ("stone wall", 300): "paper/hd_stonewall_300_grid512x512",
-    ("three facies", 400): "paper/hd_three_facies_400_grid1000x1000",
-}
-DENSE_REFERENCE = "paper/reference_channel_dense_256x256"
+"""Texts of the report and its experiments, images, and sources of published times."""
+IMAGES = TEXTS["images"]
+"""Files, hard data and published results of each image of the paper."""
 
 
 @dataclass(frozen=True)
@@ -54,24 +38,25 @@ class PaperInputs:
 
     def image(self, name: str) -> TrainingImage:
         """Return the training image "channel", "stone wall" or "three facies"."""
-        file, bundled = IMAGES[name]
-        path = self._file(f"paper/{file}.npy")
+        about = IMAGES[name]
+        path = self._file(f"paper/{about['file']}.npy")
         if path is None:
-            return datasets.load(bundled)
+            return datasets.load(about["bundled"])
         found = read_training_image(path)
-        names = FACIES.get(name, ())
-        names = names if len(names) == found.n_facies else None
+        names = about["facies"] if len(about["facies"]) == found.n_facies else None
         return TrainingImage(found.array, name=f"{name} (authors')", facies_names=names)
 
     def describe(self, name: str) -> str:
         """Return a phrase that says which image is used for one of the paper's images."""
         if self.is_own(name):
             return f"the authors' {name} training image"
-        return f"our bundled image “{IMAGES[name][1]}” in place of the authors' {name} image"
+        return (
+            f"our bundled image “{IMAGES[name]['bundled']}” in place of the authors' {name} image"
+        )
 
     def is_own(self, name: str) -> bool:
         """Return whether the authors' file of this image is available."""
-        return self._file(f"paper/{IMAGES[name][0]}.npy") is not None
+        return self._file(f"paper/{IMAGES[name]['file']}.npy") is not None
 
     def data(self, name: str, n: int, shape: tuple[int, int]) -> HardData:
         """Return about `n` hard data for an image and a grid shape.
@@ -79,22 +64,23 @@ class PaperInputs:
         If available, the authors' data inside the grid are returned. Otherwise, data of equal
         density are sampled from the reference field of the bundled image.
         """
-        stem = DATA[name, n]
+        stem = IMAGES[name]["data"][str(n)]
         ny, nx = map(int, stem.rsplit("grid", 1)[1].split("x"))
         path = self._file(f"{stem}.csv") if self.is_own(name) else None
         if path is not None:
             return inside(read_hard_data(path, Grid(ny, nx)), shape)
         share = shape[0] * shape[1] / (ny * nx)
-        truth = reference_field(IMAGES[name][1], shape).array
+        truth = reference_field(IMAGES[name]["bundled"], shape).array
         return sample_random(truth, max(round(n * share), 1), seed=n)
 
     def dense_reference(self, shape: tuple[int, int]) -> tuple[HardData, TrainingImage]:
         """Return dense data and the image from which they were sampled, cut to a grid shape."""
-        path = self._file(f"{DENSE_REFERENCE}.npy") if self.is_own("channel") else None
-        if path is not None and self._file(f"{DATA['channel', 4000]}.csv") is not None:
+        about = IMAGES["channel"]
+        path = self._file(f"{about['dense_reference']}.npy") if self.is_own("channel") else None
+        if path is not None and self._file(f"{about['data']['4000']}.csv") is not None:
             truth = read_training_image(path).array
         else:
-            truth = reference_field(IMAGES["channel"][1], shape).array
+            truth = reference_field(about["bundled"], shape).array
         truth = truth[: shape[0], : shape[1]]
         return self.data("channel", 4000, (truth.shape[0], truth.shape[1])), TrainingImage(truth)
 
@@ -147,8 +133,8 @@ def inputs_in(folder: str | Path | None) -> PaperInputs:
         if any(found.is_own(name) for name in IMAGES):
             return found
     raise CCWSIMError(
-        f"{folder}: no file paper/{IMAGES['channel'][0]}.npy; give the folder that contains the "
-        "folders paper and reference, or give no folder to use the bundled images"
+        f"{folder}: no file paper/{IMAGES['channel']['file']}.npy; give the folder that contains "
+        "the folders paper and reference, or give no folder to use the bundled images"
     )
 
 
