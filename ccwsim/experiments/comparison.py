@@ -167,6 +167,8 @@ def compare(
     Realization r has the same random numbers in all settings. Bands of variograms and connectivity
     functions are compared with the training image's curve; pattern histograms are compared by ANODI
     (Tan et al. 2014). If images are too small for patterns, `problem` gives the reason.
+    Raises `CCWSIMError` before simulating if there are not 2 to 4 settings, a setting does not fit,
+    or the training image lacks the facies.
 
     Parameters
     ----------
@@ -181,14 +183,6 @@ def compare(
         Code of the facies whose curves are compared; by default the last.
     on_partial : callable, optional
         Called with the partial result after each setting, after curves and after patterns.
-
-    Raises
-    ------
-    CCWSIMError
-        If there are not 2 to 4 settings, a setting does not fit, or the training image lacks the
-        facies. Nothing is simulated in these cases.
-    Cancelled
-        If `cancel` returned True.
 
     Examples
     --------

@@ -119,6 +119,8 @@ def sweep(
 ) -> Sweep:
     """Simulate and judge each setting with the same seed, on one thread for comparable times.
 
+    Raises `CCWSIMError` if there is no setting, or the training image lacks the facies.
+
     Parameters
     ----------
     training_image, grid_shape, hard_data, seed
@@ -137,11 +139,6 @@ def sweep(
         Number of realizations stored for each setting.
     facies : int, optional
         Code of the facies whose connectivity is judged; by default the last.
-
-    Raises
-    ------
-    CCWSIMError
-        If there is no setting, or the training image lacks the facies.
 
     Examples
     --------

@@ -109,9 +109,6 @@ def read_training_image(
     >>> read_training_image(BytesIO(b"2 2 1\\n1\\nfacies\\n0\\n0\\n0\\n7\\n")).array
     array([[0, 0],
            [0, 7]], dtype=uint8)
-    >>> file = BytesIO(b"2 1 3\\n1\\nfacies\\n0\\n1\\n2\\n3\\n4\\n5\\n")
-    >>> read_training_image(file, volume=True).shape
-    (3, 1, 2)
     """
     if volume and slice_index is not None:
         raise CCWSIMError(

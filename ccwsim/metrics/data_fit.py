@@ -126,6 +126,9 @@ def fit_data(
 ) -> DataFit:
     """Judge whether hard data contradict a training image.
 
+    Raises `CCWSIMError` for data outside the grid or of an unknown facies, for fewer than 3 data,
+    and for n_null < 10.
+
     Parameters
     ----------
     image : TrainingImage
@@ -140,13 +143,6 @@ def fit_data(
         Parameters of the realizations; by default, a template of 32 cells if it fits.
     progress, cancel : callable, optional
         As of `simulate`.
-
-    Raises
-    ------
-    CCWSIMError
-        For data outside the grid or of an unknown facies, fewer than 3 data, or n_null < 10.
-    Cancelled
-        If `cancel` returned True.
 
     Examples
     --------
@@ -226,7 +222,8 @@ def rank_images(
 ) -> tuple[ImageRank, ...]:
     """Rank training images by how well they predict each hard datum from its neighbours.
 
-    Nothing is simulated. Images without a facies of the data come last, with the score −∞.
+    Nothing is simulated. Images without a facies of the data come last, with the score −∞. Raises
+    `CCWSIMError` for no image, images of other dimensions than the data, or fewer than 3 data.
 
     Parameters
     ----------
@@ -240,11 +237,6 @@ def rank_images(
     -------
     tuple of ImageRank
         From the best to the worst.
-
-    Raises
-    ------
-    CCWSIMError
-        For no image, images of other dimensions than the data, or fewer than 3 data.
 
     Examples
     --------

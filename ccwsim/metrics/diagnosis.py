@@ -207,8 +207,7 @@ def templates_that_fit(shape: tuple[int, ...], template_size: int | tuple[int, i
 def feature_size(ew: Spacing, ns: Spacing, side: int) -> tuple[int, str]:
     """Return the side in cells of a template that contains a feature, and the reason as text.
 
-    It is the spacing of the features, or twice the geometric mean of both variogram ranges. A
-    spacing above the largest advised template needs a clear period that fits into `side` thrice.
+    A spacing above the largest advised template needs a clear period that fits into `side` thrice.
     """
     largest = largest_template(side)
     spacings = [

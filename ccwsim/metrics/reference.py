@@ -257,6 +257,8 @@ def leave_out(
 ) -> LeaveOut:
     """Simulate without a fifth of the hard data, and compare the probabilities with these data.
 
+    Raises `CCWSIMError` for fewer data or wells than folds, n < 2, or another value of `by`.
+
     Parameters
     ----------
     study : Study
@@ -268,13 +270,6 @@ def leave_out(
         "well" leaves out whole vertical wells of a volume, "datum" single data.
     progress, cancel : callable, optional
         As of `simulate`.
-
-    Raises
-    ------
-    CCWSIMError
-        For fewer data or wells than folds, n < 2, or another value of `by`.
-    Cancelled
-        If `cancel` returned True.
 
     Examples
     --------

@@ -244,20 +244,14 @@ _DOCUMENTATION = """All parameters of a simulation, checked when the object is m
 For a volume template_size, overlap_size and wavelet_level may each be three
 numbers, along z, y and x; one number applies to all axes. Volumes are often thin, so a
 template along z may have only 1 cell (overlap 0), or 2 or 3 cells (overlap 0 or 1).
+Raises `CCWSIMError` for a value that is not allowed; the message suggests other values.
 
 Parameters
 ----------
 {}
 
-Raises
-------
-CCWSIMError
-    If a value is not allowed; the message suggests other values.
-
 Examples
 --------
->>> Parameters(template_size=48, overlap_size=8).step
-40
 >>> Parameters((16, 48, 48), (4, 8, 8), wavelet_level=(1, 2, 2)).step
 (12, 40, 40)"""
 Parameters.__doc__ = _documented()

@@ -59,11 +59,7 @@ class PaperInputs:
         return self._file(f"paper/{IMAGES[name]['file']}.npy") is not None
 
     def data(self, name: str, n: int, shape: tuple[int, int]) -> HardData:
-        """Return about `n` hard data for an image and a grid shape.
-
-        If available, the authors' data inside the grid are returned. Otherwise, data of equal
-        density are sampled from the reference field of the bundled image.
-        """
+        """Return about `n` data: of the authors inside the grid, or equally dense bundled data."""
         stem = IMAGES[name]["data"][str(n)]
         ny, nx = map(int, stem.rsplit("grid", 1)[1].split("x"))
         path = self._file(f"{stem}.csv") if self.is_own(name) else None
@@ -85,10 +81,7 @@ class PaperInputs:
         return self.data("channel", 4000, (truth.shape[0], truth.shape[1])), TrainingImage(truth)
 
     def published(self, name: str, image: TrainingImage) -> NDArray[np.uint8] | None:
-        """Return the realizations of a published code as facies indices, or None if unavailable.
-
-        Raises `CCWSIMError` for a file with unexpected content.
-        """
+        """Return the realizations of a published code as facies indices, or None if unavailable."""
         path = self._file(f"reference/{name}.npz")
         if path is None:
             return None
@@ -114,15 +107,7 @@ class PaperInputs:
 
 
 def inputs_in(folder: str | Path | None) -> PaperInputs:
-    """Return the inputs of a folder; if the folder is named `paper`, use its parent.
-
-    Raises `CCWSIMError` for a missing folder, or one without the authors' training images.
-
-    Examples
-    --------
-    >>> inputs_in(None).image("channel").name
-    'channels'
-    """
+    """Return the inputs of a folder (also of its folder `paper`), or the bundled inputs."""
     if folder is None:
         return PaperInputs()
     given = Path(folder)

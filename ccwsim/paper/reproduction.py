@@ -83,14 +83,7 @@ def reproduce(
 ) -> Reproduction:
     """Run experiments of the paper, by default all experiments on the bundled images.
 
-    `progress` is called as progress(fraction, number of finished experiments), and `on_finished`
-    with each finished experiment. If `cancel` returns True, the run stops, and the result contains
-    the finished experiments.
-
-    Examples
-    --------
-    >>> reproduce(experiments=()).stopped
-    False
+    If `cancel` returns True, the run stops, and the result contains the finished experiments.
     """
     start, finished, stopped = time.perf_counter(), [], False
     cancelled = cancel or (lambda: False)
@@ -118,15 +111,7 @@ def reproduce(
 
 
 def with_largest_grid(extent: Extent, side: int | None) -> Extent:
-    """Return a copy of an extent whose largest timed grid has `side` × `side` cells.
-
-    Raises `CCWSIMError` for a side that is too small or too large.
-
-    Examples
-    --------
-    >>> with_largest_grid(FULL, 5000).timed_sides
-    (1000, 2000, 3000, 4000, 5000)
-    """
+    """Return a copy of an extent whose largest timed grid has `side` × `side` cells."""
     if side is None:
         return extent
     if not 64 <= side <= 10_000:
@@ -170,13 +155,7 @@ def document_of(reproduction: Reproduction) -> Document:
 
 
 def summary(r: Reproduction) -> str:
-    """Summarize the experiments in one sentence.
-
-    Examples
-    --------
-    >>> summary(reproduce(experiments=()))
-    '0 experiments were run. Verdicts: none.'
-    """
+    """Summarize the experiments in one sentence."""
     failed = sum(f.outcome is None for f in r.finished)
     tail = f", {failed} of them failed" if failed else ""
     counted = ", ".join(f"{n} × {word}" for word, n in r.words.most_common()) or "none"
@@ -184,13 +163,7 @@ def summary(r: Reproduction) -> str:
 
 
 def verdict_of(finished: Finished) -> str:
-    """Return as text the verdicts of an experiment, or the problem that stopped the experiment.
-
-    Examples
-    --------
-    >>> verdict_of(Finished(EXPERIMENTS[0], None, "no memory", 1.0))
-    'failed: no memory'
-    """
+    """Return as text the verdicts of an experiment, or the problem that stopped it."""
     if finished.outcome is None:
         return f"failed: {finished.problem}"
     counts = Counter(judgement.word for judgement in finished.outcome.judgements)

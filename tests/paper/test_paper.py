@@ -27,6 +27,7 @@ from ccwsim.paper.published_times import TABLE_1
 from ccwsim.paper.realizations import limits, unconditional
 from ccwsim.paper.reproduction import (
     EXPERIMENTS,
+    Finished,
     document_of,
     reproduce,
     summary,
@@ -374,3 +375,12 @@ def test_verdicts_of_several_cases_are_one_verdict():
     words = [by_claim(pair)[0].word for pair in ([one, other], [one, one])]
     assert words == ["in part", "agrees"]
     assert [order_of(ratio) for ratio in (0.82, 1.05, 1.33)] == [-1, 0, 1]
+
+
+def test_runs_without_experiments_are_summarized():
+    none = reproduce(experiments=())
+    assert not none.stopped
+    assert summary(none) == "0 experiments were run. Verdicts: none."
+    assert verdict_of(Finished(EXPERIMENTS[0], None, "no memory", 1.0)) == "failed: no memory"
+    assert with_largest_grid(FULL, 5000).timed_sides == (1000, 2000, 3000, 4000, 5000)
+    assert inputs_in(None).image("channel").name == "channels"

@@ -140,18 +140,8 @@ class Trace:
     """One realization of a study, simulated patch by patch by the kernels of `simulate`.
 
     Patches are simulated when requested. To return to an earlier patch, the simulation restarts at
-    the last checkpoint before the patch, which takes little time.
-
-    Parameters
-    ----------
-    study : Study
-    number : int
-        Number of the realization.
-
-    Raises
-    ------
-    CCWSIMError
-        If the method is "ms-ccsim", which places each patch once per scale.
+    the last checkpoint before the patch, which takes little time. Raises `CCWSIMError` for the
+    method "ms-ccsim", which places each patch once per scale.
 
     Examples
     --------
@@ -185,18 +175,7 @@ class Trace:
         return self._stepper.n_done
 
     def at(self, number: int) -> TracedPatch:
-        """Return how a patch was chosen, cut and pasted.
-
-        Parameters
-        ----------
-        number : int
-            Number of the patch, from 0.
-
-        Raises
-        ------
-        CCWSIMError
-            If there is no patch with this number.
-        """
+        """Return how patch `number`, from 0, was chosen, cut and pasted."""
         if not 0 <= number < len(self.patches):
             raise CCWSIMError(f"patch {number} is not one of 0 … {len(self.patches) - 1}")
         self._stepper.go_to(number)

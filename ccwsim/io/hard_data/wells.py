@@ -106,11 +106,6 @@ def import_wells(
     >>> log = b"well,from,to,facies\\nA,1,3,1\\nA,3,4,0\\n"
     >>> import_wells(collars, BytesIO(log), (8, 8, 16)).hard_data.triples
     ((4, 2, 10, 0), (5, 2, 10, 1), (6, 2, 10, 1))
-    >>> surveys = BytesIO(b"well,depth,azimuth,dip\\nA,0,0,-45\\n")
-    >>> collars.seek(0)
-    0
-    >>> import_wells(collars, BytesIO(log), (8, 8, 16), surveys=surveys).hard_data.n
-    5
     """
     grid, conversion = Grid.of(grid), Conversion.taken_from(options)
     columns = WellColumns(**options)
@@ -211,9 +206,6 @@ def preview_wells(
     >>> preview = preview_wells(BytesIO(b"BHID,From,To,Rock\\nA,1,3,1\\n"), "intervals")
     >>> preview.guess
     {'well': 'BHID', 'depth_from': 'From', 'depth_to': 'To', 'facies': 'Rock'}
-    >>> preview = preview_wells(BytesIO(b"a,b,c,d\\nA,1,3,1\\n"), "collars", WellColumns(x="b"))
-    >>> preview.guess, preview.reasons[0].split(";")[0]
-    ({'x': 'b'}, 'file has no column of the names of the wells')
     """
     if table not in WELL_TABLES:
         raise CCWSIMError(f"table = {shown(table)} must be one of {', '.join(WELL_TABLES)}")
