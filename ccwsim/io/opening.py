@@ -36,10 +36,9 @@ from ccwsim.io.formats.tables import is_excel, read_excel, read_memory_table
 from ccwsim.io.formats.text_grids import is_esri, is_gslib, read_esri, read_gslib
 from ccwsim.io.formats.text_tables import read_delimited
 from ccwsim.io.formats.vti import is_vti, read_vti
-from ccwsim.io.gridding import as_grid, part_of_grid
+from ccwsim.io.gridding import FilePart, as_grid, part_of_grid
 from ccwsim.io.isolated import IsolatedFile
 from ccwsim.io.limits import check_bytes, check_cells, limited_to_whole, limits
-from ccwsim.io.part import FilePart
 from ccwsim.model.arrays import is_table
 from ccwsim.model.classes import are_codes
 from ccwsim.model.errors import CCWSIMError

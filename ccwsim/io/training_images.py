@@ -27,10 +27,9 @@ from ccwsim.io.formats.pictures import (
     picture_facies,
 )
 from ccwsim.io.formats.text_grids import grid_as_bytes
-from ccwsim.io.gridding import as_grid
+from ccwsim.io.gridding import Crop, FilePart, Layers, as_grid, largest_without_gaps, thinning
 from ccwsim.io.limits import TooManyCells
 from ccwsim.io.opening import PathOrFile, open_file
-from ccwsim.io.part import Crop, FilePart, Layers, largest_without_gaps, thinning
 from ccwsim.model.classes import Classes, Merge, are_codes, classify, merge_facies
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid

@@ -18,7 +18,7 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.numbers import seconds
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.paper import methods, verdicts
-from ccwsim.paper.experiment import IMAGES, TEXTS, ExperimentRun, Outcome
+from ccwsim.paper.experiment import IMAGES, TEXTS, ExperimentRun, Outcome, said
 from ccwsim.paper.methods import DEFAULT, TITLES
 from ccwsim.paper.published_times import TABLE_1
 from ccwsim.paper.verdicts import percent
@@ -151,10 +151,7 @@ def _table_of_cases(study: Sampled, side: int) -> Table:
         tau = (f"{v:.2f}" for v in case.tau.values())
         counts = str(len(case.images)), percent(case.wrong)
         rows.append((case.name, *counts, distances, *tau))
-    caption = (
-        f"{study.data.n} data on {side} × {side} cells. Pattern distance: Jensen–Shannon "
-        "divergence (bits) from the training image; τ E–W relative to it."
-    )
+    caption = said("cases", n=study.data.n, side=side)
     header = ("realizations", "n", "data wrong", "pattern distance 1, 1/2, 1/3", *at)
     return Table(header, tuple(rows), caption)
 
@@ -305,11 +302,7 @@ def _anodi_table(found: Anodi, title: str) -> Table:
         rows.append((name, str(n), *each, by_resolution, f"{r:.2f}"))
     at = (f"{what}, at 1, 1/2, 1/3" for what in ("between", "within"))
     header = ("method", "n", *at, "ratio of CCWSIM to this method", "r")
-    caption = (
-        f"{title[:1].upper()}{title[1:]}. Mean Jensen–Shannon divergence (bits) between "
-        "realizations, and from the training image (within). On the right: between / within of our "
-        "CCWSIM, divided by the method's ratio, at each resolution and as weighted sum r."
-    )
+    caption = said("anodi", title=title[:1].upper() + title[1:])
     return Table(header, tuple(rows), caption)
 
 
@@ -322,10 +315,7 @@ def _table_1(found: Anodi, image: str) -> Table:
         each = (_each(row[a] / row[b]) for row in (found.between, found.within))
         rows.append((who, *each, f"{found.relative(name, other)[2]:.2f}"))
     header = ("CCWSIM relative to MS-CCSIM", "between", "within", "r")
-    caption = (
-        f"Table 1 · {image} image. Ratios at three resolutions, full resolution first; r = Σ w · "
-        "between / within. If r > 1, CCWSIM is more varied relative to its distance to the image."
-    )
+    caption = said("table_1", image=image)
     return Table(header, tuple(rows), caption)
 
 

@@ -30,6 +30,11 @@ IMAGES = TEXTS["images"]
 """Files, hard data and published results of each image of the paper."""
 
 
+def said(name: str, **values: object) -> str:
+    """Return a sentence of the report, with `values` filled in."""
+    return TEXTS["said"][name].format(**values)
+
+
 @dataclass(frozen=True)
 class PaperInputs:
     """Training images, hard data and published realizations in a folder."""

@@ -17,7 +17,7 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.numbers import seconds
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.paper import methods, verdicts
-from ccwsim.paper.experiment import TEXTS, ExperimentRun, Outcome
+from ccwsim.paper.experiment import TEXTS, ExperimentRun, Outcome, said
 from ccwsim.paper.methods import SETTINGS
 from ccwsim.paper.published_times import OCTAVE, published_time, stated_seconds
 from ccwsim.paper.verdicts import percent
@@ -60,14 +60,8 @@ def unconditional(run: ExperimentRun) -> Outcome:
     share = f"{image.facies_names[-1]} (image: {percent(float(image.proportions[-1]))})"
     distances = "pattern distance 1, 1/2, 1/3"
     header = ("realizations", share, distances, "τ E–W at 41 cells", "at 81 cells", "CPU time")
-    caption = (
-        f"{side} × {side} cells, {SETTINGS}. Pattern distance: Jensen–Shannon divergence of 4 × 4 "
-        "patterns (bits) from the training image; τ relative to the training image's."
-    )
-    remark = (
-        f"The grid of the paper's figure is unknown; here it is {side} × {side}, as in the "
-        "paper's conditional runs."
-    )
+    caption = said("unconditional", side=side, settings=SETTINGS)
+    remark = said("unknown_grid", side=side)
     table = Table(header, tuple(rows), caption)
     blocks = (Row((first, *_maps(shown, "level 2"))), table, Text(remark, quiet=True))
     what = "a realization (mean); grid and level are unknown"
@@ -152,11 +146,7 @@ def _by_data(free: Ensemble, runs: list[Ensemble]) -> Table:
         counts = (f"{n.mean():.1f}" for n in (e.n_mismatched, e.n_resimulated, e.n_forced))
         rows.append((str(e.hard_data.n), str(e.n), *counts, seconds(methods.median_seconds(e))))
     header = ("data", "realizations", "wrong", "re-simulated", "forced", "CPU time (median)")
-    caption = (
-        f"{free.grid.nx} × {free.grid.ny} cells, level {LEVEL}, {SETTINGS}. Numbers of data are "
-        "means. Re-simulated data are honoured by local re-simulation; forced data are single "
-        "cells set because no window fitted."
-    )
+    caption = said("by_data", nx=free.grid.nx, ny=free.grid.ny, level=LEVEL, settings=SETTINGS)
     return Table(header, tuple(rows), caption)
 
 
@@ -167,10 +157,7 @@ def _varied(many: Ensemble) -> Judgement:
     at_data = shares[cells[:, 0], cells[:, 1]]
     certain = float(np.mean((at_data == 0) | (at_data == 1)))
     open_cells = float(np.mean((shares > 0) & (shares < 1)))
-    found = (
-        f"The E-type is certain at {percent(certain)} of the data and uncertain at "
-        f"{percent(open_cells)} of all cells."
-    )
+    found = said("e_type", certain=percent(certain), uncertain=percent(open_cells))
     claim = "Fig. 7: three distinct realizations and their average, which follows the data."
     return verdicts.of_claim(claim, found, certain == 1 and open_cells > 0.5)
 
@@ -181,10 +168,7 @@ def _conditional_times(run: ExperimentRun, free: Ensemble, many: Ensemble) -> li
         return [time]
     ratio = methods.median_seconds(many) / methods.median_seconds(free)
     theirs = stated_seconds("Fig. 7") / stated_seconds("Fig. 6")
-    claim = (
-        f"Conditional realizations (2.42 s, Fig. 7) take {theirs:.2f} times as long as "
-        "unconditional realizations (6.52 s, Fig. 6); grids and levels are unknown."
-    )
+    claim = said("conditional_time", theirs=theirs)
     found = f"On the same grid and level, conditional realizations take {ratio:.2f} times as long."
     return [time, verdicts.of_ratio(claim, found, ratio, theirs)]
 
@@ -238,10 +222,7 @@ def _surrounded(bundles: list[Bundle], statistic: Statistic) -> Judgement:
         among = (bundle.reference >= low - slack) & (bundle.reference <= high + slack)
         shares.append(float(among[1:].mean()))
     what = "variograms" if statistic == "variogram" else "probability of connection E–W"
-    found = (
-        f"The image's curve is among the realizations' curves at {percent(shares[0])} of the lags "
-        f"E–W and {percent(shares[1])} N–S."
-    )
+    found = said("surrounded", ew=percent(shares[0]), ns=percent(shares[1]))
     claim = f"Fig. 9: {what} of the image and of 100 realizations; the paper has no numbers."
     judged = shares if statistic == "variogram" else shares[:1]  # Fig. 9: connection E–W only
     return verdicts.judged(claim, found, "surrounded" if min(judged) >= ENOUGH else "in part")
@@ -397,9 +378,6 @@ def _trend(name: str, own: Stationarity, each: list[Stationarity]) -> Judgement:
     apart = own.variograms[..., :lags] - own.variograms[..., :lags].mean(axis=0)
     mean = np.mean([one.variograms[..., :lags] for one in each], axis=0)
     kept = float(np.sum(apart * (mean - mean.mean(axis=0))) / np.sum(apart**2))
-    found = (
-        f"Image “{name}”: realizations keep {percent(kept)} of the differences between the "
-        "variograms of its quarters."
-    )
+    found = said("kept", name=name, kept=percent(kept))
     claim = "Section 5.9: nonstationary training images are a limit of the method."
     return verdicts.of_claim(claim, found, kept < KEPT)

@@ -12,7 +12,7 @@ from ccwsim.figures import LIGHT, TimeSeries, timings_chart
 from ccwsim.model.numbers import seconds
 from ccwsim.model.parameters import Parameters
 from ccwsim.paper import methods, verdicts
-from ccwsim.paper.experiment import ExperimentRun, Outcome
+from ccwsim.paper.experiment import ExperimentRun, Outcome, said
 from ccwsim.paper.methods import TITLES
 from ccwsim.paper.published_times import (
     FIGURE_13,
@@ -55,10 +55,7 @@ def grid_size(run: ExperimentRun) -> Outcome:
     theirs = (seconds(paper[level] or 0.0) for level in LEVELS)
     rows.append((f"paper, {PAPER_SIDE} × {PAPER_SIDE}", f"{PAPER_SIDE**2:,}", *theirs))
     header = ("grid", "cells", *(f"level {level}" for level in LEVELS))
-    caption = (
-        f"CPU time of a realization, median of {n}, one thread, no data; the paper's times are "
-        "means of 20 conditional realizations, with an unknown number of data."
-    )
+    caption = said("grids", n=n)
     blocks = (_grid_chart(by_level, sides), Table(header, tuple(rows), caption))
     return Outcome(blocks, tuple(_grid_judgements(by_level)))
 
@@ -146,12 +143,7 @@ def times_with_data(run: ExperimentRun) -> Outcome:
     ours = (column for n_data in numbers for column in (f"{n_data} data", "wrong"))
     others = (f"{source}, {n_data}" for source in ("paper", "Octave") for n_data in TABLE_2_DATA)
     header = ("method", "level", "data", *ours, *others)
-    caption = (
-        f"CPU time of a realization (median of {n}, one thread), {side} × {side} cells, data "
-        "sampled from an unconditional realization. “As published”: condition on data in the "
-        "search only; “exact”: every datum honoured at full resolution. The verdicts compare exact "
-        "runs: the authors' MS-CCSIM also conditions the finer images, unlike ours “as published”."
-    )
+    caption = said("times", n=n, side=side)
     remark = f"Octave: {OCTAVE.reference}; {OCTAVE.machine}. The paper: {PAPER.machine}."
     table = Table(header, tuple(_row(p, times) for p in settings), caption)
     measured, what = times["ccwsim", 1, False, 1].seconds, "CCWSIM, level 1, 2000 data"
@@ -170,10 +162,7 @@ def _table_2() -> Table:
         each = (taken[method, level, image, n] for image in images for n in TABLE_2_DATA)
         rows.append((TITLES[method], str(level), *(f"{s:.2f} s" for s in each)))
     header = ("method", "level", *(f"{image}, {n}" for image in images for n in TABLE_2_DATA))
-    caption = (
-        "The paper's Table 2: CPU time of a realization with 1000 and 2000 data, 512 × 512 cells, "
-        "T 32, OR 8. This run repeats only the channel image."
-    )
+    caption = said("table_2")
     return Table(header, tuple(rows), caption)
 
 
@@ -223,10 +212,7 @@ def _methods(times: Times) -> Iterator[Judgement]:
         found = f"Level {level}, {n} data: {ours:.2f} times as long, in the paper {theirs:.2f}."
         yield verdicts.of_ratio(claim, found, ours, theirs)
     less = [f"{share:.2f}" for share in shares]
-    efficient = (
-        f"With all data honoured, CCWSIM takes {', '.join(less[:-1])} and {less[-1]} times as long "
-        "as MS-CCSIM in these four cases of Table 2."
-    )
+    efficient = said("efficient", ratios=", ".join(less[:-1]), last=less[-1])
     word = AGREES if max(shares) < 1 / NOISE else PART if min(shares) < 1 / NOISE else DIFFERS
     claim = "CCWSIM is efficient: it takes less time than MS-CCSIM (title, section 5.6)."
     yield verdicts.judged(claim, efficient, word)

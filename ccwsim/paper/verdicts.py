@@ -12,6 +12,7 @@ from itertools import pairwise
 from math import isnan, log
 
 from ccwsim.model.numbers import seconds
+from ccwsim.paper.experiment import said
 from ccwsim.report.document import Judgement, Tone
 
 AGREES, BETTER, BEHIND, DIFFERS, OPEN = "agrees", "better", "behind", "differs", "not comparable"
@@ -79,10 +80,7 @@ def of_time(
         return judged(claim, f"{seconds(ours)} on a smaller grid; not comparable.", OPEN)
     ratio = theirs / ours
     how = f"{ratio:.3g} times less" if ratio >= 1 else f"{1 / ratio:.3g} times more"
-    found = (
-        f"{seconds(ours)} of CPU time on this machine, {how}. Machines and languages differ "
-        "(MATLAB and compiled code), so this is no speed-up of the method."
-    )
+    found = said("time", ours=seconds(ours), how=how)
     word = compared(ours, theirs, more_is_better=False)
     shown = {BETTER: "less time", BEHIND: "more time"}.get(word, "like time")
     return judged(claim, found, shown)

@@ -14,8 +14,8 @@ from PIL import Image, ImageOps, PngImagePlugin
 from PIL.PngImagePlugin import PngInfo
 
 from ccwsim.io.data_file import DataFile, broken
+from ccwsim.io.gridding import FilePart
 from ccwsim.io.limits import MIB, check_cells
-from ccwsim.io.part import FilePart
 from ccwsim.model.classes import Classes, asks_for_codes, classify
 from ccwsim.model.errors import CCWSIMError, shown
 
