@@ -30,9 +30,9 @@ IMAGES = TEXTS["images"]
 """Files, hard data and published results of each image of the paper."""
 
 
-def said(name: str, **values: object) -> str:
+def said(text: str, /, **values: object) -> str:
     """Return a sentence of the report, with `values` filled in."""
-    return TEXTS["said"][name].format(**values)
+    return TEXTS["said"][text].format(**values)
 
 
 @dataclass(frozen=True)

@@ -231,8 +231,8 @@ def fates(step: TracedPatch) -> list[PlaceFate]:
     The order is: used location, other candidates, rejected locations, each sorted by score.
     """
     chosen = [tuple(place) for place in step.places.tolist()]
-    kinds: list[Fate] = ["candidate"] * step.n_candidates
-    kinds += ["slack"] * (len(chosen) - len(kinds))
+    n = step.n_candidates
+    kinds: list[Fate] = ["candidate" if k < n else "slack" for k in range(len(chosen))]
     kinds[step.drawn] = "drawn"
     fate_of = dict(zip(chosen, kinds, strict=True))
     differ = step.totals is not None or step.copies.any()
