@@ -26,7 +26,8 @@ from ccwsim.metrics.bands import STATISTICS, Statistic, curves_of
 from ccwsim.metrics.connectivity import geobody_statistics
 from ccwsim.metrics.etype import proportions
 from ccwsim.metrics.lags import Direction, DirectionName, axes_of, distinct_lags, max_lag
-from ccwsim.metrics.patterns import PatternHistogram, count_patterns, js_divergence
+from ccwsim.metrics.pattern_codes import count_patterns
+from ccwsim.metrics.patterns import PatternHistogram, js_divergence
 from ccwsim.metrics.stack import N_AXES, Fraction, Stack, as_volume
 from ccwsim.model.arrays import as_floats, check_int, ratio
 from ccwsim.model.ensemble import Ensemble

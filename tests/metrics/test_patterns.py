@@ -18,7 +18,7 @@ from ccwsim.metrics import (
     pattern_histogram,
     pyramid_histograms,
 )
-from ccwsim.metrics.patterns import count_patterns
+from ccwsim.metrics.pattern_codes import count_patterns
 from ccwsim.model.errors import CCWSIMError
 
 

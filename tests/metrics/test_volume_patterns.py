@@ -19,7 +19,7 @@ from ccwsim.metrics import (
     pyramid_histograms,
     unseen_patterns,
 )
-from ccwsim.metrics import patterns as own
+from ccwsim.metrics import pattern_codes as own
 from ccwsim.model.errors import CCWSIMError
 from tests.metrics.volumes import a_volume
 

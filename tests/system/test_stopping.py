@@ -13,7 +13,7 @@ from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.realization import random_numbers
 from ccwsim.jobs.job import Job
 from ccwsim.jobs.workers import Watch, check_stop, run_all, stoppable
-from ccwsim.metrics import RunningStatistics, connectivity, patterns, stack, variogram
+from ccwsim.metrics import RunningStatistics, connectivity, pattern_codes, stack, variogram
 from ccwsim.metrics.patterns import pattern_histogram
 from ccwsim.model.study import Study
 from ccwsim.ui.validate.large_ensemble import LargeEnsembleRun
@@ -72,7 +72,7 @@ STATISTICS = {
 @pytest.fixture
 def small_pieces(monkeypatch):
     monkeypatch.setattr(stack, "CELLS_A_PIECE", 3 * IMAGE.size)
-    monkeypatch.setattr(patterns, "CELLS_OF_STRIP", 4 * IMAGE.shape[1])
+    monkeypatch.setattr(pattern_codes, "CELLS_OF_STRIP", 4 * IMAGE.shape[1])
 
 
 @pytest.mark.parametrize("name", STATISTICS)

@@ -21,7 +21,7 @@ from ccwsim import datasets
 from ccwsim.figures import facies_colours, map_png, mixed
 from ccwsim.jobs.job import PATIENCE, Job
 from ccwsim.metrics import Copying, copying
-from ccwsim.metrics.patterns import codes_in
+from ccwsim.metrics.pattern_codes import codes_in
 from ccwsim.model.arrays import Shape
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
