@@ -76,6 +76,26 @@ def check_int(name: str, value: object, low: int, high: int | None = None) -> in
     raise CCWSIMError(f"{name} = {shown(value)} must be a whole number{bounds}")
 
 
+def check_number(
+    name: str, value: object, low: float, high: float, open_below: bool = False
+) -> float:
+    """Return a number from `low` (or above it, if `open_below`) to `high`, or raise `CCWSIMError`.
+
+    Examples
+    --------
+    >>> check_number("share", 1, 0.0, 1.0)
+    1.0
+    """
+    is_number = isinstance(value, (int, float, np.integer, np.floating))
+    in_range = is_number and low <= value <= high and not (open_below and value == low)
+    if not in_range or isinstance(value, bool):
+        above = "more than" if open_below else "from"
+        raise CCWSIMError(
+            f"{name} = {shown(value)} must be a number {above} {low:g}, up to {high:g}"
+        )
+    return float(value)  # type: ignore[arg-type]
+
+
 def check_callable(name: str, value: object) -> None:
     """Raise `CCWSIMError` for an argument that is neither callable nor None."""
     if value is not None and not callable(value):

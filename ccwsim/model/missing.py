@@ -7,6 +7,8 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+UNKNOWN = 255
+"""Facies index of a cell without a facies: not simulated yet, inactive, or unknown in an image."""
 CUSTOMARY_CODES = (
     *(-99.0, -999.0, -999.25, -9999.0, -99999.0, -997799.0, -9977799.0),
     *(-1e21, -1e30, 1e30, 1.70141e38, -3.4028235e38, 3.4028235e38, 9.96921e36),

@@ -10,7 +10,7 @@ from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 
-from ccwsim.model.arrays import AXES, check_int, digest, listing
+from ccwsim.model.arrays import AXES, check_int, check_number, digest, listing
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE, PARAMETERS
 from ccwsim.model.errors import CCWSIMError, shown
 
@@ -179,15 +179,7 @@ def _checked_number(name: str, value: Any, low: float, high: float) -> Any:
     """Return a value between two limits: an int if both limits are ints, otherwise a float."""
     if isinstance(low, int) and isinstance(high, int):
         return check_int(name, value, low, high)
-    open_below = name == "search_fraction"
-    is_number = isinstance(value, (int, float, np.integer, np.floating))
-    in_range = is_number and low <= value <= high and not (open_below and value == low)
-    if not in_range or isinstance(value, bool):
-        above = "more than" if open_below else "from"
-        raise CCWSIMError(
-            f"{name} = {shown(value)} must be a number {above} {low:g}, up to {high:g}"
-        )
-    return float(value)
+    return check_number(name, value, low, high, open_below=name == "search_fraction")
 
 
 def _triple(size: PerAxis) -> tuple[int, int, int]:
