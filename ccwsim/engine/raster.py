@@ -207,7 +207,9 @@ def _patches(
             return patches, np.zeros((len(patches), 0), np.int64)
         return patches, patches_before(patches, path)
 
-    if len(splits) == 1 and active is None:  # without splits, equal numbers of tiles give equal patches
+    if (
+        len(splits) == 1 and active is None
+    ):  # without splits, equal numbers of tiles give equal patches
         key = "patches", path.tiles, path.order, fine.template, fine.overlap
         patches, before = image.part(key, lambda: make(np.zeros(prod(path.tiles), np.int64)))
     else:

@@ -87,8 +87,10 @@ class Study:
         everything = tuple(slice(None) for _ in self.grid.shape)
         if self.active is None or self.secondary is None or max(self.parameters.location_weights):
             return self, everything
-        used = [np.flatnonzero(self.active.any(axis=tuple(np.delete(range(self.active.ndim), a))))
-                for a in range(self.active.ndim)]
+        used = [
+            np.flatnonzero(self.active.any(axis=tuple(np.delete(range(self.active.ndim), a))))
+            for a in range(self.active.ndim)
+        ]
         part = tuple(slice(int(k[0]), int(k[-1]) + 1) for k in used)
         cells = self.hard_data.cells - np.array([k.start for k in part])
         return replace(

@@ -157,7 +157,10 @@ def expanded(
     shape = study.grid.shape
     if indices.shape == shape:
         return indices, sources
-    whole = np.full(shape, UNKNOWN, np.uint8), np.full(shape if sources.size else (0, 0), -1, np.int32)
+    whole = (
+        np.full(shape, UNKNOWN, np.uint8),
+        np.full(shape if sources.size else (0, 0), -1, np.int32),
+    )
     whole[0][part] = indices
     if sources.size:
         whole[1][part] = sources

@@ -125,14 +125,7 @@ def make_guide(
         c = mismatch * NAT / USUAL_OVERLAP * secondary.soft_weight
         tilts = image.part(("tilts", key[1]), lambda: _tilts(secondary, oriented, lengths))
         for tilt in tilts:
-            import os
-            m = of_grid(plane, tilt)
-            V=patch_shares(oriented.pyramid.sums, tuple(blocks), prod(lengths.template))[:, -len(tilts)+plane].var()
-            S=values[plane].var()
-            n=prod(counts); g=max((n-1)*V/max(S-V,1e-9),1)**float(os.environ.get("GP","0"))
-            mm=m.mean(axis=1,keepdims=True)
-            m = mm + g*(m-mm)
-            factors[:, plane] = -c * m
+            factors[:, plane] = -c * of_grid(plane, tilt)
             plane += 1
     for each in secondary.auxiliary if secondary else ():
         factors[:, plane] = mismatch * each.weight / prod(counts)

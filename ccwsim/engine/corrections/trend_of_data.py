@@ -74,9 +74,7 @@ def trend_of_data(data: DataProportions, grid_shape: Triple, min_width: float) -
     return None if found is None else Trend(found, pixel, best / float(errors.mean()))
 
 
-def trend_of_map(
-    probabilities: NDArray[np.float64], proportions: NDArray[np.float64]
-) -> Trend:
+def trend_of_map(probabilities: NDArray[np.float64], proportions: NDArray[np.float64]) -> Trend:
     """Return the trend of given probabilities, shape (n_facies, (nz,) ny, nx).
 
     Cells without probabilities have the `proportions` of the image.
