@@ -110,7 +110,8 @@ def illegal_places(
     `known` has the shape of the image at the finest scale; `places` is the shape of the result.
     """
     table, ends = summed_up((~known).astype(np.int64)), []
-    for n, m, t, b, s in zip(known.shape, places, *lengths[:1], lengths.block, lengths.cell_size):
+    sizes = lengths.template, lengths.block, lengths.cell_size
+    for n, m, t, b, s in zip(known.shape, places, *sizes, strict=True):
         first = np.arange(m) * b * s
         ends.append((np.maximum(first - b * s + 1, 0), np.minimum(first + (t + b) * s - 1, n)))
     for axis, (low, high) in enumerate(ends):
@@ -131,7 +132,7 @@ def steers(study: Study) -> bool:
     patches in the image then determines proportions.
     """
     p, several = study.parameters, study.training_image.n_facies > 1
-    several = several and not (study.secondary and any(a.weight for a in study.secondary.auxiliary))
+    several = several and not (study.secondary and study.secondary.auxiliary)
     return several and not p.draws_as_published and not p.match_proportions
 
 

@@ -13,10 +13,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.engine.corrections.guidance import make_guide, score_bound
+from ccwsim.engine.corrections.guidance import score_bound
 from ccwsim.engine.corrections.proportions import GAIN, Steering, draw_between, draw_target
 from ccwsim.engine.corrections.trend_of_data import expected_before, rake
 from ccwsim.engine.corrections.unseen_patterns import NO_PATTERNS
+from ccwsim.engine.guides import make_guide
 from ccwsim.engine.lengths import ScaledLengths, lengths_of, templates
 from ccwsim.engine.prepared_image import OrientedImage, PreparedImage, n_planes, steers
 from ccwsim.engine.stages.conditioning import (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from io import BytesIO
 from math import isqrt
@@ -65,7 +66,9 @@ def read_training_image(
     Formats: pictures (PNG, JPEG, TIFF, GIF, BMP), SGeMS, MPSLIB, geone and classic GSLIB grids,
     ESRI ASCII grids, tables and matrices in text, VTK ImageData, and NumPy and MATLAB files.
 
-    Raises `CCWSIMError` if the file cannot be read; a missing argument is named in the message.
+    Cells without a value are unknown (`TrainingImage.known`), and a warning gives their number;
+    `crop` can cut out a piece without gaps. Raises `CCWSIMError` if the file cannot be read; a
+    missing argument is named in the message.
 
     Parameters
     ----------
@@ -119,26 +122,36 @@ def read_training_image(
     if isinstance(file, PictureFile):
         if volume:
             raise CCWSIMError(f"{file.name} is a picture with one layer; leave out volume=")
-        _check_known(file.name, file.unknown_note())
-        codes = picture_facies(file, threshold=threshold, classes=classes)
-        codes, names = codes if up else codes[::-1], None
+        note, codes = (
+            file.unknown_note(),
+            picture_facies(file, threshold=threshold, classes=classes),
+        )
+        known = None if file.known is None or file.known.all() else file.known
+        if not up:
+            codes, known = codes[::-1], None if known is None else known[::-1]
+        names = None
     else:
-        _check_known(file.name, file.unknown_note(values))
-        codes = classify(values, threshold=threshold, classes=classes, what=f"{file.name}, {key}")
+        note, known, what = file.unknown_note(values), file.known(values), f"{file.name}, {key}"
+        if not known.any():
+            raise CCWSIMError(f"{what}: no cell has a value; choose another variable or file")
+        some = values if known.all() else values[known]
+        some = classify(some, threshold=threshold, classes=classes, what=what)
+        codes, known = (some, None) if known.all() else (_filled(some, known), known)
         names = file.labels.get(key)
+    if note:
+        warnings.warn(f"{file.name}: {note}", stacklevel=2)
     codes = merge_facies(codes, merge) if merge else codes
-    codes = np.swapaxes(codes, -1, -2) if transpose else codes
     names = [names[code] for code in np.unique(codes)] if names else None
+    codes = codes if known is None else np.where(known, codes, np.nan)
+    codes = np.swapaxes(codes, -1, -2) if transpose else codes
     return TrainingImage(codes, name=name or Path(file.name).stem, facies_names=names)
 
 
-def _check_known(name: str, note: str) -> None:
-    """Raise an error if a note says that cells of a training image are unknown."""
-    if note:
-        raise CCWSIMError(
-            f"{name}: {note}; every cell of a training image must be known, so cut out a "
-            "piece without gaps (crop=)"
-        )
+def _filled(codes: NDArray[np.int64], known: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Return an image with `codes` in its known cells and a code that occurs in all others."""
+    filled = np.full(known.shape, codes[0])
+    filled[known] = codes
+    return filled
 
 
 def read_colours(path_or_file: PathOrFile, **answers: Any) -> dict[int, str]:

@@ -89,6 +89,7 @@ from ccwsim.metrics.reference_band import (
     fit_patterns,
     fit_proportions,
 )
+from ccwsim.metrics.soft_data import reliability, warn_of_probabilities
 from ccwsim.metrics.stationarity import QUARTERS, Stationarity, stationarity
 from ccwsim.metrics.variograms import (
     Transiograms,
@@ -175,6 +176,7 @@ __all__ = [
     "proportions",
     "pyramid_histograms",
     "rank_images",
+    "reliability",
     "score_reference",
     "stationarity",
     "templates_that_fit",
@@ -185,4 +187,5 @@ __all__ = [
     "variogram_map",
     "vertical_proportions",
     "warn_of_level",
+    "warn_of_probabilities",
 ]

@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import allocating_kernel, kernel, part_of_kernel
+from ccwsim.engine.stages.similarity import box_sums, summed_up
 from ccwsim.jobs.workers import check_stop
+from ccwsim.model.missing import UNKNOWN
 
 CELLS_OF_STRIP = 4_000_000
 """Number of cells whose patterns are counted at a time."""
@@ -39,7 +41,10 @@ def count_patterns(
 def codes_in(
     volume: NDArray[np.uint8], n_facies: int, height: int, size: int
 ) -> Iterator[NDArray[np.uint64]]:
-    """Yield the codes of all patterns, for some layers and rows at a time to save memory."""
+    """Yield the codes of all patterns, for some layers and rows at a time to save memory.
+
+    Patterns with unknown cells are left out.
+    """
     fits = height * size * size * np.log2(max(n_facies, 2)) < 64
     nz, ny, nx = volume.shape
     n_layers = max(CELLS_OF_STRIP // (ny * nx), 1)
@@ -49,7 +54,13 @@ def codes_in(
         for first in range(0, ny - size + 1, n_rows):
             check_stop()
             some = np.ascontiguousarray(layers[:, first : first + n_rows + size - 1])
-            yield _pattern_codes(some, height, size, n_facies if fits else 0)
+            codes = _pattern_codes(some, height, size, n_facies if fits else 0)
+            if not (some == UNKNOWN).any():
+                yield codes
+                continue
+            cells = height, size, size
+            n_unknown = box_sums(summed_up((some == UNKNOWN).astype(int)), cells, (0, 0, 0), cells)
+            yield codes[n_unknown == 0]
 
 
 @part_of_kernel

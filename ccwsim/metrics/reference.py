@@ -24,6 +24,7 @@ from ccwsim.model.arrays import as_floats, check_int, ratio
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
+from ccwsim.model.missing import UNKNOWN
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
@@ -129,10 +130,16 @@ def calibration(
     (array([nan, 0.5]), array([0, 2]))
     """
     p, known, true, mask = _checked(probability, truth, scored, codes)
-    n_bins = check_int("n_bins", n_bins, 1, 10_000)
     which = range(len(p)) if facies is None else [index_of(known, facies)]
     chances = np.concatenate([p[k][mask] for k in which])
-    came = np.concatenate([(true == k)[mask] for k in which])
+    return pooled_calibration(chances, np.concatenate([(true == k)[mask] for k in which]), n_bins)
+
+
+def pooled_calibration(
+    chances: NDArray[np.float64], came: NDArray[np.float64 | np.bool_], n_bins: int
+) -> Calibration:
+    """Return the reliability of probabilities `chances`, shape (n,), of events or shares `came`."""
+    n_bins = check_int("n_bins", n_bins, 1, 10_000)
     edges = np.linspace(0, 1, n_bins + 1)
     bins = np.clip(np.floor(chances * n_bins + 1e-9).astype(int), 0, n_bins - 1)
     count, forecasts, observed = (
@@ -164,9 +171,10 @@ def _checked(
         )
     true = field.indices[0].astype(np.int64)
     mask = np.ones(true.shape, bool) if scored is None else np.asarray(scored, dtype=bool)
-    if mask.shape != true.shape or not mask.any():
+    scorable = (true != UNKNOWN) & ~np.isnan(p).any(axis=0)  # known and active cells
+    if mask.shape != true.shape or not (mask & scorable).any():
         raise CCWSIMError(f"scored must be a mask of shape {true.shape} with at least one cell")
-    return p, known, true, mask
+    return p, known, np.where(scorable, true, 0), mask & scorable
 
 
 @dataclass(frozen=True, eq=False)

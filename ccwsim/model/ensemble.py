@@ -160,7 +160,8 @@ class Ensemble:
     def probability(self, code: int | str) -> NDArray[np.float64]:
         """Return the E-type of a facies: the share of realizations with that facies in each cell.
 
-        The facies is given by code or name; inactive cells have NaN. Raises `CCWSIMError` for an unknown facies.
+        The facies is given by code or name; inactive cells have NaN. Raises `CCWSIMError` for an
+        unknown facies.
         """
         index = self.training_image.index_of(code)
         counts = np.zeros(self.grid.shape, np.int64)

@@ -120,15 +120,14 @@ class Secondary:
         object.__setattr__(self, "auxiliary", tuple(several))
 
     @property
+    def guides(self) -> bool:
+        """Whether probabilities or auxiliary variables guide the search."""
+        return self.probabilities is not None or bool(self.auxiliary)
+
+    @property
     def is_empty(self) -> bool:
         """Whether nothing is given."""
         return self.active is None and not self.guides
-
-    @property
-    def guides(self) -> bool:
-        """Whether probabilities or auxiliary variables guide the search."""
-        soft = self.probabilities is not None and self.soft_weight > 0
-        return soft or any(each.weight > 0 for each in self.auxiliary)
 
     @property
     def digest(self) -> str:
@@ -153,10 +152,13 @@ class Secondary:
         probabilities = self.probabilities
         if probabilities is not None and not self.is_fitted:
             probabilities = frozen(_probabilities(probabilities, grid, image))
+        if self.soft_weight == 0:
+            probabilities = None
         fitted = replace(
             self,
             active=None if self.active is None else frozen(_active(self.active, grid)),
             probabilities=probabilities,
+            auxiliary=[each for each in self.auxiliary if each.weight],
             is_fitted=True,
         )
         fitted.check(grid.shape, image)
@@ -272,8 +274,8 @@ def _probabilities(
     if wrong.any():
         at = tuple(np.argwhere(wrong)[0])
         raise CCWSIMError(
-            f"probabilities: they sum to {total[at]:.3g} instead of 1 in {wrong.sum()} cells, first "
-            f"in {_named_cell(at)}; divide them by their sum"
+            f"probabilities: they sum to {total[at]:.3g} instead of 1 in {wrong.sum()} cells, "
+            f"first in {_named_cell(at)}; divide them by their sum"
         )
     if not known.any():
         raise CCWSIMError("probabilities: no cell has a value for all facies; leave them out")
@@ -295,8 +297,8 @@ def _map_of(key: Any, given: ArrayLike, grid: Grid) -> NDArray[np.float64]:
     if wrong.any():
         at = tuple(np.argwhere(wrong)[0])
         raise CCWSIMError(
-            f"{what}: {values[at]:g} in {_named_cell(at)} is not between 0 and 1; divide percent by "
-            "100"
+            f"{what}: {values[at]:g} in {_named_cell(at)} is not between 0 and 1; divide percent "
+            "by 100"
         )
     return values
 

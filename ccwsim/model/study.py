@@ -21,8 +21,9 @@ from ccwsim.model.training_image import TrainingImage
 class Study:
     """Training image, grid, parameters, hard data, seed and secondary information of a simulation.
 
-    Hard data in inactive cells are moved to `inactive_data`. Raises `CCWSIMError` for data outside the grid or of an unknown facies, for a template larger
-    than the training image, and for a map combined with a volume. The message suggests a remedy.
+    Hard data in inactive cells are moved to `inactive_data`. Raises `CCWSIMError` for data outside
+    the grid or of an unknown facies, for a template larger than the training image, and for a map
+    combined with a volume. The message suggests a remedy.
 
     Examples
     --------

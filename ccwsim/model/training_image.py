@@ -276,7 +276,7 @@ def _values_and_known(values: ArrayLike) -> tuple[NDArray, NDArray[np.bool_] | N
     """
     if is_labelled(values):
         values = oriented_values(values)
-    mask = np.ma.getmaskarray(values) if np.ma.is_masked(values) else None
+    mask = np.ma.getmaskarray(np.ma.asarray(values)) if np.ma.is_masked(values) else None
     array = as_array(np.ma.getdata(values) if mask is not None else values, "training image")
     missing = np.isnan(array) if array.dtype.kind == "f" else np.zeros(array.shape, bool)
     missing = missing if mask is None else missing | mask

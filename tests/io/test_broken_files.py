@@ -86,6 +86,7 @@ def changed(content: bytes, source: random.Random) -> bytes:
 
 
 @pytest.mark.filterwarnings("error")
+@pytest.mark.filterwarnings("ignore:.*have no value:UserWarning")
 @pytest.mark.usefixtures("_small_limit")
 @pytest.mark.parametrize("name", SAMPLES)
 def test_changed_files(name):

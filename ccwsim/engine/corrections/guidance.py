@@ -2,8 +2,8 @@
 
 Probabilities of facies and auxiliary variables add a cost to each location before the K best
 locations are chosen. A patch is divided into a few parts. The cost of a location is a sum over the
-parts: the mean of a map over the part of the image, times a factor that depends on the mean of a map
-over the part of the grid. Locations that contain unknown cells of the image are excluded.
+parts: the mean of a map over the part of the image, times a factor that depends on the mean of a
+map over the part of the grid. Locations that contain unknown cells of the image are excluded.
 
 *Probabilities*: The factor is −c·λ, and the map of the image is 1 in the cells of the facies. If
 patches are drawn with probabilities proportional to exp(λ·f), with the proportion f of the facies
@@ -17,9 +17,8 @@ as much as a mismatch in every cell of the overlap.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from math import prod
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,15 +27,9 @@ from ccwsim.engine.corrections.proportions import patch_shares
 from ccwsim.engine.kernels import part_of_kernel
 from ccwsim.engine.lengths import USUAL_OVERLAP, ScaledLengths
 from ccwsim.engine.stages.conditioning import ruled_out
-from ccwsim.engine.stages.path import RasterPath, in_layers, overlap_cells, to_path
-from ccwsim.model.secondary import Secondary
+from ccwsim.engine.stages.path import overlap_cells
 from ccwsim.model.study import Study
 
-if TYPE_CHECKING:
-    from ccwsim.engine.prepared_image import OrientedImage, PreparedImage
-
-N_PARTS = (2, 4, 4)
-"""Number of parts of a patch along z, y and x; one part along an axis of one block."""
 NAT = 10.0
 """Number of wrong cells that count as much as a likelihood ratio of e, for an overlap of
 `USUAL_OVERLAP` cells."""
@@ -69,7 +62,7 @@ class Guide(NamedTuple):
 
 def score_bound(study: Study, lengths: ScaledLengths, planes: int) -> float:
     """Return the maximum cost of a location by secondary information, in units of the scores."""
-    secondary, cost = study.secondary, _mismatch(lengths, planes)
+    secondary, cost = study.secondary, mismatch_cost(lengths, planes)
     if secondary is None:
         return 0.0
     soft = secondary.probabilities is not None
@@ -77,152 +70,26 @@ def score_bound(study: Study, lengths: ScaledLengths, planes: int) -> float:
     return cost * (bound + 4 * sum(each.weight for each in secondary.auxiliary))
 
 
-def _mismatch(lengths: ScaledLengths, planes: int) -> float:
+def mismatch_cost(lengths: ScaledLengths, planes: int) -> float:
     """Return the score of a mismatch in every cell of the overlap."""
     overlap = overlap_cells(lengths.template, lengths.overlap)
     return overlap * prod(lengths.block) * min(planes, 2)
 
 
-def make_guide(
-    image: PreparedImage,
-    oriented: OrientedImage,
-    path: RasterPath,
+def tilts_of(
+    soft: NDArray[np.float64],
+    own: NDArray[np.float64],
+    sums: NDArray[np.integer[Any]],
     lengths: ScaledLengths,
-    patches: NDArray[np.int64],
-) -> Guide | None:
-    """Return the guide of the patches of a path, or None if nothing guides the search.
-
-    `lengths` are those of the coarsest scale along the path.
-    """
-    secondary = image.study.secondary
-    if (secondary is None or not secondary.guides) and not oriented.illegal.size:
-        return None
-    blocks = [t // b for t, b in zip(lengths.template, lengths.block, strict=True)]
-    counts = [min(n, k) for n, k in zip(N_PARTS, blocks, strict=True)]
-    part = np.array([-(-k // n) for k, n in zip(blocks, counts, strict=True)])
-    starts, first, last = _parts(patches, np.array(lengths.block), counts, part)
-    cells = [np.multiply(k, lengths.cell_size) - path.offset for k in (first, last)]
-    key = path.orientation, lengths.template
-
-    def of_image() -> NDArray[np.float32]:
-        size = np.multiply(lengths.block, lengths.cell_size)
-        shape = oriented.pyramid.sums.shape[1:]
-        axes = [np.arange(n)[:, None] * k for n, k in zip(shape, size, strict=True)]
-        ends = [axis + length for axis, length in zip(axes, part * size, strict=True)]
-        maps = _maps_of_image(image, path.orientation)
-        found = [_means_along(_sums(values), axes, ends) for values in maps]
-        return np.array(found, np.float32).reshape(-1, *shape)
-
-    def of_grid(name: object, values: NDArray) -> NDArray[np.float64]:
-        key = "map of grid", name, path.orientation
-        table = image.part(key, lambda: _sums(to_path(_volume(values), path.orientation)))
-        return _box_means(table, *cells) / prod(counts)
-
-    values = image.part(("maps of image", *key), of_image)
-    factors = np.zeros((len(patches), len(values), prod(counts)), np.float32)
-    mismatch, plane = _mismatch(lengths, len(oriented.pyramid.sums)), 0
-    if secondary is not None and secondary.probabilities is not None:
-        c = mismatch * NAT / USUAL_OVERLAP * secondary.soft_weight
-        tilts = image.part(("tilts", key[1]), lambda: _tilts(secondary, oriented, lengths))
-        for tilt in tilts:
-            factors[:, plane] = -c * of_grid(plane, tilt)
-            plane += 1
-    for each in secondary.auxiliary if secondary else ():
-        factors[:, plane] = mismatch * each.weight / prod(counts)
-        wanted = of_grid(plane, np.clip(_scaled(each.grid, each.image), -0.5, 1.5))
-        factors[:, plane + 1] = -2 * mismatch * each.weight * wanted
-        plane += 2
-    n_terms = len(values) * prod(counts) + AT_ONCE
-    work = np.zeros(n_terms, np.int64), np.zeros(n_terms, np.float32)
-    costs = np.zeros(prod(values.shape[2:]), np.float32)
-    return Guide(values, starts, factors, oriented.illegal, *work, costs)
-
-
-def _parts(
-    patches: NDArray[np.int64], block: NDArray[np.int64], counts: list[int], part: NDArray[np.int64]
-) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """Return the first block of each part in its patch, and its first and last cell in the grid.
-
-    All arrays have the shape (n_patches, n_parts, 3). Parts of smaller patches overlap.
-    """
-    sizes = patches[:, None, 3:6] // block
-    numbers = np.stack(np.unravel_index(np.arange(prod(counts)), counts), axis=1)
-    starts = np.minimum(numbers * part, np.maximum(sizes - part, 0))
-    first = patches[:, None, :3] + starts * block
-    return starts, first, first + np.minimum(part, sizes) * block
-
-
-def _maps_of_image(image: PreparedImage, orientation: int) -> Iterator[NDArray]:
-    """Yield the maps whose means are `Guide.values`, in path coordinates."""
-    secondary = image.study.secondary
-    if secondary is not None and secondary.probabilities is not None:
-        for k in range(1, image.study.training_image.n_facies):
-            yield image.scaled(orientation) == k
-    for each in secondary.auxiliary if secondary else ():
-        values = _scaled(to_path(_volume(each.image), orientation), each.image)
-        yield values**2
-        yield values
-
-
-def _volume(values: NDArray) -> NDArray:
-    return values.reshape(in_layers(values.shape))
-
-
-def _scaled(values: NDArray, reference: NDArray) -> NDArray[np.float64]:
-    """Return values of an auxiliary variable with the range of the image as the unit."""
-    low, high = float(reference.min()), float(reference.max())
-    return (values - low) / ((high - low) or 1.0)
-
-
-def _sums(values: NDArray) -> NDArray[np.float64]:
-    """Return running sums along three axes, shape (nz + 1, ny + 1, nx + 1)."""
-    table = np.zeros([n + 1 for n in values.shape])
-    table[1:, 1:, 1:] = values
-    for axis, n in enumerate(values.shape):
-        if n > 1:
-            np.cumsum(table, axis, out=table)
-    return table
-
-
-def _means_along(
-    table: NDArray[np.float64], first: list[NDArray], last: list[NDArray]
 ) -> NDArray[np.float64]:
-    """Return `_box_means` of boxes with these ends along each axis, one box per combination."""
-    means = table
-    for axis, (start, end) in enumerate(zip(first, last, strict=True)):
-        n = table.shape[axis] - 1
-        low = np.clip(start.ravel(), 0, n - 1)
-        high = np.maximum(np.clip(end.ravel(), 1, n), low + 1)
-        sums = np.take(means, high, axis) - np.take(means, low, axis)
-        means = sums / (high - low).reshape([-1 if k == axis else 1 for k in range(3)])
-    return means
+    """Return λ of facies 1 … n − 1 in each cell of the grid, shape (n − 1, *shape of the grid).
 
-
-def _box_means(
-    table: NDArray[np.float64], first: NDArray[np.int64], last: NDArray[np.int64]
-) -> NDArray[np.float64]:
-    """Return the means over boxes of cells, as far as they are inside the map.
-
-    `first` and `last` (exclusive) have the shape (…, 3). A box outside takes the nearest cell.
+    `soft` are the probabilities, shape (n, *shape of the grid), `own` the proportions of the image,
+    shape (n,), and `sums` its block sums, shape (n_planes, nz, ny, nx).
     """
-    ends = np.array(table.shape) - 1
-    low = np.clip(first, 0, ends - 1)
-    high = np.maximum(np.clip(last, 1, ends), low + 1)
-    total = np.zeros(first.shape[:-1])
-    for upper in np.ndindex(2, 2, 2):
-        at = tuple((high if up else low)[..., axis] for axis, up in enumerate(upper))
-        total += (-1) ** (3 - sum(upper)) * table[at]
-    return total / (high - low).prod(axis=-1)
-
-
-def _tilts(
-    secondary: Secondary, oriented: OrientedImage, lengths: ScaledLengths
-) -> NDArray[np.float64]:
-    """Return λ of facies 1 … n − 1 in each cell of the grid, shape (n − 1, *shape of the grid)."""
-    soft, own = secondary.probabilities, oriented.proportions
     size = tuple(t // b for t, b in zip(lengths.template, lengths.block, strict=True))
     cells = prod(lengths.template)
-    shares = patch_shares(oriented.pyramid.sums, size, cells)  # type: ignore[arg-type]
+    shares = patch_shares(sums, size, cells)  # type: ignore[arg-type]
     known = np.clip(soft, CERTAIN, 1 - CERTAIN)
     if len(own) <= 2:
         return np.nan_to_num(_tilt_of(shares[:, -1], known[-1:] if len(own) == 2 else known[:0]))

@@ -435,7 +435,8 @@ def best_windows(
 
     Return the number of locations in `best`. Only marked locations with at most `limit` wrong cells
     are used. `sample` is documented in `draw_numbers`, `part` in `honouring_places`, and `unknown`
-    in `Target`. If locations fit equally, the location read first is used; the search therefore begins at a random location.
+    in `Target`. If locations fit equally, the location read first is used; the search therefore
+    begins at a random location.
     """
     mask, numbers = honouring
     layers, rows, columns = shape[0] - box.nz + 1, shape[1] - box.ny + 1, shape[2] - box.nx + 1

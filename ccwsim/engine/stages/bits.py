@@ -126,7 +126,7 @@ def take_strips(grid, box, square_bits, strips):
 
 @part_of_kernel
 def _unknown_bytes(word):
-    """Return the first bit of each byte that is UNKNOWN (255), as in cells that are not simulated."""
+    """Return the first bit of each byte that is UNKNOWN, because such cells are not compared."""
     word &= word >> np.uint64(4)
     word &= word >> np.uint64(2)
     return word & word >> np.uint64(1) & np.uint64(FIRST_ROW)

@@ -136,7 +136,7 @@ def realizations_as_netcdf(array: Any) -> bytes:
     """Return the DataArray of an ensemble as NetCDF; integers have at most 32 bits."""
     optional_package("xarray", ".nc files", "ccwsim[files]")
     codes = netcdf_integers(np.asarray(array.attrs["flag_values"]))
-    small = array.astype(codes.dtype)
+    small = array.astype(codes.dtype if array.dtype.kind in "ui" else np.float64)
     small.attrs |= {"flag_values": codes, "seed": str(array.attrs["seed"])}
     return _netcdf(small.to_dataset(), small.attrs.get("crs", ""))
 

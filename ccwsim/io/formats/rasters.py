@@ -120,6 +120,8 @@ def geotiff_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
     kind = _common_type(maps)
     north_west = rasterio.Affine(sx, 0, ox, 0, -sy, oy + grid.ny * sy)
     profile: dict[str, Any] = {"height": grid.ny, "width": grid.nx, "count": len(maps)}
+    if any(np.isnan(values).any() for values in maps.values()):
+        profile["nodata"] = np.nan
     profile |= {"dtype": kind, "transform": north_west, "compress": "deflate"}
     if grid.crs:
         with broken(f"crs = {shown(grid.crs)} is unknown to GDAL", remedy="correct it"):
