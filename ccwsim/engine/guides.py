@@ -35,7 +35,7 @@ def make_guide(
     counts = [min(n, k) for n, k in zip(N_PARTS, blocks, strict=True)]
     part = np.array([-(-k // n) for k, n in zip(blocks, counts, strict=True)])
     starts, first, last = _parts(patches, np.array(lengths.block), counts, part)
-    cells = [np.multiply(k, lengths.cell_size) - path.offset for k in (first, last)]
+    cells = [k * np.array(lengths.cell_size) - np.array(path.offset) for k in (first, last)]
     key = path.orientation, lengths.template
 
     def of_image() -> NDArray[np.float32]:

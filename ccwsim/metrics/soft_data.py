@@ -116,5 +116,5 @@ def _means(values: NDArray, known: NDArray[np.bool_], size: tuple[int, ...]) -> 
     ]
     whole = sums[1] == 1_000_000 * np.prod(cells)
     if not whole.any():
-        return np.array([np.mean(values[known])])
-    return sums[0][whole] / sums[1][whole]
+        return np.array([values[known].mean()], np.float64)
+    return np.true_divide(sums[0][whole], sums[1][whole])
