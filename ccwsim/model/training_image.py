@@ -25,7 +25,6 @@ from ccwsim.model.backends import notebook
 from ccwsim.model.bounds import MAX_FACIES
 from ccwsim.model.classes import Classes, classify
 from ccwsim.model.errors import CCWSIMError, shown
-from ccwsim.model.labelled_arrays import is_labelled, oriented_values
 from ccwsim.model.missing import UNKNOWN, known_values
 
 if TYPE_CHECKING:
@@ -274,10 +273,10 @@ def _values_and_known(values: ArrayLike) -> tuple[NDArray, NDArray[np.bool_] | N
 
     Raises `CCWSIMError` if no value is known.
     """
-    if is_labelled(values):
-        values = oriented_values(values)
-    mask = np.ma.getmaskarray(np.ma.asarray(values)) if np.ma.is_masked(values) else None
-    array = as_array(np.ma.getdata(values) if mask is not None else values, "training image")
+    mask = None
+    if isinstance(values, np.ma.MaskedArray) and np.ma.is_masked(values):
+        mask, values = np.ma.getmaskarray(values), values.data
+    array = as_array(values, "training image")
     missing = np.isnan(array) if array.dtype.kind == "f" else np.zeros(array.shape, bool)
     missing = missing if mask is None else missing | mask
     if not missing.any():
