@@ -56,7 +56,7 @@ from benchmarks.volumes import published as published_volumes
 from ccwsim import Ensemble, HardData, Parameters, TrainingImage, datasets, metrics, simulate
 from ccwsim.datasets.sampling import sample_random
 from ccwsim.metrics import copying, pattern_distance, unseen_patterns
-from ccwsim.paper import inputs
+from ccwsim.paper.experiment import IMAGES, inputs_in
 from tools.datasets import generate
 
 CHOSEN = (
@@ -265,10 +265,11 @@ def studies() -> Iterator[tuple[str, TrainingImage, HardData, tuple[int, ...]]]:
         image = datasets.load(datasets.hard_data_training_image(name))
         truth = datasets.load_reference_field(name)
         yield f"{image.name}, {n} data", image, sample_random(truth.array, n, 3), truth.shape
-    authors = inputs.inputs_in(os.environ.get("CCWSIM_DATA"))
-    for kind, n in inputs.DATA:
+    authors = inputs_in(os.environ.get("CCWSIM_DATA"))
+    each = ((kind, *data) for kind, about in IMAGES.items() for data in about["data"].items())
+    for kind, number, file in each:
         if authors.is_own(kind):
-            ny, nx = map(int, inputs.DATA[kind, n].rsplit("grid", 1)[1].split("x"))
+            n, (ny, nx) = int(number), map(int, file.rsplit("grid", 1)[1].split("x"))
             yield (
                 f"the paper's {kind}, {n} data",
                 authors.image(kind),

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from ccwsim.model.grid import Grid
     from ccwsim.model.hard_data import HardData
     from ccwsim.model.parameters import Parameters
+    from ccwsim.model.secondary import Auxiliary, Secondary
     from ccwsim.model.training_image import TrainingImage
     from ccwsim.run.simulation import simulate
     from ccwsim.sharing.project import Project, read_project, save_project
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 __all__ = [
+    "Auxiliary",
     "CCWSIMError",
     "Cancelled",
     "Ensemble",
@@ -39,6 +41,7 @@ __all__ = [
     "HardData",
     "Parameters",
     "Project",
+    "Secondary",
     "TrainingImage",
     "concatenate",
     "read_hard_data",
@@ -52,6 +55,7 @@ __all__ = [
 ]
 
 _HOMES = {
+    "Auxiliary": "model.secondary",
     "CCWSIMError": "model.errors",
     "Cancelled": "model.errors",
     "Ensemble": "model.ensemble",
@@ -59,6 +63,7 @@ _HOMES = {
     "HardData": "model.hard_data",
     "Parameters": "model.parameters",
     "Project": "sharing.project",
+    "Secondary": "model.secondary",
     "TrainingImage": "model.training_image",
     "concatenate": "model.ensemble",
     "read_hard_data": "io",

@@ -213,13 +213,12 @@ def test_continuous_arrays_become_images_by_a_threshold_or_classes():
 
 
 @pytest.mark.parametrize("missing", [np.nan, -9999, -999.25])
-def test_unknown_cells_of_an_image_are_refused(missing):
+def test_unknown_cells_of_an_image_are_known(missing):
     array = STRIPES.astype(float)
     array[3, 4] = missing
-    with pytest.raises(CCWSIMError, match=r"1 of 4096 cells have no value.*without gaps"):
-        TrainingImage.from_array(array, threshold=0.5)
-    with pytest.raises(CCWSIMError, match="masked; no value may be missing"):
-        TrainingImage.from_array(np.ma.masked_equal(STRIPES, 1))
+    assert np.argwhere(~TrainingImage.from_array(array, threshold=0.5).known).tolist() == [[3, 4]]
+    masked = TrainingImage.from_array(np.ma.masked_equal(STRIPES, 1))
+    assert np.array_equal(masked.known, STRIPES != 1)
     if missing == -9999:
         assert -9999 in TrainingImage.from_array(array, classes="codes").codes
 

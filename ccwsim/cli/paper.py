@@ -48,12 +48,13 @@ def command(
     table, the HTML report shows our result beside the paper's, with a verdict.
     """
     check_report(output)
-    from ccwsim import paper
     from ccwsim.cli.progress import ProgressLine, stop_on_signals
+    from ccwsim.paper import reproduction as paper
+    from ccwsim.paper.experiment import FULL, QUICK, inputs_in
     from ccwsim.report.document import write_report
 
-    inputs = paper.inputs_in(data)
-    extent = paper.with_largest_grid(paper.QUICK if quick else paper.FULL, largest_grid)
+    inputs = inputs_in(data)
+    extent = paper.with_largest_grid(QUICK if quick else FULL, largest_grid)
     n = len(paper.EXPERIMENTS)
     progress = None if quiet else ProgressLine(n, sys.stderr, "experiments")
 

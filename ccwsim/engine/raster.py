@@ -13,9 +13,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim.engine.corrections.guidance import score_bound
 from ccwsim.engine.corrections.proportions import GAIN, Steering, draw_between, draw_target
 from ccwsim.engine.corrections.trend_of_data import expected_before, rake
 from ccwsim.engine.corrections.unseen_patterns import NO_PATTERNS
+from ccwsim.engine.guides import make_guide
 from ccwsim.engine.lengths import ScaledLengths, lengths_of, templates
 from ccwsim.engine.prepared_image import OrientedImage, PreparedImage, n_planes, steers
 from ccwsim.engine.stages.conditioning import (
@@ -32,6 +34,7 @@ from ccwsim.engine.stages.path import (
     UNKNOWN,
     RasterPath,
     Triple,
+    active_patches,
     along_path,
     cells_to_path,
     clip_patches,
@@ -77,6 +80,8 @@ TARGET_SPREAD, TARGET_SPREAD_RARE = 0.7, 0.8
 """Spread of the target proportions of maps, divided by the spread between pieces of the image. The
 ratio is below 1 because proportions of maps also vary around the target; those of rare facies are
 steered more strongly and vary less."""
+SOFT_SPREAD = 0.5
+"""Spread of the target proportions with probabilities, divided by the spread without them."""
 WEIGHT_OF_MORE_FACIES = 2
 """Factor of the weights of data if there are over two facies; fewer locations then honour data."""
 DATUM_FACTOR = 25
@@ -117,12 +122,17 @@ def make_plan(
     sizes = lengths[0].template, lengths[0].overlap
     path = make_path(in_layers(study.grid.shape), orientation, *sizes, order, offset)
     data = tuple(_data_at(study, image, path, lengths, k) for k in range(p.scale + 1))
-    search = _search(image, lengths, oriented.n_places, orientation)
-    patches, before = _patches(image, path, lengths, oriented, data[0])
+    n_places = oriented.n_places - int(oriented.illegal.sum())
+    search = _search(image, lengths, n_places, orientation)
+    active = study.active
+    if active is not None:
+        active = to_path(active.reshape(in_layers(active.shape)), orientation)
+    patches, before = _patches(image, path, lengths, oriented, n_places, data[0], active)
     steering = _steering(image, path, lengths[-1], oriented, patches, rng)
     totals = image.part(("totals",), lambda: totals_of(image))
     patterns = image.patterns(orientation) if search.by_unseen else NO_PATTERNS
-    inputs = PatchInputs(patches, before, oriented, data[-1], search, steering, patterns)
+    guide = make_guide(image, oriented, path, lengths[-1], patches)
+    inputs = PatchInputs(patches, before, oriented, data[-1], search, steering, patterns, guide)
     return Plan(path, lengths, data, inputs, totals)
 
 
@@ -177,20 +187,30 @@ def _patches(
     path: RasterPath,
     lengths: tuple[ScaledLengths, ...],
     oriented: OrientedImage,
+    n_places: int,
     data: PlacedData,
+    active: NDArray[np.bool_] | None,
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the patches in the order of the path, and the earlier neighbours of each patch."""
+    """Return the patches in the order of the path, and the earlier neighbours of each patch.
+
+    `n_places` is the number of locations without unknown cells. `active` are the active cells in
+    path coordinates, or None if all are active.
+    """
     p, splits = image.study.parameters, oriented.splits
     fine, coarse = lengths[0], lengths[-1]
 
     def make(split_of: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         patches = make_patches(path, coarse.step, coarse.overlap, splits, split_of)
-        few = oriented.n_places < FEW_LOCATIONS + 4 * p.n_candidates
+        if active is not None:
+            patches = active_patches(patches, path, active, coarse.step, coarse.cell_size)
+        few = n_places < FEW_LOCATIONS + 4 * p.n_candidates
         if p.draws_as_published or few or fine.volume:
             return patches, np.zeros((len(patches), 0), np.int64)
         return patches, patches_before(patches, path)
 
-    if len(splits) == 1:  # without splits, equal numbers of tiles give equal patches
+    if (
+        len(splits) == 1 and active is None
+    ):  # without splits, equal numbers of tiles give equal patches
         key = "patches", path.tiles, path.order, fine.template, fine.overlap
         patches, before = image.part(key, lambda: make(np.zeros(prod(path.tiles), np.int64)))
     else:
@@ -228,13 +248,18 @@ def _steering(
     unsteered = Steering(oriented.proportions[None], oriented.margin, off, False)
     if not steers(study):
         return unsteered
+    secondary = study.secondary
     shape = in_layers(study.grid.shape)
     target = draw_target(image.scaled(), oriented.proportions, shape, rng)
     if shape[0] == 1:
         spread = np.where(oriented.gain_factors > 1, TARGET_SPREAD_RARE, TARGET_SPREAD)
         target = oriented.proportions + spread * (target - oriented.proportions)
-    trend = image.trend_of_data(path.orientation) if study.hard_data.n else None
-    if study.hard_data.n:
+    soft = secondary is not None and secondary.probabilities is not None
+    trend = image.trend(path.orientation) if soft or study.hard_data.n else None
+    if soft and trend:  # the variation is smaller, because the map explains a part of it
+        mean = trend.proportions.mean(axis=(0, 1))
+        target = np.clip(mean + SOFT_SPREAD * (target - oriented.proportions), 0.0, 1.0)
+    elif study.hard_data.n:
         residual = trend.residual if trend else 1.0
         data = image.proportions_of_data()
         target = draw_between(target, oriented.proportions, data, rng, residual)
@@ -256,6 +281,7 @@ def totals_of(image: PreparedImage) -> type[np.signedinteger]:
     cells = prod(t * search.co_template for t in search.template)
     missed = min(study.hard_data.n, cells) * max(SPARSE.missed, DENSE.missed)
     overlap = prod(search.template) * prod(search.block)
+    overlap += score_bound(study, image.lengths[-1], n_planes(study))
     bound = 2 * overlap + missed * search.datum_cost + 3 * search.location_cost
     return total_type(bound * (1 + p.template_variation) ** 4)
 

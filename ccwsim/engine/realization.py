@@ -26,7 +26,7 @@ from ccwsim.engine.raster import (
     totals_of,
 )
 from ccwsim.engine.stages.conditioning import data_grid
-from ccwsim.engine.stages.path import Triple, in_layers, in_three
+from ccwsim.engine.stages.path import UNKNOWN, Triple, in_layers, in_three
 from ccwsim.engine.stages.pyramid import block_sum_type
 from ccwsim.engine.stages.similarity import score_type
 from ccwsim.jobs.workers import Watch
@@ -51,7 +51,7 @@ Report = Callable[[float], None]
 class Realization:
     """One realization of a study."""
 
-    indices: NDArray[np.uint8]  # facies indices, shape of the grid
+    indices: NDArray[np.uint8]  # facies indices, shape of the grid; UNKNOWN in inactive cells
     sources: NDArray[np.int32]  # shape of the grid, or empty: see `Ensemble.sources`
     data_status: NDArray[np.int16]  # shape (n_data,): see `Ensemble.data_status`
     cpu_seconds: float = 0.0  # CPU time of the simulating thread
@@ -71,6 +71,10 @@ def simulate_realization(
     changed = study, image, template, indices, sources, rng
     data_status = honour_data(*changed, watch.report)
     repair(*changed, data_status, watch.report)
+    if study.active is not None:
+        indices[~study.active] = UNKNOWN
+        if sources.size:
+            sources[~study.active] = -1
     watch.report(1.0)
     return Realization(indices, sources, data_status, time.thread_time() - before)
 
@@ -150,7 +154,10 @@ def repair(
         n_tiles = prod(-(-n // s) for n, s in zip(shape, steps, strict=True))
         share = WINDOWS_A_TILE_DATA if n_data else WINDOWS_A_TILE
         most = max(round(share * n_tiles), 1)
+    if study.active is not None:
+        most = max(round(most * study.active.mean()), 1)
     forced = in_three(study.hard_data.cells[data_status == FORCED])
+    active = None if study.active is None else study.active.reshape(shape)
     inputs = image.repair(template)
 
     def part(first: float, last: float) -> Report:
@@ -160,9 +167,9 @@ def repair(
     cells = target, inputs.side_by_side, rng
     n_trials = TRIALS_A_CELL_DATA if n_data else TRIALS_A_CELL
     if volume or n_data:
-        repair_cells(*cells, False, part(0.0, 0.1), n_trials)
-    repair_seams(target, inputs, most, forced, rng, part(0.1, 0.9))
-    repair_cells(*cells, True, part(0.9, 1.0), n_trials)
+        repair_cells(*cells, False, part(0.0, 0.1), n_trials, active)
+    repair_seams(target, inputs, most, forced, rng, part(0.1, 0.9), active)
+    repair_cells(*cells, True, part(0.9, 1.0), n_trials, active)
 
 
 def target_of(
@@ -175,7 +182,8 @@ def target_of(
     by_chance = study.parameters.draws_as_published
     known = image.scaled(), image.bits(), image.square_bits()
     balance = np.zeros(study.training_image.n_facies, np.int64)
-    return Target(*known, data, indices.reshape(shape), sources, balance, by_chance)
+    unknown = image.unknown()
+    return Target(*known, data, indices.reshape(shape), sources, balance, by_chance, unknown)
 
 
 def random_numbers(seed: int, number: int) -> np.random.Generator:
@@ -202,7 +210,7 @@ def compile_kernels(study: Study, image: PreparedImage, watch: Watch) -> None:
     if is_compiled(study, image):
         return
     await_all(ask_for(lambda: walk_through(study, watch), SOON), watch.check)
-    simulate_realization(_tiny(study), 0, image, False, watch)
+    simulate_realization(_tiny(study, study.training_image), 0, image, False, watch)
     _compiled.add(_specialization(study, image))
 
 
@@ -211,17 +219,21 @@ def walk_through(study: Study, watch: Watch) -> None:
     image, template = study.training_image, study.parameters.along(study.grid.shape).template
     shape = [min(n, 2 * t) for n, t in zip(in_layers(image.shape), template, strict=True)]
     cells = np.resize(image.codes, shape[-len(image.shape) :])
-    small = replace(study, training_image=TrainingImage(cells))
-    simulate_realization(_tiny(small), 0, PreparedImage(small), False, watch)
+    if image.known is not None:
+        cells = np.where(np.arange(cells.size) < cells.size - 1, cells.ravel(), np.nan)
+    small = _tiny(study, TrainingImage(cells.reshape(shape[-len(image.shape) :])))
+    if study.secondary is not None:
+        secondary = study.secondary.resized(small.grid.shape, small.training_image)
+        small = replace(small, secondary=secondary)
+    simulate_realization(small, 0, PreparedImage(small), False, watch)
 
 
-def _tiny(study: Study) -> Study:
-    """Return a copy of a study with a tiny grid and, if the study has data, conflicting data."""
+def _tiny(study: Study, image: TrainingImage) -> Study:
+    """Return a study of an image with a tiny grid and, if `study` has data, conflicting data."""
     shape = (8,) * len(study.grid.shape)
     cells = np.argwhere(np.ones(shape)) if study.hard_data.n else np.empty((0, len(shape)), int)
-    codes = study.training_image.codes[[0, -1]][cells.sum(axis=1) % 2]
-    grid = Grid.of(shape)
-    return Study(study.training_image, grid, study.parameters, HardData(cells, codes), 0)
+    codes = image.codes[[0, -1]][cells.sum(axis=1) % 2]
+    return Study(image, Grid.of(shape), study.parameters, HardData(cells, codes), 0)
 
 
 def _specialization(study: Study, image: PreparedImage) -> tuple[object, ...]:
@@ -230,5 +242,7 @@ def _specialization(study: Study, image: PreparedImage) -> tuple[object, ...]:
     sizes = coarse.level, coarse.template, coarse.overlap
     scores = score_type(*sizes, p.similarity == "correlation")
     types = block_sum_type(coarse.block), scores, totals_of(image)
-    kinds = study.hard_data.n > 0, p.exact_data, p.scale > 0, repairs(study)
+    is_guided = study.secondary is not None and study.secondary.guides
+    has_gaps = study.training_image.known is not None
+    kinds = study.hard_data.n > 0, p.exact_data, p.scale > 0, repairs(study), is_guided, has_gaps
     return *types, len(study.grid.shape), *kinds

@@ -59,7 +59,8 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
     """
     hard_data = HardData.of(hard_data, ensemble.grid, ensemble.training_image)
     study = Study(
-        ensemble.training_image, ensemble.grid, ensemble.parameters, hard_data, ensemble.seed
+        *(ensemble.training_image, ensemble.grid, ensemble.parameters),
+        *(hard_data, ensemble.seed, ensemble.secondary),
     )
     p, hard_data = study.parameters, study.hard_data
     workers = n_cores() if n_workers is None else check_int("n_workers", n_workers, 1)

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim.engine.corrections.guidance import Guide, exclude_illegal, guided_energies
 from ccwsim.engine.corrections.proportions import Steering, closest_to_target, draw_towards
 from ccwsim.engine.corrections.refinement import data_at_stake, refine_place
 from ccwsim.engine.corrections.unseen_patterns import (
@@ -95,6 +96,7 @@ class PatchInputs(NamedTuple):
     search: Search
     steering: Steering
     patterns: Patterns  # patterns of the oriented image, for `by_unseen`
+    guide: Guide | None  # costs of locations; None to omit the code without secondary information
 
 
 class PlacingWorkspace(NamedTuple):
@@ -115,6 +117,7 @@ class PatchWorkspace(NamedTuple):
     totals: NDArray[np.signedinteger]  # shape of `scores`: scores plus costs of data and location
     energies: NDArray[np.number[Any]]  # shape of `scores`: ΣA² over the overlap
     energies_of: NDArray[np.int64]  # shape (4,): lengths and sides of the overlap of `energies`
+    guided: NDArray[np.number[Any]]  # energies plus costs by the guide; empty without a guide
     terms: Terms
     ranking: Ranking  # ranking of the scores
     total_ranking: Ranking  # ranking of the totals; shares `places` with `ranking`
@@ -140,7 +143,7 @@ class Simulated(NamedTuple):
 
 def make_workspace(inputs: PatchInputs, totals: type[np.signedinteger]) -> PatchWorkspace:
     """Return the workspace for patches; `totals` is the type for scores plus costs."""
-    _, _, oriented, data, search, _, patterns = inputs
+    _, _, oriented, data, search, _, patterns, guide = inputs
     kind, shape, n = oriented.squares.dtype, oriented.places, oriented.n_places
     template, n_facies = search.template, len(oriented.proportions)
     ranking, others = (make_ranking(n, search.n_candidates, each) for each in (kind, totals))
@@ -149,6 +152,7 @@ def make_workspace(inputs: PatchInputs, totals: type[np.signedinteger]) -> Patch
         totals=np.zeros(shape, totals),
         energies=np.zeros(shape, kind),
         energies_of=np.zeros(4, np.int64),
+        guided=np.zeros(shape if guide else (0, 0, 0), kind),
         terms=make_terms(oriented.running, template, search.overlap, search.block),
         ranking=ranking,
         total_ranking=ranking._replace(minima=others.minima, values=others.values),
@@ -181,7 +185,7 @@ def box_of(p, overlap):
 @kernel
 def simulate_patches(first, last, inputs, work, simulated, rng):
     """Simulate patches `first` to `last` − 1 of the raster path; `simulated` changes in place."""
-    patches, before, oriented, data, search, _, patterns = inputs
+    patches, before, oriented, data, search, _, patterns, guide = inputs
     image, square_bits, _, _ = oriented.pyramid
     grid, block, scores, placing = simulated.grid, search.block, work.scores, work.placing
     places, n_places = work.ranking.places, (scores.shape[1], scores.shape[2])
@@ -194,7 +198,8 @@ def simulate_patches(first, last, inputs, work, simulated, rng):
         n_groups = overlap_terms(grid, box, block, oriented.running, work.terms)
         # Line 10: CCW scores
         cached_overlap_energies(oriented.squares, box, block, work.energies, work.energies_of)
-        score_places(oriented.running, work.terms, n_groups, work.energies, scores)
+        energies = guided_energies(guide, number, work.energies, work.guided)
+        score_places(oriented.running, work.terms, n_groups, energies, scores)
         # Line 11: the K best candidates
         has_data = data_ahead(data, box, search.co_template)
         is_free = not has_data and box.sides > 0
@@ -261,11 +266,12 @@ def conditional_candidates(box, has_data, is_split, slack, grid, inputs, work, r
     `has_data` is true if the co-template contains data; otherwise only the location has a cost.
     `is_split` is true if the patch is a part of a split tile. `grid` has the shape (nz, ny, nx).
     """
-    _, _, oriented, data, search, _, _ = inputs
+    _, _, oriented, data, search, _, _, guide = inputs
     weights = DENSE if is_split else SPARSE
     share = search.share if has_data and not weights.everywhere else 1.0
     flat, places = work.totals.reshape(-1), work.total_ranking.places
     start_totals(work.scores.reshape(-1), share, flat)
+    exclude_illegal(guide, work.totals)
     if search.location_cost > 0:
         add_location(box, grid.shape, search.location_cost, search.location_axes, work.totals)
     phases, proportions, times = oriented.pyramid.phases, oriented.proportions, search.co_template
@@ -280,7 +286,7 @@ def conditional_candidates(box, has_data, is_split, slack, grid, inputs, work, r
 @part_of_kernel
 def draw(n, number, box, inputs, counts, work, rng):
     """Return the index of a random candidate of patch `number`, steered towards the targets."""
-    _, _, oriented, _, search, steering, _ = inputs
+    _, _, oriented, _, search, steering, _, _ = inputs
     block, n_places = search.block, (work.scores.shape[1], work.scores.shape[2])
     candidates = work.ranking.places[:n]
     if steering.is_on:

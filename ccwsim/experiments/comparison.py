@@ -81,10 +81,7 @@ class PairRatio:
 
     @property
     def grades(self) -> tuple[int, int, int]:
-        """Whether `between`, `within` and `ratio` are below 1 (−1), above 1 (1) or close to 1 (0).
-
-        A ratio is close to 1 if its logarithm is within two standard errors of 0.
-        """
+        """Whether each ratio is below 1 (−1), above 1 (1) or close to 1 (0) by standard errors."""
         with np.errstate(divide="ignore"):
             logs = np.log([self.between, self.within, self.ratio])
         told = np.abs(logs) > MIN_ERRORS * np.array(self.errors)  # False where NaN
@@ -170,6 +167,8 @@ def compare(
     Realization r has the same random numbers in all settings. Bands of variograms and connectivity
     functions are compared with the training image's curve; pattern histograms are compared by ANODI
     (Tan et al. 2014). If images are too small for patterns, `problem` gives the reason.
+    Raises `CCWSIMError` before simulating if there are not 2 to 4 settings, a setting does not fit,
+    or the training image lacks the facies.
 
     Parameters
     ----------
@@ -184,14 +183,6 @@ def compare(
         Code of the facies whose curves are compared; by default the last.
     on_partial : callable, optional
         Called with the partial result after each setting, after curves and after patterns.
-
-    Raises
-    ------
-    CCWSIMError
-        If there are not 2 to 4 settings, a setting does not fit, or the training image lacks the
-        facies. Nothing is simulated in these cases.
-    Cancelled
-        If `cancel` returned True.
 
     Examples
     --------

@@ -51,6 +51,8 @@ def plan_sweep(
 ) -> SweepPlan:
     """Return all valid combinations of parameter ranges.
 
+    Raises `CCWSIMError` if a name is not in `RANGED`, or a range has no value.
+
     Parameters
     ----------
     base : Parameters
@@ -59,11 +61,6 @@ def plan_sweep(
         Values to try, by parameter name (a key of `RANGED`).
     image_shape : tuple of int, optional
         Shape of the training image; larger templates are excluded.
-
-    Raises
-    ------
-    CCWSIMError
-        If a name is not in `RANGED`, or a range has no value.
 
     Examples
     --------

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.experiments.cost import typical_seconds
 from ccwsim.experiments.plan import label, varied
+from ccwsim.experiments.timing import typical_seconds
 from ccwsim.jobs.workers import Cancel, Progress
 from ccwsim.metrics import Quality, judge
 from ccwsim.metrics.diagnosis import MIN_ACROSS, templates_that_fit
@@ -93,11 +93,7 @@ class Sweep:
         return np.array([SPREADS[kind](row.quality) for row in self.rows], dtype=float)
 
     def alike(self, kind: str, among: NDArray[np.int64], tolerance: float) -> NDArray[np.int64]:
-        """Return the settings in `among` whose error is close to the smallest error in `among`.
-
-        An error is close if it exceeds the smallest error by at most `tolerance`, or by at most
-        `DOUBT` standard errors.
-        """
+        """Return the settings whose error is the smallest up to `tolerance` or `DOUBT` errors."""
         n = np.array([row.quality.n for row in self.rows])
         errors, doubts = self.errors(kind), np.nan_to_num(self.spreads(kind)) / np.sqrt(n)
         known = among[~np.isnan(errors[among])]
@@ -123,6 +119,8 @@ def sweep(
 ) -> Sweep:
     """Simulate and judge each setting with the same seed, on one thread for comparable times.
 
+    Raises `CCWSIMError` if there is no setting, or the training image lacks the facies.
+
     Parameters
     ----------
     training_image, grid_shape, hard_data, seed
@@ -141,11 +139,6 @@ def sweep(
         Number of realizations stored for each setting.
     facies : int, optional
         Code of the facies whose connectivity is judged; by default the last.
-
-    Raises
-    ------
-    CCWSIMError
-        If there is no setting, or the training image lacks the facies.
 
     Examples
     --------

@@ -80,7 +80,10 @@ def _amplitudes(
         taper = 0.5 + 0.5 * np.cos(np.pi * np.minimum(lags / max(reach, 1), 1))
         weights = weights * np.expand_dims(taper, [a for a in range(len(shape)) if a != axis])
     spectrum = np.fft.fftn(_correlations(covariances * weights, threshold)).real
-    return np.sqrt(_nearest_spectrum(spectrum))
+    # the nearest spectrum without negative values whose mean, the variance, is 1
+    ordered = np.sort(spectrum, axis=None)[::-1]
+    excess = (np.cumsum(ordered) - spectrum.size) / np.arange(1, spectrum.size + 1)
+    return np.sqrt(np.maximum(spectrum - excess[np.flatnonzero(ordered > excess)[-1]], 0))
 
 
 def _pairs(inside: NDArray[np.bool_]) -> NDArray[np.float64]:
@@ -92,18 +95,10 @@ def _pairs(inside: NDArray[np.bool_]) -> NDArray[np.float64]:
 def _correlations(covariances: NDArray, threshold: float) -> NDArray[np.float64]:
     """Return the correlations of a Gaussian field from covariances of the truncated field.
 
-    The covariance is the integral of exp(−t² / (1 + sin θ)) / 2π from 0 to the arc sine of the
-    correlation, where t is the threshold.
+    Those are ∫ exp(−t² / (1 + sin θ)) / 2π from 0 to arcsin of the correlation, with threshold t.
     """
     angles = np.linspace(-np.pi / 2, np.pi / 2, 4001)
     middles = (angles[1:] + angles[:-1]) / 2
     steps = np.exp(-(threshold**2) / (1 + np.sin(middles))) * np.diff(angles) / (2 * np.pi)
     table = np.cumsum([0, *steps])
     return np.interp(covariances, table - table[len(table) // 2], np.sin(angles))
-
-
-def _nearest_spectrum(spectrum: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the nearest spectrum without negative values whose mean, the variance, is 1."""
-    ordered = np.sort(spectrum, axis=None)[::-1]
-    excess = (np.cumsum(ordered) - spectrum.size) / np.arange(1, spectrum.size + 1)
-    return np.maximum(spectrum - excess[np.flatnonzero(ordered > excess)[-1]], 0)

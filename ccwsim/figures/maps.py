@@ -19,6 +19,7 @@ from PIL import Image, ImageDraw, ImageFont
 from ccwsim.figures.style import CIVIDIS, bytes_of, ramp
 from ccwsim.model.arrays import Shape, as_integers, check_int
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.missing import UNKNOWN
 
 MAX_SHEET_SIDE = 8192
 QUICK = 2
@@ -86,9 +87,10 @@ def contact_sheet(
     width, height = tile_size(indices.shape[1:], longest)
     columns = min(len(indices), MAX_SHEET_SIDE // width)
     rows = -(-len(indices) // columns)
-    sheet = Image.new("RGB", (columns * width, rows * height))
+    mode = "RGBA" if (indices == UNKNOWN).any() else "RGB"
+    sheet = Image.new(mode, (columns * width, rows * height))
     for r, realization in enumerate(indices):
-        full = _coloured(realization, colours).convert("RGB")
+        full = _coloured(realization, colours).convert(mode)
         tile = full.resize((width, height), Image.Resampling.BOX)
         sheet.paste(tile, (r % columns * width, r // columns * height))
     return png_of(sheet), columns
@@ -211,9 +213,12 @@ def _ring(pen: ImageDraw.ImageDraw, x: float, y: float, radius: float, colour: s
 
 
 def _coloured(indices: NDArray[np.uint8], colours: Sequence[str]) -> Image.Image:
+    """Return a palette picture; unknown cells are transparent."""
     indices = _as_bytes(indices, len(colours))
     picture = Image.fromarray(np.ascontiguousarray(indices[::-1]), mode="P")
     picture.putpalette([channel for rgb in bytes_of(colours) for channel in rgb])
+    if (indices == UNKNOWN).any() and len(colours) <= UNKNOWN:
+        picture.info["transparency"] = UNKNOWN
     return picture
 
 

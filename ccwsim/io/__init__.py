@@ -1,7 +1,6 @@
 """Read and write files: training images, hard data, realizations, parameters."""
 
 from ccwsim.io.formats.pictures import DEFAULT_COLOURS
-from ccwsim.io.guesses import guess_answers
 from ccwsim.io.hard_data.columns import PointColumns, WellColumns
 from ccwsim.io.hard_data.files import (
     hard_data_as_bytes,
@@ -27,14 +26,16 @@ from ccwsim.io.hard_data.wells import import_wells, preview_wells, read_well_poi
 from ccwsim.io.limits import limited, upload_limits
 from ccwsim.io.maps import MAP_FORMATS, can_write, maps_as_bytes, write_maps
 from ccwsim.io.opening import FileSummary, VariableSummary, inspect
-from ccwsim.io.parameters import parameters_from_json, parameters_to_json
 from ccwsim.io.realizations import (
     FORMATS,
+    parameters_from_json,
+    parameters_to_json,
     read_realizations,
     realizations_as_bytes,
     write_realizations,
 )
 from ccwsim.io.training_images import (
+    guess_answers,
     read_colours,
     read_geometry,
     read_grid,

@@ -200,8 +200,7 @@ def optional_package(module: str, files: str, extra: str) -> Any:
 def broken(message: str, *kinds: type[Exception], remedy: str = "") -> Iterator[None]:
     """Convert errors of a library (by default, any error) on a broken file to `CCWSIMError`.
 
-    With a `remedy`, the message is the library's reason followed by the remedy. A `MemoryError`
-    passes, because it does not mean that the file is broken.
+    With a `remedy`, the message has the library's reason. A `MemoryError` is no fault of the file.
     """
     kinds = kinds or (Exception,)
     try:
@@ -215,13 +214,7 @@ def broken(message: str, *kinds: type[Exception], remedy: str = "") -> Iterator[
 
 
 def distinct_names(names: list[str]) -> list[str]:
-    """Return the names; add a number to empty and repeated names.
-
-    Examples
-    --------
-    >>> distinct_names(["a", "a", ""])
-    ['a', 'a (2)', 'column 3']
-    """
+    """Return the names; add a number to empty and repeated names."""
     distinct: dict[str, None] = {}
     for k, name in enumerate(names, start=1):
         label = printable(name) or f"column {k}"
@@ -232,11 +225,5 @@ def distinct_names(names: list[str]) -> list[str]:
 
 
 def printable(name: str, most: int = 80) -> str:
-    """Return a name from a file as short printable text on one line.
-
-    Examples
-    --------
-    >>> printable(" sand" + chr(7) + chr(10))
-    'sand'
-    """
+    """Return a name from a file as short printable text on one line."""
     return "".join(c for c in name[: 10 * most] if c.isprintable()).strip()[:most]

@@ -1,10 +1,13 @@
-"""Arrange a table with one row per cell (x, y and facies) as a grid."""
+"""Parts of grids, and tables with one row per cell (x, y and facies) as grids."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import replace
-from math import prod
+from dataclasses import dataclass, replace
+from math import ceil, prod, sqrt
+from operator import add, le
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +21,99 @@ from ccwsim.io.hard_data.columns import (
     place_columns,
 )
 from ccwsim.io.limits import limits
-from ccwsim.io.part import FilePart
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.arrays import check_int, is_whole
+from ccwsim.model.errors import CCWSIMError, shown
+
+Crop = tuple[int, int, int, int] | None
+"""First row from the south, first column, number of rows, number of columns."""
+Layers = tuple[int, int] | None
+"""First layer from the bottom, number of layers."""
+
+
+@dataclass(frozen=True)
+class FilePart:
+    """A selection of cells of a grid."""
+
+    crop: Crop = None  # the rectangle; None for the whole grid
+    every: int = 1  # keep the middle cell of each square of `every` × `every` cells
+    layers: Layers = None  # the layers of a volume; None for all layers
+
+    def __post_init__(self) -> None:
+        for name, words in _NUMBERS.items():
+            given = getattr(self, name)
+            n = words.count(",") + 1
+            if given is not None and not (
+                isinstance(given, (tuple, list)) and len(given) == n and all(map(is_whole, given))
+            ):
+                raise CCWSIMError(f"{name} = {shown(given)} must be {words}, whole numbers")
+        check_int("every", self.every, 1, 10**6)
+
+    @classmethod
+    def answered(cls, answers: Mapping[str, Any]) -> FilePart | None:
+        """Return the part given by arguments of `read_training_image`; None for the whole grid."""
+        part = cls.of_answers(answers)
+        return None if part == cls() else part
+
+    @classmethod
+    def of_answers(cls, answers: Mapping[str, Any]) -> FilePart:
+        """Return the part given by arguments of `read_training_image`."""
+        return cls(**{name: answers[name] for name in _ARGUMENTS if name in answers})
+
+    def box(self, name: str, shape: tuple[int, ...]) -> tuple[tuple[int, ...], tuple[int, ...]]:
+        """Return first cell and sides of this part of a shape; sides are multiples of `every`."""
+        row, column, ny, nx = self.crop or (0, 0, *shape[-2:])
+        layer, nz = self.layers or (0, *shape[:-2], 1)[:2]
+        first, last = (layer, row, column), (layer + nz, row + ny, column + nx)
+        inside = all(map(le, last, (1, *shape)[-3:])) and min(first) >= 0
+        if not inside or min(ny, nx) < self.every or nz < 1:
+            said = ", ".join(f"{k} = {shown(getattr(self, k))}" for k in _ARGUMENTS)
+            raise CCWSIMError(
+                f"{name}: {said} selects no cell, or exceeds the {' × '.join(map(str, shape))} "
+                "cells of the grid, as [layers ×] rows × columns; correct these numbers"
+            )
+        k, n = self.every, len(shape)
+        return first[-n:], (nz, ny - ny % k, nx - nx % k)[-n:]
+
+    def of(self, name: str, grid: NDArray) -> NDArray:
+        """Return this part of a grid of shape (ny, nx) or (nz, ny, nx), row 0 in the south."""
+        first, sides = self.box(name, grid.shape)
+        piece = grid[tuple(map(slice, first, map(add, first, sides)))]
+        return piece[..., (self.every - 1) // 2 :: self.every, self.every // 2 :: self.every]
+
+
+_ARGUMENTS = ("crop", "every", "layers")
+_NUMBERS = {"crop": "(row, column, rows, columns)", "layers": "(first layer, number of layers)"}
+"""Arguments of several numbers, and what the numbers are."""
+
+
+def thinning(shape: tuple[int, ...], copies: float = 1.0) -> int:
+    """Return the smallest `every` with which `copies` of a grid are within the limit of cells."""
+    cells = prod(shape) * copies
+    return min(max(1, ceil(sqrt(cells / limits().cells))), *shape[-2:])
+
+
+def largest_without_gaps(known: NDArray[np.bool_]) -> tuple[int, int, int, int]:
+    """Return first row, first column, rows and columns of the largest known rectangle."""
+    ny, nx = known.shape
+    heights = np.zeros(nx + 1, np.int64)  # the extra column of height 0 ends the last rectangle
+    best, rectangle = 0, (0, 0, 0, 0)
+    for row in range(ny):
+        heights[:nx] = np.where(known[row], heights[:nx] + 1, 0)
+        if best >= nx * heights.max():
+            continue
+        ends = heights.tolist()
+        open_columns: list[tuple[int, int]] = []  # (first column, height), heights ascending
+        for column, height in enumerate(ends):
+            first = column
+            while open_columns and open_columns[-1][1] >= height:
+                first, high = open_columns.pop()
+                if high * (column - first) > best:
+                    best = high * (column - first)
+                    rectangle = (row - high + 1, first, high, column - first)
+            if height:
+                open_columns.append((first, height))
+    return rectangle
+
 
 MIN_FILLED = 0.5
 """Minimum share of the cells of a grid that have a row; a table with fewer rows has points."""
@@ -32,12 +126,7 @@ TOLERANCE = 1e-3
 
 
 def as_grid(file: DataFile, shape: tuple[int, ...] | None = None) -> DataFile:
-    """Return a table with one row per cell as a grid; return other files unchanged.
-
-    With a `shape`, a table is unchanged too: its rows are the cells of this shape, in their order.
-    Otherwise, each row goes to the cell of its coordinates, whatever the order of the rows. Cells
-    without a row are NaN. Raises `CCWSIMError` for coordinates that do not fill a regular grid.
-    """
+    """Return a table with one row per cell as a grid, NaN without a row; other files unchanged."""
     if shape is None and not file.is_table:
         return _of_rows(file)
     if shape is not None or not is_points(list(file.names)):
@@ -78,11 +167,7 @@ def part_of_grid(
     up: bool | None = None,
     z_up: bool | None = None,
 ) -> DataFile:
-    """Return a file with only a part of its grids, and the cell size and origin of this part.
-
-    `shape`, `up` and `z_up` are as in `read_training_image`. A grid that is one cell wide becomes a
-    vertical section, whose rows are layers.
-    """
+    """Return a file with a part of its grids; a grid one cell wide becomes a vertical section."""
     south_first = file.south_first if up is None else up
     rights = ((-2, south_first), (-3, z_up is not False))
     turned = tuple(axis for axis, right in rights if not right)
@@ -116,10 +201,7 @@ def _of_rows(file: DataFile) -> DataFile:
 
 
 def _cells(places: NDArray[np.float64]) -> tuple[NDArray[np.int64], int, float, float]:
-    """Return the cell of each coordinate, the number of cells, their size and the first corner.
-
-    The number of cells is 0 if the coordinates are not equally spaced.
-    """
+    """Return cells, their number (0 if not equally spaced), their size and the first corner."""
     different = np.unique(places)
     if not np.isfinite(different).all():
         return np.empty(0, np.int64), 0, 1.0, 0.0

@@ -44,27 +44,13 @@ KEPT_RESULTS, KEPT_BYTES = 256, 256 * MIB
 
 
 class IsolatedFile:
-    """A file that the readers of this package read in a separate process.
-
-    Parameters
-    ----------
-    content : bytes
-    name : str
-        Name of the file in messages.
-    digest : str
-        Digest of the content and the name.
-    limits : FileLimits
-        Limits of the readers; `memory` and `seconds` limit the process.
-    """
+    """A file that the readers of this package read in a separate process, within `limits`."""
 
     def __init__(self, content: bytes, name: str, digest: str, limits: FileLimits) -> None:
         self.content, self.name, self.digest, self.limits = content, name, digest, limits
 
     def read_with(self, reader: Callable[..., Result], *options: Any) -> Result:
-        """Return `reader(file, *options)`, computed by another process; `reader` is a function.
-
-        Raises `CCWSIMError` if the reader does, or if the process exceeds its memory or time.
-        """
+        """Return `reader(file, *options)` from another process, or raise its `CCWSIMError`."""
         request = _Request(reader, options, self.content, self.name, self.limits)
         key = reader.__module__, reader.__qualname__, repr(options), self.digest, self.limits
         result = _answers().get_or_read(key, request)
@@ -171,7 +157,10 @@ def _read_apart(request: _Request) -> Any:
             return _refusal(request, code)
         finally:
             alarm.cancel()
-    _keep_process(process)
+    if len(_warm) < N_WARM:
+        _warm.append(process)
+    else:
+        process.end()
     return answer
 
 
@@ -181,13 +170,6 @@ def _take_process() -> ChildProcess:
             process.end()
         return process
     return ChildProcess(serve, {"OPENBLAS_NUM_THREADS": "1"})
-
-
-def _keep_process(process: ChildProcess) -> None:
-    if len(_warm) < N_WARM:
-        _warm.append(process)
-    else:
-        process.end()
 
 
 def _refusal(request: _Request, code: int = 0) -> CCWSIMError:

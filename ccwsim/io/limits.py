@@ -90,10 +90,7 @@ class TooManyCells(CCWSIMError):
         return self.args[0]
 
     def grid(self) -> tuple[tuple[int, ...], float]:
-        """Return the shape of the largest array, and the ratio of all values to its values.
-
-        Raises this error itself if the file is too large for a part of it to be read.
-        """
+        """Return the largest shape, and all values / its values; raise if no part can be read."""
         _, shape, n = self.args
         shape = shape[-3:] if shape[-3:-2] != (1,) else shape[-2:]
         if len(shape) < 2 or n > limits().whole:
@@ -102,11 +99,7 @@ class TooManyCells(CCWSIMError):
 
 
 def check_cells(name: str, *shapes: tuple[float, ...]) -> int:
-    """Return the number of values of arrays, after checks of their sizes.
-
-    Too many values raise `TooManyCells`; an impossible size, as in a damaged header, raises
-    `CCWSIMError`.
-    """
+    """Return the number of values of arrays; refuse too many, and impossible sizes."""
     for shape in shapes:
         if min(shape, default=0) < 1 or any(side % 1 != 0 for side in shape):
             raise CCWSIMError(

@@ -28,6 +28,8 @@ MAP_FORMATS = ("npz", "gslib", "sgems", "dat", "grdecl", "vti", "tif", "nc")
 _NEEDS = {"tif": "rasterio", "nc": "xarray"}
 """Optional package that is needed to write each format."""
 
+NO_VALUE = -9999.0
+"""Code of a cell without a value in text files, because few programs read "nan"."""
 DECIMALS = 6
 """Number of decimals of real numbers in text files."""
 
@@ -97,7 +99,11 @@ def maps_as_bytes(maps: Mapping[str, ArrayLike], grid: Grid, format: str) -> byt
     writers = {"npz": _npz, "vti": vti_as_bytes, "tif": geotiff_as_bytes, "nc": netcdf_as_bytes}
     if kind in writers:
         return writers[kind](checked, grid)
-    rounded = {name: values.round(DECIMALS) for name, values in checked.items()}
+    rounded = {
+        name: values if values.dtype.kind != "f" else np.nan_to_num(values, nan=NO_VALUE)
+        for name, values in checked.items()
+    }
+    rounded = {name: values.round(DECIMALS) for name, values in rounded.items()}
     if kind == "grdecl":
         return grdecl_as_bytes(rounded, grid)
     return grid_as_bytes([*rounded.values()], [*rounded], grid)

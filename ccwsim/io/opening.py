@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import tomllib
 from collections.abc import Callable, Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass
@@ -17,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile, broken, printable
-from ccwsim.io.formats.excel import is_excel, read_excel
 from ccwsim.io.formats.gis import GIS_FILES, is_geojson, is_shapefile_zip, read_geojson, read_gis
 from ccwsim.io.formats.grdecl import is_grdecl, is_irap, read_grdecl, read_irap
 from ccwsim.io.formats.labelled import read_hdf5, read_netcdf
@@ -32,15 +32,13 @@ from ccwsim.io.formats.pictures import (
     read_picture,
 )
 from ccwsim.io.formats.rasters import DRIVERS, is_map, read_raster
-from ccwsim.io.formats.tables import read_memory_table
+from ccwsim.io.formats.tables import is_excel, read_excel, read_memory_table
 from ccwsim.io.formats.text_grids import is_esri, is_gslib, read_esri, read_gslib
 from ccwsim.io.formats.text_tables import read_delimited
-from ccwsim.io.formats.unread import refusal
 from ccwsim.io.formats.vti import is_vti, read_vti
-from ccwsim.io.gridding import as_grid, part_of_grid
+from ccwsim.io.gridding import FilePart, as_grid, part_of_grid
 from ccwsim.io.isolated import IsolatedFile
 from ccwsim.io.limits import check_bytes, check_cells, limited_to_whole, limits
-from ccwsim.io.part import FilePart
 from ccwsim.model.arrays import is_table
 from ccwsim.model.classes import are_codes
 from ccwsim.model.errors import CCWSIMError
@@ -72,30 +70,14 @@ PathOrFile = (
 )
 """A file, or a table in memory, which is read like a file."""
 
-_MAGIC = (
-    (b"\x93NUMPY", "npy"),
-    (b"PK\x03\x04", "npz"),
-    (b"PK\x05\x06", "npz"),
-    (b"\x89PNG\r\n\x1a\n", "picture"),
-    (b"\xff\xd8\xff", "picture"),
-    (b"GIF87a", "picture"),
-    (b"GIF89a", "picture"),
-    (b"II*\x00", "tiff"),
-    (b"MM\x00*", "tiff"),
-    (b"II+\x00", "tiff"),
-    (b"MM\x00+", "tiff"),
-    (b"DSAA", "surfer text"),
-    (b"DSBB", "surfer 6"),
-    (b"DSRB", "surfer 7"),
-    (b"CDF\x01", "netcdf"),
-    (b"CDF\x02", "netcdf"),
-    (b"CDF\x05", "netcdf"),
-    (b"MATLAB 5.0 MAT-file", "matlab"),
-    (b"MATLAB 7.3 MAT-file", "hdf5"),
-    (b"\x89HDF\r\n\x1a\n", "hdf5"),
-    (b"SQLite format 3\x00", "geopackage"),
-    (b"\x00\x00\x27\x0a", "shp"),
-)
+_FILE = Path(__file__).parents[1] / "assets" / "file_formats.toml"
+_FORMATS = tomllib.loads(_FILE.read_text("utf-8"))
+_MAGIC = {start.encode("latin-1"): kind for start, kind in _FORMATS["read"].items()}
+"""Kinds of files by their first bytes."""
+UNREAD = _FORMATS["unread"]["formats"]
+"""Name, regular expression that the start matches, and remedy of formats that are not read."""
+_START, _DIRECTORY = 4096, 65536
+"""Number of bytes at the start, and at the end of a zip (names of its files), that are searched."""
 
 
 def read_bytes(path_or_file: PathOrFile) -> tuple[bytes, str]:
@@ -110,7 +92,7 @@ def read_bytes(path_or_file: PathOrFile) -> tuple[bytes, str]:
 
 def kind_of(content: bytes) -> str:
     """Detect the kind of a file: npy, npz, picture, matlab, vti, text or unknown."""
-    for magic, kind in _MAGIC:
+    for magic, kind in _MAGIC.items():
         if content.startswith(magic):
             if kind == "npz" and is_excel(content):
                 return "excel"
@@ -186,12 +168,7 @@ _TEXTS = {
 def open_file(
     path_or_file: PathOrFile, part: FilePart | None = None, **how: Any
 ) -> DataFile | PictureFile:
-    """Return the variables or the colours of a file, or the columns of a table in memory.
-
-    With a `part`, only this part of a picture or a grid is returned, and the limit of cells counts
-    for the part. The parameters `shape`, `up` and `z_up` are as in `read_training_image`; they have
-    no effect without a part.
-    """
+    """Return variables, colours or columns of a file, or of a part, to which the limit applies."""
     options: tuple[Any, ...] = () if part is None else (part, tuple(how.items()))
     if isinstance(path_or_file, IsolatedFile):
         return path_or_file.read_with(_open_file, *options)
@@ -230,6 +207,13 @@ def open_content(
         f"{name} has an unknown format; use a picture, an SGeMS or GSLIB file, a CSV table, "
         "GeoJSON points, or a NumPy, MATLAB or VTK file"
     )
+
+
+def refusal(content: bytes) -> str:
+    """Return the name of a format that is not read, and a remedy; empty for unknown formats."""
+    start = content[:_START] + (content[-_DIRECTORY:] if content.startswith(b"PK") else b"")
+    fits = (f"{n}; {fix}" for n, mark, fix in UNREAD if re.match(mark.encode(), start, re.DOTALL))
+    return next(fits, "")
 
 
 def _recognized(content: bytes, name: str) -> tuple[str, bytes]:

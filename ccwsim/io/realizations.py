@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import asdict, fields, replace
 from io import BytesIO
 from math import ceil, sqrt
 from typing import Any
@@ -18,14 +19,21 @@ from ccwsim.io.formats.numpy_files import npz_arrays, place_arrays, read_npy
 from ccwsim.io.formats.pictures import PictureFile, picture_as_bytes
 from ccwsim.io.maps import maps_as_bytes
 from ccwsim.io.opening import PathOrFile, kind_of, open_content, read_bytes
-from ccwsim.io.parameters import parameters_from_json, parameters_to_json
-from ccwsim.model.arrays import as_integers, check_int, codes_of, readonly, smallest_integers
+from ccwsim.model.arrays import (
+    LazyStack,
+    as_integers,
+    check_int,
+    codes_of,
+    readonly,
+    smallest_integers,
+)
 from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
-from ccwsim.model.lazy_stack import LazyStack
+from ccwsim.model.missing import UNKNOWN
 from ccwsim.model.parameters import Parameters
+from ccwsim.model.secondary import Auxiliary, Secondary
 from ccwsim.model.training_image import TrainingImage
 
 FORMATS = ("npz", "gslib", "sgems", "dat", "grdecl", "png", "vti", "tif", "nc")
@@ -80,7 +88,8 @@ def realizations_as_bytes(
     `npz` contains `realizations` (n, ny, nx) or (n, nz, ny, nx) as facies codes, and everything
     that `read_realizations` needs to restore the ensemble: `training_image`, `image_name`,
     `codes`, `facies_names`, `parameters` (JSON), `seed`, `hard_cells`, `hard_facies`, `met_by`,
-    `numbers`, `revised`, `cpu_seconds`, `wall_seconds`, `cell_size`, `origin`, `crs`.
+    `numbers`, `revised`, `cpu_seconds`, `wall_seconds`, `cell_size`, `origin`, `crs`, and secondary
+    information. Inactive cells have −9999 in text files and NaN in others.
     `gslib`, `sgems` and `dat` have one column per realization, with cells from the south-west (x
     fastest); line 1 has cell size and origin. `grdecl` has the geometry and a keyword FACIES_1, …
     per realization, `vti` an array per realization, and `tif` a band per realization, north up
@@ -114,11 +123,13 @@ def realizations_as_bytes(
 
 
 _MEMBERS = {
-    **dict.fromkeys(("realizations", "codes", "training_image"), "bui"),
+    **dict.fromkeys(("realizations", "codes", "training_image"), "buif"),
     **dict.fromkeys(("image_name", "facies_names", "parameters", "crs"), "U"),
     **dict.fromkeys(("seed", "hard_cells", "hard_facies", "numbers"), "ui"),
     **dict.fromkeys(("cpu_seconds", "wall_seconds", "cell_size", "origin"), "f"),
-    **{"met_by": "i", "revised": "b"},
+    **{"met_by": "i", "revised": "b", "active": "b"},
+    **dict.fromkeys(("probabilities", "soft_weight", "auxiliary_weights"), "f"),
+    **dict.fromkeys(("auxiliary_of_image", "auxiliary_of_grid"), "f"),
 }
 """The members of an npz of realizations, and the NumPy kinds allowed for each."""
 
@@ -200,7 +211,26 @@ def _of_npz(members: Mapping[str, NDArray], image: TrainingImage | None) -> Ense
         data_status=_of_shape(members, "met_by", np.zeros((n, data.n), np.int16)),
         numbers=_of_shape(members, "numbers", ensemble.numbers),
         revised=bool(_one(members, "revised", "seed" not in members)),
+        secondary=_secondary(members, ensemble),
     )
+
+
+def _secondary(members: Mapping[str, NDArray], ensemble: Ensemble) -> Secondary | None:
+    """Return the secondary information in an npz, checked for the ensemble."""
+    maps = members.get("auxiliary_of_image", ()), members.get("auxiliary_of_grid", ())
+    weights = members.get("auxiliary_weights", np.empty(0)).ravel().tolist()
+    if not len(maps[0]) == len(maps[1]) == len(weights):
+        raise CCWSIMError("auxiliary variables need maps of image and grid, and weights")
+    soft, image = members.get("probabilities"), ensemble.training_image
+    if soft is not None and len(soft) != image.n_facies:
+        raise CCWSIMError(f"probabilities: {len(soft)} maps for {image.n_facies} facies")
+    secondary = Secondary(
+        members.get("active"),
+        None if soft is None else dict(zip(image.codes.tolist(), soft, strict=True)),
+        [Auxiliary(*each) for each in zip(*maps, weights, strict=True)],
+        float(_one(members, "soft_weight", 1.0)),
+    )
+    return None if secondary.is_empty else secondary.fitted(ensemble.grid, image)
 
 
 def _of_grids(file: DataFile | PictureFile, image: TrainingImage | None) -> Ensemble:
@@ -216,16 +246,33 @@ def _of_grids(file: DataFile | PictureFile, image: TrainingImage | None) -> Ense
         layers = [grid[0] for grid in layers]
     if len({layer.shape for layer in layers}) > 1:
         raise CCWSIMError("variables differ in size; realizations must have equal sizes")
-    if image is None and not all(file.known(layer).all() for layer in layers):
-        raise CCWSIMError("some cells have no facies; realizations need a facies in every cell")
-    codes = [smallest_integers(as_integers(layer, "realizations")) for layer in layers]
-    stack = np.stack(codes)[..., :: 1 if file.south_first else -1, :]
+    codes = () if image is None else image.codes  # −99, for example, may be a facies
+    known = [file.known(layer) | np.isin(layer, codes) for layer in layers]
+    cells = [
+        layer if k.all() else np.where(k, layer, np.nan)
+        for k, layer in zip(known, layers, strict=True)
+    ]
+    stack = np.stack(cells)[..., :: 1 if file.south_first else -1, :]
     return _ensemble(stack, file.placed(stack.shape[1:]), image)
 
 
 def _ensemble(stack: NDArray, grid: Grid, image: TrainingImage | None) -> Ensemble:
-    """Return realizations with unknown parameters and hard data as an ensemble."""
-    there = {int(code) for one in stack for code in codes_of(as_integers(one, "realizations"))}
+    """Return realizations with unknown parameters and hard data as an ensemble.
+
+    Cells that are NaN in all realizations are inactive.
+    """
+    active = None
+    if stack.dtype.kind == "f":
+        active = ~np.isnan(stack[0])
+        if not active.any() or any((np.isnan(one) == active).any() for one in stack):
+            raise CCWSIMError(
+                "some cells have no facies in some realizations; only cells without a facies in "
+                "all realizations are inactive"
+            )
+        active = None if active.all() else active
+    cells = [one if active is None else one[active] for one in stack]
+    integers = [as_integers(one, "realizations") for one in cells]
+    there = {int(code) for one in integers for code in codes_of(one)}
     image = image or _stand_in(np.array(sorted(there)), grid.n_dimensions)
     if image.n_dimensions != grid.n_dimensions:
         held, given = ("volumes", "a map") if grid.nz is not None else ("maps", "a volume")
@@ -238,18 +285,25 @@ def _ensemble(stack: NDArray, grid: Grid, image: TrainingImage | None) -> Ensemb
             "training_image= with the image of these realizations"
         )
     n = len(stack)
+    if active is None:
+        whole = np.stack([smallest_integers(one) for one in integers])
+        indices = LazyStack(whole, image.codes).copy()
+    else:
+        indices = np.full(stack.shape, UNKNOWN, np.uint8)
+        indices[:, active] = np.searchsorted(image.codes, np.stack(integers))
     return Ensemble(
         training_image=image,
         grid=grid,
         parameters=Parameters(),
         hard_data=HardData(),
         seed=0,
-        indices=readonly(LazyStack(stack, image.codes).copy()),
+        indices=readonly(indices),
         cpu_seconds=readonly(np.full(n, np.nan)),
         wall_seconds=np.nan,
         data_status=readonly(np.zeros((n, 0), np.int16)),
         numbers=readonly(np.arange(n)),
         revised=True,
+        secondary=None if active is None else Secondary(active=active).fitted(grid, image),
     )
 
 
@@ -277,6 +331,15 @@ def _of_shape(members: Mapping[str, NDArray], key: str, default: NDArray) -> NDA
 
 def _npz(ensemble: Ensemble) -> bytes:
     content, image = BytesIO(), ensemble.training_image
+    given: dict[str, Any] = {}
+    if (secondary := ensemble.secondary) is not None:
+        several = secondary.auxiliary
+        given = {"active": secondary.active, "probabilities": secondary.probabilities}
+        given["soft_weight"] = np.array(secondary.soft_weight)
+        given["auxiliary_of_image"] = [each.image for each in several] or None
+        given["auxiliary_of_grid"] = [each.grid for each in several] or None
+        given["auxiliary_weights"] = [each.weight for each in several] or None
+        given = {name: values for name, values in given.items() if values is not None}
     np.savez_compressed(
         content,
         allow_pickle=False,
@@ -295,6 +358,7 @@ def _npz(ensemble: Ensemble) -> bytes:
         numbers=ensemble.numbers,
         revised=np.array(ensemble.revised),
         **place_arrays(ensemble.grid),
+        **given,
     )
     return content.getvalue()
 
@@ -313,3 +377,44 @@ def _sheet(indices: NDArray[np.uint8], white: int) -> NDArray[np.uint8]:
         south, west = row * (ny + GAP), column * (nx + GAP)
         sheet[south : south + ny, west : west + nx] = one
     return sheet
+
+
+MAX_LENGTH = 100_000
+
+
+def parameters_to_json(parameters: Parameters) -> str:
+    """Return parameters as a JSON object of all their names and values.
+
+    Examples
+    --------
+    >>> parameters_to_json(Parameters(template_size=48))[:23]
+    '{"template_size": 48, "'
+    """
+    return json.dumps(asdict(parameters))
+
+
+def parameters_from_json(text: str | bytes) -> Parameters:
+    """Return the parameters in a JSON object; missing names keep their defaults.
+
+    Raises `CCWSIMError` if the text is not a JSON object or has an unknown name or invalid value.
+
+    Examples
+    --------
+    >>> parameters_from_json('{"template_size": 48}').template_size
+    48
+    """
+    if len(text) > MAX_LENGTH:
+        raise CCWSIMError(f"parameters: {len(text)} characters exceed the limit")
+    try:
+        given = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise CCWSIMError(f"parameters are not JSON ({error}); save them again") from error
+    if not isinstance(given, dict):
+        raise CCWSIMError('parameters: a JSON object is needed, such as {"template_size": 32}')
+    known = [f.name for f in fields(Parameters)]
+    unknown = [name for name in given if name not in known]
+    if unknown:
+        raise CCWSIMError(
+            f"parameters: {shown(unknown[0])} is not a parameter; choose from {', '.join(known)}"
+        )
+    return Parameters(**given)

@@ -1,9 +1,11 @@
-"""Read and write training images."""
+"""Read and write training images, and guess what a file leaves open."""
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from io import BytesIO
+from math import isqrt
 from pathlib import Path
 from typing import Any
 
@@ -14,19 +16,22 @@ from ccwsim.io.atomic import format_of, write_bytes
 from ccwsim.io.data_file import DataFile
 from ccwsim.io.formats.grdecl import grdecl_as_bytes
 from ccwsim.io.formats.pictures import (
+    MAX_COLOURS,
     PictureFile,
     colours_for,
+    distinct_colours,
     facies_colours_of,
     grey_of,
     is_grey,
+    main_colours,
     picture_as_bytes,
     picture_facies,
 )
 from ccwsim.io.formats.text_grids import grid_as_bytes
-from ccwsim.io.gridding import as_grid
+from ccwsim.io.gridding import Crop, FilePart, Layers, as_grid, largest_without_gaps, thinning
+from ccwsim.io.limits import TooManyCells
 from ccwsim.io.opening import PathOrFile, open_file
-from ccwsim.io.part import Crop, FilePart, Layers
-from ccwsim.model.classes import Classes, Merge, classify, merge_facies
+from ccwsim.model.classes import Classes, Merge, are_codes, classify, merge_facies
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
 from ccwsim.model.training_image import TrainingImage
@@ -61,7 +66,9 @@ def read_training_image(
     Formats: pictures (PNG, JPEG, TIFF, GIF, BMP), SGeMS, MPSLIB, geone and classic GSLIB grids,
     ESRI ASCII grids, tables and matrices in text, VTK ImageData, and NumPy and MATLAB files.
 
-    Raises `CCWSIMError` if the file cannot be read; a missing argument is named in the message.
+    Cells without a value are unknown (`TrainingImage.known`), and a warning gives their number;
+    `crop` can cut out a piece without gaps. Raises `CCWSIMError` if the file cannot be read; a
+    missing argument is named in the message.
 
     Parameters
     ----------
@@ -104,9 +111,6 @@ def read_training_image(
     >>> read_training_image(BytesIO(b"2 2 1\\n1\\nfacies\\n0\\n0\\n0\\n7\\n")).array
     array([[0, 0],
            [0, 7]], dtype=uint8)
-    >>> file = BytesIO(b"2 1 3\\n1\\nfacies\\n0\\n1\\n2\\n3\\n4\\n5\\n")
-    >>> read_training_image(file, volume=True).shape
-    (3, 1, 2)
     """
     if volume and slice_index is not None:
         raise CCWSIMError(
@@ -118,26 +122,36 @@ def read_training_image(
     if isinstance(file, PictureFile):
         if volume:
             raise CCWSIMError(f"{file.name} is a picture with one layer; leave out volume=")
-        _check_known(file.name, file.unknown_note())
-        codes = picture_facies(file, threshold=threshold, classes=classes)
-        codes, names = codes if up else codes[::-1], None
+        note, codes = (
+            file.unknown_note(),
+            picture_facies(file, threshold=threshold, classes=classes),
+        )
+        known = None if file.known is None or file.known.all() else file.known
+        if not up:
+            codes, known = codes[::-1], None if known is None else known[::-1]
+        names = None
     else:
-        _check_known(file.name, file.unknown_note(values))
-        codes = classify(values, threshold=threshold, classes=classes, what=f"{file.name}, {key}")
+        note, known, what = file.unknown_note(values), file.known(values), f"{file.name}, {key}"
+        if not known.any():
+            raise CCWSIMError(f"{what}: no cell has a value; choose another variable or file")
+        some = values if known.all() else values[known]
+        some = classify(some, threshold=threshold, classes=classes, what=what)
+        codes, known = (some, None) if known.all() else (_filled(some, known), known)
         names = file.labels.get(key)
+    if note:
+        warnings.warn(f"{file.name}: {note}", stacklevel=2)
     codes = merge_facies(codes, merge) if merge else codes
-    codes = np.swapaxes(codes, -1, -2) if transpose else codes
     names = [names[code] for code in np.unique(codes)] if names else None
+    codes = codes if known is None else np.where(known, codes, np.nan)
+    codes = np.swapaxes(codes, -1, -2) if transpose else codes
     return TrainingImage(codes, name=name or Path(file.name).stem, facies_names=names)
 
 
-def _check_known(name: str, note: str) -> None:
-    """Raise an error if a note says that cells of a training image are unknown."""
-    if note:
-        raise CCWSIMError(
-            f"{name}: {note}; every cell of a training image must be known, so cut out a "
-            "piece without gaps (crop=)"
-        )
+def _filled(codes: NDArray[np.int64], known: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Return an image with `codes` in its known cells and a code that occurs in all others."""
+    filled = np.full(known.shape, codes[0])
+    filled[known] = codes
+    return filled
 
 
 def read_colours(path_or_file: PathOrFile, **answers: Any) -> dict[int, str]:
@@ -304,3 +318,148 @@ def _png(training_image: TrainingImage, colours: Sequence[str] | None) -> bytes:
     for code, rgb in zip(codes, colours_for(len(codes), colours), strict=True):
         palette[code] = "#" + rgb.tobytes().hex()
     return picture_as_bytes(training_image.array, len(palette), palette, are_codes=True)
+
+
+QUESTIONS = {
+    "part": ("every", "crop", "layers"),
+    "variable": ("variable",),
+    "shape": ("shape",),
+    "slice": ("volume", "slice_index", "z_up"),
+    "up": ("up",),
+    "gaps": ("crop",),
+    "values": ("threshold", "classes", "merge"),
+}
+"""Arguments of `read_training_image` that answer each question. The order of the questions matters,
+because later questions depend on earlier answers."""
+
+
+def guess_answers(
+    path_or_file: PathOrFile, answers: Mapping[str, Any] | None = None
+) -> tuple[dict[str, Any], tuple[str, ...]]:
+    """Guess the arguments needed to read a file as a training image, and list open questions.
+
+    Raises `CCWSIMError` for a file that cannot be opened, or answers that do not fit the file.
+
+    Parameters
+    ----------
+    path_or_file : str, Path or binary file
+    answers : mapping, optional
+        Known arguments of `read_training_image`, which are returned unchanged.
+
+    Returns
+    -------
+    answers : dict
+        The known arguments, and guesses for open questions: the first variable with codes, all
+        layers of a volume (with `volume=False` the middle slice), the shape nearest to a square,
+        the largest rectangle without gaps, the smallest `every` that keeps a picture within the
+        limit, Otsu's threshold for grey values, and one class per main colour of a picture.
+    asked : tuple of str
+        The keys of `QUESTIONS` that apply to this file, whether answered or not.
+
+    References
+    ----------
+    N. Otsu (1979), A threshold selection method from gray-level histograms. IEEE Transactions on
+    Systems, Man, and Cybernetics 9(1), 62-66.
+
+    Examples
+    --------
+    >>> from io import BytesIO
+    >>> guess_answers(BytesIO(b"2 2 1\\n1\\nporosity\\n0.1\\n0.12\\n0.3\\n0.31\\n"))
+    ({'threshold': 0.21}, ('values',))
+    """
+    known, asked = dict(answers or {}), []
+    try:
+        file, part = open_file(path_or_file), None
+    except TooManyCells as error:
+        asked.append("part")
+        shape, copies = error.grid()
+        if "every" not in known:  # the smallest with which the part is within the limit of cells
+            _, sides = FilePart.of_answers(known).box("the grid", shape)
+            known["every"] = thinning(sides, copies)
+        part = FilePart.of_answers(known)
+        how = {name: known.get(name) for name in ("shape", "up", "z_up")}
+        file = open_file(path_or_file, part, **how)
+    if isinstance(file, PictureFile):
+        if file.known is not None and "part" not in asked:
+            _ask_gaps(file.name, file.known if known.get("up") else file.known[::-1], known, asked)
+            file = open_file(path_or_file, FilePart.answered(known), up=known.get("up"))
+            assert isinstance(file, PictureFile)
+        if not file.says_codes and len(distinct_colours(file.rgb)[0]) > MAX_COLOURS:
+            asked.append("values")
+            if not {"threshold", "classes"} & set(known):
+                if is_grey(file.rgb, percent=99.0):
+                    known["threshold"] = otsu(grey_of(file.rgb))
+                else:
+                    known["classes"] = max(2, len(main_colours(file.rgb)))
+        return known, tuple(asked)
+    file = file if part else as_grid(file, known.get("shape"))
+    values = _layer(file, known, asked)
+    asked += ["up"] if file.asks_up else []
+    _ask_gaps(file.name, file.known(values), known, asked)
+    taken = values if part else FilePart(known.get("crop")).of(file.name, values)
+    taken = taken[file.known(taken)]
+    if taken.size and not are_codes(taken):
+        asked.append("values")
+        if not {"threshold", "classes"} & set(known):
+            known["threshold"] = otsu(taken)
+    return known, tuple(asked)
+
+
+def _layer(file: DataFile, known: dict[str, Any], asked: list[str]) -> NDArray:
+    """Guess variable, shape and layers (all without a slice); return values, row 0 at the south."""
+    names = list(file.variables)
+    liked = [name for name in names if name.lower() in PREFERRED]
+    if len(names) > 1 and len(liked) != 1:
+        asked.append("variable")
+        known.setdefault("variable", _likely_facies(file))
+    key = file.chosen(known.get("variable"), PREFERRED)
+    if file.is_table:
+        asked.append("shape")
+        n = len(file.variables[key])
+        ny = next(k for k in range(isqrt(n), 0, -1) if n % k == 0)  # the shape nearest to a square
+        known.setdefault("shape", (ny, n // ny))
+    grid = file.grid_of(key, known.get("shape"))
+    if len(grid) > 1 and 1 not in grid.shape[1:]:
+        asked.append("slice")
+        if known.get("volume", "slice_index" not in known):
+            known["volume"] = True
+            return file.oriented(grid, up=known.get("up"), volume=True)
+        known.setdefault("slice_index", len(grid) // 2)
+    return file.oriented(grid, up=known.get("up"), slice_index=known.get("slice_index"))
+
+
+def _ask_gaps(name: str, there: NDArray[np.bool_], known: dict[str, Any], asked: list[str]) -> None:
+    """Ask for a piece without unknown cells; `there` masks known cells, row 0 in the south."""
+    there = np.all(there, axis=0) if there.ndim == 3 else there  # a cropped piece keeps all layers
+    if there.all() or "part" in asked:
+        return
+    asked.append("gaps")
+    if "crop" not in known:
+        piece = largest_without_gaps(there)
+        if not piece[2]:
+            raise CCWSIMError(f"{name}: no cell has a value; choose another variable or slice")
+        known["crop"] = piece
+
+
+def _likely_facies(file: DataFile) -> str:
+    """Return the first variable with facies codes; if there is none, the first variable."""
+    for name, values in file.variables.items():
+        there = values[file.known(values)]
+        if there.size and are_codes(there) and there.min() != there.max():
+            return name
+    return next(iter(file.variables))
+
+
+def otsu(values: NDArray) -> float:
+    """Return the threshold that minimizes the variance within the two classes (Otsu's method)."""
+    low, high = float(values.min()), float(values.max())
+    counts, edges = np.histogram(values, bins=256, range=(low, high))
+    middles = (edges[:-1] + edges[1:]) / 2
+    below = np.cumsum(counts)[:-1]
+    above = values.size - below
+    sums = np.cumsum(counts * middles)
+    apart = sums[:-1] / np.maximum(below, 1) - (sums[-1] - sums[:-1]) / np.maximum(above, 1)
+    between = below.astype(float) * above * apart**2
+    # all thresholds between two neighbouring values are equally good
+    best = np.flatnonzero(between >= between.max() * (1 - 1e-12))
+    return float(f"{edges[1:-1][best].mean():.3g}")

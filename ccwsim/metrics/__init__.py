@@ -36,7 +36,17 @@ from ccwsim.metrics.connectivity import (
 )
 from ccwsim.metrics.copying import Copying, copying
 from ccwsim.metrics.data_fit import DataFit, ImageRank, fit_data, rank_images
-from ccwsim.metrics.diagnosis import Advice, Diagnosis, diagnose, templates_that_fit, warn_of_level
+from ccwsim.metrics.diagnosis import (
+    Advice,
+    Diagnosis,
+    Granulometry,
+    Spacing,
+    diagnose,
+    feature_spacing,
+    granulometry,
+    templates_that_fit,
+    warn_of_level,
+)
 from ccwsim.metrics.etype import (
     EType,
     entropy,
@@ -47,9 +57,7 @@ from ccwsim.metrics.etype import (
     proportions,
     vertical_proportions,
 )
-from ccwsim.metrics.features import Granulometry, Spacing, feature_spacing, granulometry
 from ccwsim.metrics.lags import STEPS, VERTICAL, Direction, axes_of
-from ccwsim.metrics.leave_out import LeaveOut, leave_out
 from ccwsim.metrics.measures import MEASURES, Measure, Measured, measure
 from ccwsim.metrics.patterns import (
     PatternHistogram,
@@ -64,9 +72,11 @@ from ccwsim.metrics.quality import Quality, differing_share, judge
 from ccwsim.metrics.reference import (
     Calibration,
     DataMatch,
+    LeaveOut,
     ReferenceScores,
     calibration,
     data_match,
+    leave_out,
     score_reference,
 )
 from ccwsim.metrics.reference_band import (
@@ -78,6 +88,7 @@ from ccwsim.metrics.reference_band import (
     fit_patterns,
     fit_proportions,
 )
+from ccwsim.metrics.soft_data import reliability, warn_of_probabilities
 from ccwsim.metrics.stationarity import QUARTERS, Stationarity, stationarity
 from ccwsim.metrics.variograms import (
     Transiograms,
@@ -164,6 +175,7 @@ __all__ = [
     "proportions",
     "pyramid_histograms",
     "rank_images",
+    "reliability",
     "score_reference",
     "stationarity",
     "templates_that_fit",
@@ -174,4 +186,5 @@ __all__ = [
     "variogram_map",
     "vertical_proportions",
     "warn_of_level",
+    "warn_of_probabilities",
 ]

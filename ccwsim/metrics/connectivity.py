@@ -217,10 +217,7 @@ def _checked_neighbours(shape: tuple[int, ...], neighbours: int | None) -> int:
 
 
 def _label(inside: NDArray[np.bool_], neighbours: int) -> tuple[NDArray[np.int32], int]:
-    """Label the connected sets of cells of a volume 1, 2, … in the order of their first cells.
-
-    Cells outside the mask have label 0. The second result is the number of sets.
-    """
+    """Label the connected sets of a volume 1, 2, …; also return their number."""
     from scipy import ndimage  # imported here because loading takes time
 
     cells = inside[0] if len(inside) == 1 else inside  # a single layer is labelled faster as a map
@@ -232,9 +229,9 @@ def _label(inside: NDArray[np.bool_], neighbours: int) -> tuple[NDArray[np.int32
 def _euler_number(inside: NDArray[np.bool_], neighbours: int) -> int:
     """Return geobodies − holes in a map, or geobodies − tunnels + cavities in a volume.
 
-    With 8 or 26 neighbours, the result is corners − edges + faces − cells of the union of cells.
-    With 4 or 6 neighbours, cells are points, and adjacent points span edges, faces and cubes. With
-    18 neighbours, a corner that only two opposite cells share counts twice.
+    With 8 or 26 neighbours, this is corners − edges + faces − cells of the union of cells. With 4
+    or 6, cells are points, and adjacent points span edges, faces and cubes. With 18 neighbours, a
+    corner that only two opposite cells share counts twice.
     """
     cells = np.pad(inside[0] if len(inside) == 1 else inside, 1)
     only_sides = _SHARED_AXES[neighbours] == 1

@@ -126,6 +126,9 @@ def fit_data(
 ) -> DataFit:
     """Judge whether hard data contradict a training image.
 
+    Raises `CCWSIMError` for data outside the grid or of an unknown facies, for fewer than 3 data,
+    and for n_null < 10.
+
     Parameters
     ----------
     image : TrainingImage
@@ -140,13 +143,6 @@ def fit_data(
         Parameters of the realizations; by default, a template of 32 cells if it fits.
     progress, cancel : callable, optional
         As of `simulate`.
-
-    Raises
-    ------
-    CCWSIMError
-        For data outside the grid or of an unknown facies, fewer than 3 data, or n_null < 10.
-    Cancelled
-        If `cancel` returned True.
 
     Examples
     --------
@@ -176,7 +172,8 @@ def fit_data(
     if progress:
         progress(0.5)
     at_data = (slice(None), *data.cells.T)
-    labels = _labels(image)
+    rank = np.argsort(np.argsort(-image.proportions, kind="stable"), kind="stable")
+    labels = np.minimum(rank, MAX_LABELS - 1).astype(np.uint8)  # the rarest facies share a label
     indices, n_labels = labels[image.indices], int(labels.max()) + 1
     sets = labels[np.vstack([study.facies_of_data[None], null.indices[at_data]])].astype(np.int64)
     assert null.sources is not None
@@ -225,7 +222,8 @@ def rank_images(
 ) -> tuple[ImageRank, ...]:
     """Rank training images by how well they predict each hard datum from its neighbours.
 
-    Nothing is simulated. Images without a facies of the data come last, with the score −∞.
+    Nothing is simulated. Images without a facies of the data come last, with the score −∞. Raises
+    `CCWSIMError` for no image, images of other dimensions than the data, or fewer than 3 data.
 
     Parameters
     ----------
@@ -239,11 +237,6 @@ def rank_images(
     -------
     tuple of ImageRank
         From the best to the worst.
-
-    Raises
-    ------
-    CCWSIMError
-        For no image, images of other dimensions than the data, or fewer than 3 data.
 
     Examples
     --------
@@ -292,14 +285,7 @@ def rank_images(
 
 
 def winner(ranks: Sequence[ImageRank]) -> TrainingImage | None:
-    """Return the image that predicts the data best, or None if the data do not tell it apart.
-
-    Examples
-    --------
-    >>> first, second = TrainingImage([[0, 1]]), TrainingImage([[1, 0]])
-    >>> winner([ImageRank(first, -0.4, 0.0, 300), ImageRank(second, -0.5, 1.2, 300)]) is None
-    True
-    """
+    """Return the image that predicts the data best, or None if the data do not tell it apart."""
     best, *others = ranks
     known = best.n >= MIN_RANKED and all(other.z > MIN_Z for other in others)
     return best.image if known else None
@@ -312,12 +298,6 @@ def _fitting(image: TrainingImage) -> Parameters:
     sizes = zip(*((t, t // 4, min(t // 8, 2)) for t in fitting), strict=True)
     along: dict[str, Any] = dict(zip(PER_AXIS, sizes, strict=True))
     return Parameters(**{name: n if len(n) > 1 else n[0] for name, n in along.items()})
-
-
-def _labels(image: TrainingImage) -> NDArray[np.uint8]:
-    """Return a label of each facies; facies beyond the `MAX_LABELS` − 1 most frequent share one."""
-    rank = np.argsort(np.argsort(-image.proportions, kind="stable"), kind="stable")
-    return np.minimum(rank, MAX_LABELS - 1).astype(np.uint8)
 
 
 def wells_of(cells: Ints) -> Ints:
@@ -349,8 +329,7 @@ class _Family(NamedTuple):
     def largest_difference(self) -> Floats:
         """Return each row's largest |z| against all other rows, shape (1 + n_null,).
 
-        The null repeats the chance that made the image what it is, the data do not. Differences
-        between halves of the image measure this chance.
+        Only the null repeats the chance that made the image; differences of its halves measure it.
         """
         n = len(self.sets) - 1
         centred = self.sets - self.sets.mean(axis=0)
@@ -483,10 +462,7 @@ class _Events:
             self._neighbours.append(nearest[np.isfinite(distance[nearest])])
 
     def log_probabilities(self, sets: Ints, sources: NDArray[np.int32]) -> tuple[Floats, Floats]:
-        """Return log P of the facies at the targets and its expectation, shape (sets, targets).
-
-        The first set has no sources, and each half counts for it; likewise cells without a source.
-        """
+        """Return log P at the targets and its expectation; each half counts for unknown sources."""
         along = np.unravel_index(np.maximum(sources, 0), self._shape)[self._axis]
         half_of = np.vstack([0 * sets[:1] - 1, np.where(sources < 0, -1, along >= self._middle)])
         found = np.empty((2, len(sets), len(self.targets)))
@@ -541,11 +517,7 @@ def _probabilities(counts: Floats) -> Floats:
 
 
 def _smoothing(cells: Ints, facies: Ints, n_facies: int) -> Floats:
-    """Return log P of each datum if the data of other wells are smoothed, shape (n,).
-
-    The ranges of the Gaussian kernel and the shrinkage to the proportions have the best log score
-    on the other four fifths of the wells.
-    """
+    """Return log P of each datum by the best smoothing of the data of other wells, shape (n,)."""
     groups = wells_of(cells)
     is_facies = np.eye(n_facies)[facies]
     squares = (cells[:, None] - cells[None]).astype(np.float32) ** 2

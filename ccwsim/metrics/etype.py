@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ccwsim.engine.kernels import kernel
 from ccwsim.jobs.workers import check_stop
 from ccwsim.metrics.stack import N_AXES, Codes, Images, as_stack, codes_or_places
-from ccwsim.model.arrays import MAX_INT, as_array, as_floats, as_integers
+from ccwsim.model.arrays import MAX_INT, as_array, as_floats, as_integers, ratio
 from ccwsim.model.errors import CCWSIMError
 
 CELLS_OF_ENTROPY = 1_000_000
@@ -29,8 +29,8 @@ def proportions(images: Images, codes: Codes | None = None) -> NDArray[np.float6
     """
     stack = as_stack(images, codes)
     n = stack.n_facies
-    counts = np.array([np.bincount(image.ravel(), minlength=n) for image in stack.indices])
-    return counts / stack.indices[0].size
+    counts = np.array([np.bincount(image.ravel(), minlength=n)[:n] for image in stack.indices])
+    return ratio(counts, counts.sum(axis=1, keepdims=True))
 
 
 def vertical_proportions(images: Images, codes: Codes | None = None) -> NDArray[np.float64]:
@@ -52,10 +52,13 @@ def vertical_proportions(images: Images, codes: Codes | None = None) -> NDArray[
             f"{len(stack)} maps of shape {stack.shape}"
         )
     n = stack.n_facies
-    counts = [
-        [np.bincount(layer.ravel(), minlength=n) for layer in volume] for volume in stack.indices
-    ]
-    return np.swapaxes(np.array(counts), 1, 2) / stack.indices[0, 0].size
+    counts = np.array(
+        [
+            [np.bincount(layer.ravel(), minlength=n)[:n] for layer in volume]
+            for volume in stack.indices
+        ]
+    )
+    return np.swapaxes(ratio(counts, counts.sum(axis=2, keepdims=True)), 1, 2)
 
 
 def proportion_quantiles(
@@ -169,10 +172,11 @@ def etype_of_counts(counts: NDArray[np.integer], codes: Codes | None = None) -> 
             f"{counts.shape}"
         )
     counts = as_integers(counts, "counts", 0, MAX_INT // counts.size)
-    n = int(counts.reshape(len(counts), -1)[:, 0].sum())
+    each = counts.sum(axis=0)  # 0 in inactive cells
+    n = int(each.max())
     if not n:
         raise CCWSIMError("no realization was counted yet; an E-type needs at least one")
-    return EType(counts / n, n, codes_or_places(codes, len(counts)))
+    return EType(ratio(counts, each), n, codes_or_places(codes, len(counts)))
 
 
 def entropy(probability: ArrayLike) -> NDArray[np.float64]:

@@ -52,12 +52,7 @@ def axes_of(shape: tuple[int, ...]) -> tuple[DirectionName, ...]:
 def lag_offsets(
     direction: Direction, lags: NDArray[np.integer], n_axes: int = 2
 ) -> NDArray[np.int64]:
-    """Return the offset (rows, columns) from x to x + h for each lag, shape (n_lags, 2).
-
-    Along a named direction or a pair (rows, columns), lags are numbers of steps. Along an azimuth,
-    lags are distances in cells, and offsets are rounded to whole cells. In volumes (`n_axes` = 3),
-    offsets are (layers, rows, columns); only "vertical" and triples change the layer.
-    """
+    """Return the offset (layers,) rows, columns from x to x + h of each lag."""
     if _is_azimuth(direction):
         angle = np.deg2rad(float(direction))
         offsets = np.rint(np.outer(lags, [np.cos(angle), np.sin(angle)])).astype(np.int64)
@@ -100,15 +95,6 @@ def max_lag(direction: Direction, *shapes: tuple[int, ...]) -> int:
     return min(MAX_LAG, int((halves[step > 0] // step[step > 0]).min()))
 
 
-def _as_lags(lags: Lags) -> NDArray[np.int64]:
-    """Return the lags as an array; a single number n means 0 … n."""
-    array = as_array(lags, "lags")
-    if array.dtype.kind not in "ui" or array.ndim > 1 or array.size == 0:
-        raise CCWSIMError(f"lags = {shown(lags)} must be whole numbers of steps, at least 0")
-    steps = as_integers(array, "lags", 0, MAX_STEPS)
-    return np.arange(int(steps) + 1) if array.ndim == 0 else steps
-
-
 def distinct_lags(
     direction: Direction, n_lags: int
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
@@ -122,20 +108,15 @@ def distinct_lags(
 def lags_within(
     shape: tuple[int, ...], direction: Direction, lags: Lags | None
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the lags as an array, and their offsets (layers, rows, columns), shape (n_lags, 3).
-
-    If `lags` is None, the lags are 0 … 100, or 0 up to the longest lag that fits the image. Raises
-    `CCWSIMError` for a given lag that is longer than the image.
-
-    Examples
-    --------
-    >>> lags_within((60, 80), "E-W", None)[0].max(), lags_within((5, 60, 80), "vertical", None)[0]
-    (np.int64(79), array([0, 1, 2, 3, 4]))
-    """
+    """Return the lags, by default as far as they fit up to 100, and their offsets, (n_lags, 3)."""
     if lags is None:
         steps = lags_that_fit(shape, direction, np.arange(MAX_LAG + 1))
     else:
-        steps = _as_lags(lags)
+        array = as_array(lags, "lags")
+        if array.dtype.kind not in "ui" or array.ndim > 1 or array.size == 0:
+            raise CCWSIMError(f"lags = {shown(lags)} must be whole numbers of steps, at least 0")
+        steps = as_integers(array, "lags", 0, MAX_STEPS)
+        steps = np.arange(int(steps) + 1) if array.ndim == 0 else steps
     offsets = lag_offsets(direction, steps, len(shape))
     far = np.flatnonzero((np.abs(offsets) >= shape).any(axis=1))
     if len(far):

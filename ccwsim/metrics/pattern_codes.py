@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import allocating_kernel, kernel, part_of_kernel
+from ccwsim.engine.stages.similarity import box_sums, summed_up
 from ccwsim.jobs.workers import check_stop
+from ccwsim.model.missing import UNKNOWN
 
 CELLS_OF_STRIP = 4_000_000
 """Number of cells whose patterns are counted at a time."""
@@ -19,16 +21,7 @@ MAX_TABLE = 2**20
 def count_patterns(
     volume: NDArray[np.uint8], n_facies: int, height: int, size: int
 ) -> tuple[NDArray[np.uint64], NDArray[np.int64]]:
-    """Return the sorted codes of the patterns of height × size × size cells, and their counts.
-
-    `PatternHistogram` explains the codes.
-
-    Examples
-    --------
-    >>> codes, counts = count_patterns(np.eye(3, dtype=np.uint8)[None], 2, 1, 2)
-    >>> codes, counts
-    (array([2, 4, 9], dtype=uint64), array([1, 1, 2]))
-    """
+    """Return the sorted codes of patterns (see `PatternHistogram`) and their counts."""
     n_cells = height * size * size
     if n_cells * np.log2(max(n_facies, 2)) < 64 and n_facies**n_cells <= MAX_TABLE:
         table = np.zeros(n_facies**n_cells, np.int64)
@@ -48,7 +41,10 @@ def count_patterns(
 def codes_in(
     volume: NDArray[np.uint8], n_facies: int, height: int, size: int
 ) -> Iterator[NDArray[np.uint64]]:
-    """Yield the codes of all patterns, for some layers and rows at a time to save memory."""
+    """Yield the codes of all patterns, for some layers and rows at a time to save memory.
+
+    Patterns with unknown cells are left out.
+    """
     fits = height * size * size * np.log2(max(n_facies, 2)) < 64
     nz, ny, nx = volume.shape
     n_layers = max(CELLS_OF_STRIP // (ny * nx), 1)
@@ -58,7 +54,13 @@ def codes_in(
         for first in range(0, ny - size + 1, n_rows):
             check_stop()
             some = np.ascontiguousarray(layers[:, first : first + n_rows + size - 1])
-            yield _pattern_codes(some, height, size, n_facies if fits else 0)
+            codes = _pattern_codes(some, height, size, n_facies if fits else 0)
+            if not (some == UNKNOWN).any():
+                yield codes
+                continue
+            cells = height, size, size
+            n_unknown = box_sums(summed_up((some == UNKNOWN).astype(int)), cells, (0, 0, 0), cells)
+            yield codes[n_unknown == 0]
 
 
 @part_of_kernel

@@ -103,7 +103,8 @@ def judge(ensemble: Ensemble, facies: int | None = None) -> Quality:
     tau = [_tau_error(ensemble, code, way) for way in axes_of(image.shape)]
     relative = proportions(ensemble) / image.proportions - 1
     worst = int(np.abs(relative.mean(axis=0)).argmax())
-    copied = _copied(ensemble)
+    sources = () if ensemble.sources is None else ensemble.sources
+    copied = np.array([copying(one, image.shape).largest_block for one in sources], float)
     return Quality(
         n=ensemble.n,
         pattern_distances=cast(tuple[float, float, float], tuple(each.mean(axis=0).tolist())),
@@ -127,13 +128,6 @@ def judge(ensemble: Ensemble, facies: int | None = None) -> Quality:
 def _spread(each: NDArray[np.floating]) -> float:
     """Return the standard deviation between realizations; NaN for fewer than two."""
     return float(each.std(ddof=1)) if len(each) > 1 else nan
-
-
-def _copied(ensemble: Ensemble) -> NDArray[np.float64]:
-    """Return the size in cells of each realization's largest copied piece; needs sources."""
-    sources = () if ensemble.sources is None else ensemble.sources
-    shape = ensemble.training_image.array.shape
-    return np.array([copying(one, shape).largest_block for one in sources], float)
 
 
 def differing_share(images: Images, codes: Codes | None = None) -> float:

@@ -316,11 +316,10 @@ def fit_values(
 ) -> Fit | None:
     """Compare m values of pieces of realizations with the values of crops of the training image.
 
-    `name` is a unique key of these values; its first entry is a key of `ERRORS`, unless `n_errors`
-    has the allowed differences. `values` takes a stack of n images and returns an array of shape
-    (n, m); `of_crops` does so for crops, by default `values`. `at`, `min_gap` and `min_spread`
-    become those of the `ReferenceBand`, and `one_sided` that of the `Fit`. The result is None if
-    the training image or the grid is too small for crops.
+    The first entry of the unique `name` is a key of `ERRORS`, unless `n_errors` has the allowed
+    differences. `values` maps a stack of n images to shape (n, m); `of_crops` does so for crops, by
+    default `values`. The other arguments are those of `ReferenceBand` and `Fit`. None if crops are
+    too small.
     """
     image = ensemble.training_image
     shape = crop_shape(image.shape, ensemble.grid.shape)

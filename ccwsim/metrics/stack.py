@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 from ccwsim.jobs.workers import Watch, check_stop, run_all
 from ccwsim.model.arrays import as_array, as_integers, codes_of, is_whole
 from ccwsim.model.bounds import MAX_FACIES
-from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.ensemble import Ensemble, codes_with_nan
 from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.missing import UNKNOWN
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.system.machine import n_cores
 
@@ -30,7 +31,8 @@ Fraction = Callable[[float], None]
 class Stack:
     """Images as facies indices, with the codes of all facies, including absent facies."""
 
-    indices: NDArray[np.uint8]  # shape (n, ny, nx), or (n, nz, ny, nx) for volumes
+    # shape (n, ny, nx), or (n, nz, ny, nx) for volumes; 255 in unknown and inactive cells
+    indices: NDArray[np.uint8]
     codes: NDArray[np.integer]  # shape (n_facies,): sorted
 
     def __len__(self) -> int:
@@ -75,11 +77,9 @@ Codes = ArrayLike
 
 
 def as_stack(images: Images, codes: Codes | None = None, n_axes: int = 2) -> Stack:
-    """Return images as a stack with the facies `codes`, by default all codes that occur.
+    """Return images as a stack; an array of three axes is a volume only if `n_axes` is 3.
 
-    An array with two axes is a map. An array with three axes is a stack of maps, or a volume if
-    `n_axes` is 3. An array with four axes is a stack of volumes.
-    Raises `CCWSIMError` for another shape or type, and for a cell whose code is not in `codes`.
+    Cells with NaN are unknown.
     """
     wanted = None if codes is None else checked_codes(codes)
     if isinstance(images, Stack):
@@ -89,14 +89,25 @@ def as_stack(images: Images, codes: Codes | None = None, n_axes: int = 2) -> Sta
     elif isinstance(images, TrainingImage):
         stack = Stack(images.indices[None], images.codes)
     else:
-        values = as_values(images, n_axes)
+        values, known = as_values(images, n_axes), None
+        if values.dtype.kind == "f":
+            known = ~np.isnan(values)
+            if not known.any():
+                raise CCWSIMError("images: no cell has a value; give facies codes")
+            values = np.where(known, values, values[known][0])
+            values = as_integers(values, "images")
         if wanted is None:  # a mask has both codes, even if none or all of its cells are set
             is_mask = getattr(images, "dtype", None) == np.bool_
             wanted = np.arange(2) if is_mask else _codes_in(values)
-        return Stack(_indices(values, wanted), wanted)
+        indices = _indices(values, wanted)
+        return Stack(indices if known is None else np.where(known, indices, UNKNOWN), wanted)
     if wanted is None or np.array_equal(wanted, stack.codes):
         return stack
-    return Stack(_indices(stack.codes[stack.indices], wanted), wanted)
+    places = np.full(256, UNKNOWN, np.uint8)
+    there = np.unique(stack.indices)
+    there = there[there != UNKNOWN]
+    places[there] = _indices(stack.codes[there], wanted)
+    return Stack(places[stack.indices], wanted)
 
 
 def as_image(image: Images, codes: Codes | None = None, n_axes: int = 2) -> Stack:
@@ -113,10 +124,14 @@ def as_image(image: Images, codes: Codes | None = None, n_axes: int = 2) -> Stac
     return stack
 
 
-def as_values(images: Images, n_axes: int = 2) -> NDArray[np.integer]:
-    """Return facies codes, shape (n, ny, nx) or (n, nz, ny, nx), or raise `CCWSIMError`."""
+def as_values(images: Images, n_axes: int = 2) -> NDArray:
+    """Return facies codes, shape (n, ny, nx) or (n, nz, ny, nx), or raise `CCWSIMError`.
+
+    If there are unknown cells, the codes are floating-point numbers with NaN in these cells.
+    """
     if isinstance(images, Stack):
-        return images.codes[images.indices]
+        has_unknown = bool((images.indices == UNKNOWN).any())
+        return codes_with_nan(images.codes, has_unknown)[images.indices]
     if isinstance(images, Ensemble):
         return images.realizations
     if isinstance(images, TrainingImage):
@@ -127,7 +142,8 @@ def as_values(images: Images, n_axes: int = 2) -> NDArray[np.integer]:
             f"images of shape (ny, nx), (n, ny, nx) or (n, nz, ny, nx) are needed, not "
             f"{array.shape}; give one image or a stack of realizations"
         )
-    if array.dtype.kind not in "bui":
+    has_gaps = array.dtype.kind == "f" and bool(np.isnan(array).any())
+    if array.dtype.kind not in "bui" and not has_gaps:
         raise CCWSIMError(
             f"images of whole numbers are needed, not of type {array.dtype}; give facies codes"
         )
@@ -200,10 +216,7 @@ def _indices(values: NDArray[np.integer], codes: NDArray[np.integer]) -> NDArray
 def in_pieces(
     function: Callable[[NDArray], NDArray], rows: NDArray, cells: int
 ) -> NDArray[np.integer]:
-    """Return function(rows), computed for some rows at a time so that a user can cancel.
-
-    For each row, `function` reads `cells` cells and returns one row.
-    """
+    """Return function(rows), some rows (each `cells` cells) at a time so that a user can cancel."""
     at_once = max(CELLS_A_PIECE // max(cells, 1), 1)
     if len(rows) <= at_once:
         return function(rows)

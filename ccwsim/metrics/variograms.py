@@ -22,6 +22,7 @@ from ccwsim.metrics.stack import (
 from ccwsim.model.arrays import check_int, ratio
 from ccwsim.model.bounds import MAX_LAG
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.missing import UNKNOWN
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,13 +65,18 @@ def variogram(
     steps, offsets = lags_within(stack.shape, direction, lags)
     index = stack.index_of(facies)
 
-    def one(k: int) -> NDArray[np.integer]:
-        inside = (stack.volume(k) == index).view(np.uint8)
-        return in_pieces(lambda some: _count_unequal(inside, some), offsets, inside.size)
+    def one(k: int) -> NDArray[np.floating]:
+        cells, n = stack.volume(k), stack.n_facies
+        if (cells == UNKNOWN).any():
+            pairs = _known_transitions(cells, n, offsets)
+            own = pairs[:, index].sum(axis=1) + pairs[:, :, index].sum(axis=1)
+            return ratio(own - 2 * pairs[:, index, index], 2 * pairs.sum(axis=(1, 2)))
+        inside = (cells == index).view(np.uint8)
+        unequal = in_pieces(lambda some: _count_unequal(inside, some), offsets, inside.size)
+        return unequal / (2 * count_pairs(stack.shape, offsets))
 
-    unequal = map_parallel(one, len(stack), progress)
-    shares = np.mean(stack.indices == index, axis=tuple(range(1, stack.indices.ndim)))
-    gamma = np.array(unequal) / (2 * count_pairs(stack.shape, offsets))
+    gamma = np.array(map_parallel(one, len(stack), progress), np.float64)
+    shares = np.array([np.mean(i == index, where=i != UNKNOWN) for i in stack.indices])
     return Variogram(steps, gamma, shares * (1 - shares))
 
 
@@ -92,13 +98,14 @@ def variogram_map(
     reach = int(lags[-1])
 
     def one(k: int) -> NDArray[np.float64]:
-        inside = stack.indices[k] == index
-        near = _overlap_sums(inside, reach)
-        return near + near[::-1, ::-1] - 2 * _product_sums(inside, inside, reach)
+        inside, known = stack.indices[k] == index, stack.indices[k] != UNKNOWN
+        near, n_pairs = _overlap_sums(inside, reach), _overlap_sums(known, reach)
+        if not known.all():
+            near, n_pairs = (_product_sums(part, known, reach) for part in (inside, known))
+        squares = near + near[::-1, ::-1] - 2 * _product_sums(inside, inside, reach)
+        return ratio(squares, 2 * n_pairs)
 
-    squares = np.array(map_parallel(one, len(stack), progress))
-    n_pairs = _overlap_sums(np.ones(stack.shape), reach)
-    return VariogramMap(lags, squares / (2 * n_pairs))
+    return VariogramMap(lags, np.array(map_parallel(one, len(stack), progress)))
 
 
 @allocating_kernel
@@ -152,7 +159,7 @@ def transiograms(
     stack = as_stack(images, codes)
     steps, offsets = lags_within(stack.shape, direction, lags)
     counted = map_parallel(
-        lambda k: _count_transitions(stack.volume(k), stack.n_facies, offsets),
+        lambda k: _known_transitions(stack.volume(k), stack.n_facies, offsets),
         len(stack),
         progress,
     )
@@ -183,11 +190,20 @@ def transition_map(
     first, second = stack.index_of(tail, "tail"), stack.index_of(head, "head")
 
     def one(k: int) -> NDArray[np.float64]:
-        start = stack.indices[k] == first
+        start, known = stack.indices[k] == first, stack.indices[k] != UNKNOWN
         pairs = _product_sums(start, stack.indices[k] == second, reach)
-        return ratio(pairs, _overlap_sums(start, reach))
+        tails = _overlap_sums(start, reach) if known.all() else _product_sums(start, known, reach)
+        return ratio(pairs, tails)
 
     return np.array(map_parallel(one, len(stack), progress))
+
+
+def _known_transitions(
+    volume: NDArray[np.uint8], n_facies: int, offsets: NDArray[np.int64]
+) -> NDArray[np.int64]:
+    """Return `_count_transitions` of the pairs of known cells."""
+    with_unknown = np.minimum(volume, n_facies)
+    return _count_transitions(with_unknown, n_facies + 1, offsets)[:, :n_facies, :n_facies]
 
 
 @allocating_kernel

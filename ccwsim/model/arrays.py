@@ -1,8 +1,8 @@
-"""Checks, conversions and hashes of arrays."""
+"""Checks, conversions and hashes of arrays, also of arrays on disk and with named axes."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from hashlib import blake2b
 from typing import Any, TypeAlias, TypeGuard
 
@@ -10,8 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.model.errors import CCWSIMError, shown
-from ccwsim.model.labelled_arrays import is_labelled, oriented_values
-from ccwsim.model.lazy_stack import LazyStack
 
 Shape: TypeAlias = tuple[int, ...]
 """Shape of a map or a volume; typed `Any` because some functions accept only maps."""
@@ -27,20 +25,14 @@ def describe_shape(shape: Sequence[int]) -> str:
 
 
 def listing(words: Iterable[str]) -> str:
-    """Return words joined by commas and "and".
-
-    Examples
-    --------
-    >>> listing(["x"]), listing("xy"), listing("xyz")
-    ('x', 'x and y', 'x, y and z')
-    """
+    """Return words joined by commas and "and"."""
     *some, last = words
     return f"{', '.join(some)} and {last}" if some else last
 
 
 def as_array(values: ArrayLike, what: str) -> NDArray:
     """Return `values` as an array, or raise `CCWSIMError`."""
-    if is_labelled(values):
+    if hasattr(values, "dims") and hasattr(values, "coords"):  # a DataArray names its axes
         values = oriented_values(values)
     if np.ma.is_masked(values):
         raise CCWSIMError(
@@ -64,42 +56,44 @@ def as_floats(values: ArrayLike, what: str) -> NDArray[np.float64]:
 
 
 def is_table(data: Any) -> bool:
-    """Return whether data are columns with names: a DataFrame, dict or structured array.
-
-    Examples
-    --------
-    >>> is_table({"x": [1.0], "facies": [0]}), is_table([[1.0, 0]])
-    (True, False)
-    """
+    """Return whether data are columns with names: a DataFrame, dict or structured array."""
     structured = getattr(getattr(data, "dtype", None), "names", None)
     return hasattr(data, "columns") or isinstance(data, Mapping) or bool(structured)
 
 
 def is_whole(value: object) -> TypeGuard[int]:
-    """Return whether a value is an integer; True and False are not integers.
-
-    Examples
-    --------
-    >>> is_whole(np.uint8(3)), is_whole(3.0), is_whole(True)
-    (True, False, False)
-    """
+    """Return whether a value is an integer; True and False are not integers."""
     return isinstance(value, (int, np.integer)) and not isinstance(value, bool)
 
 
 def check_int(name: str, value: object, low: int, high: int | None = None) -> int:
-    """Return an integer from `low` to `high`, or raise `CCWSIMError`.
-
-    Examples
-    --------
-    >>> check_int("size", 4, 1, 8)
-    4
-    """
+    """Return an integer from `low` to `high`, or raise `CCWSIMError`."""
     high = MAX_INT if high is None else high
     if is_whole(value) and low <= value <= high:
         return int(value)
     too_large = is_whole(value) and value > high
     bounds = f", at least {low}" if high == MAX_INT and not too_large else f" from {low} to {high}"
     raise CCWSIMError(f"{name} = {shown(value)} must be a whole number{bounds}")
+
+
+def check_number(
+    name: str, value: object, low: float, high: float, open_below: bool = False
+) -> float:
+    """Return a number from `low` (or above it, if `open_below`) to `high`, or raise `CCWSIMError`.
+
+    Examples
+    --------
+    >>> check_number("share", 1, 0.0, 1.0)
+    1.0
+    """
+    is_number = isinstance(value, (int, float, np.integer, np.floating))
+    in_range = is_number and low <= value <= high and not (open_below and value == low)
+    if not in_range or isinstance(value, bool):
+        above = "more than" if open_below else "from"
+        raise CCWSIMError(
+            f"{name} = {shown(value)} must be a number {above} {low:g}, up to {high:g}"
+        )
+    return float(value)  # type: ignore[arg-type]
 
 
 def check_callable(name: str, value: object) -> None:
@@ -117,14 +111,8 @@ def as_integers(
 ) -> NDArray[np.int64]:
     """Return `values` as int64; raise `CCWSIMError` for no integer, or one outside low … high.
 
-    All arrays of integers from outside are converted here, because a cast would turn an unsigned
-    or floating-point value that int64 cannot hold into another value. Values within 1e-3 of an
-    integer are rounded because MATLAB files have codes such as 0.9999.
-
-    Examples
-    --------
-    >>> as_integers([0.9999, 3], "codes"), as_integers(np.array([7], np.uint64), "numbers", 0)
-    (array([1, 3]), array([7]))
+    A cast would turn values that int64 cannot hold into others. Values within 1e-3 of an integer
+    are rounded because MATLAB files have codes such as 0.9999.
     """
     array = as_array(values, what)
     if array.dtype.kind not in "buif":
@@ -159,13 +147,7 @@ def codes_of(integers: NDArray[np.int64]) -> NDArray[np.int64]:
 def ratio(
     numerators: NDArray, denominators: NDArray, otherwise: ArrayLike = np.nan
 ) -> NDArray[np.float64]:
-    """Return numerators / denominators, or `otherwise` if a denominator is not positive.
-
-    Examples
-    --------
-    >>> ratio(np.array([1, 2]), np.array([2, 0]))
-    array([0.5, nan])
-    """
+    """Return numerators / denominators, or `otherwise` if a denominator is not positive."""
     shape = np.broadcast_shapes(numerators.shape, denominators.shape)
     quotients = np.full(shape, otherwise, dtype=float)
     return np.divide(numerators, denominators, out=quotients, where=denominators > 0)
@@ -210,3 +192,98 @@ def digest(*parts: object) -> str:
         else:
             sums.update(repr(part).encode())
     return sums.hexdigest()
+
+
+class LazyStack:
+    """A stack of facies codes on disk that behaves like an array of facies indices."""
+
+    dtype = np.dtype(np.uint8)
+
+    def __init__(self, stack: NDArray[np.integer], codes: NDArray[np.integer]) -> None:
+        self.stack = stack
+        self._codes = codes
+        self.shape, self.ndim, self.size = stack.shape, stack.ndim, stack.size
+        self.nbytes = stack.size
+
+    def __len__(self) -> int:
+        return len(self.stack)
+
+    def __getitem__(self, which: Any) -> NDArray[np.uint8]:
+        part = np.asarray(self.stack[which])
+        indices = np.zeros(part.shape, np.uint8)
+        for k, code in enumerate(self._codes):  # searchsorted would need eight bytes per cell
+            np.copyto(indices, k, where=part == code)
+        return indices
+
+    def __iter__(self) -> Iterator[NDArray[np.uint8]]:
+        return (self[k] for k in range(len(self)))
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray:
+        return self[:].astype(dtype or self.dtype, copy=False)
+
+    def copy(self) -> NDArray[np.uint8]:
+        """Return all indices as an array in memory."""
+        return self[:]
+
+
+AXIS_NAMES = {
+    "x": ("x", "easting", "east", "lon", "longitude", "i", "column", "col", "xc", "x1"),
+    "y": ("y", "northing", "north", "lat", "latitude", "j", "row", "yc", "y1"),
+    "z": ("z", "elevation", "height", "altitude", "layer", "k", "level", "lev", "zc", "band"),
+}
+"""Usual names of axes along x, y and z, in lower case."""
+
+
+def oriented_values(array: Any) -> NDArray:
+    """Return the values of a DataArray as (z,) y, x, each axis ascending."""
+    names = _axes(array)
+    array = array.squeeze([d for d in array.dims if array.sizes[d] == 1 and d not in names[:2]])
+    order = list(reversed(_axes(array)))
+    values = np.asarray(array.transpose(*order).values)
+    for axis, name in enumerate(order):
+        coordinates = _coordinates(array, name)
+        if coordinates is not None and len(coordinates) > 1 and coordinates[0] > coordinates[-1]:
+            values = np.flip(values, axis)
+    return values
+
+
+def labelled_axes(array: Any) -> list[tuple[float, float]]:
+    """Return cell size and origin along x, y (and z) of a DataArray."""
+    names = _axes(array)
+    names = [name for name in names if name in names[:2] or array.sizes[name] > 1]
+    return [_cells_along(array, name) for name in names]
+
+
+def _axes(array: Any) -> list[Any]:
+    """Return the names of the axes in the order x, y, z and others."""
+    known: dict[str, Any] = {}
+    for name in array.dims:
+        attributes = array.coords[name].attrs if name in array.coords else {}
+        said = str(attributes.get("axis", "")).lower()
+        kind = next((k for k, words in AXIS_NAMES.items() if str(name).lower() in words), said)
+        if kind in AXIS_NAMES and kind not in known:
+            known[kind] = name
+    rest = [name for name in reversed(array.dims) if name not in known.values()]
+    for kind in AXIS_NAMES:
+        if kind not in known and rest:
+            known[kind] = rest.pop(0)
+    return [known[kind] for kind in AXIS_NAMES if kind in known] + rest
+
+
+def _coordinates(array: Any, name: Any) -> NDArray[np.float64] | None:
+    values = np.asarray(array.coords[name].values) if name in array.coords else np.empty(0)
+    return values.astype(np.float64) if values.size and values.dtype.kind in "iuf" else None
+
+
+def _cells_along(array: Any, name: Any) -> tuple[float, float]:
+    coordinates = _coordinates(array, name)
+    if coordinates is None or len(coordinates) < 2:
+        return 1.0, 0.0 if coordinates is None else float(coordinates[0]) - 0.5
+    steps = np.diff(np.sort(coordinates))
+    size = float(np.median(steps))
+    if size <= 0 or np.abs(steps - size).max() > 1e-3 * size:
+        raise CCWSIMError(
+            f"the coordinates along {name} are not equally spaced; interpolate to a regular grid"
+        )
+    size = float(f"{(coordinates.max() - coordinates.min()) / (len(coordinates) - 1):.12g}")
+    return size, float(coordinates.min()) - size / 2

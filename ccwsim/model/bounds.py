@@ -34,6 +34,11 @@ MAX_TEMPLATE_VARIATION = 0.5
 MAX_LOCATION_WEIGHT = 10.0
 """Maximum location weight; at this weight, distant locations are hardly ever chosen."""
 
+MAX_AUXILIARY_WEIGHT = 10.0
+"""Maximum weight of an auxiliary variable, as of a location."""
+MAX_SOFT_WEIGHT = 5.0
+"""Maximum strength of probabilities; at this strength, overlaps hardly count."""
+
 PARAMETERS: dict[str, tuple[float, float]] = {
     "template_size": (MIN_TEMPLATE, MAX_TEMPLATE),
     "overlap_size": (1, MAX_OVERLAP),

@@ -72,25 +72,7 @@ def classify(
 
 
 def merge_facies(codes: NDArray[np.int64], merge: Merge) -> NDArray[np.int64]:
-    """Return facies codes in which some facies are merged with others.
-
-    Parameters
-    ----------
-    codes : ndarray of integers
-    merge : mapping, or pairs, of int to int or None
-        The new code of each merged facies. With None, each of its cells takes the code of the
-        nearest cell of another facies that is not merged in this way.
-
-    Raises
-    ------
-    CCWSIMError
-        If `merge` names a code that does not occur, or no facies would be left.
-
-    Examples
-    --------
-    >>> merge_facies(np.array([[0, 2, 2, 9, 5, 5]]), {2: 0, 9: None})
-    array([[0, 0, 0, 0, 5, 5]])
-    """
+    """Return facies codes with some facies merged; None takes the nearest cell of a kept facies."""
     try:
         changed = {int(code): None if to is None else int(to) for code, to in dict(merge).items()}
     except (TypeError, ValueError, OverflowError):
@@ -142,13 +124,7 @@ def class_edges(values: ArrayLike, n: int) -> NDArray[np.float64]:
 
 
 def are_codes(values: NDArray) -> bool:
-    """Return whether values are integers with at most `MAX_CODES` distinct values.
-
-    Examples
-    --------
-    >>> are_codes(np.array([0, 0.9999, 2])), are_codes(np.array([0.1, 0.2]))
-    (True, False)
-    """
+    """Return whether values are integers with at most `MAX_CODES` distinct values."""
     seen = np.empty(0, np.int64)
     flat = values.ravel()
     for start in range(0, flat.size, 2**20):

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, overload
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from ccwsim.model.arrays import AXES, describe_shape, digest, is_whole, listing, readonly
+from ccwsim.model.arrays import AXES, LazyStack, describe_shape, digest, is_whole, listing, readonly
 from ccwsim.model.backends import notebook
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
-from ccwsim.model.lazy_stack import LazyStack
 from ccwsim.model.parameters import Parameters
+from ccwsim.model.secondary import Secondary
 from ccwsim.model.training_image import TrainingImage
 
 if TYPE_CHECKING:
@@ -39,8 +39,8 @@ class Ensemble:
     hard_data: HardData
     seed: int
     indices: NDArray[np.uint8]
-    """Indices of the facies in `training_image.codes`, shape (n, ny, nx) or (n, nz, ny, nx).
-    Realizations that `simulate` wrote to disk are read on access."""
+    """Indices of the facies in `training_image.codes`, shape (n, ny, nx) or (n, nz, ny, nx); 255 in
+    inactive cells. Realizations that `simulate` wrote to disk are read on access."""
     cpu_seconds: NDArray[np.float64]
     """CPU time of each realization in seconds, shape (n,)."""
     wall_seconds: float
@@ -56,6 +56,8 @@ class Ensemble:
     were forced or set by seam repair. None if `simulate` was called without `keep_sources`."""
     revised: bool = False
     """Whether `revise` adapted the ensemble to edited data; the seed then cannot reproduce it."""
+    secondary: Secondary | None = None
+    """Probabilities, auxiliary variables and active cells, as arrays of the grid."""
 
     def __post_init__(self) -> None:
         for name in ("indices", "cpu_seconds", "data_status", "numbers", "sources"):
@@ -101,13 +103,26 @@ class Ensemble:
 
     @cached_property
     def realizations(self) -> NDArray[np.integer]:
-        """The realizations as facies codes, read-only, in the shape of `indices`."""
-        codes = self.training_image.codes
+        """The realizations as facies codes, read-only, in the shape of `indices`.
+
+        With inactive cells, the codes are floating-point numbers, and inactive cells have NaN.
+        """
+        codes = codes_with_nan(self.training_image.codes, self.active is not None)
         if isinstance(self.indices, LazyStack):
             return self.indices.stack
-        if np.array_equal(codes, np.arange(len(codes))):
+        if self.active is None and np.array_equal(codes, np.arange(len(codes))):
             return self.indices
         return readonly(codes[self.indices])
+
+    @property
+    def active(self) -> NDArray[np.bool_] | None:
+        """The active cells, shape of the grid; None if all cells are active."""
+        return self.secondary.active if self.secondary else None
+
+    @property
+    def n_active(self) -> int:
+        """Number of active cells."""
+        return self.grid.n_cells if self.active is None else int(np.count_nonzero(self.active))
 
     @cached_property
     def n_mismatched(self) -> NDArray[np.int64]:
@@ -139,19 +154,21 @@ class Ensemble:
         """Proportion of each facies in each realization, shape (n, n_facies)."""
         facies = range(self.training_image.n_facies)
         counts = [np.count_nonzero(r == k) for r in self.indices for k in facies]
-        shares = np.array(counts).reshape(-1, len(facies)) / self.grid.n_cells
+        shares = np.array(counts).reshape(-1, len(facies)) / self.n_active
         return readonly(shares)
 
-    def probability(self, code: int) -> NDArray[np.float64]:
+    def probability(self, code: int | str) -> NDArray[np.float64]:
         """Return the E-type of a facies: the share of realizations with that facies in each cell.
 
-        Raises `CCWSIMError` for an unknown facies.
+        The facies is given by code or name; inactive cells have NaN. Raises `CCWSIMError` for an
+        unknown facies.
         """
         index = self.training_image.index_of(code)
         counts = np.zeros(self.grid.shape, np.int64)
         for realization in self.indices:  # one at a time because realizations may be on disk
             counts += realization == index
-        return counts / self.n
+        shares = counts / self.n
+        return shares if self.active is None else np.where(self.active, shares, np.nan)
 
     @cached_property
     def digest(self) -> str:
@@ -250,6 +267,15 @@ def concatenate(ensembles: Iterable[Ensemble]) -> Ensemble:
     )
 
 
+def codes_with_nan(codes: NDArray[np.integer], has_unknown: bool) -> NDArray:
+    """Return a table of codes by facies index, with NaN for unknown cells if there are any."""
+    if not has_unknown:
+        return codes
+    table = np.full(256, np.nan)
+    table[: len(codes)] = codes
+    return table
+
+
 def _study(ensemble: Ensemble) -> dict[str, object]:
     """Return everything that must be equal in parts of one ensemble, by name."""
     return {
@@ -258,5 +284,6 @@ def _study(ensemble: Ensemble) -> dict[str, object]:
         "parameters": ensemble.parameters,
         "hard data": ensemble.hard_data,
         "seed": ensemble.seed,
+        "secondary information": ensemble.secondary and ensemble.secondary.digest,
         "revision of data": ensemble.revised,
     }

@@ -24,13 +24,7 @@ _SHORT.maxtuple = _SHORT.maxlist = 10
 
 
 def shown(value: object) -> str:
-    """Return the `repr` of a value for a message, shortened and on one line.
-
-    Examples
-    --------
-    >>> shown("sand"), shown((3, 4)), shown(10**5000), len(shown("a" * 10**6))
-    ("'sand'", '(3, 4)', 'a value of type int', 80)
-    """
+    """Return the `repr` of a value for a message, shortened and on one line."""
     if isinstance(value, (bytes, bytearray)):
         value = bytes(value[:60])
     try:

@@ -241,15 +241,7 @@ _CRS = re.compile(
 
 
 def fault_of_crs(crs: object) -> str:
-    """Return the reason why a text cannot be a coordinate system; empty if it can be one.
-
-    Only the form is checked, because the codes that exist are known only to programs like GDAL.
-
-    Examples
-    --------
-    >>> fault_of_crs("EPSG:32632"), fault_of_crs("UTM 32")
-    ('', 'is not a coordinate system; give a code such as EPSG:32632, or WKT')
-    """
+    """Return why a text does not have the form of a coordinate system; empty if it has."""
     text = crs if isinstance(crs, str) else ""
     if len(text) > MAX_CRS_LETTERS:
         return f"has {len(text)} letters; a coordinate system has at most {MAX_CRS_LETTERS}"

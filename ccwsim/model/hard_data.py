@@ -94,8 +94,6 @@ class HardData:
         >>> grid = Grid(2, 3, cell_size=(10.0, 10.0))
         >>> HardData.of([[np.nan, 1, np.nan], [np.nan, np.nan, 0]], grid).triples
         ((0, 1, 1), (1, 2, 0))
-        >>> HardData.of({"Easting": [15.0], "Northing": [5.0], "Lithology": [1]}, grid).triples
-        ((0, 1, 1),)
         >>> image = TrainingImage([[0, 1]], facies_names=("mud", "sand"))
         >>> HardData.of(([[1, 2]], ["Sand"]), grid, image).triples
         ((1, 2, 1),)

@@ -7,6 +7,8 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+UNKNOWN = 255
+"""Facies index of a cell without a facies: not simulated yet, inactive, or unknown in an image."""
 CUSTOMARY_CODES = (
     *(-99.0, -999.0, -999.25, -9999.0, -99999.0, -997799.0, -9977799.0),
     *(-1e21, -1e30, 1e30, 1.70141e38, -3.4028235e38, 3.4028235e38, 9.96921e36),
@@ -18,15 +20,7 @@ values of 32 bits, but state the code with more digits."""
 
 
 def known_values(values: NDArray, stated: Iterable[float] = ()) -> NDArray[np.bool_]:
-    """Return a mask of `values` that are neither NaN nor a code for a missing value.
-
-    `stated` are codes besides `CUSTOMARY_CODES`.
-
-    Examples
-    --------
-    >>> known_values(np.array([0.0, np.nan, -9999.0, -1.0]), [-1.0])
-    array([ True, False, False, False])
-    """
+    """Return a mask of `values` that are neither NaN nor a `stated` or customary missing code."""
     known = ~np.isnan(values) if values.dtype.kind == "f" else np.ones(values.shape, bool)
     for code in _codes_in_range(values, stated):
         known &= ~_stand_for(code, values)
@@ -34,13 +28,7 @@ def known_values(values: NDArray, stated: Iterable[float] = ()) -> NDArray[np.bo
 
 
 def unknown_note(values: NDArray, stated: Iterable[float] = ()) -> str:
-    """Return a sentence about the cells without a value; empty if there is none.
-
-    Examples
-    --------
-    >>> unknown_note(np.array([0, 1, -9999]))
-    '1 of 3 cells have no value (-9999 means unknown)'
-    """
+    """Return a sentence about the cells without a value; empty if there is none."""
     n = int(np.count_nonzero(~known_values(values, stated)))
     if not n:
         return ""

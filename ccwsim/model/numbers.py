@@ -9,13 +9,7 @@ THREE_DIGITS = 999.5
 
 
 def plural(n: int, noun: str) -> str:
-    """Return a count and its noun, singular or plural.
-
-    Examples
-    --------
-    >>> plural(1, "cell"), plural(3, "cell")
-    ('1 cell', '3 cells')
-    """
+    """Return a count and its noun, singular or plural."""
     return f"{n} {noun}" if n == 1 else f"{n} {noun}s"
 
 
@@ -29,12 +23,6 @@ def three_digits(value: float) -> str:
 
 
 def seconds(value: float) -> str:
-    """Return a time with its unit.
-
-    Examples
-    --------
-    >>> seconds(0.0123), seconds(0.9997), seconds(75.0)
-    ('12.3 ms', '1 s', '75 s')
-    """
+    """Return a time with its unit."""
     in_ms = value < THREE_DIGITS / 1000
     return f"{three_digits(1000 * value)} ms" if in_ms else f"{three_digits(value)} s"

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
+from pathlib import Path
 from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 
-from ccwsim.model.arrays import AXES, check_int, digest, listing
+from ccwsim.model.arrays import AXES, check_int, check_number, digest, listing
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE, PARAMETERS
 from ccwsim.model.errors import CCWSIMError, shown
 
@@ -24,63 +26,9 @@ CHOICES = {"method": METHODS, "similarity": SIMILARITIES}
 PER_AXIS = ("template_size", "overlap_size", "wavelet_level")
 """Parameters with one integer for all axes or, in a volume, three integers along z, y and x.
 `location_weight`, which is not an integer, can also have three numbers."""
-MEANINGS = {
-    "template_size": "Side of the square patches in cells. Larger patches preserve long shapes, "
-    "but fewer templates fit into the training image, so larger pieces of it are copied.",
-    "overlap_size": "Width of the overlap of neighbouring patches, in cells. A wider overlap joins "
-    "shapes better and takes longer.",
-    "wavelet_level": "Number of times that the Haar wavelet halves the resolution before overlaps "
-    "are compared. A higher level is faster and coarser; level 0 compares single cells. For "
-    "ms-ccsim: number of times that the images are coarsened.",
-    "n_candidates": "Number of best locations from which the patch is drawn at random. In the "
-    "published method, K = 1 copies large pieces of the training image; a larger K copies less but "
-    "fits less well. By default, a location may have at most 8 wrong cells more than the best "
-    "location (more with wide overlaps) and, in maps, must not merely continue the image. K then "
-    "has little effect, but in volumes K = 1 copies more than K = 20. Near hard data the limit is "
-    "6 cells, so often only one or two locations remain, and K has little effect.",
-    "method": "ccwsim searches wavelet coefficients; ccsim searches single cells (level 0); "
-    "ms-ccsim searches a coarsened image, then refines the locations scale by scale.",
-    "similarity": "Score that compares overlap and training image: the sum of squared differences "
-    "(the smallest is best), as in the authors' code, or the plain cross-correlation of the paper "
-    "(the largest is best).",
-    "search_fraction": "Share of the locations that are searched for a fit to hard data, beginning "
-    "with the best overlap. A smaller share gives better overlaps; a larger share honours more "
-    "data in the raster pass.",
-    "co_template": "Distance ahead on the path, in template sizes, within which hard data count; "
-    "1 counts only data in the patch.",
-    "random_path": "Start each realization in a random corner and along a random axis (8 ways). "
-    "The first patch begins a random distance before the grid. Off: always start in the "
-    "south-west, along rows.",
-    "template_variation": "Use a random template size for each realization, smaller or larger than "
-    "T by at most this share.",
-    "match_proportions": "Prefer candidates that bring the facies proportions closer to the "
-    "training image. All realizations then have nearly equal proportions. Off: proportions vary as "
-    "much between realizations as between equal-sized pieces of the image; hard data bring the "
-    "proportions closer to those of the data.",
-    "published_draw": "Draw patches as in the published method: the first patch begins at the "
-    "corner of the grid, any of the K best locations may be drawn, and proportions are not "
-    "controlled. Off: the first patch begins a random distance before the grid; locations that fit "
-    "much worse than the best or merely continue the image are excluded; without data, two "
-    "locations are drawn and the better one is used.",
-    "repair_seams": "Change single cells and re-simulate windows if patches are joined in ways "
-    "absent from the training image, such as steps in a boundary or dead ends of channels. Switch "
-    "seam repair off for the published method. If hard data are not honoured exactly, nothing is "
-    "repaired.",
-    "location_weight": "Strength of the preference for patches from the corresponding location in "
-    "the training image, for images that change from one end to the other. At 1, a location at the "
-    "other end counts as much as a mismatch in every cell of the overlap; at 0, patches may come "
-    "from anywhere. In a volume, a weight only along z keeps only a vertical trend.",
-    "refine": "Shift each drawn patch by up to 2^level − 1 cells to the location that fits best at "
-    "full resolution. The shift closes breaks caused by a coarse level.",
-    "exact_data": "Honour every datum at full resolution. Off, as in the published CCWSIM code: "
-    "data are used only in the search on the coarse grid, and mismatches are not corrected.",
-}
-
-
-def _parameter(default: Any, symbol: str, matlab: str, allowed: str) -> Any:
-    """Return a dataclass field with the symbol in the paper and the name in the authors' code."""
-    about = {"symbol": symbol, "matlab": matlab, "allowed": allowed}
-    return field(default=default, metadata=about)
+_FILE = Path(__file__).parents[1] / "assets" / "parameters.toml"
+_ABOUT = tomllib.loads(_FILE.read_text("utf-8"))
+"""Symbol in the paper, name in the authors' code, range and meaning of each parameter."""
 
 
 class Lengths(NamedTuple):
@@ -92,13 +40,7 @@ class Lengths(NamedTuple):
 
 
 def describe_weight(weight: Weight) -> str:
-    """Return a location weight as text.
-
-    Examples
-    --------
-    >>> describe_weight(0.5), describe_weight((2, 0, 0)), describe_weight((1, 0.5, 0.5))
-    ('0.5', '2 along z', '1 along z, 0.5 along y and 0.5 along x')
-    """
+    """Return a location weight as text, such as "2 along z"."""
     if not isinstance(weight, tuple):
         return f"{weight:g}"
     along = [f"{w:g} along {axis}" for axis, w in zip("zyx", weight, strict=True) if w]
@@ -108,22 +50,22 @@ def describe_weight(weight: Weight) -> str:
 @dataclass(frozen=True)
 class Parameters:
     # For maps, the first three and location_weight are numbers; for volumes they may be triples.
-    template_size: PerAxis = _parameter(32, "T", "T", "4 … 1024, a multiple of 2^level")
-    overlap_size: PerAxis = _parameter(8, "OR", "OL", "1 … template / 2, a multiple of 2^level")
-    wavelet_level: PerAxis = _parameter(2, "J", "level", "0 … 6")
-    n_candidates: int = _parameter(20, "K", "cand", "1 or more")
-    method: Method = _parameter("ccwsim", "", "", "ccwsim, ccsim, ms-ccsim")
-    similarity: Similarity = _parameter("ssd", "CCW", "", "ssd, correlation")
-    search_fraction: float = _parameter(0.1, "", "prop", "more than 0, up to 1")
-    co_template: int = _parameter(2, "CT", "CT", "1 … 4")
-    random_path: bool = _parameter(True, "", "mrp", "yes, no")
-    template_variation: float = _parameter(0.0, "", "T_vibration", "0 … 0.5")
-    match_proportions: bool = _parameter(False, "", "fc", "yes, no")
-    published_draw: bool = _parameter(False, "", "", "yes, no")
-    repair_seams: bool = _parameter(True, "", "", "yes, no")
-    location_weight: Weight = _parameter(0.0, "", "", "0 … 10")
-    refine: bool = _parameter(True, "", "", "yes, no")
-    exact_data: bool = _parameter(True, "", "", "yes, no")
+    template_size: PerAxis = 32
+    overlap_size: PerAxis = 8
+    wavelet_level: PerAxis = 2
+    n_candidates: int = 20
+    method: Method = "ccwsim"
+    similarity: Similarity = "ssd"
+    search_fraction: float = 0.1
+    co_template: int = 2
+    random_path: bool = True
+    template_variation: float = 0.0
+    match_proportions: bool = False
+    published_draw: bool = False
+    repair_seams: bool = True
+    location_weight: Weight = 0.0
+    refine: bool = True
+    exact_data: bool = True
 
     def __post_init__(self) -> None:
         for each in fields(self):
@@ -200,7 +142,7 @@ class Parameters:
 def parameter_table() -> list[dict[str, str]]:
     """Return one row for each parameter: name, symbol, matlab, allowed, default and meaning."""
     return [
-        {"name": f.name, **f.metadata, "default": str(f.default), "meaning": MEANINGS[f.name]}
+        {"name": f.name, "symbol": "", "matlab": "", "default": str(f.default)} | _ABOUT[f.name]
         for f in fields(Parameters)
     ]
 
@@ -237,15 +179,7 @@ def _checked_number(name: str, value: Any, low: float, high: float) -> Any:
     """Return a value between two limits: an int if both limits are ints, otherwise a float."""
     if isinstance(low, int) and isinstance(high, int):
         return check_int(name, value, low, high)
-    open_below = name == "search_fraction"
-    is_number = isinstance(value, (int, float, np.integer, np.floating))
-    in_range = is_number and low <= value <= high and not (open_below and value == low)
-    if not in_range or isinstance(value, bool):
-        above = "more than" if open_below else "from"
-        raise CCWSIMError(
-            f"{name} = {shown(value)} must be a number {above} {low:g}, up to {high:g}"
-        )
-    return float(value)
+    return check_number(name, value, low, high, open_below=name == "search_fraction")
 
 
 def _triple(size: PerAxis) -> tuple[int, int, int]:
@@ -302,20 +236,14 @@ _DOCUMENTATION = """All parameters of a simulation, checked when the object is m
 For a volume template_size, overlap_size and wavelet_level may each be three
 numbers, along z, y and x; one number applies to all axes. Volumes are often thin, so a
 template along z may have only 1 cell (overlap 0), or 2 or 3 cells (overlap 0 or 1).
+Raises `CCWSIMError` for a value that is not allowed; the message suggests other values.
 
 Parameters
 ----------
 {}
 
-Raises
-------
-CCWSIMError
-    If a value is not allowed; the message suggests other values.
-
 Examples
 --------
->>> Parameters(template_size=48, overlap_size=8).step
-40
 >>> Parameters((16, 48, 48), (4, 8, 8), wavelet_level=(1, 2, 2)).step
 (12, 40, 40)"""
 Parameters.__doc__ = _documented()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -13,15 +13,17 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import PER_AXIS, Lengths, Parameters, legal_sizes
+from ccwsim.model.secondary import Secondary
 from ccwsim.model.training_image import TrainingImage
 
 
 @dataclass(frozen=True, eq=False)
 class Study:
-    """Training image, grid, parameters, hard data and seed of a simulation.
+    """Training image, grid, parameters, hard data, seed and secondary information of a simulation.
 
-    Raises `CCWSIMError` for data outside the grid or of an unknown facies, for a template larger
-    than the training image, and for a map combined with a volume. The message suggests a remedy.
+    Hard data in inactive cells are moved to `inactive_data`. Raises `CCWSIMError` for data outside
+    the grid or of an unknown facies, for a template larger than the training image, and for a map
+    combined with a volume. The message suggests a remedy.
 
     Examples
     --------
@@ -34,6 +36,8 @@ class Study:
     parameters: Parameters = field(default_factory=Parameters)
     hard_data: HardData = field(default_factory=HardData)
     seed: int = 0
+    secondary: Secondary | None = None
+    inactive_data: HardData = field(init=False, default_factory=HardData)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "seed", check_int("seed", self.seed, 0))
@@ -49,10 +53,53 @@ class Study:
         _check_dimensions(self.training_image, self.grid)
         self.hard_data.check(self.grid, self.training_image)
         _check_template(self.training_image, self.parameters)
+        _check_gaps(self.training_image, self.parameters)
         # Cells index the grid, so empty hard data get as many coordinates as the grid has axes.
         if self.hard_data.n_dimensions != self.grid.n_dimensions:
             none = HardData(np.empty((0, self.grid.n_dimensions)), ())
             object.__setattr__(self, "hard_data", none)
+        if self.secondary is not None:
+            if not isinstance(self.secondary, Secondary):
+                given = type(self.secondary).__name__
+                raise CCWSIMError(f"secondary: a Secondary is needed, not a {given}")
+            secondary = self.secondary.fitted(self.grid, self.training_image)
+            object.__setattr__(self, "secondary", None if secondary.is_empty else secondary)
+            self._set_inactive_data_aside()
+
+    def _set_inactive_data_aside(self) -> None:
+        if self.active is None or not self.hard_data.n:
+            return
+        data = self.hard_data
+        inside = self.active[tuple(data.cells.T)]
+        for name, which in (("inactive_data", ~inside), ("hard_data", inside)):
+            some = HardData(data.cells[which], data.facies[which])
+            object.__setattr__(self, name, some)
+
+    @property
+    def active(self) -> NDArray[np.bool_] | None:
+        """The active cells, shape of the grid; None if all cells are active."""
+        return self.secondary.active if self.secondary else None
+
+    def around_active(self) -> tuple[Study, tuple[slice, ...]]:
+        """Return the study of the smallest grid that contains all active cells, and its cells.
+
+        A `location_weight` needs the whole grid.
+        """
+        everything = tuple(slice(None) for _ in self.grid.shape)
+        if self.active is None or self.secondary is None or max(self.parameters.location_weights):
+            return self, everything
+        used = [
+            np.flatnonzero(self.active.any(axis=tuple(np.delete(range(self.active.ndim), a))))
+            for a in range(self.active.ndim)
+        ]
+        part = tuple(slice(int(k[0]), int(k[-1]) + 1) for k in used)
+        cells = self.hard_data.cells - np.array([k.start for k in part])
+        return replace(
+            self,
+            grid=Grid.of(tuple(k.stop - k.start for k in part)),
+            hard_data=HardData(cells, self.hard_data.facies),
+            secondary=self.secondary.cropped(part),
+        ), part
 
     @cached_property
     def facies_of_data(self) -> NDArray[np.uint8]:
@@ -92,6 +139,26 @@ def _check_template(training_image: TrainingImage, p: Parameters) -> None:
     raise CCWSIMError(
         f"{what} is larger than the training image of {describe_shape(shape)}: use {advice}"
     )
+
+
+def _check_gaps(training_image: TrainingImage, p: Parameters) -> None:
+    """Raise an error if each patch of the image contains unknown cells."""
+    if training_image.known is None:
+        return
+    unknown, lengths = (~training_image.known).astype(np.int32), p.along(training_image.shape)
+    for axis, (t, j) in enumerate(
+        [*zip(lengths.template, lengths.level, strict=True)][-unknown.ndim :]
+    ):
+        wide = min(t + 2 * (2**j - 1), unknown.shape[axis])  # refinement shifts a patch
+        total = np.cumsum(np.insert(unknown, 0, 0, axis), axis)
+        n = total.shape[axis] - wide
+        unknown = np.take(total, range(wide, wide + n), axis) - np.take(total, range(n), axis)
+    if (unknown > 0).all():
+        size = describe_shape(lengths.template[-training_image.n_dimensions :])
+        raise CCWSIMError(
+            f"no piece of the training image of {size} cells is known completely: use a smaller "
+            "template or a lower level, or fill the gaps"
+        )
 
 
 def _smaller(p: Parameters, lengths: Lengths, shape: tuple[int, ...]) -> str:

@@ -25,7 +25,7 @@ from ccwsim.model.backends import notebook
 from ccwsim.model.bounds import MAX_FACIES
 from ccwsim.model.classes import Classes, classify
 from ccwsim.model.errors import CCWSIMError, shown
-from ccwsim.model.missing import unknown_note
+from ccwsim.model.missing import UNKNOWN, known_values
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
@@ -39,13 +39,15 @@ class TrainingImage:
 
     Facies are at most 254 integer codes, whose order has no meaning. Images with equal codes and
     facies names are equal. Raises `CCWSIMError` for too many codes, a wrong number of dimensions,
-    no cells, or a code that is not an integer.
+    no cells, or a code that is not an integer. Cells with NaN, and masked cells, are unknown: no
+    patch contains them, and statistics ignore them.
 
     Parameters
     ----------
     array : array_like, shape (ny, nx) or (nz, ny, nx)
         Facies codes; row 0 is at the south, layer 0 at the bottom. A volume of one layer stays a
-        volume. The array is stored read-only, in the smallest integer type for its codes.
+        volume. The array is stored read-only, in the smallest integer type for its codes, or as
+        float64 with NaN if some cells are unknown.
     name : str
         Name on screen and in files.
     facies_names : sequence of str, optional
@@ -56,7 +58,9 @@ class TrainingImage:
     codes : ndarray, shape (n_facies,)
         The codes that occur, sorted.
     indices : ndarray of uint8, shape of `array`
-        Index in `codes` of each cell's code.
+        Index in `codes` of each cell's code; 255 in unknown cells.
+    known : ndarray of bool, shape of `array`, or None
+        Cells whose facies is known; None if all cells are known.
 
     Examples
     --------
@@ -70,22 +74,31 @@ class TrainingImage:
     def __init__(
         self, array: ArrayLike, *, name: str = "", facies_names: Sequence[str] | None = None
     ) -> None:
-        raw = as_array(array, "training image")
+        raw, known = _values_and_known(array)
         if raw.ndim not in (2, 3) or raw.size == 0:
             raise CCWSIMError(
                 f"training image: an array of shape (ny, nx) or (nz, ny, nx) is needed, "
                 f"not {raw.shape}"
             )
-        integers = as_integers(raw, "training image", remedy=_CONTINUOUS)
-        codes = codes_of(integers)
+        if known is None:
+            integers = as_integers(raw, "training image", remedy=_CONTINUOUS)
+            codes = codes_of(integers)
+        else:
+            some = as_integers(raw[known], "training image", remedy=_CONTINUOUS)
+            codes = codes_of(some)
+            integers = np.full(raw.shape, some[0])
+            integers[known] = some
         if len(codes) > MAX_FACIES:
             raise CCWSIMError(
                 f"training image: {len(codes)} different codes look like a continuous variable; "
                 f"{_CONTINUOUS}"
             )
-        self.array = frozen(smallest_integers(integers))
-        self.codes = frozen(codes.astype(self.array.dtype))
-        self.indices = frozen(_indices_in(codes, integers))
+        array, indices = smallest_integers(integers), _indices_in(codes, integers)
+        self.codes = frozen(codes.astype(array.dtype))
+        if known is not None:
+            array, indices = np.where(known, integers, np.nan), np.where(known, indices, UNKNOWN)
+        self.array, self.indices = frozen(array), frozen(indices.astype(np.uint8))
+        self.known = known
         if not isinstance(name, str):
             raise CCWSIMError(f"name = {shown(name)} must be a text")
         self.name = name
@@ -121,8 +134,9 @@ class TrainingImage:
     ) -> TrainingImage:
         """Make a training image from facies codes, or from values of a continuous variable.
 
-        Raises `CCWSIMError` for continuous values without classes, and for unknown cells: NaN, a
-        masked cell, or a customary code such as −9999 (unless `classes` is "codes").
+        Cells with NaN, masked cells, and cells with a customary code such as −9999 (unless
+        `classes` is "codes") are unknown. Raises `CCWSIMError` for continuous values without
+        classes.
 
         Parameters
         ----------
@@ -143,15 +157,16 @@ class TrainingImage:
         array([[0, 1, 1],
                [0, 0, 1]], dtype=uint8)
         """
-        array = as_array(values, "training image")
+        array, known = _values_and_known(values)
         if array.dtype.kind in "iuf" and (classes is None or not isinstance(classes, str)):
-            note = unknown_note(array)
-            if note:
-                raise CCWSIMError(
-                    f"training image: {note}; every cell must be known, so cut out a piece without "
-                    "gaps"
-                )
-        codes = classify(array, threshold=threshold, classes=classes, what="training image")
+            stated = known_values(array)
+            known = stated & known if known is not None else None if stated.all() else stated
+        some = array if known is None else array[known]
+        codes = classify(some, threshold=threshold, classes=classes, what="training image")
+        if known is not None:
+            full = np.full(array.shape, np.nan)
+            full[known] = codes
+            codes = full
         return cls(codes, name=name, facies_names=facies_names)
 
     def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray:
@@ -195,7 +210,8 @@ class TrainingImage:
     @cached_property
     def proportions(self) -> NDArray[np.float64]:
         """Share of the cells of each facies, in the order of `codes`."""
-        return np.bincount(self.indices.ravel(), minlength=self.n_facies) / self.indices.size
+        counts = np.bincount(self.indices.ravel(), minlength=self.n_facies)[: self.n_facies]
+        return counts / counts.sum()
 
     @cached_property
     def disorder(self) -> float:
@@ -209,7 +225,9 @@ class TrainingImage:
         by_chance = 1 - float(np.square(self.proportions).sum())
         if by_chance == 0 or self.shape[-1] == 1:
             return 0.0
-        differ = float(np.mean(self.indices[..., 1:] != self.indices[..., :-1]))
+        left, right = self.indices[..., :-1], self.indices[..., 1:]
+        pairs = True if self.known is None else (left != UNKNOWN) & (right != UNKNOWN)
+        differ = float(np.mean(left != right, where=pairs))
         return min(max(2 * differ / by_chance - 1, 0.0), 1.0)
 
     @cached_property
@@ -217,11 +235,19 @@ class TrainingImage:
         """Hash of the content, equal for equal images."""
         return digest(self.array.shape, self.codes.tolist(), self.indices)
 
-    def index_of(self, code: int) -> int:
-        """Return the index of `code` in `codes`.
+    def index_of(self, code: int | str) -> int:
+        """Return the index in `codes` of a facies, given by code or name (in any case).
 
         Raises `CCWSIMError` for an unknown facies.
         """
+        if isinstance(code, str):
+            names = [name.casefold() for name in self.facies_names]
+            if names.count(code.casefold()) == 1:
+                return names.index(code.casefold())
+            raise CCWSIMError(
+                f"facies {shown(code)} is not in the training image, which has "
+                f"{', '.join(self.facies_names)}"
+            )
         indices = np.flatnonzero(self.codes == code) if is_whole(code) else np.empty(0, int)
         if not len(indices):
             there = ", ".join(map(str, self.codes))
@@ -240,6 +266,24 @@ class TrainingImage:
     def __repr__(self) -> str:
         name, size = self.name or "unnamed", describe_shape(self.shape)
         return f"TrainingImage({name!r}, {size}, {self.n_facies} facies)"
+
+
+def _values_and_known(values: ArrayLike) -> tuple[NDArray, NDArray[np.bool_] | None]:
+    """Return values as an array, and which of them are known; None if all are.
+
+    Raises `CCWSIMError` if no value is known.
+    """
+    mask = None
+    if isinstance(values, np.ma.MaskedArray) and np.ma.is_masked(values):
+        mask, values = np.ma.getmaskarray(values), values.data
+    array = as_array(values, "training image")
+    missing = np.isnan(array) if array.dtype.kind == "f" else np.zeros(array.shape, bool)
+    missing = missing if mask is None else missing | mask
+    if not missing.any():
+        return array, None
+    if missing.all():
+        raise CCWSIMError("training image: no cell has a value; give facies codes")
+    return array, frozen(~missing)
 
 
 def _indices_in(codes: NDArray[np.int64], integers: NDArray[np.int64]) -> NDArray[np.uint8]:

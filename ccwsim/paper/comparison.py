@@ -18,7 +18,7 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.numbers import seconds
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.paper import methods, verdicts
-from ccwsim.paper.experiment import ExperimentRun, Outcome
+from ccwsim.paper.experiment import IMAGES, TEXTS, ExperimentRun, Outcome, said
 from ccwsim.paper.methods import DEFAULT, SETTINGS, TITLES
 from ccwsim.paper.published_times import TABLE_1
 from ccwsim.paper.verdicts import percent
@@ -38,21 +38,15 @@ WHOSE = ("ours", "exact", "default")
 
 
 class Case(NamedTuple):
-    """Realizations of one method at one wavelet level, with their measures.
-
-    `whose` is "ours" (our engine with published settings), "exact" (our engine, all data honoured),
-    "default" (see `methods.DEFAULT_WORDS`) or "published" (the authors' code). `distances` and
-    `tau` are results of `methods.mean_distances` and `methods.relative_tau`; `wrong` is the share
-    of the data that are not honoured.
-    """
+    """Realizations of one method at one wavelet level, with their measures."""
 
     method: str
     level: int
-    whose: str
+    whose: str  # "ours" (published settings), "exact", "default" or "published" (authors' code)
     images: NDArray[np.uint8]
     distances: NDArray[np.float64]
     tau: dict[int, float]
-    wrong: float
+    wrong: float  # share of the data that are not honoured
 
     @property
     def name(self) -> str:
@@ -135,8 +129,7 @@ def sampled_data(run: ExperimentRun) -> Outcome:
     ]
     charts = [methods.connectivity_chart(stacks, image, lags) for stacks in (exact, rough)]
     curves = Row(tuple(charts), methods.caption_of_cases(e))
-    words = Text(methods.DEFAULT_WORDS, quiet=True)
-    blocks = (*maps, curves, _table_of_cases(study, side), words)
+    blocks = (*maps, curves, _table_of_cases(study, side), methods.DEFAULT_WORDS)
     run.step()
     judgements = (*_methods(study), *_against_published(study), *_in_search_only(study))
     return Outcome(blocks, judgements)
@@ -159,10 +152,7 @@ def _table_of_cases(study: Sampled, side: int) -> Table:
         tau = (f"{v:.2f}" for v in case.tau.values())
         counts = str(len(case.images)), percent(case.wrong)
         rows.append((case.name, *counts, distances, *tau))
-    caption = (
-        f"{study.data.n} data on {side} × {side} cells. Pattern distance: Jensen–Shannon "
-        "divergence (bits) from the training image; τ E–W relative to it."
-    )
+    caption = said("cases", n=study.data.n, side=side)
     header = ("realizations", "n", "data wrong", "pattern distance 1, 1/2, 1/3", *at)
     return Table(header, tuple(rows), caption)
 
@@ -243,9 +233,8 @@ def stone_wall(run: ExperimentRun) -> Outcome:
     run.step()
     theirs = (case.wrong for case in study.of("published") if case.method == "ccwsim")
     honoured = verdicts.of_data(study.cases[0].wrong, data.n, next(theirs, None))
-    words = Text(methods.DEFAULT_WORDS, quiet=True)
     maps = Row((first, *pictures[:2])), Row(tuple(pictures[2:]))
-    return Outcome((*maps, table, words), (*_patterns(study), honoured))
+    return Outcome((*maps, table, methods.DEFAULT_WORDS), (*_patterns(study), honoured))
 
 
 def _patterns(study: Sampled) -> Iterator[Judgement]:
@@ -269,38 +258,21 @@ def _patterns(study: Sampled) -> Iterator[Judgement]:
         yield verdicts.judged(claim, found, word)
 
 
-STUDIES = {
-    ("channel", 256): (
-        "CCWSIM_channel256_uncond_L2",
-        "MS-CCSIM_channel256_uncond_L2",
-        "DeeSse_channel256_uncond",
-        "SNESIM_MPSLIB_channel256_uncond",
-    ),
-    ("stone wall", 200): ("CCWSIM_stonewall200_uncond_L2", "MS-CCSIM_stonewall200_uncond_L2"),
-}
-"""Published realizations of ANODI's studies, by training image and side of the grid in cells."""
-
-
 def variability(run: ExperimentRun) -> Outcome:
     """Run CCWSIM and MS-CCSIM on each image, and compare both with the published codes."""
-    run.expect(5 * len(STUDIES))
+    run.expect(5 * len(TABLE_1))
     blocks: list[Block] = []
     charts: list[Chart] = []
     judgements: list[Judgement] = []
-    for (image, full_side), files in STUDIES.items():
-        side = run.extent.side(full_side)
-        found = _distances(run, image, side, files)
+    for image in TABLE_1:
+        side = run.extent.side(IMAGES[image]["anodi_side"])
+        found = _distances(run, image, side, IMAGES[image]["anodi_published"])
         title = f"{image} image, {side} × {side} cells, level {ANODI_LEVEL}, no data"
         blocks.append(_anodi_table(found, title))
         blocks.append(_table_1(found, image))
         charts.append(_mds(found, image))
         judgements += _anodi_judgements(found, image)
-    remark = (
-        "The paper uses 8 × 8 patterns at three resolutions. This run counts all 4 × 4 patterns, "
-        "because nearly every 8 × 8 pattern occurs once. Ratios of two methods can be compared "
-        "with the paper's; divergences cannot."
-    )
-    words = Text(remark, quiet=True), Text(methods.DEFAULT_WORDS, quiet=True)
+    words = Text(TEXTS["patterns"], quiet=True), methods.DEFAULT_WORDS
     caption = (
         f"Grids as in the tables, no hard data; level {ANODI_LEVEL}, {SETTINGS}; "
         f"{run.extent.n_anodi} realizations of each of our methods, seed {run.seed}."
@@ -308,7 +280,7 @@ def variability(run: ExperimentRun) -> Outcome:
     return Outcome((*blocks, Row(tuple(charts), caption), *words), tuple(judgements))
 
 
-def _distances(run: ExperimentRun, image_name: str, side: int, files: tuple[str, ...]) -> Anodi:
+def _distances(run: ExperimentRun, image_name: str, side: int, files: list[str]) -> Anodi:
     image, n = run.inputs.image(image_name), run.extent.n_anodi
     stacks: dict[str, NDArray] = {}
     for default, method in product((False, True), METHODS):
@@ -335,11 +307,7 @@ def _anodi_table(found: Anodi, title: str) -> Table:
         rows.append((name, str(n), *each, by_resolution, f"{r:.2f}"))
     at = (f"{what}, at 1, 1/2, 1/3" for what in ("between", "within"))
     header = ("method", "n", *at, "ratio of CCWSIM to this method", "r")
-    caption = (
-        f"{title[:1].upper()}{title[1:]}. Mean Jensen–Shannon divergence (bits) between "
-        "realizations, and from the training image (within). On the right: between / within of our "
-        "CCWSIM, divided by the method's ratio, at each resolution and as weighted sum r."
-    )
+    caption = said("anodi", title=title[:1].upper() + title[1:])
     return Table(header, tuple(rows), caption)
 
 
@@ -352,10 +320,7 @@ def _table_1(found: Anodi, image: str) -> Table:
         each = (_each(row[a] / row[b]) for row in (found.between, found.within))
         rows.append((who, *each, f"{found.relative(name, other)[2]:.2f}"))
     header = ("CCWSIM relative to MS-CCSIM", "between", "within", "r")
-    caption = (
-        f"Table 1 · {image} image. Ratios at three resolutions, full resolution first; r = Σ w · "
-        "between / within. If r > 1, CCWSIM is more varied relative to its distance to the image."
-    )
+    caption = said("table_1", image=image)
     return Table(header, tuple(rows), caption)
 
 

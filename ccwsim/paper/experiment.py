@@ -1,18 +1,137 @@
-"""Classes that describe an experiment of the paper: its extent, its run and its outcome."""
+"""Experiments of the paper: texts, inputs (the authors' or bundled files), runs and outcomes."""
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from importlib.resources import files
+from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim import datasets
+from ccwsim.datasets.catalogue import reference_field
+from ccwsim.datasets.sampling import sample_random
+from ccwsim.io import read_hard_data, read_training_image
 from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.errors import Cancelled
+from ccwsim.model.errors import Cancelled, CCWSIMError
+from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.paper.inputs import PaperInputs
 from ccwsim.report.document import Block, Judgement
 from ccwsim.run.simulation import simulate
+
+TEXTS = tomllib.loads(files("ccwsim.paper").joinpath("texts.toml").read_text("utf-8"))
+"""Texts of the report and its experiments, images, and sources of published times."""
+IMAGES = TEXTS["images"]
+"""Files, hard data and published results of each image of the paper."""
+
+
+def said(text: str, /, **values: object) -> str:
+    """Return a sentence of the report, with `values` filled in."""
+    return TEXTS["said"][text].format(**values)
+
+
+@dataclass(frozen=True)
+class PaperInputs:
+    """Training images, hard data and published realizations in a folder."""
+
+    folder: Path | None = None  # folder with `paper` and `reference`; None for bundled images
+
+    def image(self, name: str) -> TrainingImage:
+        """Return the training image "channel", "stone wall" or "three facies"."""
+        about = IMAGES[name]
+        path = self._file(f"paper/{about['file']}.npy")
+        if path is None:
+            return datasets.load(about["bundled"])
+        found = read_training_image(path)
+        names = about["facies"] if len(about["facies"]) == found.n_facies else None
+        return TrainingImage(found.array, name=f"{name} (authors')", facies_names=names)
+
+    def describe(self, name: str) -> str:
+        """Return a phrase that says which image is used for one of the paper's images."""
+        if self.is_own(name):
+            return f"the authors' {name} training image"
+        return (
+            f"our bundled image “{IMAGES[name]['bundled']}” in place of the authors' {name} image"
+        )
+
+    def is_own(self, name: str) -> bool:
+        """Return whether the authors' file of this image is available."""
+        return self._file(f"paper/{IMAGES[name]['file']}.npy") is not None
+
+    def data(self, name: str, n: int, shape: tuple[int, int]) -> HardData:
+        """Return about `n` data: of the authors inside the grid, or equally dense bundled data."""
+        stem = IMAGES[name]["data"][str(n)]
+        ny, nx = map(int, stem.rsplit("grid", 1)[1].split("x"))
+        path = self._file(f"{stem}.csv") if self.is_own(name) else None
+        if path is not None:
+            return inside(read_hard_data(path, Grid(ny, nx)), shape)
+        share = shape[0] * shape[1] / (ny * nx)
+        truth = reference_field(IMAGES[name]["bundled"], shape).array
+        return sample_random(truth, max(round(n * share), 1), seed=n)
+
+    def dense_reference(self, shape: tuple[int, int]) -> tuple[HardData, TrainingImage]:
+        """Return dense data and the image from which they were sampled, cut to a grid shape."""
+        about = IMAGES["channel"]
+        path = self._file(f"{about['dense_reference']}.npy") if self.is_own("channel") else None
+        if path is not None and self._file(f"{about['data']['4000']}.csv") is not None:
+            truth = read_training_image(path).array
+        else:
+            truth = reference_field(about["bundled"], shape).array
+        truth = truth[: shape[0], : shape[1]]
+        return self.data("channel", 4000, (truth.shape[0], truth.shape[1])), TrainingImage(truth)
+
+    def published(self, name: str, image: TrainingImage) -> NDArray[np.uint8] | None:
+        """Return the realizations of a published code as facies indices, or None if unavailable."""
+        path = self._file(f"reference/{name}.npz")
+        if path is None:
+            return None
+        try:
+            with np.load(path, allow_pickle=False) as saved:
+                codes = saved["r"]
+        except (OSError, ValueError, KeyError) as error:
+            raise CCWSIMError(
+                f"{path}: the file must contain realizations named r; remove it or write it again "
+                f"({error})"
+            ) from error
+        if codes.ndim != 3 or not np.isin(codes, image.codes).all():
+            raise CCWSIMError(
+                f"{path}: the file must contain an array (n, ny, nx) with the image's facies"
+            )
+        return np.searchsorted(image.codes, codes).astype(np.uint8)
+
+    def _file(self, relative: str) -> Path | None:
+        if self.folder is None:
+            return None
+        path = self.folder / relative
+        return path if path.is_file() else None
+
+
+def inputs_in(folder: str | Path | None) -> PaperInputs:
+    """Return the inputs of a folder (also of its folder `paper`), or the bundled inputs."""
+    if folder is None:
+        return PaperInputs()
+    given = Path(folder)
+    if not given.is_dir():
+        raise CCWSIMError(f"{folder}: no such folder; give none to use the bundled images")
+    for candidate in (given, given.parent):
+        found = PaperInputs(candidate.resolve())
+        if any(found.is_own(name) for name in IMAGES):
+            return found
+    raise CCWSIMError(
+        f"{folder}: no file paper/{IMAGES['channel']['file']}.npy; give the folder that contains "
+        "the folders paper and reference, or give no folder to use the bundled images"
+    )
+
+
+def inside(data: HardData, shape: tuple[int, int]) -> HardData:
+    """Return the data whose cells are inside a grid of this shape."""
+    kept = (data.cells < shape).all(axis=1)
+    return HardData(data.cells[kept], data.facies[kept])
 
 
 @dataclass(frozen=True)

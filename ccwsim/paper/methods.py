@@ -15,8 +15,8 @@ from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.paper.experiment import ExperimentRun
-from ccwsim.report.document import Chart, Picture
+from ccwsim.paper.experiment import TEXTS, ExperimentRun
+from ccwsim.report.document import Chart, Picture, Text
 from ccwsim.report.pictures import map_picture
 from ccwsim.report.settings import describe_inputs
 
@@ -24,11 +24,7 @@ TITLES = {"ccwsim": "CCWSIM", "ms-ccsim": "MS-CCSIM", "ccsim": "CCSIM"}
 SETTINGS = "T 32, OR 8, 20 candidates, search fraction 0.1, CT 2"
 """Settings in the authors' script, as text."""
 DEFAULT = "by default"
-DEFAULT_WORDS = (
-    "“By default” means for both methods: the first patch begins at a random offset, the choice of "
-    "candidates favours the target proportions, and seams are repaired. Otherwise, both methods "
-    "run as published."
-)
+DEFAULT_WORDS = Text(TEXTS["by_default"], quiet=True)
 """Sentence that explains the settings "by default", in contrast to "as published"."""
 COLOURS = {
     "training image": LIGHT.reference,
@@ -50,10 +46,7 @@ LAGS = (21, 41, 61, 81)
 def paper_parameters(
     method: str, level: int, *, exact: bool = True, template: int = 32, default: bool = False
 ) -> Parameters:
-    """Return the settings of the authors' script; if `exact`, every datum is honoured.
-
-    Without `default`, patches are chosen as in the published code, and seams are not repaired.
-    """
+    """Return the authors' settings, as published unless `default`; `exact` honours all data."""
     own = {"method": method, "exact_data": exact}
     own |= {} if default else {"published_draw": True, "repair_seams": False}
     return Parameters(template, 8, level, **own)

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from importlib.resources import files
 from typing import NamedTuple
 
+from ccwsim.paper.experiment import TEXTS
+
 
 @dataclass(frozen=True)
 class Source:
@@ -20,17 +22,9 @@ class Source:
     machine: str  # language and machine
 
 
-PAPER = Source(
-    "Bavandsavadkoohi, Gloaguen, Tokhmechi, Arab-Amiri and Giroux (2024), CCWSIM",
-    "MATLAB, Core i7 at 2.6 GHz, 16 GB",
-)
-OCTAVE = Source(
-    "The authors' CCWSIM and MS-CCSIM, unchanged but without their graphics windows: T 32, OR 8, "
-    "20 candidates, prop 0.1, CT [2 2], 8 paths",
-    "GNU Octave, one thread, on another machine than the paper's; times are 2.5 to 5.8 times the "
-    "paper's MATLAB times where both are available. The cut, which Octave interprets, takes "
-    "5.4 of the 5.8 s of an unconditional run; therefore these times hardly depend on the level",
-)
+SOURCES = {name: Source(**about) for name, about in TEXTS["sources"].items()}
+"""Sources of times, by their names in the table of times."""
+PAPER, OCTAVE = SOURCES["paper"], SOURCES["octave"]
 
 
 @dataclass(frozen=True)
@@ -47,10 +41,6 @@ class PublishedTime:
     cpu_seconds: float | None  # CPU time; None if no run was completed
     wrong_share: float | None = None  # data not honoured; None if unknown
     note: str = ""
-
-
-SOURCES = {"paper": PAPER, "octave": OCTAVE}
-"""Sources of times, by their names in the table of times."""
 
 
 def _read_times() -> tuple[PublishedTime, ...]:
@@ -95,10 +85,11 @@ class RelativeDistances(NamedTuple):
 
 
 TABLE_1 = {
-    "stone wall": RelativeDistances((0.95, 0.92, 1.02), (0.79, 0.79, 0.95), 1.19),
-    "channel": RelativeDistances((0.79, 0.78, 0.88), (0.78, 0.77, 0.99), 1.01),
+    name: RelativeDistances(**about["table_1"])
+    for name, about in TEXTS["images"].items()
+    if "table_1" in about
 }
-"""Table 1 of the paper: 50 realizations per method, 8 × 8 patterns, Jensen–Shannon divergence."""
+"""Table 1 of the paper, by training image."""
 
 
 def published_time(

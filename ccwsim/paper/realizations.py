@@ -17,7 +17,7 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.numbers import seconds
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.paper import methods, verdicts
-from ccwsim.paper.experiment import ExperimentRun, Outcome
+from ccwsim.paper.experiment import TEXTS, ExperimentRun, Outcome, said
 from ccwsim.paper.methods import SETTINGS
 from ccwsim.paper.published_times import OCTAVE, published_time, stated_seconds
 from ccwsim.paper.verdicts import percent
@@ -61,14 +61,8 @@ def unconditional(run: ExperimentRun) -> Outcome:
     share = f"{image.facies_names[-1]} (image: {percent(float(image.proportions[-1]))})"
     distances = "pattern distance 1, 1/2, 1/3"
     header = ("realizations", share, distances, "τ E–W at 41 cells", "at 81 cells", "CPU time")
-    caption = (
-        f"{side} × {side} cells, {SETTINGS}. Pattern distance: Jensen–Shannon divergence of 4 × 4 "
-        "patterns (bits) from the training image; τ relative to the training image's."
-    )
-    remark = (
-        f"The grid of the paper's figure is unknown; here it is {side} × {side}, as in the "
-        "paper's conditional runs."
-    )
+    caption = said("unconditional", side=side, settings=SETTINGS)
+    remark = said("unknown_grid", side=side)
     table = Table(header, tuple(rows), caption)
     blocks = (Row((first, *_maps(shown, "level 2"))), table, Text(remark, quiet=True))
     what = "a realization (mean); grid and level are unknown"
@@ -153,11 +147,7 @@ def _by_data(free: Ensemble, runs: list[Ensemble]) -> Table:
         counts = (f"{n.mean():.1f}" for n in (e.n_mismatched, e.n_resimulated, e.n_forced))
         rows.append((str(e.hard_data.n), str(e.n), *counts, seconds(methods.median_seconds(e))))
     header = ("data", "realizations", "wrong", "re-simulated", "forced", "CPU time (median)")
-    caption = (
-        f"{free.grid.nx} × {free.grid.ny} cells, level {LEVEL}, {SETTINGS}. Numbers of data are "
-        "means. Re-simulated data are honoured by local re-simulation; forced data are single "
-        "cells set because no window fitted."
-    )
+    caption = said("by_data", nx=free.grid.nx, ny=free.grid.ny, level=LEVEL, settings=SETTINGS)
     return Table(header, tuple(rows), caption)
 
 
@@ -168,10 +158,7 @@ def _varied(many: Ensemble) -> Judgement:
     at_data = shares[cells[:, 0], cells[:, 1]]
     certain = float(np.mean((at_data == 0) | (at_data == 1)))
     open_cells = float(np.mean((shares > 0) & (shares < 1)))
-    found = (
-        f"The E-type is certain at {percent(certain)} of the data and uncertain at "
-        f"{percent(open_cells)} of all cells."
-    )
+    found = said("e_type", certain=percent(certain), uncertain=percent(open_cells))
     claim = "Fig. 7: three distinct realizations and their average, which follows the data."
     return verdicts.of_claim(claim, found, certain == 1 and open_cells > 0.5)
 
@@ -182,10 +169,7 @@ def _conditional_times(run: ExperimentRun, free: Ensemble, many: Ensemble) -> li
         return [time]
     ratio = methods.median_seconds(many) / methods.median_seconds(free)
     theirs = stated_seconds("Fig. 7") / stated_seconds("Fig. 6")
-    claim = (
-        f"Conditional realizations (2.42 s, Fig. 7) take {theirs:.2f} times as long as "
-        "unconditional realizations (6.52 s, Fig. 6); grids and levels are unknown."
-    )
+    claim = said("conditional_time", theirs=theirs)
     found = f"On the same grid and level, conditional realizations take {ratio:.2f} times as long."
     return [time, verdicts.of_ratio(claim, found, ratio, theirs)]
 
@@ -221,39 +205,29 @@ def statistics(run: ExperimentRun) -> Outcome:
     if len(stacks) > 1:
         chart = methods.connectivity_chart(stacks, image, lags)
         blocks.append(Row((chart,), methods.caption_of_cases(many)))
-    blocks.append(_tau_table(tau, stacks))
+    header = ("realizations", "n", *(f"τ at {lag} cells" for lag in tau["CCWSIM"]))
+    rows = []
+    for name, found in tau.items():
+        rows.append((name, str(len(stacks[name])), *(f"{v:.2f}" for v in found.values())))
+    caption = f"Connectivity E–W relative to the training image's, level {LEVEL}."
+    blocks.append(Table(header, tuple(rows), caption))
     run.step()
     return Outcome(tuple(blocks), (*judgements, *_against_codes(tau)))
 
 
-def _tau_table(tau: dict[str, dict[int, float]], stacks: dict[str, NDArray]) -> Table:
-    lags = next(iter(tau.values())).keys()
-    header = ("realizations", "n", *(f"τ at {lag} cells" for lag in lags))
-    rows = tuple(
-        (name, str(len(stacks[name])), *(f"{v:.2f}" for v in found.values()))
-        for name, found in tau.items()
-    )
-    return Table(header, rows, f"Connectivity E–W relative to the training image's, level {LEVEL}.")
-
-
 def _surrounded(bundles: list[Bundle], statistic: Statistic) -> Judgement:
     """Judge whether the image's curve is among the realizations' curves, E–W and N–S."""
-    shares = [_among(bundle) for bundle in bundles]
+    shares = []
+    for bundle in bundles:
+        low, high = np.nanmin(bundle.each, axis=0), np.nanmax(bundle.each, axis=0)
+        slack = SLACK * float(np.nanmax(bundle.reference))
+        among = (bundle.reference >= low - slack) & (bundle.reference <= high + slack)
+        shares.append(float(among[1:].mean()))
     what = "variograms" if statistic == "variogram" else "probability of connection E–W"
-    found = (
-        f"The image's curve is among the realizations' curves at {percent(shares[0])} of the lags "
-        f"E–W and {percent(shares[1])} N–S."
-    )
+    found = said("surrounded", ew=percent(shares[0]), ns=percent(shares[1]))
     claim = f"Fig. 9: {what} of the image and of 100 realizations; the paper has no numbers."
     judged = shares if statistic == "variogram" else shares[:1]  # Fig. 9: connection E–W only
     return verdicts.judged(claim, found, "surrounded" if min(judged) >= ENOUGH else "in part")
-
-
-def _among(bundle: Bundle) -> float:
-    low, high = np.nanmin(bundle.each, axis=0), np.nanmax(bundle.each, axis=0)
-    slack = SLACK * float(np.nanmax(bundle.reference))
-    among = (bundle.reference >= low - slack) & (bundle.reference <= high + slack)
-    return float(among[1:].mean())
 
 
 def _against_codes(tau: dict[str, dict[int, float]]) -> Iterator[Judgement]:
@@ -376,26 +350,18 @@ def limits(run: ExperimentRun) -> Outcome:
         )
         own = stationarity(image)
         each = [stationarity(one, image.codes) for one in e]
-        blocks.append(_quarter_maps(e, name))
+        caption = f"Mean of {e.n} realizations: probability of {image.facies_names[-1]}"
+        mean = share_picture(e.probability(int(image.codes[-1])), caption)
+        first = methods.paper_map(e.indices[0], image, "Realization 1")
+        whole = methods.image_picture(image, f"our bundled “{name}”", share=1.0)
+        blocks.append(Row((whole, first, mean)))
         rows.append(_quarters(name, image, own, each))
         judgements.append(_trend(name, own, each))
         run.step()
     header = ("image", "facies", "share by quarter, image", "share by quarter, realizations")
     table = Table(header, tuple(rows), "Quarters SW, SE, NW, NE; mean of the realizations.")
-    remark = Text(
-        "The paper's nonstationary image (Sundarbans, Fig. 17) and its Ganges image (Fig. 8; 7.7 s "
-        "a realization) are not available; this run uses two bundled images instead.",
-        quiet=True,
-    )
+    remark = Text(TEXTS["nonstationary"], quiet=True)
     return Outcome((*blocks, table, remark), tuple(judgements))
-
-
-def _quarter_maps(e: Ensemble, name: str) -> Row:
-    image = e.training_image
-    last = f"Mean of {e.n} realizations: probability of {image.facies_names[-1]}"
-    mean = share_picture(e.probability(int(image.codes[-1])), last)
-    first = methods.paper_map(e.indices[0], image, "Realization 1")
-    return Row((methods.image_picture(image, f"our bundled “{name}”", share=1.0), first, mean))
 
 
 def _quarters(
@@ -408,23 +374,12 @@ def _quarters(
     return name, image.facies_names[k], *shown
 
 
-def _kept_share(own: Stationarity, each: list[Stationarity]) -> float:
-    """Return the share of the differences between an image's quarters that realizations keep.
-
-    It is the slope of the realizations' mean values against the image's values, where a value is
-    the variogram of a quarter minus the mean over the quarters.
-    """
+def _trend(name: str, own: Stationarity, each: list[Stationarity]) -> Judgement:
+    """Judge by the slope of the realizations' differences between quarters on the image's."""
     lags = min(own.variograms.shape[-1], *(one.variograms.shape[-1] for one in each))
     apart = own.variograms[..., :lags] - own.variograms[..., :lags].mean(axis=0)
     mean = np.mean([one.variograms[..., :lags] for one in each], axis=0)
-    return float(np.sum(apart * (mean - mean.mean(axis=0))) / np.sum(apart**2))
-
-
-def _trend(name: str, own: Stationarity, each: list[Stationarity]) -> Judgement:
-    kept = _kept_share(own, each)
-    found = (
-        f"Image “{name}”: realizations keep {percent(kept)} of the differences between the "
-        "variograms of its quarters."
-    )
+    kept = float(np.sum(apart * (mean - mean.mean(axis=0))) / np.sum(apart**2))
+    found = said("kept", name=name, kept=percent(kept))
     claim = "Section 5.9: nonstationary training images are a limit of the method."
     return verdicts.of_claim(claim, found, kept < KEPT)

@@ -12,7 +12,7 @@ from ccwsim.figures import LIGHT, TimeSeries, timings_chart
 from ccwsim.model.numbers import seconds
 from ccwsim.model.parameters import Parameters
 from ccwsim.paper import methods, verdicts
-from ccwsim.paper.experiment import ExperimentRun, Outcome
+from ccwsim.paper.experiment import ExperimentRun, Outcome, said
 from ccwsim.paper.methods import SETTINGS, TITLES
 from ccwsim.paper.published_times import (
     FIGURE_13,
@@ -55,10 +55,7 @@ def grid_size(run: ExperimentRun) -> Outcome:
     theirs = (seconds(paper[level] or 0.0) for level in LEVELS)
     rows.append((f"paper, {PAPER_SIDE} × {PAPER_SIDE}", f"{PAPER_SIDE**2:,}", *theirs))
     header = ("grid", "cells", *(f"level {level}" for level in LEVELS))
-    caption = (
-        f"CPU time of a realization, median of {n}, one thread, no data; the paper's times are "
-        "means of 20 conditional realizations, with an unknown number of data."
-    )
+    caption = said("grids", n=n)
     of_chart = (
         f"{image.name}, no hard data; {SETTINGS}; median of {n} realizations, seed {run.seed}."
     )
@@ -95,7 +92,12 @@ def _grid_judgements(by_level: dict[int, list[Timing]]) -> Iterator[Judgement]:
     for a, b in pairwise(LEVELS):
         yield level_change(taken, a, b)
     yield verdicts.of_levels({level: each[-1] for level, each in taken.items()})
-    yield _growth(by_level)
+    powers = {level: growth(times).exponent for level, times in by_level.items()}
+    each = ", ".join(f"{power:.2f} (level {level})" for level, power in powers.items())
+    worst = max(abs(power - 1) for power in powers.values())
+    claim = "Fig. 13: CPU times of five grids; only the time of the largest grid is available."
+    found = f"Time is proportional to the number of cells to the power {each}."
+    yield verdicts.judged(claim, found, "linear" if worst <= LINEAR else "not linear")
     largest = by_level[1][-1]
     side, taken_here = largest.grid_shape[0], largest.seconds
     if side == PAPER_SIDE:
@@ -112,10 +114,7 @@ def _grid_judgements(by_level: dict[int, list[Timing]]) -> Iterator[Judgement]:
 
 
 def level_change(taken: dict[int, list[float]], a: int, b: int) -> Judgement:
-    """Judge the change of CPU time from one level to the next, averaged over the grids.
-
-    `taken` has the CPU seconds of each grid, by level.
-    """
+    """Judge the change of CPU time from one level to the next, averaged over the grids."""
     theirs = LEVEL_CHANGES[a, b]
     ours = float(np.mean(np.divide(taken[b], taken[a]))) - 1
     each = " and ".join(
@@ -129,16 +128,6 @@ def level_change(taken: dict[int, list[float]], a: int, b: int) -> Judgement:
 
 def _change(share: float) -> str:
     return f"{100 * share:+.1f} %".replace("-", "−")
-
-
-def _growth(by_level: dict[int, list[Timing]]) -> Judgement:
-    """Judge the growth of time by the slope of log(time) against log(number of cells)."""
-    powers = {level: growth(times).exponent for level, times in by_level.items()}
-    each = ", ".join(f"{power:.2f} (level {level})" for level, power in powers.items())
-    worst = max(abs(power - 1) for power in powers.values())
-    claim = "Fig. 13: CPU times of five grids; only the time of the largest grid is available."
-    found = f"Time is proportional to the number of cells to the power {each}."
-    return verdicts.judged(claim, found, "linear" if worst <= LINEAR else "not linear")
 
 
 def times_with_data(run: ExperimentRun) -> Outcome:
@@ -158,15 +147,14 @@ def times_with_data(run: ExperimentRun) -> Outcome:
     ours = (column for n_data in numbers for column in (f"{n_data} data", "wrong"))
     others = (f"{source}, {n_data}" for source in ("paper", "Octave") for n_data in TABLE_2_DATA)
     header = ("method", "level", "data", *ours, *others)
-    caption = (
-        f"CPU time of a realization (median of {n}, one thread), {side} × {side} cells, data "
-        "sampled from an unconditional realization. “As published”: condition on data in the "
-        "search only; “exact”: every datum honoured at full resolution. The verdicts compare exact "
-        "runs: the authors' MS-CCSIM also conditions the finer images, unlike ours “as published”."
-    )
+    caption = said("times", n=n, side=side)
     remark = f"Octave: {OCTAVE.reference}; {OCTAVE.machine}. The paper: {PAPER.machine}."
     table = Table(header, tuple(_row(p, times) for p in settings), caption)
-    return Outcome((table, _table_2(), Text(remark, quiet=True)), _data_judgements(run, times))
+    measured, what = times["ccwsim", 1, False, 1].seconds, "CCWSIM, level 1, 2000 data"
+    theirs = _paper("ccwsim", 1, 1)
+    time = verdicts.of_time(what, measured, theirs, "Table 2", run.extent.is_full)
+    blocks = table, _table_2(), Text(remark, quiet=True)
+    return Outcome(blocks, (*_methods(times), *_ratios(times), time))
 
 
 def _table_2() -> Table:
@@ -178,10 +166,7 @@ def _table_2() -> Table:
         each = (taken[method, level, image, n] for image in images for n in TABLE_2_DATA)
         rows.append((TITLES[method], str(level), *(f"{s:.2f} s" for s in each)))
     header = ("method", "level", *(f"{image}, {n}" for image in images for n in TABLE_2_DATA))
-    caption = (
-        "The paper's Table 2: CPU time of a realization with 1000 and 2000 data, 512 × 512 cells, "
-        "T 32, OR 8. This run repeats only the channel image."
-    )
+    caption = said("table_2")
     return Table(header, tuple(rows), caption)
 
 
@@ -200,13 +185,6 @@ def _row(p: Parameters, times: Times) -> tuple[str, ...]:
         taken = None if exact else _published(source, method, level, n)
         cells.append("–" if taken is None else seconds(taken))
     return tuple(cells)
-
-
-def _data_judgements(run: ExperimentRun, times: Times) -> tuple[Judgement, ...]:
-    ours, theirs = times["ccwsim", 1, False, 1].seconds, _paper("ccwsim", 1, 1)
-    what, full = "CCWSIM, level 1, 2000 data", run.extent.is_full
-    time = verdicts.of_time(what, ours, theirs, "Table 2", full)
-    return *_methods(times), *_ratios(times), time
 
 
 def _published(source: Source, method: str, level: int, n_data: int) -> float | None:
@@ -229,11 +207,7 @@ def _ratio(
 
 
 def _methods(times: Times) -> Iterator[Judgement]:
-    """Judge whether CCWSIM or MS-CCSIM is faster at levels 1 and 3.
-
-    Both methods honour all data here. With data in the search only, our MS-CCSIM misses a quarter
-    of 1000 data at level 3; the authors' code also conditions the finer images, and misses .4 %.
-    """
+    """Judge whether CCWSIM or MS-CCSIM is faster at levels 1 and 3, with all data honoured."""
     claim = "Table 2: CCWSIM takes less time than MS-CCSIM at level 1, about the same at level 3."
     shares = []
     for level, (k, n) in product(LEVELS_OF_TABLE_2, enumerate(TABLE_2_DATA)):
@@ -242,10 +216,7 @@ def _methods(times: Times) -> Iterator[Judgement]:
         found = f"Level {level}, {n} data: {ours:.2f} times as long, in the paper {theirs:.2f}."
         yield verdicts.of_ratio(claim, found, ours, theirs)
     less = [f"{share:.2f}" for share in shares]
-    efficient = (
-        f"With all data honoured, CCWSIM takes {', '.join(less[:-1])} and {less[-1]} times as long "
-        "as MS-CCSIM in these four cases of Table 2."
-    )
+    efficient = said("efficient", ratios=", ".join(less[:-1]), last=less[-1])
     word = AGREES if max(shares) < 1 / NOISE else PART if min(shares) < 1 / NOISE else DIFFERS
     claim = "CCWSIM is efficient: it takes less time than MS-CCSIM (title, section 5.6)."
     yield verdicts.judged(claim, efficient, word)

@@ -12,6 +12,7 @@ from itertools import pairwise
 from math import isnan, log
 
 from ccwsim.model.numbers import seconds
+from ccwsim.paper.experiment import said
 from ccwsim.report.document import Judgement, Tone
 
 AGREES, BETTER, BEHIND, DIFFERS, OPEN = "agrees", "better", "behind", "differs", "not comparable"
@@ -28,14 +29,7 @@ def judged(claim: str, found: str, word: str) -> Judgement:
 
 
 def by_claim(judgements: Iterable[Judgement]) -> tuple[Judgement, ...]:
-    """Return one judgement a claim: several cases agree, differ, or bear the claim out in part.
-
-    Examples
-    --------
-    >>> one, other = judged("r > 1.", "Level 1: 1.2.", AGREES), judged("r > 1.", "2: .9.", DIFFERS)
-    >>> by_claim([one, other])[0].word, by_claim([one, one])[0].word
-    ('in part', 'agrees')
-    """
+    """Return one judgement a claim: several cases agree, differ, or bear the claim out in part."""
     cases: dict[str, list[Judgement]] = {}
     for judgement in judgements:
         cases.setdefault(judgement.claim, []).append(judgement)
@@ -73,13 +67,7 @@ def sign_of(difference: float, alike: float = 0.0) -> int:
 
 
 def order_of(ratio: float, noise: float = NOISE) -> int:
-    """Return −1 for a ratio below 1, 1 for a ratio above 1, and 0 for a ratio close to 1.
-
-    Examples
-    --------
-    >>> order_of(0.82), order_of(1.05), order_of(1.33)
-    (-1, 0, 1)
-    """
+    """Return −1 for a ratio below 1, 1 for a ratio above 1, and 0 for a ratio close to 1."""
     return int(ratio > noise) - int(ratio < 1 / noise)
 
 
@@ -92,10 +80,7 @@ def of_time(
         return judged(claim, f"{seconds(ours)} on a smaller grid; not comparable.", OPEN)
     ratio = theirs / ours
     how = f"{ratio:.3g} times less" if ratio >= 1 else f"{1 / ratio:.3g} times more"
-    found = (
-        f"{seconds(ours)} of CPU time on this machine, {how}. Machines and languages differ "
-        "(MATLAB and compiled code), so this is no speed-up of the method."
-    )
+    found = said("time", ours=seconds(ours), how=how)
     word = compared(ours, theirs, more_is_better=False)
     shown = {BETTER: "less time", BEHIND: "more time"}.get(word, "like time")
     return judged(claim, found, shown)
@@ -104,10 +89,7 @@ def of_time(
 def of_ratio(
     claim: str, found: str, ours: float, theirs: float, error: float = log(NOISE)
 ) -> Judgement:
-    """Judge a ratio of two numbers of our run against the corresponding ratio in the paper.
-
-    `error` is the standard error of the logarithm of our ratio; by default, that of CPU times.
-    """
+    """Judge a ratio against the paper's; `error` is the standard error of the logarithm of ours."""
     if isnan(error):  # too few realizations
         return judged(claim, found, OPEN)
     apart = abs(log(ours / theirs))

@@ -14,9 +14,8 @@ from threading import Lock
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.model.arrays import describe_shape
+from ccwsim.model.arrays import LazyStack, describe_shape
 from ccwsim.model.errors import CCWSIMError, shown
-from ccwsim.model.lazy_stack import LazyStack
 from ccwsim.model.study import Study
 from ccwsim.system.memory import format_bytes
 from ccwsim.system.whole_files import WholeFile, unwritable

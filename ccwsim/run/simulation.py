@@ -9,7 +9,7 @@ from secrets import randbelow
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.engine.realization import Realization
 from ccwsim.jobs.workers import Cancel, Progress
@@ -19,7 +19,9 @@ from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
+from ccwsim.model.missing import UNKNOWN
 from ccwsim.model.parameters import Parameters
+from ccwsim.model.secondary import Secondary
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.executors import Work, runner_of
@@ -43,6 +45,7 @@ def simulate(
     keep_sources: bool = False,
     executor: Executor | Client | None = None,
     out: str | os.PathLike[str] | None = None,
+    secondary: Secondary | None = None,
 ) -> Ensemble:
     """Simulate realizations of a training image that honour hard data (Algorithm 1).
 
@@ -78,6 +81,9 @@ def simulate(
     out : path, optional
         An npy file. Realizations are written to the file as facies codes, and the ensemble reads
         from the file. An existing file is replaced at the end.
+    secondary : Secondary, optional
+        Probabilities of facies, auxiliary variables, and active cells. Hard data in inactive cells
+        are left out.
 
     Returns
     -------
@@ -105,12 +111,14 @@ def simulate(
         Parameters() if parameters is None else parameters,
         HardData.of(hard_data, grid, image),
         randbelow(MAX_SEED + 1) if seed is None else seed,
+        secondary,
     )
     n = check_int("n_realizations", n_realizations, 1)
     first = check_int("first_realization", first_realization, 0, MAX_INT - n)
     check_callable("progress", progress)
     check_callable("cancel", cancel)
-    runner = runner_of(Work(study, first, n, keep_sources), executor, n_workers)
+    inner, part = study.around_active()
+    runner = runner_of(Work(inner, first, n, keep_sources), executor, n_workers)
     try:
         data_status, seconds = np.zeros((n, study.hard_data.n), np.int16), np.zeros(n)
     except (MemoryError, ValueError):
@@ -118,7 +126,7 @@ def simulate(
     with store_of(study, n, keep_sources, out) as store:
 
         def take(k: int, r: Realization) -> None:
-            store.put(k, r.indices, r.sources)
+            store.put(k, *expanded(study, part, r.indices, r.sources))
             data_status[k], seconds[k] = r.data_status, r.cpu_seconds
 
         goes_on = runner.prepare(progress, cancel)
@@ -133,9 +141,27 @@ def simulate(
         data_status=data_status[finished],
         numbers=first + np.array(finished, int),
         sources=sources,
+        secondary=study.secondary,
     )
     if len(finished) < n:
         raise Cancelled(
             f"stopped after {len(finished)} of {n} realizations", ensemble if finished else None
         )
     return ensemble
+
+
+def expanded(
+    study: Study, part: tuple[slice, ...], indices: NDArray[np.uint8], sources: NDArray[np.int32]
+) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:
+    """Return a realization of a part of the grid, and its sources, in the whole grid."""
+    shape = study.grid.shape
+    if indices.shape == shape:
+        return indices, sources
+    whole = (
+        np.full(shape, UNKNOWN, np.uint8),
+        np.full(shape if sources.size else (0, 0), -1, np.int32),
+    )
+    whole[0][part] = indices
+    if sources.size:
+        whole[1][part] = sources
+    return whole

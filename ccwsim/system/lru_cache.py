@@ -16,16 +16,7 @@ Value = TypeVar("Value")
 class LruCache(Generic[Value]):
     """The most recently used values, by key; safe to use from several threads.
 
-    At most `max_values` values and `max_bytes` of arrays and texts are kept. The newest
-    `min_values` values are always kept.
-
-    Examples
-    --------
-    >>> cache = LruCache(max_values=2)
-    >>> for key in "abc":
-    ...     cache.put(key, key.upper())
-    >>> cache.get("a"), cache.get("c")
-    (None, 'C')
+    At most `max_values` values and `max_bytes` of arrays and texts, but at least `min_values`.
     """
 
     def __init__(

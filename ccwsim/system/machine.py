@@ -42,10 +42,7 @@ def this_machine() -> Machine:
     """Return a description of this machine, with the memory that is available now."""
     system, python = platform.system(), platform.python_version()
     versions = version("numpy"), version("numba")
-    return Machine(_processor(), n_cores(), system, python, *versions, free_memory())
-
-
-def _processor() -> str:
     lines = lines_of(Path("/proc/cpuinfo"))
     named = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
-    return next(named, "") or platform.processor() or platform.machine() or "unknown processor"
+    name = next(named, "") or platform.processor() or platform.machine() or "unknown processor"
+    return Machine(name, n_cores(), system, python, *versions, free_memory())

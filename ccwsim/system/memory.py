@@ -22,10 +22,7 @@ name of the entry for reclaimable memory."""
 
 
 def free_memory(root: Path = ROOT) -> int | None:
-    """Return the bytes available without swapping, or None if unknown.
-
-    The result is the minimum over the machine and the control groups of this process.
-    """
+    """Return the bytes available to machine and control groups, or None if unknown."""
     found = [_field(root / "proc/meminfo", "MemAvailable"), *_of_groups(root)]
     known = [free for free in found if free is not None]
     return max(min(known), 0) if known else _of_pages()
@@ -50,11 +47,7 @@ def give_back_memory() -> None:
 
 
 def settle_memory(n_arenas: int) -> None:
-    """Configure the C library, if possible, to return memory to the system when threads free it.
-
-    By default, glibc uses eight arenas per core and stores ever larger blocks in them. Called
-    before threads start, this function allows `n_arenas` arenas for blocks below `OWN_PIECE` bytes.
-    """
+    """Configure the C library, before threads start, to return the memory that they free."""
     with suppress(OSError, AttributeError):
         library = ctypes.CDLL(None)
         library.mallopt(M_ARENA_MAX, n_arenas)
@@ -73,10 +66,7 @@ def _of_groups(root: Path) -> Iterator[int | None]:
 
 
 def _along(top: Path, path: str, names: tuple[str, str, str]) -> list[int | None]:
-    """Return the bytes available in each group, from the group of the process up to the top group.
-
-    Inside a container, the path may be a path on the host; the top group is then the container's.
-    """
+    """Return the bytes available in each group up to the top, which in a container is its own."""
     parts = [part for part in path.split("/") if part not in ("", "..")]
     return [_left(top.joinpath(*parts[:n]), *names) for n in range(len(parts), -1, -1)]
 
@@ -119,11 +109,5 @@ def lines_of(path: Path) -> list[str]:
 
 
 def format_bytes(number: float) -> str:
-    """Format a number of bytes.
-
-    Examples
-    --------
-    >>> format_bytes(12.3e9), format_bytes(45e6)
-    ('12.3 GB', '45 MB')
-    """
+    """Format a number of bytes."""
     return f"{number / 1e9:.1f} GB" if number >= 1e9 else f"{number / 1e6:.0f} MB"

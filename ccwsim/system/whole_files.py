@@ -46,10 +46,7 @@ def check_replaceable(path: str | os.PathLike[str]) -> Path:
 
 
 class WholeFile:
-    """A temporary file that replaces its target when the temporary file is complete.
-
-    The file gets the permissions of the target. Temporary files that killed runs left are deleted.
-    """
+    """A temporary file with the permissions of its target, which it replaces when complete."""
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self._target = check_replaceable(path)

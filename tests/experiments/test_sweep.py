@@ -13,9 +13,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ccwsim import CCWSIMError, HardData, Parameters, TrainingImage, datasets, simulate
-from ccwsim.experiments.cost import typical_seconds
 from ccwsim.experiments.plan import label, plan_sweep, varied
 from ccwsim.experiments.sweep import Sweep, SweepRow, pareto_front, recommended, sweep
+from ccwsim.experiments.timing import typical_seconds
 from ccwsim.figures import DARK, LIGHT, sweep_chart
 from ccwsim.figures.sweep import GAP, HEIGHT, SIDES, WIDTH, label_sides
 from ccwsim.metrics import judge

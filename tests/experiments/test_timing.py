@@ -12,7 +12,6 @@ import pytest
 
 from ccwsim import Cancelled, CCWSIMError, Grid, HardData, Parameters, TrainingImage, simulate
 from ccwsim.datasets.sampling import sample_random
-from ccwsim.experiments.cost import typical_seconds
 from ccwsim.experiments.timing import (
     Timing,
     TimingCase,
@@ -22,6 +21,7 @@ from ccwsim.experiments.timing import (
     growth,
     time_cases,
     time_study,
+    typical_seconds,
 )
 from ccwsim.paper import published_times as pub
 from ccwsim.system.machine import this_machine

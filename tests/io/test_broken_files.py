@@ -85,6 +85,7 @@ def changed(content: bytes, source: random.Random) -> bytes:
     return bytes(data)
 
 
+@pytest.mark.filterwarnings("ignore:.*have no value:UserWarning")
 @pytest.mark.filterwarnings("error")
 @pytest.mark.usefixtures("_small_limit")
 @pytest.mark.parametrize("name", SAMPLES)

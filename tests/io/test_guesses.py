@@ -14,8 +14,8 @@ from PIL import Image, ImageFilter
 
 import ccwsim.io as cio
 from ccwsim import CCWSIMError, Grid
+from ccwsim.io.gridding import FilePart, largest_without_gaps
 from ccwsim.io.limits import UPLOAD_LIMITS, limited
-from ccwsim.io.part import FilePart, largest_without_gaps
 from tests.io import every_reader
 from tests.io import sample_files as sample
 from tests.io.sample_files import FACIES

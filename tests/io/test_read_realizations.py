@@ -9,7 +9,16 @@ import numpy as np
 import pytest
 
 import ccwsim
-from ccwsim import CCWSIMError, Ensemble, Grid, TrainingImage
+from ccwsim import (
+    Auxiliary,
+    CCWSIMError,
+    Ensemble,
+    Grid,
+    Parameters,
+    Secondary,
+    TrainingImage,
+    simulate,
+)
 from ccwsim.io import read_realizations, realizations_as_bytes
 from tests.io import sample_files as sample
 
@@ -40,8 +49,34 @@ def test_an_npz_is_read_as_the_ensemble_that_was_written(tmp_path):
 
 def test_every_field_of_an_ensemble_is_written_or_named_here():
     known = "training_image grid parameters hard_data seed indices cpu_seconds wall_seconds"
-    known = f"{known} data_status numbers revised".split()
+    known = f"{known} data_status numbers revised secondary".split()
     assert {f.name for f in fields(Ensemble)} - {*known} == {"sources"}
+
+
+def with_secondary():
+    active = np.ones((40, 50), bool)
+    active[:9] = False
+    trend = np.tile(np.linspace(0, 1, 64)[:, None], (1, 64))
+    auxiliary = Auxiliary(trend, trend[:40, :50], 0.5)
+    secondary = Secondary(active, {1: 0.4}, [auxiliary], soft_weight=0.5)
+    stripes = np.tile([[0], [0], [1], [1]], (16, 64))
+    return simulate(stripes, (40, 50), Parameters(16, 4, 1), None, 2, secondary=secondary)
+
+
+def test_secondary_information_is_read_back():
+    e = with_secondary()
+    back = read_realizations(BytesIO(realizations_as_bytes(e, "npz")))
+    assert back.digest == e.digest
+    assert back.secondary.digest == e.secondary.digest
+
+
+@pytest.mark.parametrize("kind", ["gslib", "sgems", "dat", "grdecl", "vti", "tif", "nc"])
+def test_inactive_cells_are_read_back_from_every_format(kind):
+    pytest.importorskip({"tif": "rasterio", "nc": "xarray"}.get(kind, "numpy"))
+    e = with_secondary()
+    back = read_realizations(BytesIO(realizations_as_bytes(e, kind)), e.training_image)
+    assert np.array_equal(back.active, e.active)
+    assert np.array_equal(back.realizations, e.realizations, equal_nan=True)
 
 
 def test_a_file_of_an_older_version_is_read_with_its_codes_alone_or_an_image():
@@ -82,7 +117,7 @@ def test_rows_of_a_grid_from_the_north_are_turned():
     [
         (npz_of(("realizations",)), "no realizations"),
         (npz_of(realizations=np.zeros((3, 4), int)), "no realizations"),
-        (npz_of(realizations=np.zeros((2, 3, 4))), "are not expected"),
+        (npz_of(realizations=np.full((2, 3, 4), 0.5)), "0.5 is not a whole number"),
         (npz_of(cpu_seconds=np.zeros(3)), r"cpu_seconds has shape \(3,\), not \(2,\)"),
         (npz_of(met_by=np.zeros((2, 1), np.int16)), "met_by has shape"),
         (npz_of(numbers=np.array([-1, 0])), "numbers: -1 is too small"),
@@ -100,7 +135,7 @@ def test_rows_of_a_grid_from_the_north_are_turned():
         ),
         (BytesIO(sample.picture()), "not from pictures or tables"),
         (BytesIO(sample.gslib_table()), "not from pictures or tables"),
-        (BytesIO(b"2 1 1\n1\na\n0\n-999\n"), "some cells have no facies"),
+        (BytesIO(b"2 1 1\n2\na\nb\n0 0\n-999 0\n"), "some cells have no facies"),
         (BytesIO(b"2 1 1\n1\na\n0\n0.5\n"), "not a whole number"),
     ],
 )

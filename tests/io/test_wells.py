@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from ccwsim import CCWSIMError, Grid, Parameters, TrainingImage, read_hard_data, simulate
 from ccwsim.cli.program import main
 from ccwsim.io import WellColumns, import_hard_data, import_wells, preview_wells, read_wells
-from ccwsim.io.hard_data.paths import Stations, positions
+from ccwsim.io.hard_data.wells import Stations, positions
 from tests.small_images import blobs
 
 GRID = Grid(20, 30, (2.0, 4.0, 0.5), (100.0, 200.0, -7.0), nz=40)
@@ -423,3 +423,10 @@ def test_the_command_line_takes_wells(tmp_path, monkeypatch):
     data = imported(surveys=surveys).hard_data
     with np.load(tmp_path / "out.npz") as saved:
         assert saved["realizations"][0][tuple(data.cells.T)].tolist() == data.facies.tolist()
+
+
+def test_a_quarter_circle_has_minimum_curvature():
+    down, east = [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]
+    quarter = Stations(np.array([0.0, 50 * np.pi]), np.array([down, east]))
+    end = positions(np.zeros(3), quarter, np.array([50 * np.pi]))
+    assert np.allclose(end, [[100.0, 0.0, -100.0]])

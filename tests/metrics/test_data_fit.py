@@ -10,7 +10,7 @@ import pytest
 from benchmarks.data_fit import NAMES, SIDES, rejected
 from ccwsim import CCWSIMError, HardData, Parameters, TrainingImage, simulate
 from ccwsim.metrics import fit_data, leave_out, rank_images
-from ccwsim.metrics.data_fit import _Events, _Family, _pair_shares, wells_of
+from ccwsim.metrics.data_fit import ImageRank, _Events, _Family, _pair_shares, wells_of, winner
 from ccwsim.model.grid import Grid
 from ccwsim.model.study import Study
 from tests.small_images import blobs
@@ -212,3 +212,10 @@ def test_the_right_image_is_seldom_rejected(side):
 @pytest.mark.slow
 def test_a_wrong_image_is_found():
     assert np.mean(rejected("channels", "fractures", 512, 400, 100, 10)) >= 0.8
+
+
+def test_images_that_the_data_do_not_tell_apart_have_no_winner():
+    first, second = TrainingImage([[0, 1]]), TrainingImage([[1, 0]])
+    ranks = [ImageRank(first, -0.4, 0.0, 300), ImageRank(second, -0.5, 1.2, 300)]
+    assert winner(ranks) is None
+    assert winner([ranks[0], ImageRank(second, -0.5, 2.1, 300)]) is first

@@ -18,6 +18,7 @@ from ccwsim.metrics import (
     pattern_histogram,
     pyramid_histograms,
 )
+from ccwsim.metrics.pattern_codes import count_patterns
 from ccwsim.model.errors import CCWSIMError
 
 
@@ -135,3 +136,8 @@ def test_what_cannot_be_counted_is_said():
         js_divergence(pattern_histogram(image, size=2), pattern_histogram(image, size=3))
     with pytest.raises(CCWSIMError, match="the same codes"):
         js_divergence(pattern_histogram(image), pattern_histogram(3 * image))
+
+
+def test_codes_of_patterns_are_counted():
+    codes, counts = count_patterns(np.eye(3, dtype=np.uint8)[None], 2, 1, 2)
+    assert (codes.tolist(), counts.tolist()) == ([2, 4, 9], [1, 1, 2])

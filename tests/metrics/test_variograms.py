@@ -19,6 +19,7 @@ from ccwsim.metrics import (
     variogram,
     variogram_map,
 )
+from ccwsim.metrics.lags import lags_within
 from ccwsim.metrics.stack import as_stack
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
@@ -173,3 +174,8 @@ def test_lags_that_do_not_fit_are_said():
         variogram(np.eye(6, dtype=int), 1, (0, 0), 2)
     with pytest.raises(CCWSIMError, match="does not fit"):
         transiograms(np.eye(6, dtype=int), None, "N-S", 6)
+
+
+def test_default_lags_fit_the_image():
+    assert lags_within((60, 80), "E-W", None)[0].max() == 79
+    assert lags_within((5, 60, 80), "vertical", None)[0].tolist() == [0, 1, 2, 3, 4]

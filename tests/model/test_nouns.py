@@ -69,7 +69,7 @@ class TestTrainingImage:
             (np.zeros((2, 2, 2, 2)), r"\(nz, ny, nx\)"),
             (np.zeros((0, 3)), r"\(0, 3\)"),
             ([[0.5, 1.0]], r"0\.5"),
-            ([[np.nan, 1.0]], "nan"),
+            ([[np.inf, 1.0]], "inf"),
             ([[1e30, 0.0]], "too large"),
             ([["a", "b"]], "whole numbers"),
             (np.arange(300).reshape(15, 20), "300"),

@@ -12,26 +12,40 @@ import pytest
 
 from ccwsim import CCWSIMError, HardData, Parameters, TrainingImage
 from ccwsim.cli.program import main
-from ccwsim.paper import (
-    EXPERIMENTS,
+from ccwsim.paper.comparison import sampled_data, stone_wall, variability
+from ccwsim.paper.experiment import (
     FULL,
     QUICK,
     Experiment,
     Outcome,
-    document_of,
+    PaperInputs,
     inputs_in,
+    inside,
+)
+from ccwsim.paper.methods import paper_parameters, wrong_share
+from ccwsim.paper.published_times import TABLE_1
+from ccwsim.paper.realizations import limits, unconditional
+from ccwsim.paper.reproduction import (
+    EXPERIMENTS,
+    Finished,
+    document_of,
     reproduce,
     summary,
     verdict_of,
     with_largest_grid,
 )
-from ccwsim.paper.comparison import sampled_data, stone_wall, variability
-from ccwsim.paper.inputs import PaperInputs, inside
-from ccwsim.paper.methods import paper_parameters, wrong_share
-from ccwsim.paper.published_times import TABLE_1
-from ccwsim.paper.realizations import limits, unconditional
 from ccwsim.paper.times import grid_size, level_change
-from ccwsim.paper.verdicts import compared, of_both, of_data, of_levels, of_ratio, of_time
+from ccwsim.paper.verdicts import (
+    by_claim,
+    compared,
+    judged,
+    of_both,
+    of_data,
+    of_levels,
+    of_ratio,
+    of_time,
+    order_of,
+)
 from ccwsim.report.document import (
     Chart,
     Judgement,
@@ -321,7 +335,7 @@ def test_the_published_data_are_found(data_dir):
 @pytest.fixture
 def few(monkeypatch):
     """Return the command with three very short experiments."""
-    import ccwsim.paper as package
+    import ccwsim.paper.reproduction as package
 
     chosen = (made("first"), made("broken", failing), made("last"))
     monkeypatch.setattr(package, "EXPERIMENTS", chosen)
@@ -371,3 +385,20 @@ def test_ctrl_c_keeps_the_experiments_that_were_finished(few, tmp_path, capsys, 
     assert main(["paper", "-o", str(out)]) == 130
     assert "stopped after 1 of 3 experiments" in capsys.readouterr().err
     assert "The run was stopped" in out.read_text("utf-8")
+
+
+def test_verdicts_of_several_cases_are_one_verdict():
+    one = judged("r > 1.", "Level 1: 1.2.", "agrees")
+    other = judged("r > 1.", "2: .9.", "differs")
+    words = [by_claim(pair)[0].word for pair in ([one, other], [one, one])]
+    assert words == ["in part", "agrees"]
+    assert [order_of(ratio) for ratio in (0.82, 1.05, 1.33)] == [-1, 0, 1]
+
+
+def test_runs_without_experiments_are_summarized():
+    none = reproduce(experiments=())
+    assert not none.stopped
+    assert summary(none) == "0 experiments were run. Verdicts: none."
+    assert verdict_of(Finished(EXPERIMENTS[0], None, "no memory", 1.0)) == "failed: no memory"
+    assert with_largest_grid(FULL, 5000).timed_sides == (1000, 2000, 3000, 4000, 5000)
+    assert inputs_in(None).image("channel").name == "channels"

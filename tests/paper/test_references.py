@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from ccwsim.paper import EXPERIMENTS
+from ccwsim.paper.reproduction import EXPERIMENTS
 from ccwsim.ui.how_it_works.words import PAPER
 
 ROOT = Path(__file__).parents[2]

@@ -78,6 +78,7 @@ def repair_cells(
     walks: bool,
     report: Callable[[float], None] = lambda share: None,
     trials_a_cell: int = 1 << 20,
+    active: NDArray[np.bool_] | None = None,
 ) -> int:
     """Change single cells of a realization, in place; return the number of changes.
 
@@ -86,7 +87,8 @@ def repair_cells(
     changed cell continues the source of a neighbour if the training image has the new facies at
     that location; otherwise the source is −1. `report` is called with the finished share of the
     work and may raise an error to stop. About `trials_a_cell` changes per cell are tried in each
-    part of the grid; the rest of a part stays as it is.
+    part of the grid; the rest of a part stays as it is. Parts without `active` cells, shape of the
+    grid, are not changed.
     """
     shape = target.grid.shape
     if any(r >= n for r, n in zip(patterns.reach, shape, strict=True)):
@@ -97,6 +99,9 @@ def repair_cells(
     ends, ends_at_data = ends_of_walks(volume, 0.0), ends_of_walks(volume, share)
     lengths = tuple(min(m, n) for m, n in zip(most, shape, strict=True))
     firsts = list(product(*(range(0, n, m) for n, m in zip(shape, lengths, strict=True))))
+    if active is not None:
+        parts = [tuple(slice(k, k + m) for k, m in zip(f, most, strict=True)) for f in firsts]
+        firsts = [first for first, own in zip(firsts, parts, strict=True) if active[own].any()]
     part, n_changed = make_part(patterns, lengths), 0  # type: ignore[arg-type]
     for k in range(0, len(firsts), PARTS_PER_CALL):
         report(k / len(firsts))
@@ -226,20 +231,26 @@ def copy_part(grid, data, origin, lengths, patterns, part):
     for u in range(size):
         is_inside[u] = 0
     low, high = np.uint64(max(-x0, 0)), np.uint64(min(nx, grid.shape[2] - x0))
-    wide = np.uint64(reach_x)
+    wide, has_unknown = np.uint64(reach_x), False
     for z in range(max(-z0, 0), min(nz, grid.shape[0] - z0)):
         for y in range(max(-y0, 0), min(ny, grid.shape[1] - y0)):
             to = np.uint64((z * ny + y) * nx)
             first = np.uint64(((z0 + z) * grid.shape[1] + y0 + y) * grid.shape[2] + x0)
             for x in range(low, high):
                 facies[to + x] = cells[first + x]
+                has_unknown |= cells[first + x] == UNKNOWN
             if reach_z <= z < reach_z + lengths[0] and reach_y <= y < reach_y + lengths[1]:
                 for x in range(wide, min(wide + np.uint64(lengths[2]), high)):
-                    is_free[to + x] = known[first + x] == UNKNOWN
+                    free = (known[first + x] == UNKNOWN) & (cells[first + x] != UNKNOWN)
+                    is_free[to + x] = free
             ends = z0 + z + reach_z < grid.shape[0] and y0 + y + reach_y < grid.shape[1]
             if ends and z < nz - reach_z and y < ny - reach_y:
                 for x in range(low, high - wide):
                     is_inside[to + x] = 1
+    if has_unknown:  # cells that are not simulated belong to no pattern
+        for step in part.steps:
+            for u in range(size - part.steps[-1]):
+                is_inside[u] &= np.uint8(facies[u + step] != UNKNOWN)
 
 
 @part_of_kernel

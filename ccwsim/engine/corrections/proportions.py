@@ -136,8 +136,9 @@ def draw_target(
     sides = [min(m, n) for m, n in zip(parts, grid_shape, strict=True)]
     first = [int(rng.integers(m - n + 1)) for m, n in zip(image.shape, sides, strict=True)]
     piece = image[tuple(slice(k, k + n) for k, n in zip(first, sides, strict=True))]
-    shares = np.bincount(piece.ravel(), minlength=len(proportions)) / piece.size
-    return proportions + (shares - proportions) * np.sqrt(piece.size / prod(grid_shape))
+    counts = np.bincount(piece.ravel(), minlength=len(proportions))[: len(proportions)]
+    n = max(int(counts.sum()), 1)  # known cells
+    return proportions + (counts - n * proportions) / n * np.sqrt(n / prod(grid_shape))
 
 
 class DataProportions(NamedTuple):

@@ -91,6 +91,8 @@ class Target(NamedTuple):
     # if True, each location is compared with a fixed probability (as in the published draw); if
     # False, one location out of each group of a few is compared
     by_chance: bool = False
+    # shape (mz + 1, my + 1, mx + 1): running numbers of unknown cells of the image; empty if none
+    unknown: NDArray[np.int64] = np.zeros((0, 0, 0), np.int64)
 
 
 class Honouring(NamedTuple):
@@ -272,7 +274,7 @@ def resimulate_windows(target, cells, size, tolerance, anyway, most, rng, work, 
     compared. If `anyway` is false, data that the grid honours are skipped. `fits`, shape (n,), is
     set to True if a patch fits the window or the grid already honours the datum.
     """
-    image, _, _, data, grid, sources, _, _ = target
+    image, _, _, data, grid, sources, _, _, _ = target
     for i in range(len(cells)):
         z, y, x = cells[i, 0], cells[i, 1], cells[i, 2]
         if grid[z, y, x] == data[z, y, x] and not anyway:
@@ -301,7 +303,7 @@ def fitting_windows(target, box, limit, most, rng, honouring, strips, best):
     Return the number of locations in `best`. At most `limit` cells of the ring may be wrong; at
     most about `most` locations are compared; `honouring` and `strips` are workspace.
     """
-    image, bits, square_bits, data, grid, _, _, by_chance = target
+    image, bits, square_bits, data, grid, _, _, by_chance, unknown = target
     rows = (image.shape[0] - box.nz + 1) * (image.shape[1] - box.ny + 1)
     at_once, start = rows, np.int64(0)
     if image.shape[0] > 1:
@@ -318,7 +320,7 @@ def fitting_windows(target, box, limit, most, rng, honouring, strips, best):
     take_strips(grid, box, square_bits, strips)
     sample, looked = (n_places, most, by_chance), (start, n_rows)
     known = square_bits, image.shape, honouring
-    return best_windows(*known, box, looked, strips, sample, limit, rng, best)
+    return best_windows(*known, box, looked, strips, sample, limit, unknown, rng, best)
 
 
 @part_of_kernel
@@ -426,12 +428,15 @@ def next_row(z, y, layers, rows):
 
 
 @part_of_kernel
-def best_windows(square_bits, shape, honouring, box, part, strips, sample, limit, rng, best):
+def best_windows(
+    square_bits, shape, honouring, box, part, strips, sample, limit, unknown, rng, best
+):
     """Fill `best` with the misfit, layer, row and column of the locations whose ring fits best.
 
     Return the number of locations in `best`. Only marked locations with at most `limit` wrong cells
-    are used. `sample` is documented in `draw_numbers`, `part` in `honouring_places`. If locations
-    fit equally, the location read first is used; the search therefore begins at a random location.
+    are used. `sample` is documented in `draw_numbers`, `part` in `honouring_places`, and `unknown`
+    in `Target`. If locations fit equally, the location read first is used; the search therefore
+    begins at a random location.
     """
     mask, numbers = honouring
     layers, rows, columns = shape[0] - box.nz + 1, shape[1] - box.ny + 1, shape[2] - box.nx + 1
@@ -457,11 +462,25 @@ def best_windows(square_bits, shape, honouring, box, part, strips, sample, limit
                     px = 64 * w + nth_bit(word, numbers[looked] - passed)
                     looked += 1
                     place = pz, py, px
+                    if has_unknown(unknown, place, box):
+                        continue
                     misfit = n_different(words, square_bits.shape, place, strips, worst)
                     if misfit < worst:
                         n, worst = _take(best, n, worst, misfit, pz, py, px)
                 passed = end_of_word
     return n
+
+
+@part_of_kernel
+def has_unknown(unknown, place, box):
+    """Return whether the patch at a location of the image has unknown cells; see `Target`."""
+    if unknown.size == 0:
+        return False
+    n, (z, y, x) = np.int64(0), place
+    for layer, sign in ((z + box.nz, 1), (z, -1)):
+        n += sign * (unknown[layer, y + box.ny, x + box.nx] - unknown[layer, y, x + box.nx])
+        n -= sign * (unknown[layer, y + box.ny, x] - unknown[layer, y, x])
+    return n > 0
 
 
 @part_of_kernel

@@ -21,6 +21,7 @@ from ccwsim.engine.corrections.resimulation import (
     Honouring,
     Target,
     fitting_windows,
+    has_unknown,
     make_honouring,
 )
 from ccwsim.engine.corrections.unseen_patterns import (
@@ -186,14 +187,19 @@ def repair_seams(
     forced: NDArray[np.int64],
     rng: np.random.Generator,
     report: Callable[[float], None] = lambda share: None,
+    active: NDArray[np.bool_] | None = None,
 ) -> int:
     """Repair at most `most` windows in place; return the number of replaced windows.
 
-    Windows with `forced` cells, shape (n, 3), are not changed. `report` is called with the finished
+    Windows with `forced` cells, shape (n, 3), are not changed, nor windows whose middle is not
+    `active`, shape of the grid. `report` is called with the finished
     share of the windows and may raise an error to stop.
     """
     patterns, window = repair.patterns, repair.window
-    places = unseen_places(target.grid, patterns, window, repair.least, report)[:most]
+    places = unseen_places(target.grid, patterns, window, repair.least, report)
+    if active is not None:
+        places = places[active[tuple(places.T)]]
+    places = places[:most]
     n_changed = 0
     if any(n > m for n, m in zip(window, target.grid.shape, strict=True)):
         places = places[:0]  # the grid is smaller than a window
@@ -208,7 +214,7 @@ def repair_seams(
 @kernel
 def repair_windows(target, repair, places, forced, rng, work):
     """Repair windows around `places`, shape (n, 3); return the number of replaced windows."""
-    image, _, _, data, grid, sources, balance, _ = target
+    image, _, _, data, grid, sources, balance, _, unknown = target
     nz, ny, nx = repair.window
     oz, oy, ox = repair.ring
     patterns, n_changed, volume = repair.patterns, 0, grid.shape[0] > 1
@@ -237,6 +243,8 @@ def repair_windows(target, repair, places, forced, rng, work):
             if volume and work.best[number, 0] > before:
                 continue  # a location with this misfit hardly ever reduces unseen patterns
             place = work.best[number, 1], work.best[number, 2], work.best[number, 3]
+            if has_unknown(unknown, place, box):
+                continue
             keep_old(grid, data, image, place, box, work.cut)
             keep_mask = work.cut.keep_mask
             # at most `before`, because patches that restore the balance have negative costs
@@ -292,7 +300,7 @@ def well_fitting_windows(target, box, repair, rng, work):
     overlap on all sides. The search starts at a random layer of locations and covers as many layers
     as `work.scores` has.
     """
-    image, _, square_bits, _, grid, _, _, _ = target
+    image, _, square_bits, _, grid, _, _, _, _ = target
     running, scores, places = repair.running, work.scores, work.ranking.places
     n_groups = overlap_terms(grid, box, repair.block, running, work.terms)
     n_layers = len(scores)

@@ -74,6 +74,22 @@ def trend_of_data(data: DataProportions, grid_shape: Triple, min_width: float) -
     return None if found is None else Trend(found, pixel, best / float(errors.mean()))
 
 
+def trend_of_map(probabilities: NDArray[np.float64], proportions: NDArray[np.float64]) -> Trend:
+    """Return the trend of given probabilities, shape (n_facies, (nz,) ny, nx).
+
+    Cells without probabilities have the `proportions` of the image.
+    """
+    given = np.moveaxis(probabilities, 0, -1)
+    filled = np.where(np.isnan(given), proportions, given)
+    plane = filled.mean(axis=0) if filled.ndim == 4 else filled
+    pixel = max(1, -(-max(plane.shape[:2]) // N_PIXELS))
+    for axis, n in enumerate(plane.shape[:2]):
+        first = np.arange(0, n, pixel)
+        counts = np.diff(np.append(first, n)).reshape([-1 if a == axis else 1 for a in range(3)])
+        plane = np.add.reduceat(plane, first, axis) / counts
+    return Trend(plane, float(pixel), 0.0)
+
+
 def rake(proportions: NDArray[np.float64], target: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return a map of proportions, shape (…, n_facies), whose mean is about `target`."""
     axes = tuple(range(proportions.ndim - 1))

@@ -114,6 +114,7 @@ def take_strips(grid, box, square_bits, strips):
                         for x in range(np.uint64(width)):
                             facies |= np.uint64(cells[own + x]) << (x << np.uint64(3))
                     down = np.uint64(y - y0)
+                    row &= ~_unknown_bytes(facies)
                     mask |= row << down
                     for plane in range(n_planes):
                         words[first + plane] |= (facies >> np.uint64(plane) & row) << down
@@ -121,6 +122,14 @@ def take_strips(grid, box, square_bits, strips):
                 strips.mask[n] = mask
                 n += 1
     strips.n[0] = n
+
+
+@part_of_kernel
+def _unknown_bytes(word):
+    """Return the first bit of each byte that is UNKNOWN, because such cells are not compared."""
+    word &= word >> np.uint64(4)
+    word &= word >> np.uint64(2)
+    return word & word >> np.uint64(1) & np.uint64(FIRST_ROW)
 
 
 @part_of_kernel

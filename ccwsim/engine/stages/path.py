@@ -16,12 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import part_of_kernel
+from ccwsim.model.missing import UNKNOWN as UNKNOWN
 
 T = TypeVar("T")
 Triple = tuple[int, int, int]
 """Type of lengths or coordinates along z, y and x."""
-UNKNOWN = 255
-"""Value of a cell that is not simulated yet, and of a cell without a datum in a grid of data."""
 LEFT, TOP, BELOW, RIGHT, BOTTOM, ABOVE = 1, 2, 4, 8, 16, 32
 """Bits of the sides along which a box overlaps simulated cells."""
 L_SHAPE = LEFT | TOP
@@ -228,6 +227,38 @@ def clip_patches(
     sides = ((first > low) * _side_bits(overlap)).sum(axis=1)
     first, end = np.maximum(first, low), np.minimum(end, high)
     return np.column_stack([first, end - first, sides, patches[:, 7:]])[needed.all(axis=1)]
+
+
+def active_patches(
+    patches: NDArray[np.int64],
+    path: RasterPath,
+    active: NDArray[np.bool_],
+    step: Triple,
+    cell_size: Triple,
+) -> NDArray[np.int64]:
+    """Return the patches of the tiles that contain active cells, without overlaps with other tiles.
+
+    `active` has the shape of the grid in path coordinates; `step` (T − OR) is in cells of
+    `cell_size` grid cells along each axis.
+    """
+    grid = np.zeros(path.full, bool)
+    grid[tuple(slice(k, k + n) for k, n in zip(path.offset, path.shape, strict=True))] = active
+    is_used = grid
+    for axis, (n, size) in enumerate(zip(path.tiles, np.multiply(step, cell_size), strict=True)):
+        # a tile and its overlap with the next tile
+        ends = [min((k + 1) * size + path.full[axis] - n * size, path.full[axis]) for k in range(n)]
+        lines = np.moveaxis(is_used, axis, 0)
+        used = [lines[k * size : end].any(axis=0) for k, end in enumerate(ends)]
+        is_used = np.moveaxis(np.stack(used), 0, axis)
+    tiles = np.stack(np.unravel_index(patches[:, 8], path.tiles), axis=1)
+    patches = patches.copy()
+    for axis, side in enumerate((BELOW, TOP, LEFT)):
+        before = tiles.copy()
+        before[:, axis] -= 1
+        at_start = patches[:, axis] == tiles[:, axis] * step[axis]  # not a later part of a tile
+        unused = (before[:, axis] >= 0) & ~is_used[tuple(np.maximum(before, 0).T)]
+        patches[unused & at_start, 6] &= ~side
+    return patches[is_used[tuple(tiles.T)]]
 
 
 def patches_before(patches: NDArray[np.int64], path: RasterPath) -> NDArray[np.int64]:

@@ -35,13 +35,21 @@ SUM_TYPES = np.uint16, np.uint32, np.uint64
 
 
 def score_type(
-    level: Triple, template: Triple, overlap: Triple, correlation: bool = False
+    level: Triple,
+    template: Triple,
+    overlap: Triple,
+    correlation: bool = False,
+    guided: float = 0.0,
+    excludes: bool = False,
 ) -> type[np.signedinteger[Any]]:
     """Return the smallest type into which every score fits.
 
-    The largest score is the sum of squares over the largest overlap, doubled for a correlation.
+    The largest score is the sum of squares over the largest overlap, doubled for a correlation,
+    plus the maximum cost of a location by secondary information, `guided`. If locations are
+    excluded, the type has room for their scores, which are worse than all others.
     """
     bound = overlap_cells(template, overlap) * 2 ** sum(level) * (2 if correlation else 1)
+    bound = 6 * bound + 4 * guided if excludes else bound + guided
     return next(kind for kind in SCORE_TYPES if bound <= np.iinfo(kind).max)
 
 

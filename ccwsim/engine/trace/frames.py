@@ -24,21 +24,11 @@ OPPOSITE = {"east": "west", "west": "east", "north": "south", "south": "north"}
 
 
 class Frame(NamedTuple):
-    """A map or a volume in path coordinates.
+    """A map or a volume in path coordinates."""
 
-    Attributes
-    ----------
-    orientation : int
-        Orientation of the path, 0 … 15 (see `ccwsim.engine.stages.path`).
-    shape : pair or triple of int
-        (Layers,) rows and columns in path coordinates.
-    offset : pair or triple of int
-        Number of (layers,) rows and columns from the beginning of the path to the grid; () for 0.
-    """
-
-    orientation: int
-    shape: tuple[int, ...]
-    offset: tuple[int, ...] = ()
+    orientation: int  # of the path, 0 … 15 (see `ccwsim.engine.stages.path`)
+    shape: tuple[int, ...]  # (layers,) rows and columns
+    offset: tuple[int, ...] = ()  # from the beginning of the path to the grid; () for 0
 
     @property
     def original_shape(self) -> tuple[int, ...]:
@@ -51,13 +41,7 @@ class Frame(NamedTuple):
         return np.array(self.offset or (0,) * len(self.shape))
 
     def to_grid(self, array: NDArray) -> NDArray:
-        """Return the grid in grid coordinates, from an array of all tiles in path coordinates.
-
-        Examples
-        --------
-        >>> Frame(1, (2, 2)).to_grid(np.array([[1, 2], [3, 4]])).tolist()
-        [[3, 4], [1, 2]]
-        """
+        """Return the grid in grid coordinates, from an array of all tiles in path coordinates."""
         each = zip(self._offset.tolist(), self.shape, strict=True)
         return self.turned(array[tuple(slice(start, start + n) for start, n in each)])
 
@@ -72,13 +56,7 @@ class Frame(NamedTuple):
         return cells_from_path(in_three(inside), in_layers(self.shape), self.orientation)[:, -n:]
 
     def box_to_grid(self, first: Sequence[int], lengths: Sequence[int]) -> tuple[slice, ...]:
-        """Return a box in grid coordinates, restricted to cells in the map or volume.
-
-        Examples
-        --------
-        >>> Frame(4, (10, 20)).box_to_grid((0, 5), (2, 3))
-        (slice(5, 8, None), slice(0, 2, None))
-        """
+        """Return a box in grid coordinates, restricted to cells in the map or volume."""
         low = np.maximum(first, self._offset)
         high = np.minimum(np.add(first, lengths), self._offset + self.shape)
         ends = self.cells_to_grid([low, high - 1])
@@ -91,15 +69,7 @@ class Frame(NamedTuple):
         return tuple((at + self._offset).tolist())
 
     def faces(self, sides: int = LEFT | TOP | BELOW) -> list[str]:
-        """Return the names, such as "south", of `sides`, a sum of LEFT, TOP and BELOW.
-
-        By default, return the sides at the corner in which the path begins.
-
-        Examples
-        --------
-        >>> Frame(0, (9, 9)).faces(), Frame(6, (9, 9)).faces(LEFT)
-        (['south', 'west'], ['north'])
-        """
+        """Return the names of `sides`, by default of those where the path begins."""
         way = self.orientation
         ew, ns = ("west", "east"), ("south", "north")
         across, along = (ns, ew) if way & 4 else (ew, ns)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, NamedTuple
 
@@ -27,53 +28,28 @@ ONE_KIND = {
 
 
 class SeenDatum(NamedTuple):
-    """A datum in the template or the co-template, in path coordinates.
-
-    `inside` is true if the datum is in the template; `held` is true if the overlap honours the
-    datum.
-    """
+    """A datum in the template or the co-template, in path coordinates."""
 
     row: int
     column: int
     facies: int
-    inside: bool
-    held: bool
+    inside: bool  # in the template
+    held: bool  # the overlap honours the datum
     layer: int = 0
 
 
 @dataclass(frozen=True, eq=False)
 class DataTerms:
-    """The cost of data for each location.
-
-    Attributes
-    ----------
-    seen : tuple of SeenDatum
-    missed, held, ahead : ndarray of int64, shape ([nz_places,] ny_places, nx_places)
-        Number of data that a patch from each location would not honour: in the template; in the
-        template, but honoured by the overlap; in the co-template.
-    ruled_out : ndarray of bool, of the same shape
-        True for locations that are not searched, because the overlap is not among the best share.
-    slack : int
-        Largest difference in score between a candidate and the best location.
-    weights : Weights
-        Costs of a datum that is not honoured, in wrong cells of overlap.
-    reach : int
-        Side of the co-template in cells.
-    """
+    """The cost of data for each location; arrays have the shape of the locations."""
 
     seen: tuple[SeenDatum, ...]
-    missed: NDArray[np.int64]
-    held: NDArray[np.int64]
-    ahead: NDArray[np.int64]
-    ruled_out: NDArray[np.bool_]
-    slack: int
-    weights: Weights
-    reach: int
-
-    def without_layer(self) -> DataTerms:
-        """Return the terms for a map, without the axis of layers."""
-        kinds = {name: getattr(self, name)[0] for name in (*ONE_KIND, "ruled_out")}
-        return replace(self, **kinds)
+    missed: NDArray[np.int64]  # number of data in the template that a patch would not honour
+    held: NDArray[np.int64]  # the same for data that the overlap honours
+    ahead: NDArray[np.int64]  # the same for data in the co-template
+    ruled_out: NDArray[np.bool_]  # the overlap is not among the best share
+    slack: int  # largest difference in score between a candidate and the best location
+    weights: Weights  # costs of a datum that is not honoured, in wrong cells of overlap
+    reach: int  # side of the co-template in cells
 
 
 def data_terms(
@@ -85,16 +61,18 @@ def data_terms(
     weights: Weights,
     slack: int,
     totals: NDArray[np.signedinteger],
+    own: Callable[[NDArray], NDArray],
 ) -> DataTerms:
-    """Return the costs of data at each location; `grid` is the grid before the patch."""
+    """Return the costs of data at each location; `own` removes the axis of layers for a map."""
     misses = make_misses(data.columns.size, phases.shape[3:], totals.shape)  # type: ignore[arg-type]
     certain = np.ones(256)  # data beyond the end of the image cost nothing
     counts = {kind: np.zeros(totals.shape, np.int64) for kind in ONE_KIND}
     for kind, weight in ONE_KIND.items():
         add_missed(phases, grid, data, box, times, certain, weight, 1.0, misses, counts[kind])
-    out = totals >= ruled_out(totals) // 2
+    kinds = {kind: own(count) for kind, count in counts.items()}
+    out = own(totals >= ruled_out(totals) // 2)
     seen, reach = seen_data(data, grid, box, times), times * box.nx
-    return DataTerms(seen, **counts, ruled_out=out, slack=slack, weights=weights, reach=reach)
+    return DataTerms(seen, **kinds, ruled_out=out, slack=slack, weights=weights, reach=reach)
 
 
 def seen_data(
@@ -117,41 +95,21 @@ def seen_data(
 
 
 class Patch(NamedTuple):
-    """A patch of the path, in path coordinates.
+    """A patch of the path, in path coordinates."""
 
-    Attributes
-    ----------
-    number : int
-        Number of the patch along the path, from 0.
-    tile, part : int
-        Number of the tile, and number of the patch in a split tile.
-    row, column : int
-        Position of the tile.
-    parts : int
-        Number of parts, along each axis, into which the tile is split.
-    split : int
-        Index of the split of the tile in `legal_splits`.
-    y0, x0, size : int
-        First row, first column and side in cells.
-    shape : int
-        Sides of the overlap: 0 none, 1 left, 2 top, 3 left and top; add 4 for an overlap below.
-    z0, layers : int
-        First layer, and number of layers; 0 and 1 in a map.
-    """
-
-    number: int
-    tile: int
-    part: int
-    row: int
+    number: int  # along the path, from 0
+    tile: int  # number of the tile
+    part: int  # number of the patch in a split tile
+    row: int  # position of the tile
     column: int
-    parts: int
-    split: int
-    y0: int
-    x0: int
-    size: int
-    shape: int
-    z0: int = 0
-    layers: int = 1
+    parts: int  # parts of the tile along each axis
+    split: int  # index of the split in `legal_splits`
+    y0: int  # first row
+    x0: int  # first column
+    size: int  # side in cells
+    shape: int  # sides of the overlap: 1 left, 2 top; add 4 for an overlap below
+    z0: int = 0  # first layer
+    layers: int = 1  # number of layers; 1 in a map
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,74 +117,30 @@ class TracedPatch:
     """Record of how one patch was chosen, cut and pasted, in path coordinates.
 
     Shapes are given for a map; arrays of a volume have an additional first axis, for layers.
-
-    Attributes
-    ----------
-    patch : Patch
-    box : Box
-        Position and overlap of the patch in the grid.
-    before, after : ndarray of uint8, shape (ny, nx)
-        The grid before and after the patch; UNKNOWN in cells that are not simulated yet.
-    blocks : ndarray of int64, shape (n_planes, size / 2^J, size / 2^J)
-        Block sums of the overlap; 0 outside the overlap.
-    scores : ndarray of int, shape (ny_places, nx_places)
-        Scores of the search: SSD − ΣB², in block sums.
-    energy : int
-        ΣB² of the overlap, in block sums; 0 if the similarity is the correlation.
-    block : triple of int
-        2^J along z, y and x.
-    places : ndarray of int64, shape (K, 2)
-        The K best locations in blocks, the candidates first.
-    n_candidates : int
-        Number of candidates, which are the locations whose score is close enough to the best score.
-    n_drawn : int
-        Number of locations chosen at random, of which the best after refinement is used.
-    drawn : int
-        Index of the used location in `places`.
-    place : pair or triple of int
-        Location of the patch after refinement, in cells.
-    cells : ndarray of uint8, shape (size, size)
-        Facies indices of the image at `place`.
-    keep_mask : ndarray of bool, shape (size, size)
-        Cells of the grid that stay old.
-    overlap : int
-        Width of the overlap (OR) in cells.
-    correlation : bool
-        Whether locations are compared by correlation.
-    slack : int or None
-        Largest difference in score between a candidate and the best location; None for no limit.
-    copies : ndarray of bool, shape of `scores`
-        True for locations that are excluded because they only continue a neighbouring patch.
-    steered : bool
-        Whether the choice among candidates is steered towards target proportions.
-    data : DataTerms or None
-        Costs of hard data; None if template and co-template contain no data.
-    totals : ndarray of int64 or None
-        Scores plus the costs of data and location; None if there are no costs.
     """
 
     patch: Patch
-    box: Box
-    before: NDArray[np.uint8]
+    box: Box  # position and overlap of the patch in the grid
+    before: NDArray[np.uint8]  # the grid; UNKNOWN in cells that are not simulated yet
     after: NDArray[np.uint8]
-    blocks: NDArray[np.int64]
-    scores: NDArray[np.integer]
-    energy: int
-    block: tuple[int, int, int]
-    places: NDArray[np.int64]
-    n_candidates: int
-    n_drawn: int
-    drawn: int
-    place: tuple[int, ...]
-    cells: NDArray[np.uint8]
-    keep_mask: NDArray[np.bool_]
-    overlap: int
-    correlation: bool
-    slack: int | None
-    copies: NDArray[np.bool_]
-    steered: bool
-    data: DataTerms | None
-    totals: NDArray[np.int64] | None
+    blocks: NDArray[np.int64]  # block sums, shape (n_planes, …); 0 outside the overlap
+    scores: NDArray[np.integer]  # SSD − ΣB² of each location, in block sums
+    energy: int  # ΣB² of the overlap, in block sums; 0 for the correlation
+    block: tuple[int, int, int]  # 2^J along z, y and x
+    places: NDArray[np.int64]  # shape (K, 2): the K best locations in blocks, the candidates first
+    n_candidates: int  # locations whose score is close enough to the best score
+    n_drawn: int  # locations chosen at random; the best after refinement is used
+    drawn: int  # index of the used location in `places`
+    place: tuple[int, ...]  # location of the patch after refinement, in cells
+    cells: NDArray[np.uint8]  # facies indices of the image at `place`
+    keep_mask: NDArray[np.bool_]  # cells of the grid that stay old
+    overlap: int  # width (OR) in cells
+    correlation: bool  # whether locations are compared by correlation
+    slack: int | None  # largest difference from the best score; None for no limit
+    copies: NDArray[np.bool_]  # locations that only continue a neighbouring patch
+    steered: bool  # towards target proportions
+    data: DataTerms | None  # None if template and co-template contain no data
+    totals: NDArray[np.int64] | None  # scores plus the costs of data and location
 
     @property
     def candidates(self) -> NDArray[np.int64]:
@@ -288,11 +202,6 @@ class TracedPatch:
         sums = -sums / 2 if self.correlation else sums + self.energy
         return sums / np.prod(self._block_along)
 
-    def best_overlaps(self) -> NDArray[np.int64]:
-        """Return the K locations, in blocks, with the best scores, without costs of data."""
-        order = np.argsort(self.scores, axis=None, kind="stable")[: len(self.places)]
-        return np.stack(np.unravel_index(order, self.scores.shape), axis=1)
-
 
 Fate = Literal["drawn", "candidate", "fraction", "slack", "copy", "data", "location", "tie"]
 
@@ -300,30 +209,19 @@ Fate = Literal["drawn", "candidate", "fraction", "slack", "copy", "data", "locat
 class PlaceFate(NamedTuple):
     """One location, and whether it was chosen at random or why it was rejected.
 
-    Attributes
-    ----------
-    row, column : int
-        Position in blocks, in path coordinates.
-    ccw : float
-        CCW score of the location.
-    missed, held, ahead : int
-        Number of data that the patch would not honour: in the template; in the template, but
-        honoured by the overlap; in the co-template.
-    fate : str
-        "drawn" for the used location, "candidate" for other candidates, or the reason for a
-        rejection. "fraction": the overlap is not among the best share; "slack": the score is too
-        far from the best score; "copy": the location only continues a neighbouring patch; "data":
-        other locations honour more data; "location": the location is too far from the relative
-        position of the patch; "tie": other equal locations were chosen at random.
+    The reasons are: "fraction", the overlap is not among the best share; "slack", the score is too
+    far from the best; "copy", the location only continues a neighbouring patch; "data", others
+    honour more data; "location", it is too far from the relative position of the patch; "tie",
+    other equal locations were chosen at random.
     """
 
-    row: int
+    row: int  # in blocks
     column: int
     ccw: float
-    missed: int
+    missed: int  # data not honoured, as in `DataTerms`
     held: int
     ahead: int
-    fate: Fate
+    fate: Fate  # "drawn", "candidate" or the reason for a rejection
     layer: int = 0
 
 
@@ -333,11 +231,15 @@ def fates(step: TracedPatch) -> list[PlaceFate]:
     The order is: used location, other candidates, rejected locations, each sorted by score.
     """
     chosen = [tuple(place) for place in step.places.tolist()]
-    fate_of: dict[tuple[int, ...], Fate]
-    fate_of = {place: _of_chosen(step, k) for k, place in enumerate(chosen)}
+    n = step.n_candidates
+    kinds: list[Fate] = ["candidate" if k < n else "slack" for k in range(len(chosen))]
+    kinds[step.drawn] = "drawn"
+    fate_of = dict(zip(chosen, kinds, strict=True))
     differ = step.totals is not None or step.copies.any()
     if differ and step.patch.shape:  # without an overlap all locations fit equally
-        for place in map(tuple, step.best_overlaps().tolist()):
+        best = np.argsort(step.scores, axis=None, kind="stable")[: len(chosen)]
+        for place in zip(*np.unravel_index(best, step.scores.shape), strict=True):
+            place = tuple(map(int, place))
             fate_of.setdefault(place, _of_rejected(step, place))
     sign = -1 if step.correlation else 1
     places = [_place(step, place, fate) for place, fate in fate_of.items()]
@@ -345,12 +247,6 @@ def fates(step: TracedPatch) -> list[PlaceFate]:
     return sorted(
         places, key=lambda p: (order.get(p.fate, 2), sign * p.ccw, p.layer, p.row, p.column)
     )
-
-
-def _of_chosen(step: TracedPatch, k: int) -> Fate:
-    if k == step.drawn:
-        return "drawn"
-    return "candidate" if k < step.n_candidates else "slack"
 
 
 def _of_rejected(step: TracedPatch, place: tuple[int, ...]) -> Fate:

@@ -24,36 +24,18 @@ from ccwsim.model.study import Study
 
 
 class ResimulatedWindow(NamedTuple):
-    """A re-simulated window around a datum, or one forced cell, in grid coordinates.
+    """A re-simulated window around a datum, or one forced cell, in grid coordinates."""
 
-    Attributes
-    ----------
-    datum : int
-        Number of the datum in the hard data.
-    size, row, column : int
-        Side, first row and first column in cells.
-    before, after : ndarray of uint8, shape (size, size)
-        Facies indices before and after the re-simulation.
-    sources : ndarray of int32, shape (size, size)
-        Flat index in the training image for each cell of `after`; −1 for a cell changed singly.
-    fits : bool
-        Whether any patch fits and honours all data; otherwise no cell has changed.
-    isolated : bool
-        Whether the datum was already honoured, but isolated, before the re-simulation.
-    layer : int
-        First layer of the window; 0 in a map.
-    """
-
-    datum: int
-    size: int
-    row: int
-    column: int
-    before: NDArray[np.uint8]
+    datum: int  # number of the datum in the hard data
+    size: int  # side in cells
+    row: int  # first row
+    column: int  # first column
+    before: NDArray[np.uint8]  # facies indices, shape (size, size)
     after: NDArray[np.uint8]
-    sources: NDArray[np.int32]
-    fits: bool
-    isolated: bool
-    layer: int = 0
+    sources: NDArray[np.int32]  # flat index in the training image; −1 for a cell changed singly
+    fits: bool  # whether any patch fits and honours all data; otherwise nothing has changed
+    isolated: bool  # whether the datum was honoured before, but isolated
+    layer: int = 0  # first layer
 
 
 def resimulated_windows(
@@ -64,10 +46,7 @@ def resimulated_windows(
     sources: NDArray[np.int32],
     rng: np.random.Generator,
 ) -> tuple[list[ResimulatedWindow], NDArray[np.int16]]:
-    """Honour data like `honour_data`; return all tried windows and the data status.
-
-    No window is tried around a datum that an earlier window has already honoured.
-    """
+    """Honour data like `honour_data`; return all tried windows and the data status."""
     cells, last = study.hard_data.cells, grid.copy()
     windows: list[ResimulatedWindow] = []
 
@@ -98,10 +77,7 @@ MIN_INTERVAL = 8
 
 
 class Checkpoint(NamedTuple):
-    """The state of a realization before a patch.
-
-    Sources are not stored, because simulating a patch again restores its sources.
-    """
+    """The state of a realization before a patch; simulating it again restores sources."""
 
     grid: NDArray[np.uint8]
     counts: NDArray[np.int64]
@@ -131,14 +107,12 @@ class PatchStepper:
         if not self._next <= number < self._next + self._every:
             known = [k for k in self._checkpoints if k <= number]
             if known and (self._next > number or max(known) > self._next):
-                self._restore(max(known))
+                self._next = max(known)
+                grid, counts, self.rng.bit_generator.state = self._checkpoints[self._next]
+                copies = {"grid": grid.copy(), "counts": counts.copy()}
+                self.simulated = self.simulated._replace(**copies)
         while self._next < number:
             self.step()
-
-    def _restore(self, number: int) -> None:
-        grid, counts, self.rng.bit_generator.state = self._checkpoints[number]
-        self.simulated = self.simulated._replace(grid=grid.copy(), counts=counts.copy())
-        self._next = number
 
     def step(self) -> Triple:
         """Simulate the next patch and return its location in the oriented image."""
@@ -166,18 +140,8 @@ class Trace:
     """One realization of a study, simulated patch by patch by the kernels of `simulate`.
 
     Patches are simulated when requested. To return to an earlier patch, the simulation restarts at
-    the last checkpoint before the patch, which takes little time.
-
-    Parameters
-    ----------
-    study : Study
-    number : int
-        Number of the realization.
-
-    Raises
-    ------
-    CCWSIMError
-        If the method is "ms-ccsim", which places each patch once per scale.
+    the last checkpoint before the patch, which takes little time. Raises `CCWSIMError` for the
+    method "ms-ccsim", which places each patch once per scale.
 
     Examples
     --------
@@ -211,18 +175,7 @@ class Trace:
         return self._stepper.n_done
 
     def at(self, number: int) -> TracedPatch:
-        """Return how a patch was chosen, cut and pasted.
-
-        Parameters
-        ----------
-        number : int
-            Number of the patch, from 0.
-
-        Raises
-        ------
-        CCWSIMError
-            If there is no patch with this number.
-        """
+        """Return how patch `number`, from 0, was chosen, cut and pasted."""
         if not 0 <= number < len(self.patches):
             raise CCWSIMError(f"patch {number} is not one of 0 … {len(self.patches) - 1}")
         self._stepper.go_to(number)
@@ -300,6 +253,11 @@ class Trace:
         inside = (slice(*n // b) for n, b in zip(ends, search.block, strict=True))
         blocks[:, *inside] = 0
         totals, data, slack = work.totals.copy(), None, None
+        volume = len(self.study.grid.shape) == 3
+
+        def own(array: NDArray) -> NDArray:
+            return array if volume else array[..., 0, :, :]
+
         if sides and search.slack >= 0:
             slack = int(search.slack)
         scores, copies = self._all_scores(blocks)
@@ -307,16 +265,9 @@ class Trace:
             weights = SPARSE if p.split == 0 else DENSE
             slack = int(weights.slack * search.slack_cost)
             known = pyramid.phases, before, self.data, box, search.co_template
-            data = data_terms(*known, weights, slack, totals)
+            data = data_terms(*known, weights, slack, totals, own)
         tz, ty, tx = place
         correlation = self.study.parameters.similarity == "correlation"
-        volume = len(self.study.grid.shape) == 3
-
-        def own(array: NDArray) -> NDArray:
-            return array if volume else array[..., 0, :, :]
-
-        if data is not None and not volume:
-            data = data.without_layer()
         places = np.stack(np.unravel_index(work.ranking.places, work.scores.shape), axis=1)
         return TracedPatch(
             patch=p,
@@ -346,10 +297,7 @@ class Trace:
     def _all_scores(
         self, blocks: NDArray[np.int64]
     ) -> tuple[NDArray[np.number[Any]], NDArray[np.bool_]]:
-        """Return the scores of all locations, and a mask of locations excluded as continuations.
-
-        Excluded locations have the worst score in the workspace, but the real score in the result.
-        """
+        """Return the real scores of all locations, and a mask of excluded continuations."""
         scores = self._stepper.work.scores.copy()
         copies = np.zeros(scores.shape, bool)
         if not self._stepper.plan.inputs.before.shape[1]:

@@ -13,16 +13,7 @@ FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
 
 
 def csv_as_bytes(head: Iterable[object], lines: Iterable[Iterable[object]]) -> bytes:
-    """Return a table as CSV.
-
-    A spreadsheet would compute a name such as `=1+1` when the file is opened. An apostrophe before
-    such a text makes it a text there; numbers stay numbers.
-
-    Examples
-    --------
-    >>> csv_as_bytes(["name", "value"], [["sand", -3.5], ["=1+1", "-2"]])
-    b"name,value\\nsand,-3.5\\n'=1+1,-2\\n"
-    """
+    """Return a table as CSV; texts that a spreadsheet would compute begin with an apostrophe."""
     text = StringIO()
     writer = csv.writer(text, lineterminator="\r\n")  # so that it quotes texts with either of them
     writer.writerows([_cell(value) for value in line] for line in (head, *lines))

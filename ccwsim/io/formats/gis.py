@@ -78,10 +78,7 @@ def is_shapefile_zip(content: bytes) -> bool:
 
 
 def read_gis(content: bytes, name: str, kind: str) -> DataFile:
-    """Return the points of a GeoPackage or a zipped Shapefile as a table.
-
-    Raises `CCWSIMError` if pyogrio is not installed, or if the file contains no points.
-    """
+    """Return the points of a GeoPackage or a zipped Shapefile as a table."""
     if kind == "shp":
         raise CCWSIMError(
             f"{name}: a .shp file is not enough without its table (.dbf); put all files of the "
@@ -103,10 +100,7 @@ def read_gis(content: bytes, name: str, kind: str) -> DataFile:
 
 
 def _parts(content: bytes, name: str) -> bytes:
-    """Return a zip of the required files of one Shapefile; apply size limits when unpacking.
-
-    The coordinate system is omitted, because reading an invalid coordinate system takes seconds.
-    """
+    """Return a zip of one Shapefile without its coordinate system, whose reading can be slow."""
     with opened_archive(content, name) as archive:
         stem = next(m[:-4] for m in archive.infos if m.lower().endswith(".shp"))
         parts = {m: m[-4:].lower() for m in archive.infos if m[:-4] == stem}

@@ -36,9 +36,7 @@ def is_grdecl(content: bytes) -> bool:
 def read_grdecl(content: bytes, name: str) -> DataFile:
     """Return the properties of an Eclipse file whose keywords have one value per cell.
 
-    Layers run from the top, as K does. Rows run from the north, unless COORD or MAPAXES state that
-    y grows with J. Cells with an ACTNUM of 0 are unknown. The cell size and the origin are those of
-    COORD and ZCORN, or of DX, DY, DZ and TOPS, if the cells are equal and not rotated.
+    Layers run from the top, and rows from the north unless COORD or MAPAXES state otherwise.
     """
     content = _bare(content)
     sizes = _SIZES.search(content)
@@ -140,11 +138,7 @@ def read_irap(content: bytes, name: str) -> DataFile:
 
 
 def grdecl_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
-    """Return maps or volumes (row 0 at the south) as an Eclipse GRDECL text with its geometry.
-
-    J runs from the north and K from the top; a map is one layer of depths from 0 to 1. Keywords
-    are the names of the maps in 8 letters or digits, after a comment with the full name.
-    """
+    """Return maps (one layer of depths from 0 to 1) or volumes as an Eclipse GRDECL text."""
     nz, (ny, nx) = grid.nz or 1, grid.shape[-2:]
     (sx, sy, *along_z), (ox, oy, *bottom) = grid.cell_size, grid.origin
     sz, top = (along_z or [1.0])[0], -(bottom[0] + nz * along_z[0]) if along_z else 0.0

@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 from ccwsim.io.data_file import DataFile, broken, optional_package
 from ccwsim.io.formats.rasters import code_and_wkt
 from ccwsim.io.limits import MAX_VARIABLES, check_cells
-from ccwsim.model.arrays import AXES
+from ccwsim.model.arrays import AXES, labelled_axes, oriented_values
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
-from ccwsim.model.labelled_arrays import labelled_axes, oriented_values
 
 _MATLAB = "MATLAB_class"
 _CRS_VARIABLE = "spatial_ref"
@@ -27,10 +26,7 @@ REALIZATION = "realization"
 
 
 def read_netcdf(content: bytes, name: str) -> DataFile:
-    """Return the variables of a NetCDF file that have at least two axes.
-
-    Raises `CCWSIMError` if xarray is not installed, or the file has no such variable.
-    """
+    """Return the variables of a NetCDF file that have at least two axes."""
     xarray = optional_package("xarray", "NetCDF files", "ccwsim[files]")
     engine = "scipy" if content.startswith(b"CDF") else "h5netcdf"
     if engine == "h5netcdf":
@@ -82,10 +78,7 @@ def _file_of(arrays: dict[str, Any], name: str) -> DataFile:
 
 
 def read_hdf5(content: bytes, name: str) -> DataFile:
-    """Return the arrays of an HDF5 file: MATLAB 7.3, NetCDF-4 or any other.
-
-    Raises `CCWSIMError` if h5py is not installed, or the file has no array of numbers.
-    """
+    """Return the arrays of an HDF5 file: MATLAB 7.3, NetCDF-4 or any other."""
     h5py = optional_package("h5py", "HDF5, MATLAB 7.3 and NetCDF-4 files", "ccwsim[files]")
     with (
         broken(f"{name}: the HDF5 file cannot be read", remedy="save it again"),
@@ -105,12 +98,9 @@ def read_hdf5(content: bytes, name: str) -> DataFile:
 
 
 def _arrays(file: Any, h5py: Any, name: str) -> dict[str, Any]:
-    """Return all arrays of a file by their paths, after their sizes and places are checked.
-
-    Arrays in other files are refused, so that an upload cannot show files of the server. Each array
-    is visited once, although groups may contain each other.
-    """
+    """Return all arrays by their paths; refuse other files, which could be those of a server."""
     arrays: dict[str, Any] = {}
+    sizes: list[tuple[int, ...]] = []
 
     def visit(key: str, item: Any) -> None:
         if isinstance(item, h5py.Dataset) and not key.startswith("#"):  # groups of MATLAB itself
@@ -120,14 +110,11 @@ def _arrays(file: Any, h5py: Any, name: str) -> dict[str, Any]:
     links = file.visititems_links(lambda _, link: isinstance(link, h5py.ExternalLink) or None)
     if links or any(array.external or array.is_virtual for array in arrays.values()):
         raise CCWSIMError(f"{name} refers to other files; save all arrays in one file")
-    check_cells(name, *(_stored(array) for array in arrays.values()))
+    for array in arrays.values():  # a chunk may be larger than the array
+        shape, chunk = array.shape or (1,), array.chunks or ()
+        sizes.append(chunk if prod(chunk) > prod(shape) else tuple(max(side, 1) for side in shape))
+    check_cells(name, *sizes)
     return arrays
-
-
-def _stored(array: Any) -> tuple[int, ...]:
-    """Return the shape of an array, or of one of its chunks if a chunk is larger."""
-    shape, chunk = array.shape or (1,), array.chunks or ()
-    return chunk if prod(chunk) > prod(shape) else tuple(max(side, 1) for side in shape)
 
 
 def _grid(array: NDArray, is_matlab: bool) -> NDArray:
@@ -138,10 +125,7 @@ def _grid(array: NDArray, is_matlab: bool) -> NDArray:
 
 
 def netcdf_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
-    """Return maps as NetCDF variables; coordinates (z,) y, x are cell centres in world units.
-
-    Raises `CCWSIMError` if xarray is not installed, or codes do not fit NetCDF.
-    """
+    """Return maps as NetCDF variables; coordinates (z,) y, x are cell centres in world units."""
     xarray = optional_package("xarray", ".nc files", "ccwsim[files]")
     axes = dict(reversed(list(zip(AXES, grid.axes, strict=False))))
     variables = {name: (tuple(axes), netcdf_integers(values)) for name, values in maps.items()}
@@ -152,7 +136,7 @@ def realizations_as_netcdf(array: Any) -> bytes:
     """Return the DataArray of an ensemble as NetCDF; integers have at most 32 bits."""
     optional_package("xarray", ".nc files", "ccwsim[files]")
     codes = netcdf_integers(np.asarray(array.attrs["flag_values"]))
-    small = array.astype(codes.dtype)
+    small = array.astype(codes.dtype if array.dtype.kind in "ui" else np.float64)
     small.attrs |= {"flag_values": codes, "seed": str(array.attrs["seed"])}
     return _netcdf(small.to_dataset(), small.attrs.get("crs", ""))
 

@@ -46,7 +46,8 @@ def read_matlab(content: bytes, name: str) -> DataFile:
     for kind, data in _variables(_Elements(memoryview(content)[128:], order, name)):
         array = _named_array(_Elements(data, order, name)) if kind == _MATRIX else None
         if array is not None:
-            grids[array[0]] = _as_grid(array[1])
+            key, values = array  # slices are along the last axis, and come first here
+            grids[key] = values[None] if values.ndim == 2 else np.moveaxis(values, 2, 0)
             check_cells(name, *(grid.shape for grid in grids.values()))
     return _file_of(grids, name)
 
@@ -61,11 +62,6 @@ def _check_whole(name: str, n_stated: int, n: int) -> None:
     """Raise an error if fewer bytes follow than a header states."""
     if n < n_stated:
         raise CCWSIMError(f"{name} ends in the middle of a variable; get a complete file")
-
-
-def _as_grid(array: NDArray) -> NDArray:
-    """Move the slices of an array from the last axis (MATLAB's order) to the first axis."""
-    return array.reshape((1, *array.shape)) if array.ndim == 2 else np.moveaxis(array, 2, 0)
 
 
 class _Elements:

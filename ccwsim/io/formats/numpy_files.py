@@ -24,10 +24,7 @@ MAX_NPY_HEADER = 10_000
 
 
 def read_npy(content: bytes, name: str, *, stacked: bool = False) -> DataFile:
-    """Return the array of an `.npy` file; its shape is (ny, nx), or (n, ny, nx) with n slices.
-
-    With `stacked`, the shape may also be (n, nz, ny, nx).
-    """
+    """Return an array (ny, nx) or (n, ny, nx); with `stacked`, also (n, nz, ny, nx)."""
     grid = _grid(content, name, (2, 3, 4) if stacked else (2, 3))
     return DataFile("NumPy array", name, {"array": grid}, asks_up=True)
 
@@ -169,11 +166,8 @@ class _Array(NamedTuple):
         if len(content) - self.file.tell() < n * self.dtype.itemsize:
             raise CCWSIMError(f"{self.name} ends before the {n} values that its header states")
         values = np.frombuffer(content, self.dtype, count=n, offset=self.file.tell())
-        native = values.astype(_native(self.dtype), copy=False)
+        kind = self.dtype.newbyteorder("=")
+        if kind.kind == "f":
+            kind = np.dtype(np.float64 if kind.itemsize > 4 else np.float32)
+        native = values.astype(np.uint8 if kind.kind == "b" else kind, copy=False)
         return native.reshape(self.shape, order="F" if self.by_columns else "C")
-
-
-def _native(dtype: np.dtype) -> np.dtype:
-    if dtype.kind == "f":
-        return np.dtype(np.float64 if dtype.itemsize > 4 else np.float32)
-    return np.dtype(np.uint8) if dtype.kind == "b" else dtype.newbyteorder("=")

@@ -14,8 +14,8 @@ from PIL import Image, ImageOps, PngImagePlugin
 from PIL.PngImagePlugin import PngInfo
 
 from ccwsim.io.data_file import DataFile, broken
+from ccwsim.io.gridding import FilePart
 from ccwsim.io.limits import MIB, check_cells
-from ccwsim.io.part import FilePart
 from ccwsim.model.classes import Classes, asks_for_codes, classify
 from ccwsim.model.errors import CCWSIMError, shown
 
@@ -50,10 +50,7 @@ class PictureFile:
 def read_picture(
     content: bytes, name: str, part: FilePart | None = None, *, up: bool | None = None
 ) -> PictureFile | DataFile:
-    """Read a file as a picture, or as a grid if each pixel is a number of 16 bits or more.
-
-    With a `part`, only the pixels of the part are read. With `up`, the first row is the south.
-    """
+    """Read a picture, or a grid if its pixels are numbers of 16 bits or more."""
     image = _opened(content, name)
     check_cells(name, (image.height, image.width))
     with broken(f"{name}: the picture is broken; save it again as PNG"):
@@ -73,10 +70,8 @@ def picture_facies(
 ) -> NDArray[np.int64]:
     """Return the facies codes of a picture, shape (ny, nx), row 0 at the top.
 
-    Without classes, every colour is a facies, and facies are numbered from dark to light.
-    `classes="codes"`, the default for PNGs written by this package, uses the palette indices or
-    the grey values as codes. `classes=n` uses the n main colours. A threshold or a list of edges
-    divides the grey values (0 is black, 255 is white).
+    Without classes, every colour is a facies, from dark to light. `classes="codes"` uses palette
+    indices or grey values, `classes=n` the n main colours; a threshold or edges divide grey values.
     """
     if threshold is None and isinstance(classes, (int, np.integer)):
         return nearest_colours(picture.rgb, int(classes))
@@ -102,11 +97,7 @@ def picture_as_bytes(
     *,
     are_codes: bool = False,
 ) -> bytes:
-    """Return a palette PNG (north up) of colour indices, shape (ny, nx), row 0 at the south.
-
-    After the n colours, the palette contains white for gaps between maps. With `are_codes`, the
-    file marks the indices as facies codes.
-    """
+    """Return a palette PNG (north up) of colour indices; white follows the colours for gaps."""
     if indices.min() < 0 or indices.max() > min(n_colours, 255):
         raise CCWSIMError(f"a picture of {n_colours} colours cannot show colour {indices.max()}")
     palette = np.vstack([colours_for(n_colours, colours), [[255, 255, 255]]])[:256]
@@ -190,10 +181,7 @@ def is_grey(rgb: NDArray[np.uint8], percent: float = 100.0) -> bool:
 def distinct_colours(
     rgb: NDArray[np.uint8], known: NDArray[np.bool_] | None = None
 ) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:
-    """Return the colours of a picture from dark to light, and the colour index of each cell.
-
-    Only the colours of `known` cells count; the indices of other cells have no meaning.
-    """
+    """Return the colours of the `known` cells from dark to light, and each cell's colour index."""
     packed = _packed(rgb, 8)
     there = np.zeros(1 << 24, bool)
     there[packed if known is None else packed[known]] = True
@@ -239,11 +227,7 @@ def facies_colours_of(picture: PictureFile, codes: NDArray[np.int64]) -> list[st
 
 
 def nearest_colours(rgb: NDArray[np.uint8], n: int) -> NDArray[np.int64]:
-    """Return the facies of a picture reduced to n colours, numbered from dark to light.
-
-    The first colour is the most frequent colour. Each further colour is frequent and differs
-    strongly from the colours already chosen. Lloyd's k-means then refines the colours.
-    """
+    """Return the facies of a picture reduced to n colours, from dark to light, by k-means."""
     if not 2 <= n <= MAX_COLOURS:
         raise CCWSIMError(f"classes = {shown(n)} must be from 2 to {MAX_COLOURS} for a picture")
     coarse = _packed(rgb >> 3, 5)

@@ -29,11 +29,7 @@ MAX_DIGITS = 40
 
 
 def is_map(content: bytes, name: str) -> bool:
-    """Return whether a TIFF contains numbers on a map or several pages, and is not a picture.
-
-    A picture has one page of one, three or four bands of 8 bits, without coordinates and without
-    a value for unknown cells. A broken TIFF counts as a picture.
-    """
+    """Return whether a TIFF contains numbers on a map or several pages, and is not a picture."""
     with suppress(CCWSIMError), _opened(content, name, "tiff") as file:
         placed = not file.transform.is_identity or file.crs is not None
         plain = set(file.dtypes) == {"uint8"} and file.count in (1, 3, 4)
@@ -98,10 +94,7 @@ def _geometry(page: Any) -> dict[str, Any]:
 
 
 def code_and_wkt(said: str) -> tuple[str, str]:
-    """Return a coordinate system as the authority's code, if there is one, and as WKT.
-
-    Without rasterio, or for a text that is no coordinate system, both are the given text.
-    """
+    """Return a coordinate system as the authority's code and as WKT; otherwise the given text."""
     with suppress(Exception):
         from rasterio.crs import CRS
 
@@ -117,10 +110,7 @@ def _code_of(crs: Any) -> str:
 
 
 def geotiff_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
-    """Return maps as a GeoTIFF, north up, with one named band per map and a common data type.
-
-    Raises `CCWSIMError` if rasterio is missing, codes do not fit a GeoTIFF, or maps are volumes.
-    """
+    """Return maps as a GeoTIFF, north up, with one named band per map and a common data type."""
     if grid.nz is not None:
         raise CCWSIMError("a GeoTIFF can show maps, not volumes; write vti, npz or gslib")
     rasterio = optional_package("rasterio", ".tif files", "ccwsim[files]")
@@ -130,6 +120,8 @@ def geotiff_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
     kind = _common_type(maps)
     north_west = rasterio.Affine(sx, 0, ox, 0, -sy, oy + grid.ny * sy)
     profile: dict[str, Any] = {"height": grid.ny, "width": grid.nx, "count": len(maps)}
+    if any(np.isnan(values).any() for values in maps.values()):
+        profile["nodata"] = np.nan
     profile |= {"dtype": kind, "transform": north_west, "compress": "deflate"}
     if grid.crs:
         with broken(f"crs = {shown(grid.crs)} is unknown to GDAL", remedy="correct it"):

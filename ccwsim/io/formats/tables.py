@@ -1,17 +1,19 @@
-"""Make tables of columns, and read tables in memory: DataFrames, dicts and structured arrays."""
+"""Make tables of columns, and read tables in memory and the first sheet of an Excel workbook."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from io import BytesIO
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.io.data_file import DataFile, distinct_names
-from ccwsim.io.formats.text_tables import column_of_numbers
-from ccwsim.io.limits import check_table
+from ccwsim.io.archive import opened_archive
+from ccwsim.io.data_file import DataFile, broken, distinct_names, optional_package
+from ccwsim.io.formats.text_tables import column_of_numbers, read_delimited
+from ccwsim.io.limits import check_table, limits
 from ccwsim.model.arrays import as_array
 from ccwsim.model.errors import CCWSIMError, shown
 
@@ -44,11 +46,7 @@ def table_of(
     lines: NDArray[np.int64],
     counted: str = "row",
 ) -> DataFile:
-    """Return columns as a table, in which `lines` are the numbers of the rows.
-
-    Columns of numbers are taken as they are. Other columns are texts, in which None and the missing
-    values of pandas are empty; if all texts are numbers, the column is a column of numbers.
-    """
+    """Return columns as a table; columns of other types are texts, unless all are numbers."""
     check_table(name, len(lines), len(keys))
     names = distinct_names([str(key) for key in keys])
     variables, words = dict[str, NDArray](), dict[str, tuple[str, ...]]()
@@ -78,3 +76,29 @@ def _text_of(value: Any) -> str:
     """Return a value of a column as short text; missing values are empty."""
     text = value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
     return "" if text in ("None", "nan", "NaN", "<NA>", "NaT") else text[:200].strip()
+
+
+SEPARATOR = "\t"
+"""Separator of the cells in the text that a sheet becomes."""
+
+
+def is_excel(content: bytes) -> bool:
+    """Return whether a zip file contains a workbook."""
+    return b"xl/workbook.xml" in content
+
+
+def read_excel(content: bytes, name: str) -> DataFile:
+    """Return the first sheet that has values, read like a text with the same cells."""
+    openpyxl = optional_package("openpyxl", "Excel files", "ccwsim[files]")
+    with opened_archive(content, name) as archive:
+        archive.check(list(archive.infos))
+    with broken(f"{name}: the workbook cannot be read", remedy="save it as CSV"):
+        book = openpyxl.load_workbook(BytesIO(content), read_only=True, data_only=True)
+        for sheet in book.worksheets:
+            rows: list[bytes] = []
+            for row in sheet.iter_rows(values_only=True, max_row=limits().lines):
+                fields = ["" if v is None else " ".join(str(v).split()) for v in row]
+                rows.append(SEPARATOR.join(fields).encode() if any(fields) else b"")
+            if any(rows):
+                return read_delimited(b"\n".join(rows) + b"\n", name)
+    raise CCWSIMError(f"{name}: the workbook has no values")

@@ -39,12 +39,7 @@ def is_gslib(content: bytes) -> bool:
 
 
 def read_gslib(content: bytes, name: str) -> DataFile:
-    """Return the grid or table of a GSLIB-like text.
-
-    The text is a grid if line 1 has three to nine numbers (`nx ny nz [sx sy sz [ox oy oz]]`), or
-    line 2 has the sizes after the count. The text is a table (points, or a grid of unknown size)
-    if line 1 is a title or one number.
-    """
+    """Return the grid (sizes in the first two lines) or table of a GSLIB-like text."""
     lines, _ = _head(content, 2)
     count = lines[1].split()
     n = int(count[0]) if len(count[0]) < 9 else MAX_VARIABLES + 1
@@ -66,19 +61,7 @@ def read_gslib(content: bytes, name: str) -> DataFile:
 def grid_as_bytes(
     columns: Sequence[NDArray], names: Sequence[str], grid: Grid | None = None
 ) -> bytes:
-    """Return grids of shape (ny, nx) or (nz, ny, nx) as an SGeMS text, row 0 at the south.
-
-    If the cell size is not 1 or the origin is not 0, line 1 is `nx ny nz sx sy sz ox oy oz`, with
-    cell size s and origin o, as in files of geone and DeeSse.
-
-    Examples
-    --------
-    >>> grid_as_bytes([np.array([[0, 1], [1, 1]])], ["facies"])
-    b'2 2 1\\n1\\nfacies\\n0\\n1\\n1\\n1\\n'
-    >>> placed = Grid(1, 2, cell_size=(10.0, 5.0), origin=(350000.0, 4505000.0))
-    >>> grid_as_bytes([np.array([[0, 1]])], ["facies"], placed)
-    b'2 1 1 10.0 5.0 1 350000.0 4505000.0 0\\n1\\nfacies\\n0\\n1\\n'
-    """
+    """Return grids as an SGeMS text, row 0 at the south, with size and origin as in DeeSse."""
     nz, ny, nx = (1, *columns[0].shape)[-3:]
     place = ""
     if grid is not None and ({*grid.cell_size}, {*grid.origin}) != ({1.0}, {0.0}):

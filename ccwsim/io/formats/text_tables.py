@@ -86,13 +86,7 @@ _QUOTED = re.compile(r'"[^"]*"|\S+')
 
 
 def split_fields(line: str, separator: str | None) -> list[str]:
-    """Split a line into fields and remove white space and quotes around each field.
-
-    Examples
-    --------
-    >>> split_fields('"W 1"; 2,5;', ";"), split_fields('"W 1"  2.5', None)
-    (['W 1', '2,5', ''], ['W 1', '2.5'])
-    """
+    """Split a line into fields and remove white space and quotes around each field."""
     if separator is None:
         fields = _QUOTED.findall(line) if '"' in line else line.split()
         return [field.strip("\"'") for field in fields]
@@ -111,15 +105,7 @@ _GROUPS = {
 
 
 def field_number(field: str, decimal: str) -> float | None:
-    """Return the number in a field; return NaN for a missing value and None for text.
-
-    Examples
-    --------
-    >>> field_number("2,5", ","), field_number("1.234,5", ","), field_number("1,234.5", ".")
-    (2.5, 1234.5, 1234.5)
-    >>> field_number("NA", "."), field_number("sand", ".")
-    (nan, None)
-    """
+    """Return the number in a field; return NaN for a missing value and None for text."""
     if field.lower() in UNKNOWN or field == "*" * len(field):
         return float("nan")
     if _GROUPS[decimal].fullmatch(field):
@@ -129,13 +115,7 @@ def field_number(field: str, decimal: str) -> float | None:
 
 
 def column_of_numbers(fields: Sequence[str], decimal: str = ".") -> NDArray[np.float64] | None:
-    """Return a column as numbers, if it consists of numbers, or of words for 1 and 0.
-
-    Examples
-    --------
-    >>> column_of_numbers(["2", "NA"]), column_of_numbers(["yes", ""]), column_of_numbers(["sand"])
-    (array([ 2., nan]), array([ 1., nan]), None)
-    """
+    """Return a column as numbers, if it consists of numbers, or of words for 1 and 0."""
     if {field.lower() for field in fields} <= BOOLEANS.keys() | UNKNOWN:
         return np.array([BOOLEANS.get(field.lower(), np.nan) for field in fields])
     values = [field_number(field, decimal) for field in fields]
@@ -152,13 +132,7 @@ def numbered(
 
 
 def separator_of(sample: Sequence[str]) -> str | None:
-    """Return the separator that splits a few lines of data into the most numbers.
-
-    Examples
-    --------
-    >>> separator_of(["10,5;20;1"]), separator_of(["1, 2, 3"]), separator_of(["1,5 2,5 1"])
-    (';', ',', None)
-    """
+    """Return the separator that splits a few lines of data into the most numbers."""
     scores = [sum(_n_numbers(line, s) for line in sample) for s in SEPARATORS]
     if not any(scores):  # only words: the most fields in every line
         scores = [min(len(split_fields(line, s)) for line in sample) for s in SEPARATORS]
@@ -166,13 +140,7 @@ def separator_of(sample: Sequence[str]) -> str | None:
 
 
 def decimal_of(sample: Sequence[str], separator: str | None) -> str:
-    """Return the decimal mark of a few lines: a comma if they contain numbers such as 2,5.
-
-    Examples
-    --------
-    >>> decimal_of(["10,5;20;1"], ";"), decimal_of(["1,234.5;2;1"], ";")
-    (',', '.')
-    """
+    """Return the decimal mark of a few lines: a comma if they contain numbers such as 2,5."""
     if separator == ",":
         return "."
     fields = [field for line in sample for field in split_fields(line, separator)]
@@ -196,11 +164,7 @@ _COMMENT = (b"#", b"%", b"//")
 
 
 def read_delimited(content: bytes, name: str) -> DataFile:
-    """Return the columns of a table with a header, or the matrix in a text without a header.
-
-    A row without numbers below the header, such as a row of units, is skipped. Headers of Petrel
-    points and well logs (LAS) are also recognized.
-    """
+    """Return the columns of a table with a header, or the matrix in a text without a header."""
     if (n_lines := content.count(b"\n")) > limits().lines:
         raise CCWSIMError(
             f"{name}: {n_lines} lines exceed the limit of {limits().lines}; use an SGeMS grid or "
@@ -308,10 +272,7 @@ def _n_titles(lines: list[bytes], marks: _Marks) -> int:
 
 
 def _names_above(lines: list[bytes], marks: _Marks) -> tuple[list[str], int]:
-    """Return the names of the columns, and the number of lines above the first row.
-
-    Two lines without numbers above the rows are names and units, or a title and names.
-    """
+    """Return the names of the columns, and the number of lines above the first row."""
     first, *others = map(marks.fields, lines[:3])
     if all(field_number(field, marks.decimal) is not None for field in first):
         return [], 0
@@ -322,10 +283,7 @@ def _names_above(lines: list[bytes], marks: _Marks) -> tuple[list[str], int]:
 
 
 def _matrix_of_names(lines: _Lines, marks: _Marks, name: str) -> DataFile | None:
-    """Return a matrix of facies names, numbered in the order of the alphabet, or None.
-
-    A table with a header has different names in its first line, a matrix repeats the names.
-    """
+    """Return a matrix of facies names, which repeats names in its first line, or None."""
     first = marks.fields(lines.texts[0])
     if len(lines.texts) < 2 or len(set(first)) == len(first) or len(first) < 2:
         return None

@@ -49,10 +49,7 @@ def is_vti(content: bytes) -> bool:
 
 
 def read_vti(content: bytes, name: str) -> DataFile:
-    """Return the arrays of cell data as grids; if there are none, the arrays of point data.
-
-    The value at a point becomes the value of a cell centred on the point.
-    """
+    """Return the arrays of cell data as grids; if there are none, point data (as cells)."""
     root, appended = _tree(content, name)
     image = root.find("ImageData")
     pieces = [] if image is None else image.findall("Piece")
@@ -151,19 +148,16 @@ class _Values:
         elif form == "binary":
             stored = _Stored(b"".join(text.split()), raw=False)
         else:
-            return self._of_text(text, n)
+            words = text.split()
+            if len(words) != n:
+                self._raise_count(n, len(words))
+            with broken(f"{self._name}: an array has a word that is not a number", ValueError):
+                return np.array(words, "S40").astype(np.float64)
         check_bytes(self._name, n * kind.itemsize, unpacked=True)
         data = (self._unpacked if self._packed else self._plain)(stored, n * kind.itemsize)
         if len(data) != n * kind.itemsize:
             self._raise_count(n, len(data) // kind.itemsize)
         return np.frombuffer(data, kind).astype(kind.newbyteorder("="))
-
-    def _of_text(self, text: bytes, n: int) -> NDArray[np.float64]:
-        words = text.split()
-        if len(words) != n:
-            self._raise_count(n, len(words))
-        with broken(f"{self._name}: an array has a word that is not a number", ValueError):
-            return np.array(words, "S40").astype(np.float64)
 
     def _plain(self, stored: _Stored, n: int) -> bytes:
         """Return uncompressed bytes, at most n + 1, which follow their count."""
@@ -188,7 +182,7 @@ class _Values:
         """Return the first n numbers of a header."""
         data = self._first(stored, n * self._header.itemsize)
         if len(data) < n * self._header.itemsize:
-            self._raise_end()
+            raise CCWSIMError(f"{self._name} ends in the middle of an array; get a complete file")
         return np.frombuffer(data, self._header, count=n).tolist()
 
     def _first(self, stored: _Stored, n: int) -> bytes:
@@ -209,9 +203,6 @@ class _Values:
             "array follow; get the complete file"
         )
 
-    def _raise_end(self) -> NoReturn:
-        raise CCWSIMError(f"{self._name} ends in the middle of an array; get a complete file")
-
 
 def _letters(n: int) -> int:
     """Return the number of letters of n bytes in base64."""
@@ -219,10 +210,7 @@ def _letters(n: int) -> int:
 
 
 def vti_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
-    """Return maps or volumes (row 0 at the south) as VTK XML ImageData, one array per map.
-
-    A map becomes one layer of cells between z = 0 and z = 1.
-    """
+    """Return maps (layers from z = 0 to 1) or volumes as VTK XML ImageData, one array per map."""
     extent = f'"0 {grid.nx} 0 {grid.ny} 0 {grid.nz or 1}"'
     spacing = " ".join((*map(repr, grid.cell_size), "1")[:3])
     origin = " ".join((*map(repr, grid.origin), "0")[:3])

@@ -246,11 +246,7 @@ def place_columns(
     coordinates: str | None = None,
     taken: Sequence[str] = (),
 ) -> tuple[str, str, bool, list[str]]:
-    """Return two columns of coordinates, whether coordinates are in world units, and notes.
-
-    The user may name the columns `x` and `y`. Columns in `taken` have another role, so they are
-    not guessed as coordinates.
-    """
+    """Return two columns of coordinates, whether they are in world units, and notes."""
     names, cells, asked = list(file.names), coordinates == "cells", [x, y]
     free = [name for name in names if name not in (*asked, *taken)]
     column, row = x or _first(free, "column"), y or _first(free, "row")
@@ -294,20 +290,7 @@ def _untold(one: str, two: str, said: str) -> str:
 def columns_of(
     file: DataFile, roles: Mapping[str, Role], asked: Asked, taken: Sequence[str] = ()
 ) -> dict[str, str]:
-    """Return the column of each role in a table, as given by the user or guessed by name.
-
-    If a table has a column "depth" and also columns "from" and "to", the columns that the user
-    names are returned (default: "from" and "to"). Inclinations are preferred to dips by default.
-
-    Examples
-    --------
-    >>> columns = ("hole", "from", "to", "depth", "rock")
-    >>> file = DataFile("table", "a.csv", {}, is_table=True, columns=columns)
-    >>> columns_of(file, INTERVALS, {})
-    {'well': 'hole', 'depth_from': 'from', 'depth_to': 'to'}
-    >>> columns_of(file, INTERVALS, {"depth": "DEPTH", "well": ""})
-    {'depth': 'depth'}
-    """
+    """Return the column of each role in a table, as given by the user or guessed by name."""
     named = asked_columns(file, {role: asked.get(role) for role in roles})
     free = [name for name in file.names if name not in (*named.values(), *taken)]
     columns = {}

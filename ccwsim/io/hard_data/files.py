@@ -73,9 +73,6 @@ def read_hard_data(
     >>> from io import BytesIO
     >>> read_hard_data(BytesIO(b"x;y;facies\\n10,5;2,5;1\\n"), (8, 16)).cells
     array([[ 2, 10]])
-    >>> well = b"well,x,y,z,from,to,facies\\nA,10.5,2.5,8,1,3,1\\nA,10.5,2.5,8,3,4,0\\n"
-    >>> read_hard_data(BytesIO(well), (8, 8, 16)).triples
-    ((4, 2, 10, 0), (5, 2, 10, 1), (6, 2, 10, 1))
     """
     return import_hard_data(path_or_file, grid, training_image, **options).hard_data
 

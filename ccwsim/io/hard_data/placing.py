@@ -227,10 +227,7 @@ def fit_grid(
 
 
 def far_away(places: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return a mask of places, shape (n, 2 or 3), whose x or y is far from those of the others.
-
-    The distance is more than the extent of all places without the outer tenth along an axis.
-    """
+    """Return a mask of places farther off than the extent of all places without the outer tenth."""
     far = np.zeros(len(places), bool)
     if not len(places) or not np.isfinite(places).all():
         return far
@@ -297,10 +294,7 @@ _NO_CODE = np.iinfo(np.int64).min  # the code of an unknown name
 def _by_name(
     points: ImportedPoints, training_image: TrainingImage | None, given: dict[str, int]
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """Return the facies codes of data with facies names, and a mask of the known names.
-
-    A name is looked up in `given`, then in the training image; otherwise it is read as a number.
-    """
+    """Return the codes of facies names (given, of the image, or numbers), and which are known."""
     codes = dict(given)
     if training_image is not None:
         names = [_bare(name) for name in training_image.facies_names]

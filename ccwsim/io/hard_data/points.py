@@ -101,10 +101,7 @@ class ImportedPoints:
         )
 
     def known(self) -> ImportedPoints:
-        """Return the data with a value and coordinates, if they are not too many.
-
-        A note names the rows without coordinates.
-        """
+        """Return the data with a value and coordinates; note rows without coordinates."""
         check_few(self.name, self.n, "rows")
         known, placed = ~np.isnan(self.values), np.isfinite(self.places).all(axis=1)
         notes = self.notes
@@ -132,11 +129,7 @@ def check_few(name: str, n: int, what: str) -> None:
 def heights_below(
     z: NDArray[np.float64], depths: list[NDArray[np.float64]]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
-    """Return heights and spans of data, from z and at most two columns of depths below z.
-
-    Two depths define an interval. The height of an interval is the height of its middle; spans,
-    shape (n, 2), contain the heights of bottom and top.
-    """
+    """Return heights (middles of intervals) and spans from z and up to two columns of depths."""
     if len(depths) < 2:
         return z - depths[0] if depths else z, None
     start, end = depths
@@ -144,10 +137,7 @@ def heights_below(
 
 
 def along_wells(points: ImportedPoints, grid: Grid | None) -> ImportedPoints:
-    """Replace each depth interval by a datum in every cell whose centre is in the interval.
-
-    A centre on the border of two intervals belongs to the upper interval.
-    """
+    """Replace intervals by a datum per cell centre; on a border, the upper one counts."""
     if points.spans is None:
         return points
     if grid is None or grid.nz is None:

@@ -37,10 +37,7 @@ class RowProblems(NamedTuple):
     def usable(
         self, bad: NDArray[np.bool_], said: str | Callable[[int], str], remedy: str
     ) -> NDArray[np.bool_]:
-        """Note bad rows one by one, and return a mask of the others.
-
-        `said` is the problem, or a function that returns it for the index of a row.
-        """
+        """Note bad rows with what is `said` (of their index); return a mask of the others."""
         for k in np.flatnonzero(bad).tolist():
             self.add("on_bad_row", [k], said if isinstance(said, str) else said(k), remedy)
         return ~bad
@@ -65,11 +62,7 @@ class RowProblems(NamedTuple):
 
 
 class Intervals:
-    """Intervals of wells, by the rows of their table; `problems` collects the faults.
-
-    `names` and `depths` (upper and lower, NaN if missing) belong to the rows; `lengths` are those
-    of the wells, infinite if unknown.
-    """
+    """Intervals of wells by row, with upper and lower depths, NaN if missing."""
 
     def __init__(
         self,
@@ -86,10 +79,7 @@ class Intervals:
         self._bottoms = np.array([*lengths.values(), np.nan])[self._wells]
 
     def usable_rows(self) -> NDArray[np.int64]:
-        """Return the indices of the rows that can be used, sorted by well and depth.
-
-        Missing depths are completed, and overlaps are resolved, in `start` and `end`.
-        """
+        """Return usable rows, sorted by well and depth; complete depths and resolve overlaps."""
         empty = self._keep & np.isnan(self.start) & np.isnan(self.end)
         self._keep &= self._problems.usable(empty, "the depth is missing", "add it")
         self._complete()

@@ -18,7 +18,6 @@ from ccwsim.io.hard_data.columns import (
     WellColumns,
     assign_well_columns,
 )
-from ccwsim.io.hard_data.paths import Stations, bend_between, positions
 from ccwsim.io.hard_data.placing import (
     ROW_CHOICES,
     STRICT,
@@ -107,11 +106,6 @@ def import_wells(
     >>> log = b"well,from,to,facies\\nA,1,3,1\\nA,3,4,0\\n"
     >>> import_wells(collars, BytesIO(log), (8, 8, 16)).hard_data.triples
     ((4, 2, 10, 0), (5, 2, 10, 1), (6, 2, 10, 1))
-    >>> surveys = BytesIO(b"well,depth,azimuth,dip\\nA,0,0,-45\\n")
-    >>> collars.seek(0)
-    0
-    >>> import_wells(collars, BytesIO(log), (8, 8, 16), surveys=surveys).hard_data.n
-    5
     """
     grid, conversion = Grid.of(grid), Conversion.taken_from(options)
     columns = WellColumns(**options)
@@ -212,9 +206,6 @@ def preview_wells(
     >>> preview = preview_wells(BytesIO(b"BHID,From,To,Rock\\nA,1,3,1\\n"), "intervals")
     >>> preview.guess
     {'well': 'BHID', 'depth_from': 'From', 'depth_to': 'To', 'facies': 'Rock'}
-    >>> preview = preview_wells(BytesIO(b"a,b,c,d\\nA,1,3,1\\n"), "collars", WellColumns(x="b"))
-    >>> preview.guess, preview.reasons[0].split(";")[0]
-    ({'x': 'b'}, 'file has no column of the names of the wells')
     """
     if table not in WELL_TABLES:
         raise CCWSIMError(f"table = {shown(table)} must be one of {', '.join(WELL_TABLES)}")
@@ -414,10 +405,7 @@ def _with_facies(
 def _along_path(
     point: ImportedPoints, well: Well, start: float, end: float, grid: Grid
 ) -> ImportedPoints:
-    """Return the data of an interval of a deviated well, one point per cell.
-
-    A cell belongs to the interval that contains the middle of the well's path in the cell.
-    """
+    """Return a point per cell whose middle of the path is in an interval of a deviated well."""
     assert well.stations is not None
     if point.spans is None:
         places = positions(well.collar, well.stations, np.array([start]))
@@ -441,3 +429,55 @@ def _along_path(
     inside = (middle > start) & (middle <= end) & (ends > begins)  # skip cells with one point
     points = point.taken([0] * int(inside.sum()))
     return replace(points, places=grid.centers_of(cells[begins[inside]]), spans=None)
+
+
+STRAIGHT = 1e-6
+"""Minimum bend between two stations in radians; with a smaller bend, the path is straight."""
+
+
+class Stations(NamedTuple):
+    """Survey stations: depths along a well with a known direction."""
+
+    depths: NDArray[np.float64]  # depths along the well from 0, shape (n,)
+    directions: NDArray[np.float64]  # unit vectors along x, y and z, shape (n, 3)
+
+
+def positions(
+    collar: NDArray[np.float64], stations: Stations, depths: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the positions, shape (n, 3), at given depths along a well, by minimum curvature.
+
+    Between two stations, the path is an arc of length L and bend β, with end tangents t₁ and t₂. At
+    length f L, the offset is L / (β sin β) · ([cos (1 − f)β − cos β] t₁ + [1 − cos fβ] t₂).
+    """
+    starts = [collar]
+    for k in range(1, len(stations.depths)):
+        start, end = stations.depths[k - 1 : k + 1]
+        starts.append(starts[-1] + _gone(stations, k - 1, np.array([end - start]))[0])
+    which = np.maximum(np.searchsorted(stations.depths, depths, side="right") - 1, 0)
+    places = np.empty((len(depths), 3))
+    for k in np.unique(which):
+        after_k = which == k
+        places[after_k] = starts[k] + _gone(stations, k, depths[after_k] - stations.depths[k])
+    return places
+
+
+def _gone(stations: Stations, k: int, along: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the offsets of the path from station k at given lengths after this station."""
+    first = stations.directions[k]
+    if k + 1 == len(stations.depths):
+        return along[:, None] * first
+    second, length = stations.directions[k + 1], stations.depths[k + 1] - stations.depths[k]
+    bend = bend_between(first, second)
+    if bend < STRAIGHT:
+        return along[:, None] * first
+    share = along / length
+    by_first = np.cos((1 - share) * bend) - np.cos(bend)
+    by_second = 1 - np.cos(share * bend)
+    sums = by_first[:, None] * first + by_second[:, None] * second
+    return length / (bend * np.sin(bend)) * sums
+
+
+def bend_between(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
+    """Return the angle between two directions in radians; small angles are accurate, too."""
+    return 2 * float(np.arcsin(min(float(np.linalg.norm(second - first)) / 2, 1.0)))

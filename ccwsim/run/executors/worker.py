@@ -34,20 +34,22 @@ def serialized(study: Study) -> bytes:
     """Return a study as bytes, without cached attributes."""
     image, data = study.training_image, study.hard_data
     parts = (image.array, image.name, image.facies_names), (data.cells, data.facies)
-    return pickle.dumps((*parts, study.grid, study.parameters, study.seed))
+    return pickle.dumps((*parts, study.grid, study.parameters, study.seed, study.secondary))
 
 
 def deserialized(content: bytes) -> Study:
     """Return the study in these bytes, with the read-only arrays that kernels expect."""
-    (array, name, facies_names), data, grid, parameters, seed = pickle.loads(content)
+    (array, name, facies_names), data, *settings, secondary = pickle.loads(content)
+    grid, parameters, seed = settings
     image = TrainingImage(array, name=name, facies_names=facies_names)
-    return Study(image, grid, parameters, HardData(*data), seed)
+    return Study(image, grid, parameters, HardData(*data), seed, secondary)
 
 
 def study_key(study: Study) -> str:
     """Return a short key of a study; studies with equal realizations have equal keys."""
     image, data = study.training_image.digest, study.hard_data.digest
-    return digest(image, study.grid, study.parameters, data, study.seed)
+    secondary = study.secondary and study.secondary.digest
+    return digest(image, study.grid, study.parameters, data, study.seed, secondary)
 
 
 class Flag(Protocol):

@@ -9,11 +9,13 @@ from typing import Any
 
 import streamlit as st
 
-from ccwsim import CCWSIMError, paper
+from ccwsim import CCWSIMError
 from ccwsim.jobs.job import Job
 from ccwsim.jobs.limits import Demand
 from ccwsim.model.bounds import MAX_SEED
-from ccwsim.paper import EXPERIMENTS, Finished, PaperInputs, Reproduction
+from ccwsim.paper import reproduction
+from ccwsim.paper.experiment import FULL, QUICK, PaperInputs, inputs_in
+from ccwsim.paper.reproduction import EXPERIMENTS, Finished, Reproduction
 from ccwsim.report.document import report_html
 from ccwsim.system.log import reason
 from ccwsim.ui.session.fragments import follow
@@ -49,19 +51,19 @@ class PaperRun(PageRun[Reproduction]):
 
     def demand(self) -> Demand:
         """Return the resources of the largest experiment, because experiments run one at a time."""
-        x = paper.QUICK if self.quick else paper.FULL
+        x = QUICK if self.quick else FULL
         many, few = x.side(512) ** 2 * x.n_many, x.largest_side**2 * x.n_few
         n_cells = max(many, few, max(x.timed_sides) ** 2 * x.n_timed)
         return Demand(n_cells, 0, BYTES_PER_CELL * n_cells)
 
     def work(self, job: Job[Reproduction]) -> Reproduction:
-        extent, on_finished = paper.QUICK if self.quick else paper.FULL, self.finished.append
+        extent, on_finished = QUICK if self.quick else FULL, self.finished.append
         report, cancel = job.report, job.is_cancelled
-        found = paper.reproduce(
+        found = reproduction.reproduce(
             self.inputs, extent, self.seed, report, cancel, EXPERIMENTS, on_finished
         )
         if found.finished:
-            self.report = report_html(paper.document_of(found)).encode()
+            self.report = report_html(reproduction.document_of(found)).encode()
         return found
 
 
@@ -79,7 +81,7 @@ def server_inputs() -> tuple[PaperInputs, str]:
     """Return the authors' inputs on the server, and a text about any problem with their folder."""
     folder = os.environ.get(VARIABLE)
     try:
-        return paper.inputs_in(folder or None), ""
+        return inputs_in(folder or None), ""
     except CCWSIMError as error:
         return PaperInputs(), f"{VARIABLE} on the server: {error}. The bundled images are used."
 
@@ -177,7 +179,7 @@ def ended_text(run: PaperRun) -> str:
     if run.result is None:
         return ""
     stopped = "Stopped. " if run.result.stopped else ""
-    return f"{stopped}{paper.summary(run.result)}"
+    return f"{stopped}{reproduction.summary(run.result)}"
 
 
 def verdict_list(finished: Sequence[Finished]) -> str:
@@ -208,9 +210,9 @@ def _judged(finished: Finished) -> str:
 
 def _verdict(finished: Finished) -> str:
     if finished.outcome is None:
-        return f'<span class="bad">{escape(paper.verdict_of(finished))}</span>'
+        return f'<span class="bad">{escape(reproduction.verdict_of(finished))}</span>'
     tones = {j.word: j.tone for j in finished.outcome.judgements}
     return ", ".join(
         f'<span class="{tones[part.split(" × ")[-1]]}">{escape(part)}</span>'
-        for part in paper.verdict_of(finished).split(", ")
+        for part in reproduction.verdict_of(finished).split(", ")
     )

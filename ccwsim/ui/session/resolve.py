@@ -10,7 +10,7 @@ import numpy as np
 
 from ccwsim import CCWSIMError, Grid, HardData, Parameters, TrainingImage, datasets, io, simulate
 from ccwsim.datasets.sampling import sample_random
-from ccwsim.experiments.cost import typical_seconds
+from ccwsim.experiments.timing import typical_seconds
 from ccwsim.io.hard_data.placing import CHOICES, ROW_CHOICES, far_away
 from ccwsim.io.isolated import IsolatedFile
 from ccwsim.io.limits import limited, upload_limits

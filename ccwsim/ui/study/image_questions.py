@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from ccwsim.io import class_edges, guess_answers, read_colours, read_grid
 from ccwsim.io.formats.pictures import MAX_COLOURS, PictureFile, few_colours
-from ccwsim.io.guesses import QUESTIONS
+from ccwsim.io.gridding import FilePart, thinning
 from ccwsim.io.limits import TooManyCells
 from ccwsim.io.opening import FileSummary, open_file
-from ccwsim.io.part import FilePart, thinning
+from ccwsim.io.training_images import QUESTIONS
 from ccwsim.model.arrays import describe_shape
 from ccwsim.sharing.choices import Answers, ImageChoice, Upload
 from ccwsim.ui.frontend.component import draw_component

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from ccwsim import CCWSIMError, Grid
 from ccwsim.io import FileSummary, ImportedPoints, PlacedPoints, PointsPreview, inspect
+from ccwsim.io.gridding import FilePart
 from ccwsim.io.hard_data.columns import ALTERNATIVE_ROLES, DEPTHS, WELL_TABLES
 from ccwsim.io.hard_data.placing import KINDS_OF_ROWS
 from ccwsim.io.hard_data.rows import RowProblem
-from ccwsim.io.part import FilePart
 from ccwsim.model.arrays import describe_shape
 from ccwsim.sharing.choices import Answers, Choices, DataChoice, Upload
 from ccwsim.ui.session import resolve

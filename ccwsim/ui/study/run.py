@@ -12,7 +12,7 @@ import streamlit as st
 from ccwsim import Cancelled, CCWSIMError, Ensemble, concatenate, simulate
 from ccwsim.datasets.default_study import stored_ensemble
 from ccwsim.engine.realization import is_ready
-from ccwsim.experiments.cost import typical_seconds
+from ccwsim.experiments.timing import typical_seconds
 from ccwsim.jobs.job import PATIENCE, Job, server_queue
 from ccwsim.jobs.limits import Demand, limits_of_environment, needs_consent
 from ccwsim.jobs.workers import Cancel, Progress

@@ -7,9 +7,9 @@ from functools import partial
 from typing import Any
 
 from ccwsim import CCWSIMError, Ensemble, Grid, HardData, Parameters, TrainingImage
-from ccwsim.experiments.cost import PER_JUDGED_CELL, typical_seconds
 from ccwsim.experiments.plan import ALONG_Z, SweepPlan, plan_sweep, value_of
 from ccwsim.experiments.sweep import Sweep, SweepRow, sweep
+from ccwsim.experiments.timing import PER_JUDGED_CELL, typical_seconds
 from ccwsim.jobs.job import Job
 from ccwsim.jobs.limits import Demand, limits_of_environment
 from ccwsim.model.arrays import describe_shape

@@ -50,6 +50,9 @@ from tests.small_images import blobs, noise
 PARAMETERS = Parameters(template_size=16, overlap_size=4)
 
 
+NO_GAPS = np.zeros((0, 0, 0), np.int64)
+
+
 def dense_data(shape: tuple[int, int], seed: int) -> HardData:
     """Return noise in every cell; few of its patterns occur in an image of bands."""
     codes = np.random.default_rng(seed).integers(0, 2, shape)
@@ -292,7 +295,7 @@ def test_a_part_of_the_rows_goes_on_from_the_last_to_the_first(seed, volume, n_d
     if n:
         best, rng = np.empty((N_BEST, 4), np.int64), np.random.default_rng(seed)
         known = to_square_bits(image), image.shape, honouring, box, (first, some), strips
-        n_best = best_windows(*known, (n, n, False), 10**6, rng, best)
+        n_best = best_windows(*known, (n, n, False), 10**6, NO_GAPS, rng, best)
         assert n_best == min(n, N_BEST)
         for _, *place in best[:n_best].tolist():
             assert expected[tuple(place)]
@@ -319,14 +322,14 @@ def test_the_best_windows_are_those_whose_ring_fits_best(seed, volume, n_data, t
     }
     best, rng = np.empty((N_BEST, 4), np.int64), np.random.default_rng(seed)
     known = to_square_bits(image), image.shape, honouring, box, every, strips
-    n = best_windows(*known, (n_places, n_places, False), limit, rng, best)
+    n = best_windows(*known, (n_places, n_places, False), limit, NO_GAPS, rng, best)
     fitting = sorted(misfit for misfit in misfits.values() if misfit <= limit)
     found = best[:n].tolist()
     assert sorted(row[0] for row in found) == fitting[:N_BEST]
     assert len({tuple(row[1:]) for row in found}) == n
     assert all(misfits[tuple(place)] == misfit for misfit, *place in found)
     some = n_places, n_places / 3.3, bool(seed % 2)
-    n = best_windows(*known, some, limit, rng, best)
+    n = best_windows(*known, some, limit, NO_GAPS, rng, best)
     assert n <= len(fitting)
     assert all(misfits[tuple(place)] == misfit <= limit for misfit, *place in best[:n].tolist())
 
@@ -342,7 +345,7 @@ def looked_at(every: float, rng: np.random.Generator, by_chance: bool = False) -
     n_places = honouring_places(bits, data, box, image.shape, part, honouring.mask)
     best, sample = np.empty((300, 4), np.int64), (n_places, n_places / every, by_chance)
     known = to_square_bits(image), image.shape, honouring, box, part, strips_of(image, grid, box)
-    n = best_windows(*known, sample, 4, rng, best)
+    n = best_windows(*known, sample, 4, NO_GAPS, rng, best)
     return sorted(best[:n, 3].tolist())
 
 
@@ -384,7 +387,7 @@ def test_equal_windows_are_found_equally_often_in_a_volume():
     known = to_square_bits(image), image.shape, honouring, box, every, strips_of(image, grid, box)
     best, rng, seen = np.empty((N_BEST, 4), np.int64), np.random.default_rng(0), np.zeros((3, 3, 4))
     for _ in range(3000):
-        n = best_windows(*known, (n_places, n_places, False), 8, rng, best)
+        n = best_windows(*known, (n_places, n_places, False), 8, NO_GAPS, rng, best)
         seen[tuple(best[rng.integers(n), 1:])] += 1
     assert seen[0, 0, 0] == 0
     drawn = np.delete(seen.ravel(), 0)

@@ -8,7 +8,7 @@ import pytest
 from benchmarks.reference import refined
 from ccwsim import CCWSIMError, Grid, HardData, Parameters, TrainingImage, datasets, simulate
 from ccwsim.engine import raster
-from ccwsim.engine.stages.path import UNKNOWN
+from ccwsim.engine.stages.path import LEFT, UNKNOWN
 from ccwsim.engine.stages.pyramid import decompose
 from ccwsim.engine.trace import Frame, Trace, fates
 from ccwsim.model.study import Study
@@ -318,3 +318,10 @@ def test_what_cannot_be_followed_is_said():
         traced(Parameters(16, 4, 1, method="ms-ccsim"))
     with pytest.raises(CCWSIMError, match="patch 99"):
         traced(Parameters(16, 4, 1)).at(99)
+
+
+def test_frames_turn_boxes_and_name_sides():
+    assert Frame(1, (2, 2)).to_grid(np.array([[1, 2], [3, 4]])).tolist() == [[3, 4], [1, 2]]
+    assert Frame(4, (10, 20)).box_to_grid((0, 5), (2, 3)) == (slice(5, 8), slice(0, 2))
+    assert Frame(0, (9, 9)).faces() == ["south", "west"]
+    assert Frame(6, (9, 9)).faces(LEFT) == ["north"]

@@ -9,7 +9,7 @@ import pytest
 
 from ccwsim import CCWSIMError
 from ccwsim.io import opening, read_points, read_training_image
-from ccwsim.io.formats.unread import UNREAD, refusal
+from ccwsim.io.opening import UNREAD, refusal
 from tests.io import sample_files as sample
 
 

@@ -12,7 +12,8 @@ import ccwsim.paper.reproduction as reproduction
 import ccwsim.ui.paper.page as paper_page
 from ccwsim import CCWSIMError
 from ccwsim.jobs.job import Job
-from ccwsim.paper import Experiment, Finished, Outcome, PaperInputs
+from ccwsim.paper.experiment import Experiment, Outcome, PaperInputs
+from ccwsim.paper.reproduction import Finished
 from ccwsim.report.document import Judgement, Text
 from ccwsim.ui.paper.page import (
     PaperRun,

@@ -1,0 +1,168 @@
+"""Guidance of the search by secondary information (not in the paper).
+
+Probabilities of facies and auxiliary variables add a cost to each location before the K best
+locations are chosen. A patch is divided into a few parts. The cost of a location is a sum over the
+parts: the mean of a map over the part of the image, times a factor that depends on the mean of a
+map over the part of the grid. Locations that contain unknown cells of the image are excluded.
+
+*Probabilities*: The factor is −c·λ, and the map of the image is 1 in the cells of the facies. If
+patches are drawn with probabilities proportional to exp(λ·f), with the proportion f of the facies
+in the patch, the mean proportion is the given probability. λ is thus 0 where the given probability
+is the proportion of the image. c is `NAT` wrong cells for an overlap of 448 cells.
+
+*Auxiliary variables*: The cost is the squared difference between image and grid, divided by the
+squared range of the image, Σ (a² − 2·a·b) without the constant b². With weight 1, the range costs
+as much as a mismatch in every cell of the overlap.
+"""
+
+from __future__ import annotations
+
+from math import prod
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.engine.corrections.proportions import patch_shares
+from ccwsim.engine.kernels import part_of_kernel
+from ccwsim.engine.lengths import USUAL_OVERLAP, ScaledLengths
+from ccwsim.engine.stages.conditioning import ruled_out
+from ccwsim.engine.stages.path import overlap_cells
+from ccwsim.model.study import Study
+
+NAT = 10.0
+"""Number of wrong cells that count as much as a likelihood ratio of e, for an overlap of
+`USUAL_OVERLAP` cells."""
+CERTAIN = 0.002
+"""Probabilities are limited to CERTAIN … 1 − CERTAIN, because λ would be infinite."""
+MAX_TILT = 60.0
+"""Maximum of |λ|; no patch has then another proportion than the extreme one."""
+N_TILTS, N_SHARES = 241, 5000
+"""Numbers of λ and of locations from which the relation of λ and probability is computed."""
+AT_ONCE = 4
+"""Number of terms that are added in one loop over locations."""
+
+
+class Guide(NamedTuple):
+    """The costs of locations for all patches of a path, at the coarsest scale.
+
+    The cost of a location for a patch is Σ `factors`·`values` over planes and parts.
+    """
+
+    # shape (n_planes, nz, ny, nx) of blocks: mean of a map over the part that begins at a block
+    values: NDArray[np.float32]
+    starts: NDArray[np.int64]  # shape (n_patches, n_parts, 3): first block of each part
+    factors: NDArray[np.float32]  # shape (n_patches, n_planes, n_parts), in units of the scores
+    illegal: NDArray[np.uint8]  # shape (nz, ny, nx) of locations, 1 with unknown cells; or empty
+    # workspace: offsets and factors of the terms of a patch, and the costs of a layer of locations
+    offsets: NDArray[np.int64]
+    terms: NDArray[np.float32]
+    costs: NDArray[np.float32]
+
+
+def score_bound(study: Study, lengths: ScaledLengths, planes: int) -> float:
+    """Return the maximum cost of a location by secondary information, in units of the scores."""
+    secondary, cost = study.secondary, mismatch_cost(lengths, planes)
+    if secondary is None:
+        return 0.0
+    soft = secondary.probabilities is not None
+    bound = soft * MAX_TILT * secondary.soft_weight * NAT / USUAL_OVERLAP
+    return cost * (bound + 4 * sum(each.weight for each in secondary.auxiliary))
+
+
+def mismatch_cost(lengths: ScaledLengths, planes: int) -> float:
+    """Return the score of a mismatch in every cell of the overlap."""
+    overlap = overlap_cells(lengths.template, lengths.overlap)
+    return overlap * prod(lengths.block) * min(planes, 2)
+
+
+def tilts_of(
+    soft: NDArray[np.float64],
+    own: NDArray[np.float64],
+    sums: NDArray[np.integer[Any]],
+    lengths: ScaledLengths,
+) -> NDArray[np.float64]:
+    """Return λ of facies 1 … n − 1 in each cell of the grid, shape (n − 1, *shape of the grid).
+
+    `soft` are the probabilities, shape (n, *shape of the grid), `own` the proportions of the image,
+    shape (n,), and `sums` its block sums, shape (n_planes, nz, ny, nx).
+    """
+    size = tuple(t // b for t, b in zip(lengths.template, lengths.block, strict=True))
+    cells = prod(lengths.template)
+    shares = patch_shares(sums, size, cells)  # type: ignore[arg-type]
+    known = np.clip(soft, CERTAIN, 1 - CERTAIN)
+    if len(own) <= 2:
+        return np.nan_to_num(_tilt_of(shares[:, -1], known[-1:] if len(own) == 2 else known[:0]))
+    variances = np.maximum(shares[:, -len(own) :].var(axis=0), 1e-9)
+    effective = own * (1 - own) / variances  # cells of a patch that vary independently
+    column = (-1, *[1] * (soft.ndim - 1))
+    tilts = effective.reshape(column) * np.log(known / own.reshape(column))
+    return np.nan_to_num(np.clip(tilts[1:] - tilts[:1], -MAX_TILT, MAX_TILT))
+
+
+def _tilt_of(shares: NDArray[np.float64], p: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return λ for which patches drawn with weights exp(λ·share) have a mean share of p."""
+    some = shares[:: -(-len(shares) // N_SHARES)]
+    tilts = np.linspace(-MAX_TILT, MAX_TILT, N_TILTS)
+    weights = np.exp(tilts[:, None] * (some - np.where(tilts > 0, some.max(), some.min())[:, None]))
+    means = weights @ some / weights.sum(axis=1)
+    return np.interp(p, means, tilts)
+
+
+@part_of_kernel
+def guided_energies(guide, number, energies, guided):
+    """Return the energies plus the costs of the locations for patch `number`, in `guided`.
+
+    Without a guide, return `energies`. Both arrays have the shape (nz, ny, nx) of locations. An
+    excluded location gets half of the largest score.
+    """
+    if guide is None:
+        return energies
+    values, starts, factors, illegal, offsets, terms, costs = guide
+    _, mz, my, mx = values.shape
+    nz, ny, nx = energies.shape
+    flat, n = values.reshape(-1), 0
+    for plane in range(factors.shape[1]):
+        for part in range(factors.shape[2]):
+            factor = factors[number, plane, part]
+            if factor != 0:
+                z, y, x = starts[number, part]
+                offsets[n], terms[n] = ((plane * mz + z) * my + y) * mx + x, factor
+                n += 1
+    while n % AT_ONCE:
+        offsets[n], terms[n] = 0, np.float32(0)
+        n += 1
+    kind, length = guided.dtype.type, np.uint64((ny - 1) * mx + nx)
+    out, own = guided.reshape(-1), energies.reshape(-1)
+    for z in range(nz):
+        base = z * my * mx
+        for x in range(np.uint64(len(costs))):
+            costs[x] = np.float32(0)
+        for k in range(0, n, AT_ONCE):
+            a, b = np.uint64(base + offsets[k]), np.uint64(base + offsets[k + 1])
+            c, d = np.uint64(base + offsets[k + 2]), np.uint64(base + offsets[k + 3])
+            fa, fb, fc, fd = terms[k], terms[k + 1], terms[k + 2], terms[k + 3]
+            for x in range(length):
+                costs[x] += (fa * flat[a + x] + fb * flat[b + x]) + (
+                    fc * flat[c + x] + fd * flat[d + x]
+                )
+        for y in range(ny):
+            first, of_run = np.uint64((z * ny + y) * nx), np.uint64(y * mx)
+            for x in range(np.uint64(nx if n > 0 else 0)):
+                out[first + x] = own[first + x] + kind(costs[of_run + x])
+            for x in range(np.uint64(nx if n == 0 else 0)):
+                out[first + x] = own[first + x]
+    worst, excluded = kind(2 ** (8 * guided.itemsize - 2)), illegal.reshape(-1)
+    for x in range(np.uint64(len(excluded))):
+        out[x] = worst if excluded[x] else out[x]
+    return guided
+
+
+@part_of_kernel
+def exclude_illegal(guide, totals):
+    """Rule out locations with unknown cells in `totals`, shape (nz, ny, nx) of locations."""
+    if guide is not None:
+        flat, excluded = totals.reshape(-1), guide.illegal.reshape(-1)
+        out = totals.dtype.type(ruled_out(totals))
+        for x in range(np.uint64(len(excluded))):
+            flat[x] = out if excluded[x] else flat[x]

@@ -1,0 +1,151 @@
+"""The guide of a path: maps of the image and of the grid, prepared for the search."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import prod
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.engine.corrections.guidance import AT_ONCE, NAT, Guide, mismatch_cost, tilts_of
+from ccwsim.engine.lengths import USUAL_OVERLAP, ScaledLengths
+from ccwsim.engine.prepared_image import OrientedImage, PreparedImage
+from ccwsim.engine.stages.path import RasterPath, in_layers, to_path
+
+N_PARTS = (2, 4, 4)
+"""Number of parts of a patch along z, y and x; one part along an axis of one block."""
+
+
+def make_guide(
+    image: PreparedImage,
+    oriented: OrientedImage,
+    path: RasterPath,
+    lengths: ScaledLengths,
+    patches: NDArray[np.int64],
+) -> Guide | None:
+    """Return the guide of the patches of a path, or None if nothing guides the search.
+
+    `lengths` are those of the coarsest scale along the path.
+    """
+    secondary = image.study.secondary
+    if (secondary is None or not secondary.guides) and not oriented.illegal.size:
+        return None
+    blocks = [t // b for t, b in zip(lengths.template, lengths.block, strict=True)]
+    counts = [min(n, k) for n, k in zip(N_PARTS, blocks, strict=True)]
+    part = np.array([-(-k // n) for k, n in zip(blocks, counts, strict=True)])
+    starts, first, last = _parts(patches, np.array(lengths.block), counts, part)
+    cells = [k * np.array(lengths.cell_size) - np.array(path.offset) for k in (first, last)]
+    key = path.orientation, lengths.template
+
+    def of_image() -> NDArray[np.float32]:
+        size = np.multiply(lengths.block, lengths.cell_size)
+        shape = oriented.pyramid.sums.shape[1:]
+        axes = [np.arange(n)[:, None] * k for n, k in zip(shape, size, strict=True)]
+        ends = [axis + length for axis, length in zip(axes, part * size, strict=True)]
+        maps = _maps_of_image(image, path.orientation)
+        found = [_means_along(_sums(values), axes, ends) for values in maps]
+        return np.array(found, np.float32).reshape(-1, *shape)
+
+    def of_grid(name: object, values: NDArray) -> NDArray[np.float64]:
+        table = image.part(
+            ("map of grid", name, *key), lambda: _sums(to_path(_volume(values), path.orientation))
+        )
+        return _box_means(table, *cells) / prod(counts)
+
+    values = image.part(("maps of image", *key), of_image)
+    factors = np.zeros((len(patches), len(values), prod(counts)), np.float32)
+    mismatch, plane = mismatch_cost(lengths, len(oriented.pyramid.sums)), 0
+    if secondary is not None and secondary.probabilities is not None:
+        c = mismatch * NAT / USUAL_OVERLAP * secondary.soft_weight
+        known = secondary.probabilities, oriented.proportions, oriented.pyramid.sums
+        tilts = image.part(("tilts", key[1]), lambda: tilts_of(*known, lengths))
+        for tilt in tilts:
+            factors[:, plane] = -c * of_grid(plane, tilt)
+            plane += 1
+    for each in secondary.auxiliary if secondary else ():
+        factors[:, plane] = mismatch * each.weight / prod(counts)
+        wanted = of_grid(plane, np.clip(_scaled(each.grid, each.image), -0.5, 1.5))
+        factors[:, plane + 1] = -2 * mismatch * each.weight * wanted
+        plane += 2
+    n_terms = len(values) * prod(counts) + AT_ONCE
+    work = np.zeros(n_terms, np.int64), np.zeros(n_terms, np.float32)
+    costs = np.zeros(prod(values.shape[2:]), np.float32)
+    return Guide(values, starts, factors, oriented.illegal, *work, costs)
+
+
+def _parts(
+    patches: NDArray[np.int64], block: NDArray[np.int64], counts: list[int], part: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    """Return the first block of each part in its patch, and its first and last cell in the grid.
+
+    All arrays have the shape (n_patches, n_parts, 3). Parts of smaller patches overlap.
+    """
+    sizes = patches[:, None, 3:6] // block
+    numbers = np.stack(np.unravel_index(np.arange(prod(counts)), counts), axis=1)
+    starts = np.minimum(numbers * part, np.maximum(sizes - part, 0))
+    first = patches[:, None, :3] + starts * block
+    return starts, first, first + np.minimum(part, sizes) * block
+
+
+def _maps_of_image(image: PreparedImage, orientation: int) -> Iterator[NDArray]:
+    """Yield the maps whose means are `Guide.values`, in path coordinates."""
+    secondary = image.study.secondary
+    if secondary is not None and secondary.probabilities is not None:
+        for k in range(1, image.study.training_image.n_facies):
+            yield image.scaled(orientation) == k
+    for each in secondary.auxiliary if secondary else ():
+        values = _scaled(to_path(_volume(each.image), orientation), each.image)
+        yield values**2
+        yield values
+
+
+def _volume(values: NDArray) -> NDArray:
+    return values.reshape(in_layers(values.shape))
+
+
+def _scaled(values: NDArray, reference: NDArray) -> NDArray[np.float64]:
+    """Return values of an auxiliary variable with the range of the image as the unit."""
+    low, high = float(reference.min()), float(reference.max())
+    return (values - low) / ((high - low) or 1.0)
+
+
+def _sums(values: NDArray) -> NDArray[np.float64]:
+    """Return running sums along three axes, shape (nz + 1, ny + 1, nx + 1)."""
+    table = np.zeros([n + 1 for n in values.shape])
+    table[1:, 1:, 1:] = values
+    for axis, n in enumerate(values.shape):
+        if n > 1:
+            np.cumsum(table, axis, out=table)
+    return table
+
+
+def _means_along(
+    table: NDArray[np.float64], first: list[NDArray], last: list[NDArray]
+) -> NDArray[np.float64]:
+    """Return `_box_means` of boxes with these ends along each axis, one box per combination."""
+    means = table
+    for axis, (start, end) in enumerate(zip(first, last, strict=True)):
+        n = table.shape[axis] - 1
+        low = np.clip(start.ravel(), 0, n - 1)
+        high = np.maximum(np.clip(end.ravel(), 1, n), low + 1)
+        sums = np.take(means, high, axis) - np.take(means, low, axis)
+        means = sums / (high - low).reshape([-1 if k == axis else 1 for k in range(3)])
+    return means
+
+
+def _box_means(
+    table: NDArray[np.float64], first: NDArray[np.int64], last: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """Return the means over boxes of cells, as far as they are inside the map.
+
+    `first` and `last` (exclusive) have the shape (…, 3). A box outside takes the nearest cell.
+    """
+    ends = np.array(table.shape) - 1
+    low = np.clip(first, 0, ends - 1)
+    high = np.maximum(np.clip(last, 1, ends), low + 1)
+    total = np.zeros(first.shape[:-1])
+    for upper in np.ndindex(2, 2, 2):
+        at = tuple((high if up else low)[..., axis] for axis, up in enumerate(upper))
+        total += (-1) ** (3 - sum(upper)) * table[at]
+    return total / (high - low).prod(axis=-1)

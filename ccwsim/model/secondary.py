@@ -1,0 +1,308 @@
+"""Secondary information: what conditions a simulation besides hard data, one value per cell."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ccwsim.model.arrays import (
+    as_array,
+    as_floats,
+    check_number,
+    describe_shape,
+    digest,
+    frozen,
+    listing,
+)
+from ccwsim.model.bounds import MAX_AUXILIARY_WEIGHT, MAX_SOFT_WEIGHT
+from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.grid import Grid
+from ccwsim.model.missing import known_values
+from ccwsim.model.training_image import TrainingImage
+
+SUM_TOLERANCE = 0.01
+"""Maximum difference between 1 and the sum of the probabilities in a cell; rounded files differ."""
+
+
+@dataclass(frozen=True, eq=False)
+class Auxiliary:
+    """A variable that is known in the training image and in the grid, such as a depth.
+
+    Patches are preferred whose values in the image equal the values in the grid.
+
+    Parameters
+    ----------
+    image : array_like, shape of the training image
+        Values of the variable in the cells of the training image.
+    grid : array_like, shape of the grid
+        Values of the variable in the cells of the grid, in the same unit.
+    weight : float
+        With weight 1, a difference as large as the range of the values in the image counts as much
+        as a mismatch in every cell of the overlap; 0 … 10.
+
+    Examples
+    --------
+    >>> depth = np.linspace(0, 1, 40)[:, None].repeat(40, axis=1)
+    >>> Auxiliary(depth, depth[::-1]).weight
+    1.0
+    """
+
+    image: NDArray[np.float64]
+    grid: NDArray[np.float64]
+    weight: float = 1.0
+
+    def __post_init__(self) -> None:
+        weight = check_number("weight", self.weight, 0.0, MAX_AUXILIARY_WEIGHT)
+        object.__setattr__(self, "weight", weight)
+        for name in ("image", "grid"):
+            values = as_floats(getattr(self, name), f"auxiliary variable of the {name}")
+            if not np.isfinite(values).all():
+                raise CCWSIMError(
+                    f"auxiliary variable of the {name}: some cells have no finite value; fill the "
+                    "gaps"
+                )
+            object.__setattr__(self, name, frozen(values))
+
+
+@dataclass(frozen=True, eq=False)
+class Secondary:
+    """What conditions a simulation besides hard data.
+
+    Parameters
+    ----------
+    active : array_like, optional
+        Cells that are simulated: an array of the shape of the grid with True (or a number other
+        than 0) in active cells, or with NaN in inactive cells; or the corners of a polygon in world
+        coordinates, shape (n, 2), or a list of polygons. Inactive cells are in no statistic.
+    probabilities : mapping, optional
+        Probability of each facies, by name or code: an array of the shape of the grid, in a volume
+        also a vertical curve of shape (nz,), or a number. NaN means that nothing is known. One
+        facies may be left out; its probability is the rest.
+    auxiliary : sequence of Auxiliary, optional
+    soft_weight : float
+        Strength of the probabilities, 0 … 5. With 1, facies occur about as often as the
+        probabilities say, as far as the training image allows.
+
+    Raises
+    ------
+    CCWSIMError
+        If values have a wrong type; shapes and facies are checked when a `Study` is made.
+
+    Examples
+    --------
+    >>> west = np.arange(60) < 30
+    >>> Secondary(active=np.tile(west, (50, 1))).active.sum()
+    np.int64(1500)
+    """
+
+    active: Any = None
+    probabilities: Any = None
+    auxiliary: Sequence[Auxiliary] = ()
+    soft_weight: float = 1.0
+    is_fitted: bool = field(default=False, repr=False)
+
+    def __post_init__(self) -> None:
+        weight = check_number("soft_weight", self.soft_weight, 0.0, MAX_SOFT_WEIGHT)
+        several = (self.auxiliary,) if isinstance(self.auxiliary, Auxiliary) else self.auxiliary
+        if not all(isinstance(each, Auxiliary) for each in several):
+            raise CCWSIMError("auxiliary: a list of ccwsim.Auxiliary(image, grid) is needed")
+        given = self.probabilities
+        if given is not None and not self.is_fitted and not isinstance(given, Mapping):
+            raise CCWSIMError(
+                'probabilities: a mapping of facies to arrays is needed, such as {"sand": array}, '
+                f"not {shown(given)}"
+            )
+        object.__setattr__(self, "soft_weight", weight)
+        object.__setattr__(self, "auxiliary", tuple(several))
+
+    @property
+    def guides(self) -> bool:
+        """Whether probabilities or auxiliary variables guide the search."""
+        return self.probabilities is not None or bool(self.auxiliary)
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing is given."""
+        return self.active is None and not self.guides
+
+    @property
+    def digest(self) -> str:
+        """Hash of the content of fitted secondary information."""
+        parts = [array for a in self.auxiliary for array in (a.image, a.grid, a.weight)]
+        return digest(self.active, self.probabilities, self.soft_weight, *parts)
+
+    def fitted(self, grid: Grid, image: TrainingImage) -> Secondary:
+        """Return the same information as checked arrays for a grid and a training image.
+
+        `active` is then None or of bool and the shape of the grid; `probabilities` are None or of
+        float64 and shape (n_facies, *shape of the grid), in the order of the codes of the image.
+
+        Raises
+        ------
+        CCWSIMError
+            If a shape or a facies does not fit, if probabilities are not between 0 and 1 or do not
+            sum to 1, or if nothing is known or active. The message names the value and the fix.
+        """
+        if self.is_fitted and self.is_of(grid.shape, image):
+            return self
+        probabilities = self.probabilities
+        if probabilities is not None and not self.is_fitted:
+            probabilities = frozen(_probabilities(probabilities, grid, image))
+        if self.soft_weight == 0:
+            probabilities = None
+        fitted = replace(
+            self,
+            active=None if self.active is None else frozen(_active(self.active, grid)),
+            probabilities=probabilities,
+            auxiliary=[each for each in self.auxiliary if each.weight],
+            is_fitted=True,
+        )
+        fitted.check(grid.shape, image)
+        return fitted
+
+    def resized(self, shape: tuple[int, ...], image: TrainingImage) -> Secondary:
+        """Return information of the same kinds for a small grid and image, to compile kernels."""
+        soft = None if self.probabilities is None else np.zeros((image.n_facies, *shape))
+        flat = [np.zeros(n) for n in (image.shape, shape)]
+        return replace(
+            self,
+            active=None if self.active is None else np.ones(shape, bool),
+            probabilities=None if soft is None else soft + 1 / image.n_facies,
+            auxiliary=[Auxiliary(*flat, weight=each.weight) for each in self.auxiliary],
+        )
+
+    def cropped(self, part: tuple[slice, ...]) -> Secondary:
+        """Return fitted information for a part of the grid."""
+        soft = self.probabilities
+        return replace(
+            self,
+            active=None if self.active is None else frozen(self.active[part]),
+            probabilities=None if soft is None else frozen(soft[(slice(None), *part)]),
+            auxiliary=[replace(each, grid=each.grid[part]) for each in self.auxiliary],
+        )
+
+    def is_of(self, shape: tuple[int, ...], image: TrainingImage) -> bool:
+        """Return whether fitted arrays have the shapes of a grid and a training image."""
+        soft = self.probabilities
+        return (
+            (self.active is None or self.active.shape == shape)
+            and (soft is None or soft.shape == (image.n_facies, *shape))
+            and all((a.image.shape, a.grid.shape) == (image.shape, shape) for a in self.auxiliary)
+        )
+
+    def check(self, shape: tuple[int, ...], image: TrainingImage) -> None:
+        """Raise `CCWSIMError` if fitted arrays do not have the shapes of grid and image."""
+        for each in self.auxiliary:
+            _check_shape("auxiliary variable of the image", each.image, image.shape, "the image")
+            _check_shape("auxiliary variable of the grid", each.grid, shape, "the grid")
+        if self.active is not None:
+            _check_shape("active", self.active, shape, "the grid")
+        if self.probabilities is not None:
+            _check_shape("probabilities", self.probabilities[0], shape, "the grid")
+
+
+def _check_shape(what: str, array: NDArray, shape: tuple[int, ...], of: str) -> None:
+    if array.shape != shape:
+        raise CCWSIMError(
+            f"{what}: {describe_shape(array.shape)} cells, but {of} has {describe_shape(shape)}; "
+            f"give one value for each cell of {of}"
+        )
+
+
+def _active(given: ArrayLike, grid: Grid) -> NDArray[np.bool_]:
+    """Return the active cells of a grid, from an array or polygons."""
+    several = isinstance(given, (list, tuple)) and given and np.ndim(given[0]) == 2
+    polygons = list(given) if several else [given]  # type: ignore[arg-type]
+    values = [as_array(each, "active") for each in polygons]
+    first = values[0]
+    if first.shape != grid.shape and first.ndim == 2 and first.shape[1] == 2 and len(first) > 2:
+        inside = [_inside(as_floats(each, "polygon"), grid) for each in values]
+        active = np.logical_or.reduce(inside)
+        outside = "the polygon contains no centre of a cell of the grid: check its coordinates"
+    else:
+        _check_shape("active", first, grid.shape, "the grid")
+        if first.dtype.kind not in "buif":
+            raise CCWSIMError(f"active: {shown(given)} is not an array of True and False")
+        active = known_values(first) & (first != 0 if _is_binary(first) else True)
+        outside = "no cell of the grid is active"
+    if not active.any():
+        raise CCWSIMError(f"active: {outside}")
+    return active
+
+
+def _is_binary(values: NDArray) -> bool:
+    """Return whether an array has only 0 and 1 (and unknown cells), so that 0 means inactive."""
+    return bool(np.isin(values[known_values(values)], (0, 1)).all())
+
+
+def _inside(corners: NDArray[np.float64], grid: Grid) -> NDArray[np.bool_]:
+    """Return the cells of a grid whose centre is in a polygon, in all layers of a volume."""
+    x, y = grid.axes[0], grid.axes[1]
+    inside = np.zeros((len(y), len(x)), bool)
+    for (x0, y0), (x1, y1) in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        if y0 == y1:
+            continue
+        rows = (np.minimum(y0, y1) <= y) & (y < np.maximum(y0, y1))
+        crossing = x0 + (y - y0) * (x1 - x0) / (y1 - y0)
+        inside ^= rows[:, None] & (x[None] < crossing[:, None])
+    return np.broadcast_to(inside, grid.shape).copy()
+
+
+def _probabilities(
+    given: Mapping[Any, ArrayLike], grid: Grid, image: TrainingImage
+) -> NDArray[np.float64]:
+    """Return the probability of each facies in each cell, shape (n_facies, *shape of the grid)."""
+    maps = {image.index_of(key): _map_of(key, values, grid) for key, values in given.items()}
+    names = image.facies_names
+    missing = [k for k in range(image.n_facies) if k not in maps]
+    if len(missing) > 1 or not maps:
+        left = listing(names[k] for k in missing)
+        raise CCWSIMError(
+            f"probabilities: {left} have no map; give all facies of the training image but one"
+        )
+    soft = np.stack([maps.get(k, np.zeros(grid.shape)) for k in range(image.n_facies)])
+    total = soft.sum(axis=0)
+    known = ~np.isnan(total)
+    if missing:
+        soft[missing[0]] = 1 - total
+        total = np.where(known & (total <= 1 + SUM_TOLERANCE), 1.0, total)
+    wrong = known & (np.abs(total - 1) > SUM_TOLERANCE)
+    if wrong.any():
+        at = tuple(np.argwhere(wrong)[0])
+        raise CCWSIMError(
+            f"probabilities: they sum to {total[at]:.3g} instead of 1 in {wrong.sum()} cells, "
+            f"first in {_named_cell(at)}; divide them by their sum"
+        )
+    if not known.any():
+        raise CCWSIMError("probabilities: no cell has a value for all facies; leave them out")
+    soft = np.clip(soft, 0.0, 1.0)
+    return soft / np.where(known, soft.sum(axis=0), np.nan)
+
+
+def _map_of(key: Any, given: ArrayLike, grid: Grid) -> NDArray[np.float64]:
+    """Return the map of a facies, of the shape of the grid, NaN where nothing is known."""
+    what = f"probability of {shown(key)}"
+    values = as_floats(given, what)
+    values = np.where(known_values(values), values, np.nan)
+    if values.ndim == 1 and grid.nz is not None and len(values) == grid.nz:
+        values = values[:, None, None]
+    if values.ndim == 0 or values.shape[1:] == (1, 1):
+        values = np.broadcast_to(values, grid.shape)
+    _check_shape(what, values, grid.shape, "the grid")
+    wrong = (values < 0) | (values > 1)
+    if wrong.any():
+        at = tuple(np.argwhere(wrong)[0])
+        raise CCWSIMError(
+            f"{what}: {values[at]:g} in {_named_cell(at)} is not between 0 and 1; divide percent "
+            "by 100"
+        )
+    return values
+
+
+def _named_cell(at: tuple[int, ...]) -> str:
+    axes = ("layer", "row", "column")[-len(at) :]
+    return ", ".join(f"{axis} {k}" for axis, k in zip(axes, at, strict=True))

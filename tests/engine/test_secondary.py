@@ -1,0 +1,170 @@
+"""Test simulation with probabilities, auxiliary variables, inactive cells, and images with gaps."""
+
+import numpy as np
+import pytest
+
+from ccwsim import Auxiliary, Grid, Parameters, Secondary, TrainingImage, datasets, simulate
+from ccwsim.metrics import reliability
+from ccwsim.model.missing import UNKNOWN
+from tests.small_images import blobs
+
+METHODS = ["ccwsim", "ccsim", "ms-ccsim"]
+CHANNELS = datasets.load("channels")
+SAND = int(CHANNELS.codes[-1])
+
+
+def wells(shape, n, seed=0, n_facies=2):
+    rng = np.random.default_rng(seed)
+    chosen = rng.choice(int(np.prod(shape)), n, replace=False)
+    cells = np.stack(np.unravel_index(chosen, shape), axis=1)
+    return cells, rng.integers(0, n_facies, n)
+
+
+def disc(shape):
+    rows, columns = np.indices(shape[-2:])
+    middle = np.hypot(rows - shape[-2] / 2, columns - shape[-1] / 2) < min(shape[-2:]) / 3
+    return np.broadcast_to(middle, shape).copy()
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_no_cell_outside_a_mask_and_no_wrong_datum(method):
+    active, data = disc((150, 170)), wells((150, 170), 400)
+    e = simulate(
+        CHANNELS, (150, 170), Parameters(method=method), data, 3, secondary=Secondary(active=active)
+    )
+    assert (e.indices[:, active] < 2).all()
+    assert (e.indices[:, ~active] == UNKNOWN).all()
+    assert e.n_mismatched.tolist() == [0, 0, 0]
+    assert np.isnan(e.realizations[:, ~active]).all()
+    assert np.isnan(e.probability(SAND)[~active]).all()
+    inside = e.indices[:, active]
+    np.testing.assert_allclose(e.proportions[:, 1], (inside == 1).mean(axis=1))
+
+
+def test_data_outside_a_mask_change_nothing():
+    active, (cells, facies) = disc((150, 170)), wells((150, 170), 300)
+    inside = active[tuple(cells.T)]
+    secondary = Secondary(active=active)
+    every = simulate(CHANNELS, (150, 170), None, (cells, facies), 2, secondary=secondary)
+    some = simulate(
+        CHANNELS, (150, 170), None, (cells[inside], facies[inside]), 2, secondary=secondary
+    )
+    assert every.digest == some.digest
+    assert every.hard_data.n == inside.sum()
+
+
+def test_a_mask_of_all_cells_changes_no_cell():
+    whole = Secondary(active=np.ones((90, 100), bool))
+    plain = simulate(CHANNELS, (90, 100), n_realizations=2)
+    assert simulate(CHANNELS, (90, 100), n_realizations=2, secondary=whole).digest == plain.digest
+    assert simulate(CHANNELS, (90, 100), n_realizations=2, secondary=Secondary()).digest == (
+        plain.digest
+    )
+
+
+def test_an_active_strip_costs_less_work_than_the_grid():
+    from ccwsim.engine.prepared_image import PreparedImage
+    from ccwsim.engine.raster import make_plan
+    from ccwsim.model.study import Study
+
+    active = np.zeros((512, 512), bool)
+    active[np.arange(512), np.arange(512)] = True  # the smallest box is the whole grid
+    counts = []
+    for secondary in (None, Secondary(active=active)):
+        study = Study(CHANNELS, Grid(512, 512), secondary=secondary)
+        rng = np.random.default_rng(0)
+        plan = make_plan(study, (1, 32, 32), PreparedImage(study), rng)
+        counts.append(len(plan.inputs.patches))
+    assert counts[1] < counts[0] / 6
+
+
+@pytest.mark.parametrize("shape", [(60, 70), (6, 40, 44)])
+@pytest.mark.parametrize("seed", range(4))
+def test_random_masks_and_data_are_honoured(shape, seed):
+    rng = np.random.default_rng(seed)
+    image = TrainingImage(
+        blobs((8, 48, 48), 3, seed) if len(shape) == 3 else blobs((1, 80, 80), 3)[0]
+    )
+    p = Parameters(8, 2, int(rng.integers(2)), method=METHODS[seed % 3])
+    if len(shape) == 3:
+        p = Parameters((4, 8, 8), (1, 2, 2), (0, 1, 1))
+    active = rng.random(shape) < 0.5 if seed % 2 else disc(shape)
+    soft = {0: rng.random(shape) * 0.5, 1: 0.3}
+    secondary = Secondary(active=active, probabilities=soft)
+    data = wells(shape, 150, seed, 3)
+    e = simulate(image, shape, p, data, 2, seed, secondary=secondary, keep_sources=True)
+    assert e.n_mismatched.tolist() == [0, 0]
+    assert (e.indices[:, active] < 3).all()
+    assert (e.indices[:, ~active] == UNKNOWN).all()
+    assert e.sources is not None
+    kept = e.sources >= 0
+    taken = image.indices.ravel()[e.sources[kept]]
+    assert np.mean(taken == e.indices[kept]) == 1.0
+
+
+def test_probabilities_are_met():
+    given = np.tile(np.linspace(0.05, 0.55, 300), (300, 1))
+    e = simulate(
+        CHANNELS, (300, 300), n_realizations=24, secondary=Secondary(probabilities={SAND: given})
+    )
+    table = reliability(e, SAND)
+    held = table.count > 0.02 * table.count.sum()
+    assert np.abs(table.observed - table.forecast)[held].max() < 0.08
+    slope = np.polyfit(given.ravel(), e.probability(SAND).ravel(), 1)[0]
+    assert 0.8 < slope < 1.25
+    free = simulate(CHANNELS, (300, 300), n_realizations=24)
+    assert abs(np.polyfit(given.ravel(), free.probability(SAND).ravel(), 1)[0]) < 0.3
+
+
+def test_a_weight_of_zero_means_no_probabilities():
+    given = Secondary(probabilities={SAND: 0.9}, soft_weight=0)
+    plain = simulate(CHANNELS, (90, 100), n_realizations=2)
+    assert simulate(CHANNELS, (90, 100), n_realizations=2, secondary=given).digest == plain.digest
+
+
+@pytest.mark.parametrize("turns", range(4))
+def test_an_auxiliary_variable_turns_a_trend(turns):
+    shares = np.linspace(0.05, 0.9, 200)
+    rng = np.random.default_rng(0)
+    from scipy.ndimage import gaussian_filter
+
+    field = gaussian_filter(rng.standard_normal((200, 200)), 3)
+    limits = np.quantile(field, 1 - shares)[:, None]
+    image = TrainingImage((field > limits).astype(int))
+    own = np.tile(shares[:, None], (1, 200))
+    wanted = np.rot90(own, turns)
+    secondary = Secondary(auxiliary=Auxiliary(own, wanted))
+    e = simulate(image, (200, 200), Parameters(24, 6, 1), None, 12, secondary=secondary)
+    slope = np.polyfit(wanted.ravel(), e.probability(1).ravel(), 1)[0]
+    assert 0.8 < slope < 1.2
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("n_data", [0, 300])
+def test_no_patch_contains_unknown_cells(method, n_data):
+    cells = CHANNELS.array.astype(float)
+    cells[60:110, 80:150] = np.nan
+    image, data = TrainingImage(cells), wells((150, 160), n_data) if n_data else None
+    e = simulate(image, (150, 160), Parameters(method=method), data, 3, keep_sources=True)
+    assert (e.indices < 2).all()
+    assert e.sources is not None
+    assert image.known is not None
+    assert image.known.ravel()[e.sources[e.sources >= 0]].all()
+    assert (e.n_mismatched == 0).all()
+
+
+def test_processes_and_revisions_use_secondary_information():
+    from concurrent.futures import ProcessPoolExecutor
+    from multiprocessing import get_context
+
+    from ccwsim import revise
+
+    secondary = Secondary(active=disc((90, 100)), probabilities={SAND: 0.4})
+    here = simulate(CHANNELS, (90, 100), n_realizations=2, secondary=secondary)
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        there = simulate(CHANNELS, (90, 100), n_realizations=2, secondary=secondary, executor=pool)
+    assert here.digest == there.digest
+    after = revise(here, ([[45, 50], [0, 0]], [1, 1]))
+    assert after.n_mismatched.tolist() == [0, 0]
+    assert after.hard_data.n == 1
+    assert (after.indices[:, ~disc((90, 100))] == UNKNOWN).all()

@@ -1,0 +1,131 @@
+"""Test secondary information: accepted forms, and one sentence for each kind of bad input."""
+
+import numpy as np
+import pytest
+
+from ccwsim import Auxiliary, CCWSIMError, Grid, HardData, Parameters, Secondary
+from ccwsim import TrainingImage as Image
+from ccwsim.model.study import Study
+from tests.small_images import blobs
+
+IMAGE = Image(blobs((1, 40, 44), 3)[0], facies_names=["Sand", "Mud", "Clay"])
+GRID = Grid(30, 36)
+VOLUME = Image(blobs((4, 24, 24), 2, 2), facies_names=["Sand", "Mud"])
+P = Parameters(8, 2, 1)
+
+
+def fitted(secondary, grid=GRID, image=IMAGE):
+    p = P if image.n_dimensions == 2 else Parameters((2, 8, 8), (1, 2, 2), (0, 1, 1))
+    return Study(image, grid, p, secondary=secondary).secondary
+
+
+@pytest.mark.parametrize("mask", [np.ones, np.zeros])
+def test_a_mask_may_be_numbers_booleans_or_nan(mask):
+    active = np.tile(np.arange(36) < 20, (30, 1))
+    for given in (active, active.astype(int), np.where(active, 3.0, np.nan)):
+        np.testing.assert_array_equal(fitted(Secondary(active=given)).active, active)
+    several = np.where(active, 2, -9999)
+    np.testing.assert_array_equal(fitted(Secondary(active=several)).active, active)
+
+
+def test_polygons_are_in_world_coordinates():
+    grid = Grid(30, 36, (10.0, 10.0), (1000.0, 500.0))
+    corners = [[1000, 500], [1100, 500], [1100, 600], [1000, 600]]
+    active = fitted(Secondary(active=corners), grid).active
+    expected = np.zeros((30, 36), bool)
+    expected[:10, :10] = True
+    np.testing.assert_array_equal(active, expected)
+    two = [corners, np.array(corners) + 200]
+    assert fitted(Secondary(active=two), grid).active.sum() == 200
+
+
+def test_probabilities_by_name_code_number_or_vertical_curve():
+    sand = np.full((30, 36), 0.2)
+    soft = fitted(Secondary(probabilities={"sand": sand, 1: 0.3})).probabilities
+    np.testing.assert_allclose(soft[:, 0, 0], [0.2, 0.3, 0.5])
+    curve = Secondary(probabilities={"mud": [0.1, 0.5, 0.9]})
+    soft = fitted(curve, Grid(20, 20, nz=3), VOLUME).probabilities
+    np.testing.assert_allclose(soft[1, :, 5, 7], [0.1, 0.5, 0.9])
+
+
+def test_nothing_is_known_where_one_map_has_no_value():
+    sand = np.full((30, 36), 0.2)
+    sand[0] = np.nan
+    soft = fitted(Secondary(probabilities={"Sand": sand, "Mud": 0.3})).probabilities
+    assert np.isnan(soft[:, 0]).all()
+    assert not np.isnan(soft[:, 1:]).any()
+
+
+def test_a_study_sets_data_in_inactive_cells_aside():
+    active = np.zeros((30, 36), bool)
+    active[:, :10] = True
+    data = HardData([[0, 5], [0, 20]], [0, 1])
+    study = Study(IMAGE, GRID, P, data, secondary=Secondary(active=active))
+    assert study.hard_data.cells.tolist() == [[0, 5]]
+    assert study.inactive_data.cells.tolist() == [[0, 20]]
+
+
+FLAT = np.zeros((30, 36))
+BAD = {
+    "another shape": (Secondary(active=np.ones((5, 6))), "6 × 5 cells, but the grid has 36 × 30"),
+    "no active cell": (Secondary(active=FLAT), "no cell of the grid is active"),
+    "a polygon elsewhere": (Secondary(active=[[90, 90], [95, 90], [95, 99]]), "no centre"),
+    "an unknown facies": (Secondary(probabilities={"salt": 0.5}), "'salt' is not in"),
+    "facies without a map": (Secondary(probabilities={"sand": 0.5}), "Mud and Clay have no map"),
+    "percent": (Secondary(probabilities={"sand": 40, "mud": 0.1}), "40 in .* divide percent"),
+    "a large sum": (Secondary(probabilities={0: 0.5, 1: 0.9, 2: 0.1}), "sum to 1.5 instead of 1"),
+    "a sum over 1": (Secondary(probabilities={0: 0.5, 1: 0.9}), "sum to 1.4 instead of 1"),
+    "no value at all": (Secondary(probabilities={0: FLAT * np.nan, 1: 0.3}), "no cell has a value"),
+    "maps of another shape": (Secondary(probabilities={0: np.ones((2, 3)), 1: 0.0}), "3 × 2 cells"),
+    "another image": (
+        Secondary(auxiliary=[Auxiliary(np.ones((3, 4)), FLAT)]),
+        "of the image: 4 × 3",
+    ),
+    "another grid": (
+        Secondary(auxiliary=[Auxiliary(np.ones(IMAGE.shape), np.ones((3, 4)))]),
+        "of the grid: 4 × 3",
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", BAD)
+def test_bad_input_is_refused_in_one_sentence(kind):
+    secondary, said = BAD[kind]
+    with pytest.raises(CCWSIMError, match=said) as error:
+        fitted(secondary)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: Secondary(probabilities=FLAT), "a mapping of facies to arrays"),
+        (lambda: Secondary(soft_weight=9), "soft_weight = 9 must be a number from 0, up to 5"),
+        (lambda: Secondary(auxiliary=[FLAT]), "a list of ccwsim.Auxiliary"),
+        (lambda: Auxiliary(FLAT, FLAT * np.nan), "of the grid: some cells have no finite value"),
+        (lambda: Auxiliary(FLAT, FLAT, weight=-1), "weight = -1 must be"),
+        (lambda: Study(IMAGE, GRID, P, secondary={"active": 1}), "a Secondary is needed"),
+    ],
+)
+def test_wrong_types_are_refused_at_once(make, said):
+    with pytest.raises(CCWSIMError, match=said):
+        make()
+
+
+def test_an_image_without_a_complete_patch_is_refused():
+    cells = np.where(np.arange(44) % 8 == 0, np.nan, IMAGE.array)
+    with pytest.raises(CCWSIMError, match="8 × 8 cells is known completely"):
+        Study(Image(cells), GRID, P)
+
+
+def test_an_image_with_gaps_counts_known_cells_only():
+    cells = IMAGE.array.astype(float)
+    cells[:20] = np.nan
+    masked = np.ma.masked_array(IMAGE.array, np.isnan(cells))
+    for given in (cells, masked, np.where(np.isnan(cells), -9999.0, cells)):
+        image = Image.from_array(given)
+        np.testing.assert_array_equal(image.known, ~np.isnan(cells))
+        np.testing.assert_allclose(image.proportions, Image(cells[20:].astype(int)).proportions)
+        assert np.isnan(image.array[:20]).all()
+    with pytest.raises(CCWSIMError, match="no cell has a value"):
+        Image(np.full((5, 5), np.nan))
