@@ -225,7 +225,7 @@ def test_a_preview_of_a_volume_shows_heights_and_wells(header):
     assert found.guess == dict(zip(roles, names, strict=True))
     assert (found.reasons, found.assignment.unclear) == ((), False)
     of_map = cio.preview_points(BytesIO(text.encode()))
-    assert {*of_map.guess} == {"x", "y", "facies"}
+    assert {*of_map.guess} == {"well", "x", "y", "facies"}
 
 
 def test_what_is_not_told_of_a_volume_is_asked():
@@ -279,7 +279,7 @@ def test_columns_that_cannot_be_are_said(columns, said):
         read(UNNAMED, **columns)
 
 
-@pytest.mark.parametrize("name", ["z", "well", "depth_from", "depth_to", "depth"])
+@pytest.mark.parametrize("name", ["z", "depth_from", "depth_to", "depth"])
 def test_columns_of_a_volume_are_refused_for_a_map(name):
     text = BytesIO(UNNAMED.encode())
     with pytest.raises(

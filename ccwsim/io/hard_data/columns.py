@@ -73,7 +73,7 @@ class PointColumns:
     """Name of the column, variable or array that contains facies as numbers or names. By default,
     columns of heights or well names are never used as facies."""
     well: str | None = None
-    """Name of the column of well names, only for a volume; "" for no column."""
+    """Name of the column of well names; "" for no column."""
     z: str | None = None
     """Name of the column of elevations, only for a volume. If the table has depths, the
     column contains elevations of collars of vertical wells. With `coordinates="cells"`, the column
@@ -164,21 +164,21 @@ def assign_columns(file: DataFile, asked: PointColumns, *, volume: bool) -> Assi
     with _collected(problems):
         if not volume:
             reason = "applies only to volumes; give a grid with nz, or leave the column out"
-            _refuse(asked, ("z", *DEPTHS, "well"), reason)
+            _refuse(asked, ("z", *DEPTHS), reason)
         named = asked_columns(file, asked.named())
         taken = [column for role, column in named.items() if role not in ("x", "y")]
         places = place_columns(file, named.get("x"), named.get("y"), asked.coordinates, taken)
         columns["x"], columns["y"], world, notes = places
     unclear = bool(notes or problems)
-    if volume:
-        with _collected(problems):
-            roles = {**(HEIGHTS if world else LAYERS), **_WELL_OF_POINTS}
-            taken = [*columns.values(), *([named["facies"]] if "facies" in named else [])]
-            columns |= columns_of(file, roles, vars(asked), taken)
-            if not world:
-                _refuse(asked, DEPTHS, "is a depth below z, but cells have layers; leave it out")
-            ends = {"depth_from", "depth_to"}
-            _check_complete(file, roles, columns, ends if ends & columns.keys() else ())
+    with _collected(problems):
+        heights = {} if not volume else HEIGHTS if world else LAYERS
+        roles = {**heights, **_WELL_OF_POINTS}
+        taken = [*columns.values(), *([named["facies"]] if "facies" in named else [])]
+        columns |= columns_of(file, roles, vars(asked), taken)
+        if not world:
+            _refuse(asked, DEPTHS, "is a depth below z, but cells have layers; leave it out")
+        ends = {"depth_from", "depth_to"}
+        _check_complete(file, roles, columns, ends if ends & columns.keys() else ())
     with _collected(problems):
         columns["facies"] = value_column(file, columns.values(), asked.facies)
     cells = [] if world else [columns[role] for role in ("x", "y", "z") if role in columns]

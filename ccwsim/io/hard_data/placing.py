@@ -356,7 +356,7 @@ class HardDataImport:
     notes: tuple[str, ...]
     """The report as sentences for the user."""
     wells: Mapping[str, NDArray[np.int64]] = field(default_factory=dict)
-    """For named wells in a volume: the cells, shape (n, 3), that contain data of each well."""
+    """For named wells, the cells that contain data of each well, as in `HardData.cells`."""
 
 
 def resolve_points(placed: PlacedPoints, conversion: Conversion = STRICT) -> HardDataImport:

@@ -15,7 +15,20 @@ function drawData(pen, marks, wrongColour) {
 
 function ringOf(radius) { return Math.min(RING, radius * 0.4); }
 
-// Write a name above a position, readable on every background.
+// Write the names of wells [name, x, y] above their positions, readable on every background. Nothing is written if
+// there are more names than `most`; a name that would overlap an earlier name is left out.
+function drawNames(pen, root, names, most) {
+  if (names.length > most) return;
+  pen.font = fontOf(root);
+  const taken = [];
+  for (const [name, x, y] of names) {
+    const half = pen.measureText(name).width / 2 + 2;
+    if (taken.some((one) => Math.abs(one.x - x) < one.half + half && Math.abs(one.y - y) < 14)) continue;
+    taken.push({ x, y, half });
+    drawName(pen, name, x, y);
+  }
+}
+
 function drawName(pen, name, x, y) {
   pen.save();
   pen.textAlign = 'center';

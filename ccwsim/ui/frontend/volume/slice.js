@@ -118,10 +118,8 @@ class Slice {
       }
     }
     drawData(pen, circles, wrongColour);
-    pen.font = fontOf(view.root);
-    for (const well of view.named) {
-      if (heads.has(well)) drawName(pen, well.name, ...heads.get(well));
-    }
+    const named = [...heads].filter(([{ name }]) => name);
+    drawNames(pen, view.root, named.map(([{ name }, spot]) => [name, ...spot]), data.max_names);
   }
 
   say() {
