@@ -217,7 +217,7 @@ def read_delimited(content: bytes, name: str) -> DataFile:
     keys = tuple(key for key in named if key in numbers or key in words)
     if header.well and "well" not in map(str.lower, keys):
         words["well"], keys = (header.well,) * len(at), ("well", *keys)
-    table = DataFile("table in text", name, numbers, is_table=True, lines=at, words=words)
+    table = DataFile(header.kind, name, numbers, is_table=True, lines=at, words=words)
     return replace(table, columns=keys, missing=header.missing)
 
 
@@ -311,18 +311,23 @@ class _Header(NamedTuple):
     missing: tuple[float, ...] = ()
     wrapped: bool = False
     well: str = ""
+    kind: str = "table in text"
 
 
+PETREL = "Petrel table"
+_TYPE_OF_COLUMN = re.compile(r'[A-Z]+(,\s*|\s+(?="))')
+"""The type before the name of a column in a Petrel file, as in FLOAT,Porosity or STRING "Well"."""
 MAX_OWN_HEADER = 4 * MAX_VARIABLES  # maximum number of header lines
 
 
 def _own_header(lines: list[bytes]) -> _Header:
-    """Return the header of a Petrel points file (BEGIN HEADER …) or a well log (~Curve, ~A)."""
+    """Return the header of Petrel points or tops (BEGIN HEADER …) or a well log (~Curve, ~A)."""
     start = [line[:200].decode("utf-8", "replace").strip() for line in lines[:MAX_OWN_HEADER]]
     upper = [line.upper() for line in start]
     if "BEGIN HEADER" in upper[:5] and "END HEADER" in upper:
         first, last = upper.index("BEGIN HEADER") + 1, upper.index("END HEADER")
-        return _Header(tuple(start[first:last]), last + 1)
+        names = (_TYPE_OF_COLUMN.sub("", line).strip('"') for line in start[first:last])
+        return _Header(tuple(names), last + 1, kind=PETREL)
     data = next((k for k, line in enumerate(upper) if line.startswith("~A")), None)
     if data is None or not upper[0].startswith("~"):
         return _Header()

@@ -59,7 +59,7 @@ def test_a_code_is_known_within_the_precision_of_its_type(code, kind):
     stored = np.array([0, 1, code], kind)
     file = DataFile("any", "a", {"f": stored[None, None]})
     assert file.known(stored).tolist() == [True, True, False]
-    assert f"({code:g} means unknown)" in file.unknown_note(stored)
+    assert f"({code:.9g} means unknown)" in file.unknown_note(stored)
 
 
 @pytest.mark.parametrize("kind", ["vti", "tif", "nc", "npz"])
