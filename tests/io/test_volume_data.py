@@ -266,9 +266,8 @@ def test_heights_that_differ_within_a_well_are_those_of_the_rows(head):
     text = well("\n".join(rows), head)
     found = cio.read_points(BytesIO(text.encode()), grid_shape=GRID.shape)
     assert found.places[:, 2].tolist() == [8.5, 7.5, 8.5]
-    assert (
-        found.notes[0] == f"{head.split(',')[4]} is not used, because z is the height of each row."
-    )
+    depth = head.split(",")[4]
+    assert found.notes[0] == f"{depth} is not used, because z is the height of each row."
     collars = well("\n".join((rows[0], rows[2], ",350015,4505010,,1,1")), head)
     assert preview(collars).guess["depth"] == depth
 
