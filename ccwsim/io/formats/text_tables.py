@@ -178,7 +178,7 @@ def read_delimited(content: bytes, name: str) -> DataFile:
         lines = _Lines(texts, lines.numbers)
     if header.wrapped:
         lines = _unwrapped(lines, len(header.names))
-    stated = re.fullmatch(rb"sep=(.)", lines.texts[0], re.IGNORECASE) if lines.texts else None
+    stated = re.fullmatch(rb'"?sep=(.)"?', lines.texts[0], re.IGNORECASE) if lines.texts else None
     lines = lines.after(1 if stated else 0)
     if not lines.texts:
         raise CCWSIMError(f"{name}: the file contains no values")
@@ -186,6 +186,7 @@ def read_delimited(content: bytes, name: str) -> DataFile:
     separator = None if header.names else stated[1].decode() if stated else separator_of(sample)
     marks = _Marks(separator, decimal_of(sample, separator))
     lines = lines.after(_n_titles(lines.texts, marks))
+    lines = lines.after(0 if header.names else _n_numbers_of_columns(lines.texts, marks))
     if not header.names and (matrix := _matrix_of_names(lines, marks, name)):
         return matrix
     first = lines.texts[0][:40].decode("latin-1")
@@ -206,6 +207,8 @@ def read_delimited(content: bytes, name: str) -> DataFile:
         values, at = _without_margins(np.stack(columns, axis=1), at)
         return DataFile("text matrix", name, {"matrix": values[None]}, lines=at, **_OF_MATRIX)
     named = dict(zip(distinct_names(list(names)), columns, strict=True))
+    if names[0] in ("", "Unnamed: 0") and n > 1 and _counts_up(columns[0]):  # the index of pandas
+        del named[next(iter(named))]
     words = {key: column for key, column in named.items() if isinstance(column, tuple)}
     numbers = {
         key: column
@@ -227,14 +230,38 @@ _OF_MATRIX: dict[str, Any] = {"south_first": False, "asks_up": True}
 def _without_margins(
     values: NDArray[np.float64], lines: NDArray[np.int64]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return a matrix without the row and column numbers of pandas, and without an empty column."""
+    """Return a matrix without numbers of its rows and columns, and without an empty last column."""
     if values.shape[1] > 1 and np.isnan(values[:, -1]).all():  # a separator ends each line
         values = values[:, :-1]
     ny, nx = values.shape
     columns, rows = values[0, 1:] == np.arange(nx - 1), values[1:, 0] == np.arange(ny - 1)
     if min(ny, nx) > 1 and np.isnan(values[0, 0]) and columns.all() and rows.all():
         return values[1:, 1:], lines[1:]
+    if ny >= MIN_NUMBERED and nx > 2 and _counts_up(values[:, 0]) and not _counts_up(values[:, 1]):
+        return values[:, 1:], lines
     return values, lines
+
+
+def _counts_up(column: Sequence[float] | NDArray[np.float64] | tuple[str, ...]) -> bool:
+    """Return whether the values are whole numbers that follow each other."""
+    numbers = np.asarray(column)
+    if numbers.dtype.kind != "f" or numbers[0] % 1:
+        return False
+    return np.array_equal(numbers, numbers[0] + np.arange(len(numbers)))
+
+
+def _n_numbers_of_columns(lines: list[bytes], marks: _Marks) -> int:
+    """Return 1 if the first line numbers the columns of a matrix, as 0, 1, 2 … or V1, V2, …"""
+
+    def counts_up(fields: list[str]) -> bool:
+        parts = [re.fullmatch(r"(\D*)(\d{1,6})", field) for field in fields]
+        numbers = [float(part[2]) for part in parts if part]
+        alike = len({part[1] for part in parts if part}) == 1
+        return alike and len(numbers) == len(fields) >= MIN_NUMBERED and _counts_up(numbers)
+
+    first, *others = map(marks.fields, lines[:2])
+    numbered = [counts_up(row) or counts_up(row[1:]) for row in (first, *others)]
+    return int(numbered == [True, False])
 
 
 class _Lines(NamedTuple):
@@ -258,16 +285,18 @@ class _Marks(NamedTuple):
         return split_fields(line.decode("utf-8", "replace"), self.separator)
 
 
+MIN_NUMBERED = 8
+"""Minimum number of numbers in a row that are taken as numbers of the rows or columns."""
 MAX_SAMPLED = 20
 """Number of lines at the start of a text from which its structure is told."""
 
 
 def _n_titles(lines: list[bytes], marks: _Marks) -> int:
-    """Return the number of lines above the header whose fields, except the first, are empty."""
+    """Return the number of lines above the header with no field except the first."""
     if marks.separator is None:
         return 0
-    rows = map(marks.fields, lines[:MAX_SAMPLED])
-    titles = [len(row) > 2 and not any(row[1:]) for row in rows]
+    rows = [marks.fields(line) for line in lines[:MAX_SAMPLED]]
+    titles = [len(row) < 2 < len(rows[-1]) or (len(row) > 2 and not any(row[1:])) for row in rows]
     return titles.index(False) if False in titles else 0
 
 
@@ -285,11 +314,13 @@ def _names_above(lines: list[bytes], marks: _Marks) -> tuple[list[str], int]:
 def _matrix_of_names(lines: _Lines, marks: _Marks, name: str) -> DataFile | None:
     """Return a matrix of facies names, which repeats names in its first line, or None."""
     first = marks.fields(lines.texts[0])
+    first = first[1:] if first[0].isdecimal() else first  # the number of the row
     if len(lines.texts) < 2 or len(set(first)) == len(first) or len(first) < 2:
         return None
-    if any(field_number(f, marks.decimal) is not None for f in first if f):
+    if any(_counts(field, marks.decimal) for field in first):
         return None
     rows = [marks.fields(line) for line in lines.texts]
+    rows = [row[1:] if row[0].isdecimal() else row for row in rows]
     rows = [row[:-1] if not row[-1] else row for row in rows]
     fields = [field for row in rows for field in row]
     if len({len(row) for row in rows}) > 1 or any(map(is_number, {*fields} - {""})):
