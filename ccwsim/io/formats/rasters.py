@@ -40,6 +40,8 @@ def is_map(content: bytes, name: str) -> bool:
 
 def read_raster(content: bytes, name: str, kind: str) -> DataFile:
     """Return the bands of a raster as variables, or its pages as the layers of volumes."""
+    if kind == "grass":  # GDAL reads an unknown cell, marked by an asterisk, as 0
+        content = content.replace(b"*", b"-9999")
     with _opened(content, name, kind) as first, ExitStack() as opened:
         if max(len(first.subdatasets), first.count) > MAX_VARIABLES:
             raise CCWSIMError(f"{name}: more than {MAX_VARIABLES} pages or bands; save fewer")
