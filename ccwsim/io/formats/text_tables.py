@@ -79,8 +79,11 @@ SEPARATORS = (";", "\t", ",", None)
 UNKNOWN = frozenset({"", "nan", "na", "n/a", "null", "none", "-"})
 """Fields that mean a missing value, in lower case."""
 
-BOOLEANS = {"true": 1.0, "false": 0.0, "yes": 1.0, "no": 0.0}
-"""Words that mean 1 and 0, in lower case."""
+BOOLEANS = {
+    **dict.fromkeys(["true", "yes", "wahr", "ja", "vrai", "oui", "verdadero"], 1.0),
+    **dict.fromkeys(["false", "no", "falsch", "nein", "faux", "non", "falso"], 0.0),
+}
+"""Words that mean 1 and 0, in lower case, also as spreadsheets write them in other languages."""
 
 _QUOTED = re.compile(r'"[^"]*"|\S+')
 
@@ -102,12 +105,15 @@ _GROUPS = {
     ".": re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+(\.\d*)?"),
 }
 """Patterns of numbers with thousands separators, such as 1.234,5 or 1,234.5, by decimal mark."""
+_APOSTROPHE = re.compile(r"(?<=\d)['’\u00a0\u202f](?=\d{3})")
+"""Thousands separators that cannot be a decimal mark."""
 
 
 def field_number(field: str, decimal: str) -> float | None:
     """Return the number in a field; return NaN for a missing value and None for text."""
     if field.lower() in UNKNOWN or field == "*" * len(field):
         return float("nan")
+    field = _APOSTROPHE.sub("", field)
     if _GROUPS[decimal].fullmatch(field):
         field = field.replace("." if decimal == "," else ",", "")
     number = field.replace(",", ".") if decimal == "," else field
@@ -146,7 +152,8 @@ def decimal_of(sample: Sequence[str], separator: str | None) -> str:
     fields = [field for line in sample for field in split_fields(line, separator)]
     if any(f.rfind(".") > f.rfind(",") >= 0 and field_number(f, ".") is not None for f in fields):
         return "."
-    return "," if any("," in f and field_number(f, ",") is not None for f in fields) else "."
+    comma = any("," in f or f.count(".") > 1 for f in fields if field_number(f, ",") is not None)
+    return "," if comma else "."
 
 
 def _n_numbers(line: str, separator: str | None) -> int:
@@ -183,7 +190,9 @@ def read_delimited(content: bytes, name: str) -> DataFile:
     if not lines.texts:
         raise CCWSIMError(f"{name}: the file contains no values")
     sample = [line[:2000].decode("utf-8", "replace") for line in lines.texts[1:21] or lines.texts]
-    separator = None if header.names else stated[1].decode() if stated else separator_of(sample)
+    separator = stated[1].decode() if stated else header.separator
+    if not stated and not header.names:
+        separator = separator_of(sample)
     marks = _Marks(separator, decimal_of(sample, separator))
     lines = lines.after(_n_titles(lines.texts, marks))
     lines = lines.after(0 if header.names else _n_numbers_of_columns(lines.texts, marks))
@@ -342,6 +351,7 @@ class _Header(NamedTuple):
     missing: tuple[float, ...] = ()
     wrapped: bool = False
     well: str = ""
+    separator: str | None = None
     kind: str = "table in text"
 
 
@@ -362,7 +372,7 @@ def _own_header(lines: list[bytes]) -> _Header:
     data = next((k for k, line in enumerate(upper) if line.startswith("~A")), None)
     if data is None or not upper[0].startswith("~"):
         return _Header()
-    section, curves, missing, wrapped, well = "", [], (), False, ""
+    section, curves, missing, wrapped, well, separator, version = "", [], (), False, "", None, ""
     for line in start[:data]:
         mnemonic = re.split(r"[.\s]", line, maxsplit=1)[0]
         if line.startswith("~"):
@@ -374,13 +384,17 @@ def _own_header(lines: list[bytes]) -> _Header:
             missing = (float(value),)
         elif mnemonic.upper() == "WRAP":
             wrapped = value.upper() == "YES"
-        elif mnemonic.upper() == "WELL":
-            well = value
+        elif mnemonic.upper() == "VERS":
+            version = value
+        elif mnemonic.upper() == "DLM":
+            separator = {"COMMA": ",", "TAB": "\t"}.get(value.upper())
+        elif mnemonic.upper() == "WELL":  # the value follows the colon in version 1
+            well = line.partition(":")[2].strip() if version.startswith("1.") else value
     names = tuple(curves or start[data].split()[1:])
-    return _Header(names, data + 1, missing, wrapped, well)
+    return _Header(names, data + 1, missing, wrapped, well, separator)
 
 
-_DATE_AND_TIME = re.compile(rb"(\d{4}-\d{2}-\d{2}) (\d{2}:\d{2})")
+_DATE_AND_TIME = re.compile(rb"(\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}) (\d{1,2}:\d{2})")
 
 
 def _unwrapped(lines: _Lines, n: int) -> _Lines:
