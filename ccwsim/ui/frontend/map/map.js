@@ -213,7 +213,7 @@ class CellMap {
     });
     const [right, low] = [this.left + this.wide, this.top + this.high];
     const inView = heads.filter(([, x, y]) => x > this.left && x < right && y > this.top && y < low);
-    drawNames(pen, this.root, inView, this.data.max_names);
+    drawNames(pen, this, inView, this.data.max_names);
   }
 
   drawTrail(pen) {

@@ -408,7 +408,8 @@ class Body {
       disc(pen, px, head - stem, 2.2, pen.strokeStyle);
       if (well.name) names.push([well.name, px, head - stem]);
     }
-    drawNames(pen, view.root, names, view.data.max_names);
+    const box = { root: view.root, left: 0, wide: parseFloat(this.canvas.style.width) };
+    drawNames(pen, box, names, view.data.max_names);
   }
 
   turnBy(turn, tilt) {

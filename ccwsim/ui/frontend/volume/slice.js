@@ -119,7 +119,8 @@ class Slice {
     }
     drawData(pen, circles, wrongColour);
     const named = [...heads].filter(([{ name }]) => name);
-    drawNames(pen, view.root, named.map(([{ name }, spot]) => [name, ...spot]), data.max_names);
+    const names = named.map(([{ name }, spot]) => [name, ...spot]);
+    drawNames(pen, { ...this, root: view.root }, names, data.max_names);
   }
 
   say() {
