@@ -32,6 +32,7 @@ from ccwsim.io.formats.pictures import (
     read_picture,
 )
 from ccwsim.io.formats.rasters import DRIVERS, is_map, read_raster
+from ccwsim.io.formats.sgems import read_sgems
 from ccwsim.io.formats.tables import is_excel, read_excel, read_memory_table
 from ccwsim.io.formats.text_grids import is_esri, is_gslib, read_esri, read_gslib
 from ccwsim.io.formats.text_tables import read_delimited
@@ -148,6 +149,7 @@ READERS: dict[str, Callable[..., DataFile | PictureFile]] = {
     "grdecl": read_grdecl,
     "irap": read_irap,
     "gslib": read_gslib,
+    "sgems": read_sgems,
     "geojson": read_geojson,
     "table": read_delimited,
 }

@@ -271,8 +271,11 @@ def _axes(array: Any) -> list[Any]:
 
 
 def _coordinates(array: Any, name: Any) -> NDArray[np.float64] | None:
-    values = np.asarray(array.coords[name].values) if name in array.coords else np.empty(0)
-    return values.astype(np.float64) if values.size and values.dtype.kind in "iuf" else None
+    """Return the coordinates along an axis; depths, by the attribute `positive`, are negative."""
+    if name not in array.coords or array.coords[name].dtype.kind not in "iuf":
+        return None
+    values = np.asarray(array.coords[name].values, np.float64)
+    return -values if array.coords[name].attrs.get("positive") == "down" else values
 
 
 def _cells_along(array: Any, name: Any) -> tuple[float, float]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 UNKNOWN = 255
 """Facies index of a cell without a facies: not simulated yet, inactive, or unknown in an image."""
 CUSTOMARY_CODES = (
-    *(-99.0, -999.0, -999.25, -9999.0, -99999.0, -997799.0, -9977799.0),
+    *(-99.0, -999.0, -999.25, -9999.0, -99999.0, -997799.0, -9966699.0, -9977799.0),
     *(-1e21, -1e30, 1e30, 1.70141e38, -3.4028235e38, 3.4028235e38, 9.96921e36),
 )
 """Codes that stand for a missing value anywhere, as many programs write them."""
@@ -33,7 +33,7 @@ def unknown_note(values: NDArray, stated: Iterable[float] = ()) -> str:
     if not n:
         return ""
     codes = [c for c in _codes_in_range(values, stated) if _stand_for(c, values).any()]
-    said = f" ({', '.join(f'{code:g}' for code in codes)} means unknown)" if codes else ""
+    said = f" ({', '.join(f'{code:.9g}' for code in codes)} means unknown)" if codes else ""
     return f"{n} of {values.size} cells have no value{said}"
 
 

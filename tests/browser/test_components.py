@@ -403,3 +403,41 @@ def test_the_csv_of_a_chart_has_no_formulas(tab):
     shown = [name if name in ("-3.5", "sand, =1") else f"'{name}" for name in names]
     assert lines[::2] == [[name, "1", name, "-3.5"] for name in shown]
     assert lines[1::2] == [[name, "1", "1e-7", ""] for name in shown]
+
+
+# Return the texts that a map writes when it is drawn again.
+WRITTEN = """async () => {
+  const own = CanvasRenderingContext2D.prototype.fillText, found = [];
+  CanvasRenderingContext2D.prototype.fillText = function write(text, ...rest) {
+    found.push(text);
+    return own.call(this, text, ...rest);
+  };
+  window.dispatchEvent(new CustomEvent('ccwsim-map',
+    { detail: { link: 'maps', hover: null, view: { zoom: 1, x: 0, y: 0 } } }));
+  CanvasRenderingContext2D.prototype.fillText = own;
+  return [...new Set(found)];
+}"""
+
+
+def test_a_map_names_its_wells_unless_names_overlap_or_are_too_many(tab):
+    cells = {"A-1": (2, 2), "B 2": (5, 12), "beside B 2": (5, 13), "erased": (0, 3)}
+    points = [[*cell, 0, 0] for cell in list(cells.values())[:-1]]
+    wells = tuple((name, (cell,)) for name, cell in cells.items())
+    shown = map_content(replace(EMPTY, points=points, wells=wells), link="maps")
+    tab.set_viewport_size({"width": 500, "height": 600})
+    begin(tab, "map", shown)
+    tab.evaluate("() => { call(); }")
+    width(tab, "> 400")
+    assert tab.evaluate(WRITTEN) == ["A-1", "B 2"]
+    box = tab.locator("canvas").bounding_box()
+
+    def says(column: float, row: float, expected: str) -> None:
+        x, y = (column + 0.5) / 16, 1 - (row + 0.5) / 8
+        tab.mouse.move(box["x"] + x * box["width"], box["y"] + y * box["height"])
+        assert tab.locator(".readout").inner_text() == expected
+
+    soon(lambda: says(13, 5, "(13, 5) mud · beside B 2"))
+    soon(lambda: says(3, 0, "(3, 0) mud"))
+    tab.evaluate("(data) => { callWith(data); }", shown | {"max_names": 1})
+    assert tab.evaluate(WRITTEN) == []
+    soon(lambda: says(2, 2, "(2, 2) mud · A-1"))

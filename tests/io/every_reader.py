@@ -80,6 +80,27 @@ def _surfer7(values: NDArray) -> bytes:
     return head + b"DATA" + struct.pack("<i", values.size * 8) + values.astype("<f8").tobytes()
 
 
+def _sgems_text(text: str) -> bytes:
+    return struct.pack(">I", len(text) + 1) + text.encode() + b"\0"
+
+
+def sgems(values: NDArray, cell: float = 1.0, centre: float = 0.5) -> bytes:
+    """Return values (ny, nx) as a binary grid of SGeMS, in which the origin is a cell centre."""
+    words = (_sgems_text("Cgrid"), _sgems_text("grid"), struct.pack(">i", 100))
+    sizes = struct.pack(">3I6fI", *values.shape[::-1], 1, *[cell] * 3, *[centre] * 3, 1)
+    content = b"\xb2\x11\x17\x5d" + b"".join(words) + sizes + _sgems_text("facies")
+    return content + np.where(np.isnan(values), -9966699, values).astype(">f4").tobytes()
+
+
+def sgems_points(values: NDArray) -> bytes:
+    """Return values (ny, nx) as a binary set of points of SGeMS, at the centres of cells."""
+    words = (_sgems_text("Point_set"), _sgems_text("wells"), struct.pack(">i", 100))
+    places = np.array(_places(values))
+    content = b"\xb2\x11\x17\x5d" + b"".join(words) + struct.pack(">2I", len(places), 1)
+    content += _sgems_text("facies") + (places * [1, 1, 0]).astype(">f4").tobytes()
+    return content + places[:, 2].astype(">f4").tobytes()
+
+
 def _zmap(values: NDArray) -> bytes:
     head = "! facies\n@FACIES, GRID, 8\n20, 1E+30, , 4, 1\n6, 8, 0.5, 7.5, 0.5, 5.5\n0, 0, 0\n@\n"
     columns = ("".join(f"{v:20.7E}" for v in values[::-1, k]) for k in range(8))
@@ -149,6 +170,7 @@ FILES: dict[str, Callable[[NDArray], bytes]] = {
         f"-996 6 1 1\n0.5 7.5 0.5 5.5\n8 0 0 0\n0 0 0 0 0 0 0\n{_words(v)}\n".encode()
     ),
     "gslib": lambda v: f"8 6 1\n1\nfacies\n{_words(v.reshape(-1, 1))}\n".encode(),
+    "sgems": sgems,
     "geojson": _geojson,
     "table": lambda v: b"x,y,facies\n" + b"\n".join(b"%g,%g,%.9g" % p for p in _places(v)),
 }

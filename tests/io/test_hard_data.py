@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from io import BytesIO
 
 import numpy as np
@@ -250,3 +251,68 @@ def test_points_are_read_only():
     points = cio.read_points(BytesIO(SAMPLES["row col"]))
     with pytest.raises(ValueError, match="read-only"):
         points.places[0, 0] = 1
+
+
+TWO = TrainingImage([[0, 1]], facies_names=("mud", "sand"))
+THREE = TrainingImage([[0, 1, 2]], facies_names=("mud", "silt", "sand"))
+
+
+@pytest.mark.parametrize("words", ["TRUE FALSE", "wahr falsch", "yes no", "1 0"])
+@pytest.mark.parametrize(("name", "codes"), [("sand", [1, 0]), ("Mud", [0, 1])])
+def test_a_column_with_the_name_of_a_facies_says_where_it_is(name, codes, words):
+    yes, no = words.split()
+    text = f"x,y,{name}\n0.5,0.5,{yes}\n1.5,0.5,{no}\n".encode()
+    report = cio.import_hard_data(BytesIO(text), Grid(4, 4), TWO)
+    assert report.hard_data.facies.tolist() == codes
+    own = cio.import_hard_data(BytesIO(text), Grid(4, 4), THREE, on_unknown="drop").hard_data
+    assert own.facies.tolist() == [2 if name == "sand" else 0]  # no facies is known elsewhere
+
+
+@pytest.mark.parametrize(
+    ("x", "y"),
+    [("350.003", "4.505.002"), ("350'003", "4'505'002"), ("350003", "4505002")],
+)
+def test_thousands_have_any_separator(x, y):
+    points = cio.read_points(BytesIO(f"x;y;facies\n{x};{y};1\n".encode()))
+    assert points.places.tolist() == [[350003, 4505002]]
+
+
+@pytest.mark.parametrize(
+    "geometry",
+    [
+        None,
+        {"type": "Point", "coordinates": []},
+        {"type": "Point", "coordinates": [None, None]},
+        {"type": "GeometryCollection", "geometries": []},
+    ],
+)
+def test_a_feature_without_coordinates_is_one_row_left_out(geometry):
+    features = json.loads(sample.geojson())["features"]
+    features[0]["geometry"] = geometry
+    features[1]["geometry"]["coordinates"] = [0, 0]
+    content = json.dumps({"features": features}).encode()
+    points = cio.read_points(BytesIO(content))
+    assert points.n == len(features) - 1
+    assert points.places[0].tolist() == [0, 0]
+    assert points.notes == ("Rows without coordinates, left out: 1 (feature 1).",)
+
+
+CURVES = "~C\n DEPT.M:\n DATE.:\n FACIES.:\n~A\n"
+LOG = "~V\n VERS. {v}:\n DLM. {dlm}:\n~W\n WELL. {well}\n" + CURVES + "{row}\n"
+
+
+@pytest.mark.parametrize(
+    ("v", "dlm", "well", "row"),
+    [
+        ("2.0", "SPACE", "A 1: name", "0.5 2024-01-02 10:00:00 1"),
+        ("2.0", "SPACE", "A 1: name", "0.5 01/02/2024 10:00 1"),
+        ("3.0", "COMMA", "A 1: name", "0.5,01.02.2024 10:00,1"),
+        ("1.2", "SPACE", "WELL: A 1", "0.5 2024-01-02 1"),
+    ],
+)
+def test_dates_separators_and_wells_of_logs_are_known(v, dlm, well, row):
+    text = LOG.format(v=v, dlm=dlm, well=well, row=row).encode()
+    found = cio.preview_wells(BytesIO(text), "intervals")
+    assert found.guess == {"well": "well", "depth": "DEPT", "facies": "FACIES"}
+    assert [*found.rows[0]][:2] == ["A 1", "0.5"]
+    assert found.rows[0][-1] == "1"

@@ -225,7 +225,7 @@ def test_a_preview_of_a_volume_shows_heights_and_wells(header):
     assert found.guess == dict(zip(roles, names, strict=True))
     assert (found.reasons, found.assignment.unclear) == ((), False)
     of_map = cio.preview_points(BytesIO(text.encode()))
-    assert {*of_map.guess} == {"x", "y", "facies"}
+    assert {*of_map.guess} == {"well", "x", "y", "facies"}
 
 
 def test_what_is_not_told_of_a_volume_is_asked():
@@ -260,6 +260,53 @@ def test_depths_below_z_are_said_and_may_be_left_out():
     assert numbers == {2: "1"}
 
 
+@pytest.mark.parametrize("head", ["well,x,y,z,MD,facies", "hole,x,y,z,depth,facies"])
+def test_heights_that_differ_within_a_well_are_those_of_the_rows(head):
+    rows = ("A,350005,4505010,8.5,1,1", "A,350006,4505010,7.5,2,0", "B,350015,4505010,8.5,1,1")
+    text = well("\n".join(rows), head)
+    found = cio.read_points(BytesIO(text.encode()), grid_shape=GRID.shape)
+    assert found.places[:, 2].tolist() == [8.5, 7.5, 8.5]
+    depth = head.split(",")[4]
+    assert found.notes[0] == f"{depth} is not used, because z is the height of each row."
+    collars = well("\n".join((rows[0], rows[2], ",350015,4505010,,1,1")), head)
+    assert preview(collars).guess["depth"] == depth
+
+
+TOPS = """# Petrel well tops
+# Unit in X and Y direction: m
+VERSION 2
+BEGIN HEADER
+X
+Y
+Z
+TWT picked
+Geological age
+MD
+Type
+Surface
+Well
+FLOAT,Dip angle
+STRING "Interpreter"
+END HEADER
+350005.5 4505010.2 8.5 -999 -999 1540.2 Horizon "sand" "15/9-A 1" -999 "J D"
+350015.5 4505010.2 7.5 -999 -999 1540.2 Horizon "mud" "15/9-A 2" 3.5 "J D"
+"""
+
+
+@pytest.mark.parametrize("volume", [True, False])
+def test_well_tops_of_petrel_need_no_answer(volume):
+    shape = GRID.shape if volume else None
+    found = cio.preview_points(BytesIO(TOPS.encode()), grid_shape=shape)
+    named = {"x": "X", "y": "Y", "well": "Well", "facies": "Surface"}
+    assert found.guess == (named | {"z": "Z"} if volume else named)
+    assert found.columns[-2:] == ("Dip angle", "Interpreter")
+    points = cio.read_points(BytesIO(TOPS.encode()), grid_shape=shape)
+    assert points.words == ("mud", "sand")
+    assert points.values.tolist() == [1, 0]
+    assert points.places[0].tolist() == [350005.5, 4505010.2, 8.5][: 3 if volume else 2]
+    assert [*points.wells.values()] == ["15/9-A 1", "15/9-A 2"]
+
+
 @pytest.mark.parametrize(
     ("columns", "said"),
     [
@@ -279,7 +326,7 @@ def test_columns_that_cannot_be_are_said(columns, said):
         read(UNNAMED, **columns)
 
 
-@pytest.mark.parametrize("name", ["z", "well", "depth_from", "depth_to", "depth"])
+@pytest.mark.parametrize("name", ["z", "depth_from", "depth_to", "depth"])
 def test_columns_of_a_volume_are_refused_for_a_map(name):
     text = BytesIO(UNNAMED.encode())
     with pytest.raises(

@@ -65,7 +65,7 @@ def test_headers_are_guessed_and_heights_are_no_facies(header, heights):
     x, y, facies = header.split(",")
     names = [heights[0], facies, "well", y, heights[1], x]
     found = preview(",".join(names) + "\n1,2,3,4,5,6\n")
-    assert found.guess == {"x": x, "y": y, "facies": facies}
+    assert found.guess == {"x": x, "y": y, "well": "well", "facies": facies}
     assert found.reasons == ()
 
 

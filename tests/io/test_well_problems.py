@@ -195,6 +195,6 @@ def test_well_tops_of_petrel_are_tops_of_intervals():
     heads = ["X", "Y", "Z", "MD", "Type", "Surface", "Well"]
     rows = '1.5 1.5 30 0 Horizon "mud" "A"', '1.5 1.5 25 5 Horizon "sand" "A"'
     tops = "\n".join(["# Petrel well tops", "BEGIN HEADER", *heads, "END HEADER", *rows, ""])
-    report = imported(tops.encode(), depth_from="MD", depth="", facies="Surface")
+    report = imported(tops.encode())
     assert report.hard_data.n == 20
     assert sorted(report.hard_data.facies.tolist()) == [0] * 5 + [1] * 15

@@ -372,7 +372,8 @@ def test_wells_are_known_by_their_names():
     one = b"x,y,z,from,to,facies,Hole\n110.5,222,12.5,0,2.6,1,A\n131,250,9.75,1.1,4.1,1,\n"
     alone = import_hard_data(BytesIO(one), GRID)
     assert {name: len(cells) for name, cells in alone.wells.items()} == {"A": 5}
-    assert import_hard_data(BytesIO(b"hole,x,y,facies\nA,1,1,0\n"), (8, 8)).wells == {}
+    on_map = import_hard_data(BytesIO(b"hole,x,y,facies\nA,1,1,0\nB,5,2,1\n"), (8, 8))
+    assert {name: c.tolist() for name, c in on_map.wells.items()} == {"A": [[1, 1]], "B": [[2, 5]]}
 
 
 def test_the_command_line_takes_names_of_columns(tmp_path, monkeypatch, capsys):

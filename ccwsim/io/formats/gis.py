@@ -49,8 +49,9 @@ def read_geojson(text: bytes, name: str) -> DataFile:
 
 
 def _places(geometry: Any, name: str, number: int) -> list[tuple[float, float]]:
-    """Return x and y of the points of a feature; a feature without geometry has one, NaN."""
-    if geometry is None:
+    """Return x and y of the points of a feature; a feature without any coordinates has one, NaN."""
+    given = geometry.get("coordinates", geometry.get("geometries")) if geometry else None
+    if all(value is None for value in given or ()):
         return [(nan, nan)]
     kind = geometry["type"]
     if kind not in ("Point", "MultiPoint"):

@@ -160,7 +160,7 @@ def is_matlab4(content: bytes) -> bool:
         kind, _, _, imaginary, n = np.frombuffer(content, f"{order}u4", count=5).tolist()
         machine, rest = divmod(kind, 1000)
         precision, form = divmod(rest, 10)
-        fits = machine == (order == ">") and precision < 60 and precision % 10 == 0 and form == 0
+        fits = machine == (order == ">") and precision < len(_PRECISIONS_4) and form < 3
         if fits and imaginary <= 1 and 1 < n <= 64 and content[20 : 19 + n].isalnum():
             return True
     return False

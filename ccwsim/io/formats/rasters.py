@@ -33,12 +33,15 @@ def is_map(content: bytes, name: str) -> bool:
     with suppress(CCWSIMError), _opened(content, name, "tiff") as file:
         placed = not file.transform.is_identity or file.crs is not None
         plain = set(file.dtypes) == {"uint8"} and file.count in (1, 3, 4)
-        return len(file.subdatasets) > 1 or placed or not plain or file.nodata is not None
+        gaps = file.nodata is not None or (file.count == 1 and _has_mask(file))
+        return len(file.subdatasets) > 1 or placed or not plain or gaps
     return False
 
 
 def read_raster(content: bytes, name: str, kind: str) -> DataFile:
     """Return the bands of a raster as variables, or its pages as the layers of volumes."""
+    if kind == "grass":  # GDAL reads an unknown cell, marked by an asterisk, as 0
+        content = content.replace(b"*", b"-9999")
     with _opened(content, name, kind) as first, ExitStack() as opened:
         if max(len(first.subdatasets), first.count) > MAX_VARIABLES:
             raise CCWSIMError(f"{name}: more than {MAX_VARIABLES} pages or bands; save fewer")
@@ -50,13 +53,13 @@ def read_raster(content: bytes, name: str, kind: str) -> DataFile:
         check_cells(name, (first.count, len(pages), *first.shape))
         with broken(f"{name}: the raster cannot be read", remedy="save it without compression"):
             bands = np.stack([page.read() for page in pages], axis=1)
+            if any(map(_has_mask, pages)):
+                known = np.stack([page.read_masks() for page in pages], axis=1)
+                bands = np.where(known, bands, np.nan)
         missing = tuple({float(v) for p in pages for v in p.nodatavals if v is not None and v == v})
         names = [text or f"band {k}" for k, text in enumerate(first.descriptions, start=1)]
         variables = dict(zip(distinct_names(names), bands, strict=True))
-        where = _geometry(first)
-        return DataFile(
-            DRIVERS[kind][0], name, variables, south_first=False, missing=missing, **where
-        )
+        return DataFile(DRIVERS[kind][0], name, variables, missing=missing, **_geometry(first))
 
 
 @contextmanager
@@ -83,14 +86,20 @@ def _page(part: str) -> Any:
     return rasterio.open(part, driver="GTiff")
 
 
+def _has_mask(page: Any) -> bool:
+    """Whether a mask or a transparency band marks unknown cells."""
+    return any("per_dataset" in str(flags) for flags in page.mask_flag_enums)
+
+
 def _geometry(page: Any) -> dict[str, Any]:
-    """Return coordinate system, cell size and origin; a rotated raster has no cell size."""
-    at = page.transform
-    crs = page.crs
+    """Return CRS, first row, cell size and origin; a rotated raster has no cell size."""
+    at, crs = page.transform, page.crs
     where: dict[str, Any] = {"crs": "" if crs is None else _code_of(crs)}
-    if at.is_identity or at.b or at.d or at.a <= 0 or at.e >= 0:
+    where["south_first"] = not at.is_identity and at.e > 0
+    if at.is_identity or at.b or at.d or at.a <= 0 or not at.e:
         return where
-    return {**where, "cell_size": (at.a, -at.e), "origin": (at.c, at.f + page.height * at.e)}
+    origin = at.c, min(at.f, at.f + page.height * at.e)
+    return {**where, "cell_size": (at.a, abs(at.e)), "origin": origin}
 
 
 def code_and_wkt(said: str) -> tuple[str, str]:

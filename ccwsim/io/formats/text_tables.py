@@ -79,8 +79,11 @@ SEPARATORS = (";", "\t", ",", None)
 UNKNOWN = frozenset({"", "nan", "na", "n/a", "null", "none", "-"})
 """Fields that mean a missing value, in lower case."""
 
-BOOLEANS = {"true": 1.0, "false": 0.0, "yes": 1.0, "no": 0.0}
-"""Words that mean 1 and 0, in lower case."""
+BOOLEANS = {
+    **dict.fromkeys(["true", "yes", "wahr", "ja", "vrai", "oui", "verdadero"], 1.0),
+    **dict.fromkeys(["false", "no", "falsch", "nein", "faux", "non", "falso"], 0.0),
+}
+"""Words that mean 1 and 0, in lower case, also as spreadsheets write them in other languages."""
 
 _QUOTED = re.compile(r'"[^"]*"|\S+')
 
@@ -102,12 +105,15 @@ _GROUPS = {
     ".": re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+(\.\d*)?"),
 }
 """Patterns of numbers with thousands separators, such as 1.234,5 or 1,234.5, by decimal mark."""
+_APOSTROPHE = re.compile(r"(?<=\d)['’\u00a0\u202f](?=\d{3})")
+"""Thousands separators that cannot be a decimal mark."""
 
 
 def field_number(field: str, decimal: str) -> float | None:
     """Return the number in a field; return NaN for a missing value and None for text."""
     if field.lower() in UNKNOWN or field == "*" * len(field):
         return float("nan")
+    field = _APOSTROPHE.sub("", field)
     if _GROUPS[decimal].fullmatch(field):
         field = field.replace("." if decimal == "," else ",", "")
     number = field.replace(",", ".") if decimal == "," else field
@@ -146,7 +152,8 @@ def decimal_of(sample: Sequence[str], separator: str | None) -> str:
     fields = [field for line in sample for field in split_fields(line, separator)]
     if any(f.rfind(".") > f.rfind(",") >= 0 and field_number(f, ".") is not None for f in fields):
         return "."
-    return "," if any("," in f and field_number(f, ",") is not None for f in fields) else "."
+    comma = any("," in f or f.count(".") > 1 for f in fields if field_number(f, ",") is not None)
+    return "," if comma else "."
 
 
 def _n_numbers(line: str, separator: str | None) -> int:
@@ -178,14 +185,17 @@ def read_delimited(content: bytes, name: str) -> DataFile:
         lines = _Lines(texts, lines.numbers)
     if header.wrapped:
         lines = _unwrapped(lines, len(header.names))
-    stated = re.fullmatch(rb"sep=(.)", lines.texts[0], re.IGNORECASE) if lines.texts else None
+    stated = re.fullmatch(rb'"?sep=(.)"?', lines.texts[0], re.IGNORECASE) if lines.texts else None
     lines = lines.after(1 if stated else 0)
     if not lines.texts:
         raise CCWSIMError(f"{name}: the file contains no values")
     sample = [line[:2000].decode("utf-8", "replace") for line in lines.texts[1:21] or lines.texts]
-    separator = None if header.names else stated[1].decode() if stated else separator_of(sample)
+    separator = stated[1].decode() if stated else header.separator
+    if not stated and not header.names:
+        separator = separator_of(sample)
     marks = _Marks(separator, decimal_of(sample, separator))
     lines = lines.after(_n_titles(lines.texts, marks))
+    lines = lines.after(0 if header.names else _n_numbers_of_columns(lines.texts, marks))
     if not header.names and (matrix := _matrix_of_names(lines, marks, name)):
         return matrix
     first = lines.texts[0][:40].decode("latin-1")
@@ -206,6 +216,8 @@ def read_delimited(content: bytes, name: str) -> DataFile:
         values, at = _without_margins(np.stack(columns, axis=1), at)
         return DataFile("text matrix", name, {"matrix": values[None]}, lines=at, **_OF_MATRIX)
     named = dict(zip(distinct_names(list(names)), columns, strict=True))
+    if names[0] in ("", "Unnamed: 0") and n > 1 and _counts_up(columns[0]):  # the index of pandas
+        del named[next(iter(named))]
     words = {key: column for key, column in named.items() if isinstance(column, tuple)}
     numbers = {
         key: column
@@ -217,7 +229,7 @@ def read_delimited(content: bytes, name: str) -> DataFile:
     keys = tuple(key for key in named if key in numbers or key in words)
     if header.well and "well" not in map(str.lower, keys):
         words["well"], keys = (header.well,) * len(at), ("well", *keys)
-    table = DataFile("table in text", name, numbers, is_table=True, lines=at, words=words)
+    table = DataFile(header.kind, name, numbers, is_table=True, lines=at, words=words)
     return replace(table, columns=keys, missing=header.missing)
 
 
@@ -227,14 +239,38 @@ _OF_MATRIX: dict[str, Any] = {"south_first": False, "asks_up": True}
 def _without_margins(
     values: NDArray[np.float64], lines: NDArray[np.int64]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return a matrix without the row and column numbers of pandas, and without an empty column."""
+    """Return a matrix without numbers of its rows and columns, and without an empty last column."""
     if values.shape[1] > 1 and np.isnan(values[:, -1]).all():  # a separator ends each line
         values = values[:, :-1]
     ny, nx = values.shape
     columns, rows = values[0, 1:] == np.arange(nx - 1), values[1:, 0] == np.arange(ny - 1)
     if min(ny, nx) > 1 and np.isnan(values[0, 0]) and columns.all() and rows.all():
         return values[1:, 1:], lines[1:]
+    if ny >= MIN_NUMBERED and nx > 2 and _counts_up(values[:, 0]) and not _counts_up(values[:, 1]):
+        return values[:, 1:], lines
     return values, lines
+
+
+def _counts_up(column: Sequence[float] | NDArray[np.float64] | tuple[str, ...]) -> bool:
+    """Return whether the values are whole numbers that follow each other."""
+    numbers = np.asarray(column)
+    if numbers.dtype.kind != "f" or numbers[0] % 1:
+        return False
+    return np.array_equal(numbers, numbers[0] + np.arange(len(numbers)))
+
+
+def _n_numbers_of_columns(lines: list[bytes], marks: _Marks) -> int:
+    """Return 1 if the first line numbers the columns of a matrix, as 0, 1, 2 … or V1, V2, …"""
+
+    def counts_up(fields: list[str]) -> bool:
+        parts = [re.fullmatch(r"(\D*)(\d{1,6})", field) for field in fields]
+        numbers = [float(part[2]) for part in parts if part]
+        alike = len({part[1] for part in parts if part}) == 1
+        return alike and len(numbers) == len(fields) >= MIN_NUMBERED and _counts_up(numbers)
+
+    first, *others = map(marks.fields, lines[:2])
+    numbered = [counts_up(row) or counts_up(row[1:]) for row in (first, *others)]
+    return int(numbered == [True, False])
 
 
 class _Lines(NamedTuple):
@@ -258,16 +294,18 @@ class _Marks(NamedTuple):
         return split_fields(line.decode("utf-8", "replace"), self.separator)
 
 
+MIN_NUMBERED = 8
+"""Minimum number of numbers in a row that are taken as numbers of the rows or columns."""
 MAX_SAMPLED = 20
 """Number of lines at the start of a text from which its structure is told."""
 
 
 def _n_titles(lines: list[bytes], marks: _Marks) -> int:
-    """Return the number of lines above the header whose fields, except the first, are empty."""
+    """Return the number of lines above the header with no field except the first."""
     if marks.separator is None:
         return 0
-    rows = map(marks.fields, lines[:MAX_SAMPLED])
-    titles = [len(row) > 2 and not any(row[1:]) for row in rows]
+    rows = [marks.fields(line) for line in lines[:MAX_SAMPLED]]
+    titles = [len(row) < 2 < len(rows[-1]) or (len(row) > 2 and not any(row[1:])) for row in rows]
     return titles.index(False) if False in titles else 0
 
 
@@ -285,11 +323,13 @@ def _names_above(lines: list[bytes], marks: _Marks) -> tuple[list[str], int]:
 def _matrix_of_names(lines: _Lines, marks: _Marks, name: str) -> DataFile | None:
     """Return a matrix of facies names, which repeats names in its first line, or None."""
     first = marks.fields(lines.texts[0])
+    first = first[1:] if first[0].isdecimal() else first  # the number of the row
     if len(lines.texts) < 2 or len(set(first)) == len(first) or len(first) < 2:
         return None
-    if any(field_number(f, marks.decimal) is not None for f in first if f):
+    if any(_counts(field, marks.decimal) for field in first):
         return None
     rows = [marks.fields(line) for line in lines.texts]
+    rows = [row[1:] if row[0].isdecimal() else row for row in rows]
     rows = [row[:-1] if not row[-1] else row for row in rows]
     fields = [field for row in rows for field in row]
     if len({len(row) for row in rows}) > 1 or any(map(is_number, {*fields} - {""})):
@@ -311,22 +351,28 @@ class _Header(NamedTuple):
     missing: tuple[float, ...] = ()
     wrapped: bool = False
     well: str = ""
+    separator: str | None = None
+    kind: str = "table in text"
 
 
+PETREL = "Petrel table"
+_TYPE_OF_COLUMN = re.compile(r'[A-Z]+(,\s*|\s+(?="))')
+"""The type before the name of a column in a Petrel file, as in FLOAT,Porosity or STRING "Well"."""
 MAX_OWN_HEADER = 4 * MAX_VARIABLES  # maximum number of header lines
 
 
 def _own_header(lines: list[bytes]) -> _Header:
-    """Return the header of a Petrel points file (BEGIN HEADER …) or a well log (~Curve, ~A)."""
+    """Return the header of Petrel points or tops (BEGIN HEADER …) or a well log (~Curve, ~A)."""
     start = [line[:200].decode("utf-8", "replace").strip() for line in lines[:MAX_OWN_HEADER]]
     upper = [line.upper() for line in start]
     if "BEGIN HEADER" in upper[:5] and "END HEADER" in upper:
         first, last = upper.index("BEGIN HEADER") + 1, upper.index("END HEADER")
-        return _Header(tuple(start[first:last]), last + 1)
+        names = (_TYPE_OF_COLUMN.sub("", line).strip('"') for line in start[first:last])
+        return _Header(tuple(names), last + 1, kind=PETREL)
     data = next((k for k, line in enumerate(upper) if line.startswith("~A")), None)
     if data is None or not upper[0].startswith("~"):
         return _Header()
-    section, curves, missing, wrapped, well = "", [], (), False, ""
+    section, curves, missing, wrapped, well, separator, version = "", [], (), False, "", None, ""
     for line in start[:data]:
         mnemonic = re.split(r"[.\s]", line, maxsplit=1)[0]
         if line.startswith("~"):
@@ -338,13 +384,17 @@ def _own_header(lines: list[bytes]) -> _Header:
             missing = (float(value),)
         elif mnemonic.upper() == "WRAP":
             wrapped = value.upper() == "YES"
-        elif mnemonic.upper() == "WELL":
-            well = value
+        elif mnemonic.upper() == "VERS":
+            version = value
+        elif mnemonic.upper() == "DLM":
+            separator = {"COMMA": ",", "TAB": "\t"}.get(value.upper())
+        elif mnemonic.upper() == "WELL":  # the value follows the colon in version 1
+            well = line.partition(":")[2].strip() if version.startswith("1.") else value
     names = tuple(curves or start[data].split()[1:])
-    return _Header(names, data + 1, missing, wrapped, well)
+    return _Header(names, data + 1, missing, wrapped, well, separator)
 
 
-_DATE_AND_TIME = re.compile(rb"(\d{4}-\d{2}-\d{2}) (\d{2}:\d{2})")
+_DATE_AND_TIME = re.compile(rb"(\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}) (\d{1,2}:\d{2})")
 
 
 def _unwrapped(lines: _Lines, n: int) -> _Lines:

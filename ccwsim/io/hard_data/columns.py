@@ -10,7 +10,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
+import numpy as np
+
 from ccwsim.io.data_file import DataFile, listed
+from ccwsim.io.formats.text_tables import PETREL
 from ccwsim.model.errors import CCWSIMError, shown
 
 _FILE = Path(__file__).parents[2] / "assets" / "column_names.toml"
@@ -73,7 +76,7 @@ class PointColumns:
     """Name of the column, variable or array that contains facies as numbers or names. By default,
     columns of heights or well names are never used as facies."""
     well: str | None = None
-    """Name of the column of well names, only for a volume; "" for no column."""
+    """Name of the column of well names; "" for no column."""
     z: str | None = None
     """Name of the column of elevations, only for a volume. If the table has depths, the
     column contains elevations of collars of vertical wells. With `coordinates="cells"`, the column
@@ -164,21 +167,24 @@ def assign_columns(file: DataFile, asked: PointColumns, *, volume: bool) -> Assi
     with _collected(problems):
         if not volume:
             reason = "applies only to volumes; give a grid with nz, or leave the column out"
-            _refuse(asked, ("z", *DEPTHS, "well"), reason)
+            _refuse(asked, ("z", *DEPTHS), reason)
         named = asked_columns(file, asked.named())
         taken = [column for role, column in named.items() if role not in ("x", "y")]
         places = place_columns(file, named.get("x"), named.get("y"), asked.coordinates, taken)
         columns["x"], columns["y"], world, notes = places
     unclear = bool(notes or problems)
-    if volume:
-        with _collected(problems):
-            roles = {**(HEIGHTS if world else LAYERS), **_WELL_OF_POINTS}
-            taken = [*columns.values(), *([named["facies"]] if "facies" in named else [])]
-            columns |= columns_of(file, roles, vars(asked), taken)
-            if not world:
-                _refuse(asked, DEPTHS, "is a depth below z, but cells have layers; leave it out")
-            ends = {"depth_from", "depth_to"}
-            _check_complete(file, roles, columns, ends if ends & columns.keys() else ())
+    with _collected(problems):
+        heights = {} if not volume else HEIGHTS if world else LAYERS
+        roles = {**heights, **_WELL_OF_POINTS}
+        taken = [*columns.values(), *([named["facies"]] if "facies" in named else [])]
+        columns |= columns_of(file, roles, vars(asked), taken)
+        if not world:
+            _refuse(asked, DEPTHS, "is a depth below z, but cells have layers; leave it out")
+        ends = {"depth_from", "depth_to"}
+        _check_complete(file, roles, columns, ends if ends & columns.keys() else ())
+        if "depth" in columns and asked.depth is None and _has_heights_of_data(file, columns):
+            unused = columns.pop("depth")
+            notes.append(f"{unused} is not used, because {columns['z']} is the height of each row.")
     with _collected(problems):
         columns["facies"] = value_column(file, columns.values(), asked.facies)
     cells = [] if world else [columns[role] for role in ("x", "y", "z") if role in columns]
@@ -186,10 +192,21 @@ def assign_columns(file: DataFile, asked: PointColumns, *, volume: bool) -> Assi
     return Assignment(columns, tuple(notes), tuple(problems), world, unclear, from_one)
 
 
+def _has_heights_of_data(file: DataFile, columns: Mapping[str, str]) -> bool:
+    """Whether z is the height of each row: it varies in a well, or in a place without a name."""
+    keys = [columns["well"]] if "well" in columns else [columns["x"], columns["y"]]
+    wells = zip(*(file.words.get(key, file.variables.get(key, ())) for key in keys), strict=True)
+    heights, of_well = file.variables.get(columns["z"], np.empty(0)), dict[Any, float]()
+    named = [(w, z) for w, z in zip(wells, heights.tolist(), strict=False) if w != ("",) and z == z]
+    return file.kind == PETREL or any(of_well.setdefault(well, z) != z for well, z in named)
+
+
 def assign_well_columns(file: DataFile, table: str, asked: WellColumns) -> Assignment:
     """Assign the columns of a table of wells to roles."""
     roles, columns, problems = WELL_TABLES[table], dict[str, str](), list[str]()
     has_facies = table == "intervals"
+    if has_facies and file.kind == PETREL:  # each depth is the top of an interval
+        roles = {**roles, "depth_from": DEPTHS["depth"]}
     with _collected(problems):
         facies = {"facies": asked.facies} if has_facies else {}
         named = asked_columns(file, {**facies, **{role: getattr(asked, role) for role in roles}})
@@ -335,7 +352,8 @@ def value_column(file: DataFile, taken: Collection[str], variable: str | None) -
     if variable is not None:
         return file.column(variable)
     rest = [name for name in file.names if name not in taken]
-    named = _first(rest, "code", 5) or _first(rest, "value")
+    surface = next((name for name in rest if file.kind == PETREL and name == "Surface"), None)
+    named = _first(rest, "code", 5) or _first(rest, "value") or surface
     if named:
         return named
     likely = [name for name in rest if not _is(name, "z", "label")]

@@ -174,6 +174,7 @@ def place_points(
         facies = _facies(points, conversion.threshold, conversion.classes)
         known = np.ones(points.n, bool)
         numbers = {round(float(name)): code for name, code in given.items() if is_number(name)}
+        numbers = numbers or _of_indicator(points.variable, facies, training_image)
         facies = np.array([numbers.get(code, code) for code in facies.tolist()], np.int64)
     inside = grid.holds(cells) if grid is not None else (cells >= 0).all(axis=1)
     if training_image is not None:
@@ -181,6 +182,18 @@ def place_points(
     outside, unknown = np.flatnonzero(~inside), np.flatnonzero(inside & ~known)
     collisions = colliding(cells, facies, np.flatnonzero(inside & known))
     return PlacedPoints(points, cells, facies, offsets, outside, unknown, collisions)
+
+
+def _of_indicator(
+    variable: str, facies: NDArray[np.int64], image: TrainingImage | None
+) -> dict[int, int]:
+    """Return the codes of 0 and 1 in a column with the name of a facies; no facies has code −1."""
+    names = [] if image is None else [name.casefold() for name in image.facies_names]
+    if image is None or variable.casefold() not in names or not np.isin(facies, (0, 1)).all():
+        return {}
+    one = image.codes[names.index(variable.casefold())]
+    others = [code for code in image.codes.tolist() if code != one]
+    return {1: int(one), 0: others[0] if len(others) == 1 else -1}
 
 
 def fit_grid(
@@ -356,7 +369,7 @@ class HardDataImport:
     notes: tuple[str, ...]
     """The report as sentences for the user."""
     wells: Mapping[str, NDArray[np.int64]] = field(default_factory=dict)
-    """For named wells in a volume: the cells, shape (n, 3), that contain data of each well."""
+    """For named wells, the cells that contain data of each well, as in `HardData.cells`."""
 
 
 def resolve_points(placed: PlacedPoints, conversion: Conversion = STRICT) -> HardDataImport:

@@ -62,7 +62,7 @@ class ImportedPoints:
     """Heights z of bottom and top of each interval in a vertical well, shape (n, 2); `places`
     contains the middle of each interval."""
     wells: Mapping[int, str] = field(default_factory=dict)
-    """Well names by line number, only for a volume; empty if the file has no well names."""
+    """Well names by line number; empty if the file has no well names."""
     problems: tuple[RowProblem, ...] = ()
     """Rows of tables of wells that need a decision, with those that are decided."""
 
@@ -266,7 +266,7 @@ def preview_points(
     >>> from io import BytesIO
     >>> preview = preview_points(BytesIO(b"Well;Ostwert;Hochwert;Litho\\nA;1,5;2,5;Sand\\n"))
     >>> preview.guess
-    {'x': 'Ostwert', 'y': 'Hochwert', 'facies': 'Litho'}
+    {'x': 'Ostwert', 'y': 'Hochwert', 'well': 'Well', 'facies': 'Litho'}
     >>> preview.rows
     (('A', '1.5', '2.5', 'Sand'),)
     """

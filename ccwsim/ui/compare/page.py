@@ -27,7 +27,7 @@ from ccwsim.report.verdicts import SIGNS, curve_title, describe_curves, describe
 from ccwsim.sharing.choices import ImageChoice, Upload
 from ccwsim.ui.compare import findings, settings
 from ccwsim.ui.compare.settings import LETTERS, MAX_SETTINGS, TWO_POINT, Beside, ComparePageState
-from ccwsim.ui.frontend.cells import draw_cells, facies_map, points_of
+from ccwsim.ui.frontend.cells import draw_cells, facies_map
 from ccwsim.ui.results import maps
 from ccwsim.ui.results.charts import (
     draw_caption,
@@ -324,7 +324,8 @@ def draw_maps(
                 ensemble, r = found.ensembles[k], page_state.shown
                 alt, file = f"{name}, realization {r + 1}", f"{name}_realization_{r + 1}"
                 shown = facies_map(ensemble.indices[r], image, colours, alt)
-                shown.points.extend(points_of(ensemble.hard_data, image, ensemble.realizations[r]))
+                wanted = ensemble.realizations[r]
+                shown = maps.with_data(state, shown, ensemble.hard_data, image, wanted)
                 below = maps.uncertainty_map(state, ensemble, colours)
                 draw_cells(shown, name, name=file, **options)
                 draw_cells(below, f"e_type_{name}", name=f"{name}_e_type", **options)
@@ -339,7 +340,8 @@ def _draw_two_images(
     image, r = second.training_image, state.page(ComparePageState).shown
     name = maps.pretty(image.name)
     realization = facies_map(second.indices[r], image, colours, f"{name}, realization {r + 1}")
-    realization.points.extend(points_of(second.hard_data, image, second.realizations[r]))
+    own = second.realizations[r]
+    realization = maps.with_data(state, realization, second.hard_data, image, own)
     shown = {
         f"Second image: {name}": facies_map(image.indices, image, colours, f"Image {name}"),
         f"A with {name}": realization,

@@ -30,6 +30,8 @@ MAP_OPTIONS = {
 """Default options of a map: the options of `draw_cells`, and `picks` (a click selects a cell)."""
 VOLUME_OPTIONS = {"link": "", "name": "volume", "body": True, "max_height": 480, "picks": False}
 """Default options of a volume: the options of `draw_cells`, and `picks` (clicks select cells)."""
+MAX_NAMES = 30
+"""Maximum number of wells in a picture whose names are written; others are shown on hovering."""
 COMPRESSION = 6
 """Compression level of zlib; level 9 is ten times slower and saves only 10 % of the bytes."""
 
@@ -52,7 +54,7 @@ class CellMap:
     # width, colour and label
     marks: list[dict[str, Any]] = field(default_factory=list)
     trail: list[list[float]] = field(default_factory=list)  # line of cells with an arrow
-    wells: CellsOfWells = ()  # named wells of a volume
+    wells: CellsOfWells = ()  # named wells, with the cells of each well
 
 
 def facies_map(
@@ -103,6 +105,8 @@ def shared_content(cell_map: CellMap, grid: Grid | None) -> dict[str, Any]:
         "keys": [list(pair) for pair in cell_map.keys],
         "strip": cell_map.strip,
         "points": cell_map.points,
+        "wells": [[name, list(map(list, path))] for name, path in cell_map.wells],
+        "max_names": MAX_NAMES,
         "point_lut": list(cell_map.point_colours) or None,
         "points_are": list(cell_map.points_are),
         "wrong_label": f"{n_wrong} not honoured" if n_wrong else "",
@@ -227,7 +231,6 @@ def volume_content(
         "digest": digest,
         "shape": list(indices.shape[::-1]),  # the browser's axis order is x, y, z
         "key": key,
-        "wells": [[name, list(map(list, path))] for name, path in cells.wells],
         "cursor": list(cursor[::-1]) if cursor else None,
         **VOLUME_OPTIONS,
         **options,

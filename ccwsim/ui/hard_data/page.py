@@ -92,7 +92,7 @@ def _draw(state: State) -> None:
             panel_title("Realizations and E-type")
             step_note("After the first run, realizations are shown here and follow every edit.")
         elif ground == "e_type" and grid.nz is None:
-            maps.draw_realization(ensemble, colours, state.shown)
+            maps.draw_realization(state, ensemble, colours, state.shown)
         else:
             maps.draw_e_type(state, ensemble, colours)
     with right:

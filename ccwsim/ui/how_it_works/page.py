@@ -1,6 +1,7 @@
 """The page How it works: how a realization is simulated, patch by patch and step by step."""
 
 import time
+from dataclasses import replace
 from functools import partial
 from html import escape
 from typing import Any
@@ -235,7 +236,8 @@ def _draw_grid(how: How, view: PatchView) -> None:
 
     options: dict[str, Any] = {"grid": trace.study.grid, "name": "grid_so_far", "on_cell": jump}
     options["max_height"] = 420 if view.is_volume else MAX_HEIGHT
-    draw_cells(maps.grid_map(view), "how_grid", cursor=maps.centre_of_patch(view), **options)
+    shown = replace(maps.grid_map(view), wells=how.wells)
+    draw_cells(shown, "how_grid", cursor=maps.centre_of_patch(view), **options)
 
 
 def _small(view: PatchView) -> dict[str, Any]:

@@ -128,7 +128,7 @@ def _draw_windows_of_data(how: How, trace: Trace, colours: list[str], theme: The
         offered |= {"value": how.datum, "write": lambda k: how.stop(datum=k)}
         field(st.selectbox, "Corrected datum", key="how_datum", **offered)
         windows = by_datum[data[how.datum]]
-        shown = windows_map(trace, windows, colours, theme)
+        shown = replace(windows_map(trace, windows, colours, theme), wells=how.wells)
         cursor = trace.study.hard_data.cells[windows[0].datum].tolist()
         options: dict[str, Any] = {"body": False, "max_height": _height(trace, MAX_HEIGHT)}
         draw_cells(shown, "how_mended", name="corrected", cursor=cursor, **options)

@@ -7,7 +7,8 @@ import streamlit as st
 
 from ccwsim.engine.trace import Trace
 from ccwsim.model.parameters import Parameters
-from ccwsim.ui.session.resolve import data_of, fitted, image_of, study_of
+from ccwsim.sharing.choices import CellsOfWells
+from ccwsim.ui.session.resolve import data_of, fitted, image_of, study_of, wells_of
 from ccwsim.ui.session.state import State
 
 SHOWN_FIRST = 0.4
@@ -22,8 +23,9 @@ class How:
     of the realization, `patch` the index of the patch, and `ticked` the time of the last step of
     play. `ground` is the map on which locations are marked: "score", "costs" (including data) or
     "image". Coefficients are shown for `facies`. `datum` is the index of the corrected datum.
-    `trace` is None if the study cannot be followed. `traced` identifies the study of the trace;
-    `resimulated` identifies the study whose local re-simulation is on the page.
+    `trace` is None if the study cannot be followed. `traced` identifies the study of the trace, and
+    `wells` are the named wells of its data. `resimulated` identifies the study whose local
+    re-simulation is on the page.
     """
 
     parameters: Parameters | None = None
@@ -36,6 +38,7 @@ class How:
     datum: int = 0
     trace: Trace | None = None
     traced: Any = None
+    wells: CellsOfWells = ()
     resimulated: Any = None
 
     def stop(self, **changes: Any) -> None:
@@ -62,7 +65,7 @@ def trace_of(state: State) -> Trace:
         with st.spinner("Preparing the image; the first time, kernels are compiled …"):
             trace = Trace(study, how.number)
             trace.at(0)
-        how.trace, how.traced = trace, key
+        how.trace, how.traced, how.wells = trace, key, wells_of(choices)
     how.facies = min(how.facies, image.n_facies - 1)
     if how.patch < 0:
         how.patch = usual_patch(how.trace)

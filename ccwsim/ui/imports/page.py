@@ -16,7 +16,7 @@ from ccwsim.metrics import diagnose
 from ccwsim.model.arrays import describe_shape
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, WellTables
 from ccwsim.sharing.codec import MAX_LETTERS
-from ccwsim.ui.frontend.cells import CellMap, draw_cells, facies_map, share_map
+from ccwsim.ui.frontend.cells import MAX_NAMES, CellMap, draw_cells, facies_map, share_map
 from ccwsim.ui.results.maps import colours_of, middle_layer
 from ccwsim.ui.session import resolve
 from ccwsim.ui.session.cached import cached
@@ -258,8 +258,6 @@ def draw_image_advice(state: State, choice: ImageChoice, image: TrainingImage) -
 
 MAX_DRAWN = 2000
 """Maximum number of data on the map."""
-MAX_NAMED = 40
-"""Maximum number of wells with names on the map."""
 
 
 def draw_wells_import(state: State, tables: bool = False) -> None:
@@ -357,7 +355,7 @@ def _draw_map(state: State, tried: Choices) -> None:
     for k, line in enumerate(placed.points.lines[::step].tolist()):
         if name := placed.points.wells.get(line):
             wells.setdefault(name, []).append(k)
-    wells = wells if len(wells) <= MAX_NAMED else {}
+    wells = wells if len(wells) <= MAX_NAMES else {}
     svg = placement_svg(above, colours, tried.grid.shape[-2:], wells)
     st.image(svg, alt="Positions of the data in the grid", width=520)
     if fitting is not None and n_out == n:

@@ -3,22 +3,25 @@
 from base64 import b64encode
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from html import escape
 from typing import Any
 
+import numpy as np
 import streamlit as st
 from numpy.typing import NDArray
 from streamlit.delta_generator import DeltaGenerator
 
-from ccwsim import Ensemble, Grid, TrainingImage, datasets
+from ccwsim import Ensemble, Grid, HardData, TrainingImage, datasets
 from ccwsim.figures import ENTROPY, contact_sheet, facies_colours, tile_size
 from ccwsim.sharing.choices import CellsOfWells
 from ccwsim.ui.frontend.cells import CellMap, draw_cells, facies_map, points_of, share_map
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.results.charts import e_type_of
 from ccwsim.ui.session.cached import cached
-from ccwsim.ui.session.resolve import image_of, wells_of
+from ccwsim.ui.session.resolve import data_of, image_of, wells_of
 from ccwsim.ui.session.state import State
+from ccwsim.ui.widgets.errors import if_possible
 from ccwsim.ui.widgets.fields import button, field, options_of
 from ccwsim.ui.widgets.text import panel_title, step_note
 
@@ -78,9 +81,28 @@ def colours_of_ran(state: State) -> list[str]:
     return facies_colours(image, chosen)
 
 
-def wells_of_run(state: State) -> CellsOfWells:
-    """Return the named wells of the study that gave the results on the page."""
-    return wells_of(state.ensemble_choices) if state.ensemble_choices else ()
+def with_data(
+    state: State,
+    shown: CellMap,
+    data: HardData,
+    image: TrainingImage,
+    realization: NDArray[np.integer] | None = None,
+) -> CellMap:
+    """Return a map with hard data and the names of their wells on top.
+
+    Data that differ from `realization`, an array of facies codes, are marked as wrong.
+    """
+    points = points_of(data, image, realization)
+    return replace(shown, points=points, wells=wells_of_data(state, data))
+
+
+def wells_of_data(state: State, data: HardData) -> CellsOfWells:
+    """Return the named wells of hard data, if the study or its results have the same data."""
+    for choices in filter(None, (state.ensemble_choices, state.choices)):
+        own = if_possible(partial(data_of, choices))
+        if own is not None and own.digest == data.digest:
+            return wells_of(choices)
+    return ()
 
 
 def draw_e_type(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
@@ -89,8 +111,8 @@ def draw_e_type(state: State, ensemble: Ensemble, colours: Sequence[str]) -> Non
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="e_type_row"):
         panel_title("E-type")
         e_type_field(state, names, lambda option: choose(state, option))
-    shown = replace(uncertainty_map(state, ensemble, colours), wells=wells_of_run(state))
-    shown.points.extend(points_of(ensemble.hard_data, ensemble.training_image))
+    shown = uncertainty_map(state, ensemble, colours)
+    shown = with_data(state, shown, ensemble.hard_data, ensemble.training_image)
     name = f"{state.e_type}_{names[state.facies]}".replace(" ", "_")
     # a map below a realization also has coordinates, so that the edges of the maps are aligned
     own_axes = ensemble.grid.nz is not None or is_wide(ensemble.grid)
@@ -145,17 +167,13 @@ def draw_training_image(image: TrainingImage, colours: Sequence[str]) -> None:
 
 
 def draw_realization(
-    ensemble: Ensemble,
-    colours: Sequence[str],
-    r: int,
-    grid: Grid | None = None,
-    wells: CellsOfWells = (),
+    state: State, ensemble: Ensemble, colours: Sequence[str], r: int, grid: Grid | None = None
 ) -> None:
     """Draw realization `r` with the data on top and the coordinates of `grid` along the edges."""
     image, title = ensemble.training_image, f"Realization {r + 1}"
     panel_title(f"{title} of {ensemble.n}")
-    shown = replace(facies_map(ensemble.indices[r], image, colours, title), wells=wells)
-    shown.points.extend(points_of(ensemble.hard_data, image, ensemble.realizations[r]))
+    shown = facies_map(ensemble.indices[r], image, colours, title)
+    shown = with_data(state, shown, ensemble.hard_data, image, ensemble.realizations[r])
     options: dict[str, Any] = {"link": "grid", "scale": "maps", "name": f"realization_{r + 1}"}
     draw_cells(shown, "realization", grid=grid, **options)
 

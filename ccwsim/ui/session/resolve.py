@@ -37,7 +37,7 @@ Value = TypeVar("Value")
 Made = TypeVar("Made", io.PointColumns, io.WellColumns, io.Conversion)
 Moved = dict[str, tuple[Any, Any]]
 """Requested and used values of the parameters that are too large for the image, by name."""
-OF_VOLUMES = ("z", "well", "depth_from", "depth_to", "depth", "z_up")
+OF_VOLUMES = ("z", "depth_from", "depth_to", "depth", "z_up")
 OF_SURVEYS = tuple(name for name in vars(io.WellColumns()) if name.startswith("survey"))
 SETTLING = ("on_collision", "on_outside", "on_unknown")
 """Names of the answers that concern volumes, surveys, and data that do not fit, respectively."""

@@ -82,8 +82,7 @@ def _results(state: State, ensemble: Ensemble) -> None:
             beside = left.container(key="image_beside")
         shares = beside if room_below_image(ensemble) else None
     with middle:  # drawn first, so that the map appears first
-        wells = maps.wells_of_run(state)
-        maps.draw_realization(ensemble, colours, state.shown, ensemble.grid, wells)
+        maps.draw_realization(state, ensemble, colours, state.shown, ensemble.grid)
     with right:
         maps.draw_e_type(state, ensemble, colours)
     maps.draw_gallery(state, ensemble, colours)

@@ -54,7 +54,7 @@ WAYS: dict[str, dict[Any, str]] = {
     },
 }
 """Questions with few possible answers, and these answers; None stands for the usual answer."""
-ROLES = ("x", "y", "facies")
+ROLES = ("x", "y", "facies", "well")
 """Columns of a table of points, by the names of the arguments that set them."""
 ROLES_OF_VOLUME = ("x", "y", "z", "facies", "well", *DEPTHS)
 ROLES_OF_WELLS = {name: (*roles,) for name, roles in WELL_TABLES.items()}

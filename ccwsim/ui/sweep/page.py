@@ -22,10 +22,10 @@ from ccwsim.model.bounds import MAX_REALIZATIONS_OF_SWEEP
 from ccwsim.model.numbers import plural, seconds, three_digits
 from ccwsim.model.parameters import PER_AXIS
 from ccwsim.report.settings import describe_inputs
-from ccwsim.ui.frontend.cells import draw_cells, facies_map, points_of
+from ccwsim.ui.frontend.cells import draw_cells, facies_map
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.results.charts import chart_menu, draw_caption, draw_clickable_chart
-from ccwsim.ui.results.maps import ghost_panel, middle_layers, step_buttons
+from ccwsim.ui.results.maps import ghost_panel, middle_layers, step_buttons, with_data
 from ccwsim.ui.session.address import go_to, page_link
 from ccwsim.ui.session.file_names import grid_part
 from ccwsim.ui.session.fragments import error_boundary, follow
@@ -304,7 +304,7 @@ def draw_realization(state: State, run: SweepRun, k: int) -> None:
     alt = f"Realization {r + 1} of {label(row.parameters, RANGED)}"
     own = row.realizations[r]
     shown = facies_map(indices_of(own, image), image, run.colours, alt)
-    shown.points.extend(points_of(run.hard_data, image, own))
+    shown = with_data(state, shown, run.hard_data, image, own)
     grid, max_height = (None, 392) if run.grid.nz is None else (run.grid, 300)
     draw_cells(shown, "swept", grid=grid, name="setting", max_height=max_height, body=False)
 

@@ -32,7 +32,7 @@ from ccwsim.model.numbers import three_digits
 from ccwsim.model.study import Study
 from ccwsim.ui.frontend.cells import CellMap, draw_cells, facies_map, points_of, share_map
 from ccwsim.ui.results.charts import titled_chart
-from ccwsim.ui.results.maps import pretty
+from ccwsim.ui.results.maps import pretty, with_data
 from ccwsim.ui.session.cached import as_task
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.data_step import data_fit, minus, numbers, verdict
@@ -78,7 +78,7 @@ def draw_e_type_maps(
     for column, (title, note, key, shown) in zip(st.columns(3, gap="medium"), maps, strict=True):
         with column:
             panel_title(title, note)
-            shown.points.extend(points_of(data, image))
+            shown = with_data(state, shown, data, image)
             options: dict[str, Any] = {"scale": f"{prefix}three", "body": False, "max_height": 400}
             draw_cells(shown, f"{prefix}{key}", link="grid", name=key, **options)
 
@@ -211,7 +211,7 @@ def draw_reference(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
         for place, key, (title, drawn) in zip(places, ("truth", "wrong"), maps, strict=True):
             with place:
                 panel_title(title, str(here))
-                drawn.points.extend(points_of(shown.hard_data, image))
+                drawn = with_data(state, drawn, shown.hard_data, image)
                 draw_cells(drawn, key, link="grid", scale="truth", name=key, max_height=320)
         with right:
             chart = calibration_chart(table.forecast, table.observed, table.count, chart_theme())

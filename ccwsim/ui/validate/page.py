@@ -16,7 +16,7 @@ from ccwsim.model.numbers import three_digits
 from ccwsim.report import verdicts
 from ccwsim.report.settings import caption_of
 from ccwsim.report.verdicts import Verdict, describe_scaling
-from ccwsim.ui.frontend.cells import draw_cells, facies_map, points_of
+from ccwsim.ui.frontend.cells import draw_cells, facies_map
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.results import maps
 from ccwsim.ui.results.charts import draw_caption, draw_clickable_chart, titled_chart
@@ -150,7 +150,7 @@ def _draw_realization(
         panel_title(f"Realization {ensemble.numbers[r] + 1} of {ensemble.n}", str(here))
         maps.step_buttons("shown", state, ensemble.n)
     shown = facies_map(ensemble.indices[r], image, colours, f"Realization {r + 1}")
-    shown.points.extend(points_of(ensemble.hard_data, image, ensemble.realizations[r]))
+    shown = maps.with_data(state, shown, ensemble.hard_data, image, ensemble.realizations[r])
     file = f"realization_{r + 1}"
     # the E-type below a section has coordinates, so the section needs the same left and right edge
     grid = ensemble.grid if here.axis is not None and maps.is_wide(ensemble.grid) else None

@@ -8,7 +8,13 @@ import numpy as np
 import pytest
 
 from ccwsim import CCWSIMError, Grid
-from ccwsim.io import read_geometry, read_grid, read_realizations, read_training_image
+from ccwsim.io import (
+    inspect,
+    read_geometry,
+    read_grid,
+    read_realizations,
+    read_training_image,
+)
 from ccwsim.io.data_file import DataFile
 
 CODES = np.array([[0, 0, 1, 2], [0, 1, 1, 2], [2, 1, 0, 0]])
@@ -98,3 +104,46 @@ def test_an_impossible_size_is_named(name):
 def test_no_reader_returns_impossible_cells(place):
     with pytest.raises(CCWSIMError, match="impossible; correct cell size and origin"):
         DataFile("any", "a", {"f": CODES[None]}).at(*place)
+
+
+MATRIX = np.random.default_rng(5).integers(0, 2, (10, 8))
+
+
+def numbered(head: str, index: bool, cells: object = MATRIX) -> bytes:
+    """Return a matrix below a line of names, with or without a number before each row."""
+    rows = [",".join(map(str, row)) for row in np.asarray(cells)[::-1]]
+    rows = [f"{k},{row}" if index else row for k, row in enumerate(rows)]
+    return "\n".join([head, *rows] if head else rows).encode()
+
+
+HEADS = {
+    "pandas without index": ",".join(map(str, range(8))),
+    "pandas with a named index": "x," + ",".join(map(str, range(8))),
+    "R": '"",' + ",".join(f'"V{k}"' for k in range(1, 9)),
+    "names": ",".join(f"c{k}" for k in range(8)),
+    "title": "Facies of the delta",
+}
+
+
+@pytest.mark.parametrize("kind", [*HEADS, "index only"])
+def test_numbers_of_rows_and_columns_are_no_facies(kind):
+    head = HEADS.get(kind, "")
+    index = kind in ("pandas with a named index", "R", "index only")
+    assert np.array_equal(read_grid(BytesIO(numbered(head, index))), MATRIX)
+    words = np.array(["mud", "sand"])[MATRIX]
+    read = read_training_image(BytesIO(numbered(head, index, words)))
+    assert read.facies_names == ("mud", "sand")
+    assert np.array_equal(read.array, MATRIX)
+
+
+def test_a_matrix_may_count_up_without_losing_a_row():
+    cells = np.arange(64).reshape(8, 8)
+    assert np.array_equal(read_grid(BytesIO(numbered("", False, cells))), cells)
+    few = np.array([[0, 1, 2], [1, 0, 0]])
+    assert np.array_equal(read_grid(BytesIO(numbered("", False, few))), few)
+
+
+def test_the_index_of_pandas_is_no_variable():
+    rows = b",x,y,porosity,facies\n0,1.5,2.5,0.1,1\n1,3.5,2.5,0.2,0\n"
+    names = [one.name for one in inspect(BytesIO(rows)).variables]
+    assert names == ["x", "y", "porosity", "facies"]

@@ -7,8 +7,9 @@ from io import BytesIO
 import numpy as np
 import pytest
 from PIL import Image
+from scipy.io import savemat
 
-from ccwsim import CCWSIMError, Grid
+from ccwsim import CCWSIMError, Grid, TrainingImage
 from ccwsim.io import (
     guess_answers,
     inspect,
@@ -101,3 +102,32 @@ def test_a_null_geometry_is_a_row_left_out(ending, tmp_path):
     points = read_points(path)
     assert points.places.tolist() == places.tolist()
     assert points.notes == ("Rows without coordinates, left out: 1 (feature 2).",)
+
+
+@pytest.mark.parametrize("kind", ["f8", "f4", "i4", "u1"])
+def test_matrices_of_matlab_4_have_any_type(kind):
+    content = BytesIO()
+    savemat(content, {"note": "a text", "ti": CELLS.astype(kind)}, format="4")
+    assert np.array_equal(read_grid(content), CELLS)
+
+
+def test_depths_of_a_netcdf_count_down():
+    xarray = pytest.importorskip("xarray")
+    volume = np.stack([CELLS, 1 + CELLS])
+    depth = ("z", [5.0, 15.0], {"positive": "down"})
+    cells = xarray.DataArray(volume, {"z": depth}, ("z", "y", "x"))
+    image = TrainingImage.of(cells)
+    assert np.array_equal(image.array, volume[::-1])
+    content = BytesIO(bytes(cells.to_dataset(name="facies").to_netcdf(engine="scipy")))
+    assert np.array_equal(read_training_image(content, volume=True).array, volume[::-1])
+    grid = read_geometry(content, volume=True)
+    assert grid is not None
+    assert (grid.cell_size[2], grid.origin[2]) == (10.0, -20.0)
+
+
+def test_an_asterisk_in_grass_ascii_is_unknown():
+    pytest.importorskip("rasterio")
+    rows = "\n".join(" ".join(map(str, row)) for row in CELLS[::-1]).replace("2", "*")
+    head = "north: 6\nsouth: 0\neast: 8\nwest: 0\nrows: 6\ncols: 8\n"
+    values = read_grid(BytesIO(f"{head}{rows}\n".encode()))
+    assert np.array_equal(np.isnan(values), CELLS == 2)

@@ -8,7 +8,14 @@ import numpy as np
 import pytest
 
 from ccwsim import Grid, TrainingImage
-from ccwsim.io import import_hard_data, inspect, maps_as_bytes, read_grid, read_training_image
+from ccwsim.io import (
+    import_hard_data,
+    inspect,
+    maps_as_bytes,
+    read_geometry,
+    read_grid,
+    read_training_image,
+)
 from ccwsim.io.data_file import DataFile
 from ccwsim.io.opening import READERS
 from ccwsim.model.missing import CUSTOMARY_CODES
@@ -61,7 +68,7 @@ def test_a_code_is_known_within_the_precision_of_its_type(code, kind):
     stored = np.array([0, 1, code], kind)
     file = DataFile("any", "a", {"f": stored[None, None]})
     assert file.known(stored).tolist() == [True, True, False]
-    assert f"({code:g} means unknown)" in file.unknown_note(stored)
+    assert f"({code:.9g} means unknown)" in file.unknown_note(stored)
 
 
 @pytest.mark.parametrize("kind", ["vti", "tif", "nc", "npz"])
@@ -106,3 +113,29 @@ def test_a_declared_code_is_unknown(written):
     values = read_grid(BytesIO(written()))
     assert np.array_equal(np.isnan(values), HOLE)
     assert np.array_equal(values[~HOLE], CELLS[~HOLE])
+
+
+def tiff_of(cells: np.ndarray, step: float, mask: np.ndarray | None = None) -> BytesIO:
+    """Return a GeoTIFF with rows from the south (a positive step) or the north."""
+    rasterio = pytest.importorskip("rasterio")
+    at = rasterio.Affine(10, 0, 500, 0, step, 100 if step > 0 else 160)
+    size = {"height": 6, "width": 8, "count": 1, "dtype": "uint8", "transform": at}
+    with rasterio.io.MemoryFile() as memory:
+        with memory.open(driver="GTiff", **size) as file:
+            file.write(cells.astype("u1"), 1)
+            if mask is not None:
+                file.write_mask(~mask)
+        return BytesIO(memory.read())
+
+
+def test_a_mask_of_a_tiff_marks_unknown_cells():
+    values = read_grid(tiff_of(CELLS[::-1], -10, HOLE[::-1]))
+    assert np.array_equal(np.isnan(values), HOLE)
+    assert np.array_equal(values[~HOLE], CELLS[~HOLE])
+
+
+@pytest.mark.parametrize("step", [10, -10])
+def test_rows_of_a_tiff_go_where_its_coordinates_say(step):
+    content = tiff_of(CELLS if step > 0 else CELLS[::-1], step)
+    assert np.array_equal(read_grid(content), CELLS)
+    assert read_geometry(content) == Grid(6, 8, (10.0, 10.0), (500.0, 100.0))

@@ -33,7 +33,6 @@ FILES = {
     "a ROFF file": b"roff-asc\n#ROFF file#\ntag filedata\n",
     "an Eclipse binary file": b"\0\0\0\x10FILEHEAD\0\0\0\x64INTE\0\0\0\x10",
     "an IRAP binary grid": b"\0\0\0\x20\xff\xff\xfc\x1c" + bytes(40),
-    "an SGeMS binary file": b"\xb2\x11\x17\x5d\0\0\0\x06Cgrid\0",
     "an SEG-Y file": CARD.decode().encode("cp037") + bytes(400),
     "a Petrel well trace": b"# WELL TRACE FROM PETREL\n MD X Y Z AZIM INCL\n0 1 2 3 0 0\n",
     "a DLIS well log": b"0001V1.00RECORD08192Default" + bytes(60),

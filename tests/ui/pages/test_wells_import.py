@@ -89,7 +89,7 @@ def test_what_fits_is_taken_without_a_question():
     assert data_of(state.choices).n == 2
     assert {"wells_simulate", "wells_drop"} & keys(app) == {"wells_simulate"}
     assert {key for key in keys(app) if key.startswith("ask_")} == {
-        "ask_column_x", "ask_column_y", "ask_column_facies",
+        "ask_column_x", "ask_column_y", "ask_column_facies", "ask_column_well",
     }  # fmt: skip
 
 

@@ -192,6 +192,28 @@ class CellMap {
       marks.push({ x, y, radius, colour: (own || lut)[index], wrong });
     });
     drawData(pen, marks, wrongColourOf(this.root));
+    this.drawWells(pen);
+  }
+
+  // Return the named wells, each with its cells that have a datum, as [row, column].
+  namedWells() {
+    const { points, wells, nx } = this.data;
+    if (this.named?.of === points) return this.named.wells;
+    const there = new Set(points.map(([row, column]) => row * nx + column));
+    const known = wells.map(([name, cells]) => [name, cells.filter(([row, column]) => there.has(row * nx + column))]);
+    this.named = { of: points, wells: known.filter(([, cells]) => cells.length) };
+    return this.named.wells;
+  }
+
+  // Write the name of each well in view above its northernmost datum.
+  drawWells(pen) {
+    const heads = this.namedWells().map(([name, cells]) => {
+      const [row, column] = cells.reduce((one, other) => (other[0] > one[0] ? other : one));
+      return [name, ...this.toCanvas(column + 0.5, row + 0.5)];
+    });
+    const [right, low] = [this.left + this.wide, this.top + this.high];
+    const inView = heads.filter(([, x, y]) => x > this.left && x < right && y > this.top && y < low);
+    drawNames(pen, this, inView, this.data.max_names);
   }
 
   drawTrail(pen) {
@@ -228,11 +250,13 @@ class CellMap {
     }
   }
 
-  // Return the label of the mark nearest to a cell, if a mark is near.
+  // Return the label of the mark, or the name of the well, that is nearest to a cell, if one is near.
   marked([row, column]) {
     const reach = Math.max(0.5, 7 / (this.cell * this.view.zoom));
     let said = '', best = reach;
-    for (const mark of this.data.marks || []) {
+    const wells = this.namedWells().flatMap(([label, cells]) => cells.map(([r, c]) => (
+      { label, row: r, column: c, height: 1, width: 1 })));
+    for (const mark of [...wells, ...this.data.marks || []]) {
       if (!mark.label || mark.kind === 'box') continue;
       const away = Math.max(Math.abs(row + 0.5 - mark.row - mark.height / 2),
         Math.abs(column + 0.5 - mark.column - mark.width / 2));

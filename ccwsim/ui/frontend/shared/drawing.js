@@ -15,6 +15,21 @@ function drawData(pen, marks, wrongColour) {
 
 function ringOf(radius) { return Math.min(RING, radius * 0.4); }
 
+// Write the names of wells [name, x, y] above their positions, inside a box. Nothing is written if there are more
+// names than `most`; a name that would overlap an earlier name is left out.
+function drawNames(pen, { root, left, wide }, names, most) {
+  if (names.length > most) return;
+  pen.font = fontOf(root);
+  const taken = [];
+  for (const [name, at, y] of names) {
+    const half = pen.measureText(name).width / 2 + 2;
+    const x = Math.min(Math.max(at, left + half), left + wide - half);
+    if (taken.some((one) => Math.abs(one.x - x) < one.half + half && Math.abs(one.y - y) < 14)) continue;
+    taken.push({ x, y, half });
+    drawName(pen, name, x, y);
+  }
+}
+
 // Write a name above a position, readable on every background.
 function drawName(pen, name, x, y) {
   pen.save();

@@ -394,7 +394,7 @@ class Body {
     const { shape } = view.data;
     const [, base] = toCanvas(0, 0, 0), [, top] = toCanvas(0, 0, shape[2]);
     const stem = Math.max(12, 0.12 * (base - top));
-    pen.font = fontOf(view.root);
+    const names = [];
     for (const well of view.wells) {
       const [high, y, x] = well.top;
       const open = !block || (side[2] > 0 && (x - view.at[0]) * side[0] > 0 && (y - view.at[1]) * side[1] > 0);
@@ -406,8 +406,10 @@ class Body {
       pen.lineTo(px, head - stem);
       pen.stroke();
       disc(pen, px, head - stem, 2.2, pen.strokeStyle);
-      if (view.named.includes(well)) drawName(pen, well.name, px, head - stem);
+      if (well.name) names.push([well.name, px, head - stem]);
     }
+    const box = { root: view.root, left: 0, wide: parseFloat(this.canvas.style.width) };
+    drawNames(pen, box, names, view.data.max_names);
   }
 
   turnBy(turn, tilt) {

@@ -118,10 +118,9 @@ class Slice {
       }
     }
     drawData(pen, circles, wrongColour);
-    pen.font = fontOf(view.root);
-    for (const well of view.named) {
-      if (heads.has(well)) drawName(pen, well.name, ...heads.get(well));
-    }
+    const named = [...heads].filter(([{ name }]) => name);
+    const names = named.map(([{ name }, spot]) => [name, ...spot]);
+    drawNames(pen, { ...this, root: view.root }, names, data.max_names);
   }
 
   say() {

@@ -4,7 +4,6 @@ const LINK = 'ccwsim-volume';
 const GAP = 24, TWO_COLUMNS = 600, THREE_COLUMNS = 660; // gap, and minimum widths of two and three columns, in pixels
 const STEPS_UP = [1, 2, 3, 5, 10, 20, 50, 100, 200]; // choices of the vertical exaggeration
 const LOWEST = 0.2, HIGHEST = 1.5; // limits of a section's height, as shares of the longer horizontal side
-const MAX_NAMES = 40; // maximum number of wells whose names are written
 const CACHED = 8; // number of unpacked volumes in memory
 // State of several or of removed components, stored in the window because each component has a copy of this
 // module.
@@ -83,7 +82,6 @@ class VolumeView {
       well.top = well.cells.reduce((one, other) => (other[0] > one[0] ? other : one));
       for (const cell of well.cells) this.wellOf.set(this.idOf(cell), well);
     }
-    this.named = this.wells.length > MAX_NAMES ? [] : this.wells.filter(({ name }) => name);
   }
 
   idOf([layer, row, column]) { return (layer * this.data.shape[1] + row) * this.data.shape[0] + column; }
