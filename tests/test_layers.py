@@ -21,6 +21,7 @@ LAYERS = (
     {"jobs"},
     {"engine"},
     {"run"},
+    {"flow"},
     {"metrics", "io"},
     {"datasets"},
     {"experiments"},
