@@ -40,12 +40,21 @@ class EffectiveK:
     """Upper bound: arithmetic mean of each realization, shape (n,)."""
     image: float
     """Effective conductivity of the training image."""
+    image_harmonic: float
     image_arithmetic: float
 
     @property
     def efficiency(self) -> Floats:
         """Flow efficiency E of each realization: effective conductivity / arithmetic mean."""
         return self.each / self.arithmetic
+
+    def table(self) -> tuple[list[str], list[list[object]]]:
+        """Return the head and the lines of a table with a line for each realization."""
+        head = ["realization", "effective_k", "harmonic_mean", "arithmetic_mean"]
+        rows = zip(self.each, self.harmonic, self.arithmetic, strict=True)
+        lines = [[r + 1, *(f"{v:.9g}" for v in row)] for r, row in enumerate(rows)]
+        own = (self.image, self.image_harmonic, self.image_arithmetic)
+        return head, [*lines, ["training_image", *(f"{v:.9g}" for v in own)]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,12 +138,12 @@ def effective_k(
     solve = partial(_k_of, k=k, axis=axis, anisotropy=anisotropy)
     run = n_workers, progress, cancel, executor
     each = np.array(_over(ensemble, partial(solve, grid=ensemble.grid), *run))
-    own = ensemble.proportions @ (factor * k)
-    image_k = solve(image.indices, grid=of_image)
-    return EffectiveK(
-        each, 1 / (ensemble.proportions @ (1 / (factor * k))), own, image_k,
-        float(image.proportions @ (factor * k)),
-    )  # fmt: skip
+    bounds = [
+        bound
+        for shares in (ensemble.proportions, image.proportions)
+        for bound in (1 / (shares @ (1 / (factor * k))), shares @ (factor * k))
+    ]
+    return EffectiveK(each, *bounds[:2], solve(image.indices, grid=of_image), *bounds[2:])
 
 
 def _k_of(indices: NDArray[np.uint8], k: Floats, grid: Grid, axis: str, anisotropy: float) -> float:
@@ -339,7 +348,8 @@ def _coarse_k(indices: NDArray[np.uint8], k: Floats, grid: Grid, axis: str, fact
     ends: dict[str, Any] = {HEADS_ALONG[axis]: (1.0, 0.0)}
     sizes = np.array(_cell(grid))[: grid.n_dimensions] * factor
     nz = logs.shape[0] if logs.ndim == 3 else None
-    coarse = Grid(*logs.shape[-2:], tuple(sizes.tolist()), nz=nz)
+    ny, nx = logs.shape[-2:]
+    coarse = Grid(ny, nx, tuple(sizes.tolist()), nz=nz)
     return darcy(np.exp(logs), coarse, tolerance=1e-6, **ends).effective_k
 
 

@@ -185,7 +185,9 @@ class Ensemble:
         >>> e.property({0: 1e-8, 1: 1e-4})
         FaciesProperty(facies 0 1e-08, facies 1 0.0001 m/s)
         """
-        return FaciesProperty(self, values_by_facies(self.training_image, values), unit)
+        image = self.training_image
+        found = values_by_facies(image, values)
+        return FaciesProperty(self.indices, found, image.facies_names, unit)
 
     @cached_property
     def digest(self) -> str:

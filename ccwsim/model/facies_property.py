@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
@@ -13,9 +12,6 @@ from ccwsim.model.arrays import Shape
 from ccwsim.model.bounds import MAX_CONTRAST
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.training_image import TrainingImage
-
-if TYPE_CHECKING:
-    from ccwsim.model.ensemble import Ensemble
 
 FaciesValues = Mapping[int | str, float]
 """Value of each facies, by name or code."""
@@ -63,21 +59,23 @@ def values_by_facies(
 class FaciesProperty:
     """A property of each cell of an ensemble, computed for each realization on access."""
 
-    ensemble: Ensemble
+    indices: NDArray[np.uint8]
+    """Indices of the facies, shape (n, ny, nx) or (n, nz, ny, nx)."""
     by_facies: NDArray[np.float64]
     """Value of each facies, in the order of the codes."""
+    names: tuple[str, ...]
     unit: str
 
     @property
     def shape(self) -> Shape:
-        """Shape of all realizations: (n, ny, nx) or (n, nz, ny, nx)."""
-        return self.ensemble.shape
+        """Shape of `indices`."""
+        return self.indices.shape
 
     def __len__(self) -> int:
-        return self.ensemble.n
+        return len(self.indices)
 
     def __getitem__(self, which: int | slice) -> NDArray[np.float64]:
-        return self.by_facies[self.ensemble.indices[which]]
+        return self.by_facies[self.indices[which]]
 
     def __iter__(self) -> Iterator[NDArray[np.float64]]:
         return (self[r] for r in range(len(self)))
@@ -86,6 +84,6 @@ class FaciesProperty:
         return np.asarray(self[:], dtype)
 
     def __repr__(self) -> str:
-        values = zip(self.ensemble.training_image.facies_names, self.by_facies, strict=True)
+        values = zip(self.names, self.by_facies, strict=True)
         named = ", ".join(f"{name} {value:g}" for name, value in values)
         return f"FaciesProperty({named}{f' {self.unit}' if self.unit else ''})"
