@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -85,7 +85,7 @@ def command(
     if output is not None:
         write_bytes(output, csv_as_bytes(*found.table()))
     if modflow is not None:
-        ends = {"west_east" if axis == "x" else "south_north": (1.0, 0.0)}
+        ends: dict[str, Any] = {"west_east" if axis == "x" else "south_north": (1.0, 0.0)}
         io.to_flopy(e, values, modflow, unit=unit, anisotropy=anisotropy, **ends)
     if grdecl is not None:
         options = {"unit": unit, "anisotropy": anisotropy}

@@ -6,6 +6,7 @@ from ccwsim.flow.answers import (
     capture_probability,
     effective_k,
     flow_efficiency,
+    over,
     representatives,
     travel_times,
 )
@@ -21,6 +22,7 @@ __all__ = [
     "darcy",
     "effective_k",
     "flow_efficiency",
+    "over",
     "representatives",
     "starts_at_inflow",
     "tracks",

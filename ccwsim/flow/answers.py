@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ccwsim.flow.darcy import Ends, Floats, Flow, _cell, darcy
 from ccwsim.flow.tracks import IN_WELL, LEFT, starts_at_inflow, tracks
 from ccwsim.jobs.workers import Cancel, Progress, Watch, run_all
-from ccwsim.model.arrays import as_floats, check_int
+from ccwsim.model.arrays import Shape, as_floats, check_int
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import Cancelled, CCWSIMError, shown
 from ccwsim.model.facies_property import FaciesValues, values_by_facies
@@ -62,7 +62,7 @@ class Capture:
     """Starts whose particles end in a well."""
 
     starts: Floats  # shape (m, dimensions): starts in world units
-    shape: tuple[int, ...]  # starts along (z,) y and x; m is their product
+    shape: Shape  # starts along y and x; m is their product
     captured: NDArray[np.bool_]  # shape (n, m)
 
     @property
@@ -137,13 +137,14 @@ def effective_k(
     of_image = replace(Grid.of(image.shape), cell_size=ensemble.grid.cell_size)
     solve = partial(_k_of, k=k, axis=axis, anisotropy=anisotropy)
     run = n_workers, progress, cancel, executor
-    each = np.array(_over(ensemble, partial(solve, grid=ensemble.grid), *run))
+    each = np.array(over(ensemble, partial(solve, grid=ensemble.grid), *run))
     bounds = [
         bound
         for shares in (ensemble.proportions, image.proportions)
         for bound in (1 / (shares @ (1 / (factor * k))), shares @ (factor * k))
     ]
-    return EffectiveK(each, *bounds[:2], solve(image.indices, grid=of_image), *bounds[2:])
+    image_k = solve(image.indices, grid=of_image)
+    return EffectiveK(each, bounds[0], bounds[1], image_k, *map(float, bounds[2:]))
 
 
 def _k_of(indices: NDArray[np.uint8], k: Floats, grid: Grid, axis: str, anisotropy: float) -> float:
@@ -201,7 +202,7 @@ def travel_times(
     shares = porosities(ensemble, porosity)
     n = check_int("n_particles", n_particles, 1)
     solve = partial(_times_of, k=k, shares=shares, grid=ensemble.grid, axis=axis, heads=heads, n=n)
-    return np.array(_over(ensemble, solve, n_workers, progress, cancel, executor))
+    return np.array(over(ensemble, solve, n_workers, progress, cancel, executor))
 
 
 def porosities(ensemble: Ensemble, porosity: FaciesValues | float) -> Floats:
@@ -245,7 +246,7 @@ def capture_probability(
     cancel: Cancel | None = None,
     executor: Any = None,
 ) -> Capture:
-    """Return from which starts particles reach a well, in each realization.
+    """Return the starts from which particles reach a well, in each realization.
 
     Parameters
     ----------
@@ -274,18 +275,28 @@ def capture_probability(
     if not rate > 0:
         raise CCWSIMError(f"rate = {shown(rate)} must be above 0, the volume pumped per time")
     k, step = _values(ensemble, values, "x"), check_int("step", step, 1)
-    lines = [np.arange(step // 2, n, step) for n in grid.shape[-2:]]
-    if grid.nz is not None:
-        lines.insert(0, np.array([well[0]]))
-    shape = tuple(len(line) for line in lines if len(line) > 1 or grid.nz is None)
-    cells = np.stack(np.meshgrid(*lines, indexing="ij"), -1).reshape(-1, grid.n_dimensions)
-    starts = grid.centers_of(cells)
+    starts, shape = starts_on_grid(grid, step, None if grid.nz is None else well[0])
     solve = partial(
         _captured_in, k=k, shares=porosities(ensemble, porosity), grid=grid, starts=starts,
         wells={tuple(well): -rate}, heads=(west_east, south_north), within=within,
     )  # fmt: skip
-    captured = _over(ensemble, solve, n_workers, progress, cancel, executor)
+    captured = over(ensemble, solve, n_workers, progress, cancel, executor)
     return Capture(starts, shape, np.array(captured))
+
+
+def starts_on_grid(grid: Grid, step: int, layer: int | None = None) -> tuple[Floats, Shape]:
+    """Return starts in every `step`-th row and column, and their numbers along y and x.
+
+    Examples
+    --------
+    >>> starts_on_grid(Grid(4, 8), 4)[0].tolist()
+    [[2.5, 2.5], [6.5, 2.5]]
+    """
+    lines = [np.arange(min(step // 2, n - 1), n, step) for n in grid.shape[-2:]]
+    shape = tuple(map(len, lines))
+    lines = lines if layer is None else [np.array([layer]), *lines]
+    cells = np.stack(np.meshgrid(*lines, indexing="ij"), -1).reshape(-1, grid.n_dimensions)
+    return grid.centers_of(cells), shape
 
 
 def _captured_in(
@@ -320,7 +331,7 @@ def representatives(
     """
     k, factor = _values(ensemble, values, axis), check_int("coarser", coarser, 1)
     solve = partial(_coarse_k, k=k, grid=ensemble.grid, axis=axis, factor=factor)
-    return at_percentiles(np.array(_over(ensemble, solve, **run)), percentiles)
+    return at_percentiles(np.array(over(ensemble, solve, **run)), percentiles)
 
 
 def at_percentiles(each: Floats, percentiles: Sequence[float]) -> NDArray[np.int64]:
@@ -361,7 +372,7 @@ def _values(ensemble: Ensemble, values: FaciesValues, axis: str) -> Floats:
     return values_by_facies(ensemble.training_image, values)
 
 
-def _over(
+def over(
     ensemble: Ensemble,
     function: Callable[[NDArray[np.uint8]], Result],
     n_workers: int | None = None,
@@ -369,7 +380,17 @@ def _over(
     cancel: Cancel | None = None,
     executor: Any = None,
 ) -> list[Result]:
-    """Return function(indices) of each realization, on threads or on the given executor."""
+    """Return function(indices) of each realization, on threads or on the given executor.
+
+    Arguments are those of `effective_k`; an executor of processes needs a function of a module.
+
+    Examples
+    --------
+    >>> from ccwsim import simulate
+    >>> e = simulate(np.tile([[0], [0], [1], [1]], (16, 64)), (40, 50), n_realizations=2)
+    >>> over(e, np.shape)
+    [(40, 50), (40, 50)]
+    """
     found: list[Any] = [None] * ensemble.n
 
     def task(r: int, watch: Watch) -> None:

@@ -194,9 +194,10 @@ def to_flopy(
         rcloserecord=[(TIGHT, "RELATIVE_RCLOSE")], inner_maximum=5000, outer_maximum=20,
     )  # fmt: skip
     model = mf6.ModflowGwf(simulation, modelname=MODEL, save_flows=True)
+    botm: Any = [bottom + layer * dz for layer in range(nz - 1, -1, -1)]
     mf6.ModflowGwfdis(
         model, nlay=nz, nrow=ny, ncol=nx, delr=dx, delc=dy, top=bottom + nz * dz,
-        botm=[bottom + layer * dz for layer in range(nz - 1, -1, -1)],
+        botm=botm,
         xorigin=grid.origin[0], yorigin=grid.origin[1], length_units="meters",
     )  # fmt: skip
     mf6.ModflowGwfic(model, strt=heads[::-1, ::-1])
