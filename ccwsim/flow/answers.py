@@ -132,19 +132,21 @@ def effective_k(
     True
     """
     k = _values(ensemble, values, axis)
-    factor = anisotropy if axis == "z" else 1.0
-    image = ensemble.training_image
-    of_image = replace(Grid.of(image.shape), cell_size=ensemble.grid.cell_size)
-    solve = partial(_k_of, k=k, axis=axis, anisotropy=anisotropy)
-    run = n_workers, progress, cancel, executor
-    each = np.array(over(ensemble, partial(solve, grid=ensemble.grid), *run))
-    bounds = [
-        bound
-        for shares in (ensemble.proportions, image.proportions)
-        for bound in (1 / (shares @ (1 / (factor * k))), shares @ (factor * k))
-    ]
-    image_k = solve(image.indices, grid=of_image)
-    return EffectiveK(each, bounds[0], bounds[1], image_k, *map(float, bounds[2:]))
+    solve = partial(_k_of, k=k, grid=ensemble.grid, axis=axis, anisotropy=anisotropy)
+    each = np.array(over(ensemble, solve, n_workers, progress, cancel, executor))
+    return with_bounds(ensemble, k, axis, each, anisotropy)
+
+
+def with_bounds(
+    ensemble: Ensemble, k: Floats, axis: str, each: Floats, anisotropy: float = 1.0
+) -> EffectiveK:
+    """Return the effective conductivities `each` with their bounds and those of the image."""
+    image, own = ensemble.training_image, k * (anisotropy if axis == "z" else 1.0)
+    grid = replace(Grid.of(image.shape), cell_size=ensemble.grid.cell_size)
+    of_image = _k_of(image.indices, k, grid, axis, anisotropy)
+    shares, bounds = ensemble.proportions, [float(1 / (image.proportions @ (1 / own)))]
+    bounds.append(float(image.proportions @ own))
+    return EffectiveK(each, 1 / (shares @ (1 / own)), shares @ own, of_image, *bounds)
 
 
 def _k_of(indices: NDArray[np.uint8], k: Floats, grid: Grid, axis: str, anisotropy: float) -> float:

@@ -14,7 +14,7 @@ from ccwsim.model.errors import CCWSIMError
 
 LEFT, IN_WELL, STUCK = 0, 1, 2
 """End of a track: it left the grid, entered the cell of a well, or stopped in a cell."""
-MAX_CROSSINGS = 20
+MAX_CROSSINGS = 5
 """Maximum number of cells of a track, in sums of the sides of the grid."""
 STEPS_BETWEEN_CHECKS = 64
 

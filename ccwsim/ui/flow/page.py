@@ -213,7 +213,7 @@ def _draw_flow(state: State, ensemble: Ensemble, found: Solution, settings: Flow
         facts.insert(0, f"effective K {k:.3g} {page_state.unit}")
     facts.append(f"half of the water needs more than {solving.duration(median)}")
     facts.append(f"balance {flow.balance:.0e}, {plural(flow.iterations, 'iteration')}")
-    parts = "".join(f'<span class="fact">{fact}</span>' for fact in facts)
+    parts = '<span class="dot">·</span>'.join(f'<span class="fact">{f}</span>' for f in facts)
     with st.container(**ROW, key="flow_tools"):
         st.html(f'<p class="facts">{parts}</p>')
         _draw_downloads(state, ensemble, found, settings)

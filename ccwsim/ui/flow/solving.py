@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim import CCWSIMError, Ensemble, TrainingImage
-from ccwsim.flow import Capture, EffectiveK, Flow, Tracks, darcy, effective_k, over, tracks
-from ccwsim.flow.answers import HEADS_ALONG, breakthrough, starts_on_grid
+from ccwsim.flow import Capture, EffectiveK, Flow, Tracks, darcy, over, tracks
+from ccwsim.flow.answers import HEADS_ALONG, breakthrough, starts_on_grid, with_bounds
 from ccwsim.flow.tracks import IN_WELL, starts_at_inflow
 from ccwsim.jobs.job import Job
 from ccwsim.jobs.limits import Demand
@@ -29,7 +29,7 @@ ROCKS = (1e-4, 1e-7)
 """Conductivity in m/s of all other facies, and of the most frequent facies, at first."""
 POROSITY = 0.25
 DAY = 86400.0
-N_TRACKS, N_PARTICLES, MAX_STARTS = 32, 200, 4096
+N_TRACKS, N_PARTICLES, MAX_STARTS = 32, 200, 1024
 UNITS = {"m/s": 1.0, "m/d": DAY}
 
 
@@ -82,15 +82,13 @@ def solution(
         assert settings.well is not None
         grid, angle = flow.grid, np.linspace(0, 2 * np.pi, 24, endpoint=False)
         (centre,) = grid.centers_of(np.array([settings.well]))
+        # just outside the sides of the cell of the well, where upstream tracks begin
+        way = np.column_stack([np.cos(angle), np.sin(angle)])
+        way *= 0.51 / np.abs(way).max(axis=1, keepdims=True)
         around = np.repeat(centre[None], len(angle), axis=0)
-        around[:, 0] += (
-            0.51 * grid.cell_size[0] * np.sign(np.cos(angle)) * (abs(np.cos(angle)) > 0.5)
-        )
-        around[:, 1] += (
-            0.51 * grid.cell_size[1] * np.sign(np.sin(angle)) * (abs(np.sin(angle)) > 0.5)
-        )
+        around[:, :2] += way * grid.cell_size[:2]
         around = around[grid.holds(grid.cells_of(*around.T))]
-        to_well = tracks(flow, np.unique(around, axis=0), porosity=shares, backward=True)
+        to_well = tracks(flow, around, porosity=shares, backward=True)
     return Solution(flow, found, to_well)
 
 
@@ -124,47 +122,31 @@ class AnswersRun(PageRun[Answers]):
 
     def work(self, job: Job[Answers]) -> Answers:
         ensemble, settings = self.ensemble, self.settings
-        run: dict[str, Any] = {"cancel": job.is_cancelled}
-        values = dict(
-            zip(ensemble.training_image.codes.tolist(), settings.conductivity, strict=True)
-        )
-        step = max(4, int(np.ceil(np.sqrt(np.prod(ensemble.grid.shape[-2:]) / MAX_STARTS))))
+        n = int(np.prod(ensemble.grid.shape[-2:]))
+        step = max(4, int(np.ceil(np.sqrt(n / MAX_STARTS))))
         layer = settings.well[0] if settings.well and ensemble.grid.nz is not None else None
         starts, shape = starts_on_grid(ensemble.grid, step, layer)
-        share = 0.5
-
-        def report(fraction: float, n_done: int) -> None:
-            job.report(share * fraction, int(share * n_done))
-
-        k = effective_k(
-            ensemble, values, settings.axis, anisotropy=settings.anisotropy, progress=report, **run
-        )
-
-        def rest(fraction: float, n_done: int) -> None:
-            job.report(share + (1 - share) * fraction, n_done)
-
-        each = over(
-            ensemble, partial(_answer, ensemble=ensemble, settings=settings, starts=starts),
-            progress=rest, **run,
-        )  # fmt: skip
-        captured = np.array([own for _, own in each]) if settings.pumps else None
-        capture = None if captured is None else Capture(starts, shape, captured)
-        return Answers(k, np.array([times for times, _ in each]), capture)
+        solve = partial(_answer, ensemble=ensemble, settings=settings, starts=starts)
+        each = over(ensemble, solve, progress=job.report, cancel=job.is_cancelled)
+        k, times, captured = zip(*each, strict=True)
+        capture = Capture(starts, shape, np.array(captured)) if settings.pumps else None
+        of_facies = np.array(settings.conductivity)
+        found = with_bounds(ensemble, of_facies, settings.axis, np.array(k), settings.anisotropy)
+        return Answers(found, np.array(times), capture)
 
 
 def _answer(
     indices: NDArray[np.uint8], ensemble: Ensemble, settings: FlowSettings, starts: NDArray
-) -> tuple[NDArray[np.float64], NDArray[np.bool_] | None]:
-    """Return breakthrough, and which starts the well captures, of one realization."""
+) -> tuple[float, NDArray[np.float64], NDArray[np.bool_]]:
+    """Return effective K and breakthrough without the well, and whether each start is captured."""
     shares = np.array(settings.porosity)[indices]
-    times = breakthrough(
-        settings.solve(ensemble, indices, well=False), shares, settings.axis, N_PARTICLES
-    )
-    if not settings.pumps:
-        return times, None
-    pumped = settings.solve(ensemble, indices)
-    found = tracks(pumped, starts, porosity=shares, keep_paths=False)
-    return times, found.status == IN_WELL
+    flow = settings.solve(ensemble, indices, well=False)
+    times = breakthrough(flow, shares, settings.axis, N_PARTICLES)
+    captured = np.zeros(len(starts), bool)
+    if settings.pumps:
+        pumped = settings.solve(ensemble, indices)
+        captured = tracks(pumped, starts, porosity=shares, keep_paths=False).status == IN_WELL
+    return flow.effective_k, times, captured
 
 
 @dataclass
@@ -280,7 +262,7 @@ def captured_in(state: State, run: AnswersRun) -> NDArray[np.bool_] | None:
     if not np.array_equal(reference.codes, run.ensemble.training_image.codes):
         return None
     starts = result.capture.starts
-    return _answer(reference.indices, run.ensemble, run.settings, starts)[1]
+    return _answer(reference.indices, run.ensemble, run.settings, starts)[2]
 
 
 def in_unit(page_state: FlowState, k: float) -> float:
