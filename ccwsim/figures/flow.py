@@ -29,7 +29,8 @@ def conductivity_chart(
     >>> [t.name for t in conductivity_chart(np.ones(3), marks, LIGHT, **options).data]
     ['realizations', 'image']
     """
-    chart = blank_chart(theme, height=height, x_title=f"effective K ({unit})", y_title="")
+    titles = {"x_title": f"effective K ({unit})", "y_title": "realizations"}
+    chart = blank_chart(theme, height=height, **titles)
     low, high = np.log10(each.min()) - 0.02, np.log10(each.max()) + 0.02
     counts, edges = np.histogram(np.log10(each), N_BINS, (low, high))
     bars = go.Bar(
@@ -38,7 +39,7 @@ def conductivity_chart(
         hovertemplate="%{x:.3g}: %{y} realizations<extra></extra>",
     )  # fmt: skip
     chart.add_trace(bars)
-    top = 1.12 * counts.max()
+    top = 2.0 * counts.max()  # leaves room for the names of lines above the bars
     for name, (value, colour) in marks.items():
         hover = f"{written(name)}: %{{x:.3g}}<extra></extra>"
         chart.add_trace(line(name, [value] * 2, [0, top], colour, 2, hovertemplate=hover))
@@ -50,7 +51,7 @@ def conductivity_chart(
     margin = 0.06 * np.ptp(values) + 0.02
     chart.update_xaxes(type="log", range=[values.min() - margin, values.max() + margin])
     chart.update_xaxes(exponentformat="power", dtick=1 if np.ptp(values) > 2 else "D2")
-    chart.update_yaxes(range=[0, top], title="realizations")
+    chart.update_yaxes(range=[0, top], tick0=0, dtick=max(1, int(counts.max()) // 3))
     return chart.update_layout(hovermode="closest")
 
 

@@ -410,8 +410,7 @@ def _draw_result(state: State, run: solving.AnswersRun, result: Answers) -> None
     with left:
         k = result.k
         marks = {
-            "harmonic mean": (factor * float(k.harmonic.mean()), theme.quiet),
-            "arithmetic mean": (factor * float(k.arithmetic.mean()), theme.quiet),
+            "upper bound": (factor * float(k.arithmetic.mean()), theme.quiet),
             "training image": (factor * k.image, theme.reference),
         }
         options = {"unit": page_state.unit, "height": CHART_HEIGHT}
