@@ -20,8 +20,7 @@ from ccwsim.jobs.statistics import Fraction, StatisticsWorker
 from ccwsim.model.numbers import three_digits
 from ccwsim.system.machine import n_cores
 from ccwsim.ui.session.cached import as_task, shared_values
-from ccwsim.ui.session.page_run import PageRun, start_page_run
-from ccwsim.ui.session.state import State
+from ccwsim.ui.session.state import PageRun, State, start_page_run
 
 BYTES_PER_CELL = 1200
 """Memory per cell of a solution in bytes, mostly the levels of the solver."""
@@ -207,8 +206,8 @@ def start_answers(state: State) -> None:
     """Solve all realizations of the latest results."""
     page_state, ensemble = state.page(FlowState), state.ensemble
     if ensemble is not None:
-        run = AnswersRun(ensemble, settings_of(page_state, ensemble))
-        start_page_run(page_state, "run", run)
+        settings = settings_of(page_state, ensemble)
+        start_page_run(page_state, "run", lambda: AnswersRun(ensemble, settings))
 
 
 def is_current(run: AnswersRun, ensemble: Ensemble, settings: FlowSettings) -> bool:
