@@ -35,6 +35,11 @@ published variant. The columns:
 - ends, JS, variety: ratios of the columns above
 - Brier: ratio of the Brier scores at every fifth datum; these data are not used for conditioning
 - wrong, forced: with the default variant, % of data not honoured, and % forced as single cells
+
+``--flow`` instead prints the flow efficiency E of whole grids along x and y, of the image, of our
+variants and, if CCWSIM_DATA is set, of the realizations of published codes. E is the effective
+conductivity divided by the arithmetic mean, with a contrast of 10⁴; cells connect through sides
+only. Spanning is the share of realizations in which the facies connects the sides.
 """
 
 from __future__ import annotations
@@ -55,6 +60,7 @@ from benchmarks.volumes import image_of
 from benchmarks.volumes import published as published_volumes
 from ccwsim import Ensemble, HardData, Parameters, TrainingImage, datasets, metrics, simulate
 from ccwsim.datasets.sampling import sample_random
+from ccwsim.flow import flow_efficiency
 from ccwsim.metrics import copying, pattern_distance, unseen_patterns
 from ccwsim.paper.experiment import IMAGES, inputs_in
 from tools.datasets import generate
@@ -76,7 +82,7 @@ COLUMNS = (
 RATIOS = ("JS", "pooled", "far", "tau", "variety", "CPU")
 """Columns that are averaged as ratios to the published variant."""
 GEOMETRIC = ("ends", "bodies", "extent")
-N, N_LATTICE, N_VOLUMES, N_DATA = 40, 300, 6, 24
+N, N_LATTICE, N_VOLUMES, N_DATA, N_FLOW = 40, 300, 6, 24, 12
 OF_DATA = ("ends", "JS", "Brier", "variety", "wrong", "forced")
 """Columns of studies with hard data."""
 DENSE = (1000, 4000)
@@ -321,6 +327,56 @@ def print_studies(only: str) -> None:
     print("| mean | " + " | ".join(f"{m:.3g}" for m in means) + " |")
 
 
+CODES = {
+    "ti_channel_256x256": ("channel256_uncond", "CCWSIM_{}_L2", "MS-CCSIM_{}_L2", "DeeSse_{}",
+                           "SNESIM_MPSLIB_{}"),
+    "ti_stonewall_200x200": ("stonewall200_uncond", "CCWSIM_{}_L2", "MS-CCSIM_{}_L2"),
+}  # fmt: skip
+"""Study and files of the published codes for each image of the paper."""
+
+
+def spans(inside: NDArray[np.bool_], axis: int, corners: bool) -> bool:
+    """Return whether a facies connects both ends of an axis, through corners or only sides."""
+    labels, _ = ndimage.label(inside, np.ones((3,) * inside.ndim) if corners else None)
+    ends = [set(np.take(labels, end, axis).ravel().tolist()) - {0} for end in (0, -1)]
+    return bool(ends[0] & ends[1])
+
+
+def flow_row(name: str, way: str, stack: NDArray[np.bool_]) -> None:
+    """Print E along x and y with its standard error, the shares that span, and the proportion."""
+    parts = []
+    for axis in (1, 0):
+        each = np.array([flow_efficiency(one, axis) for one in stack])
+        error = f" ± {each.std() / len(each) ** 0.5:.3f}" if len(each) > 1 else ""
+        share = [np.mean([spans(one, axis, corners) for one in stack]) for corners in (False, True)]
+        parts += [f"{each.mean():.3f}{error}", f"{100 * share[0]:.0f} / {100 * share[1]:.0f}"]
+    print(
+        f"| {name} | {way} | {len(stack)} | {' | '.join(parts)} | {100 * stack.mean():.1f} |",
+        flush=True,
+    )
+
+
+def print_flow(only: str) -> None:
+    """Print the table of flow efficiencies."""
+    print("| image | realizations | n | E W–E | span, 4 / 8 | E S–N | span, 4 / 8 | % |")
+    print("|---|---|--:|--:|--:|--:|--:|--:|")
+    for name, image in images():
+        if image.n_dimensions == 3 or only not in name:
+            continue
+        rare = int(np.argmin(image.proportions))
+        flow_row(name, "image", (image.indices == rare)[None])
+        for way in ("default", "published"):
+            p = replace(Parameters(), **WAYS[way])
+            e = simulate(image, image.shape, p, n_realizations=N_FLOW, seed=1)
+            flow_row(name, f"ours, {way}", e.indices == rare)
+        study, *files = CODES.get(name, ("",))
+        for file in files:
+            path = Path(os.environ["CCWSIM_DATA"]) / "reference" / f"{file.format(study)}.npz"
+            if path.exists():
+                found = np.load(path)["r"][:N_FLOW]
+                flow_row(name, file.partition("_")[0], found == image.codes[rare])
+
+
 def times(image: TrainingImage, ways: dict[str, Parameters]) -> dict[str, float]:
     """Return the CPU seconds of a realization for each variant, measured alternately."""
     shape = (48, 100, 100) if len(image.shape) == 3 else (512, 512)
@@ -339,7 +395,10 @@ def main() -> None:
     parser.add_argument("--template", type=int, default=32, help="template of maps; default: 32")
     parser.add_argument("--data", action="store_true", help="measure studies with hard data")
     parser.add_argument("--drawn", type=int, default=0, metavar="N", help="maps of each generator")
+    parser.add_argument("--flow", action="store_true", help="measure the flow efficiency of maps")
     options = parser.parse_args()
+    if options.flow:
+        return print_flow(options.only)
     if options.data:
         return print_studies(options.only)
     tables: dict[str, dict[str, list[dict[str, float]]]] = {"chosen": {}, "confirmed": {}}

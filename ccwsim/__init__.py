@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from ccwsim import datasets as datasets
     from ccwsim import experiments as experiments
     from ccwsim import figures as figures
+    from ccwsim import flow as flow
     from ccwsim import io as io
     from ccwsim import metrics as metrics
     from ccwsim.engine.revision import revise
@@ -76,7 +77,7 @@ _HOMES = {
     "write_realizations": "io",
 }
 """Module that defines each public name."""
-_FOLDERS = ("datasets", "experiments", "figures", "io", "metrics")
+_FOLDERS = ("datasets", "experiments", "figures", "flow", "io", "metrics")
 """Subpackages that are available after `import ccwsim`."""
 
 

@@ -21,6 +21,7 @@ LAYERS = (
     {"jobs"},
     {"engine"},
     {"run"},
+    {"flow"},
     {"metrics", "io"},
     {"datasets"},
     {"experiments"},
@@ -34,7 +35,7 @@ LAYERS = (
     {"ui/results"},
     {"ui/study"},
     {"ui/simulate", "ui/hard_data", "ui/validate", "ui/compare", "ui/sweep", "ui/imports"},
-    {"ui/benchmark", "ui/how_it_works", "ui/paper", "ui/examples"},
+    {"ui/flow", "ui/benchmark", "ui/how_it_works", "ui/paper", "ui/examples"},
     {"ui/share"},
     {"ui/page"},
 )

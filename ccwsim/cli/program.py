@@ -11,7 +11,7 @@ import ccwsim
 from ccwsim.cli.options import suggestion
 from ccwsim.model.errors import CCWSIMError
 
-COMMANDS = ("simulate", "dashboard", "datasets", "paper", "warm-up")
+COMMANDS = ("simulate", "flow", "dashboard", "datasets", "paper", "warm-up")
 """Names of commands. Each command is the function `command` of a module, loaded on demand."""
 
 OK, BAD_INPUT, STOPPED = 0, 2, 130

@@ -16,6 +16,7 @@ from ccwsim.figures.curves import (
     transiogram_chart,
     vertical_proportions_chart,
 )
+from ccwsim.figures.flow import breakthrough_chart, conductivity_chart
 from ccwsim.figures.maps import (
     Dots,
     contact_sheet,
@@ -80,9 +81,11 @@ __all__ = [
     "Strip",
     "Theme",
     "TimeSeries",
+    "breakthrough_chart",
     "calibration_chart",
     "compared_proportions_chart",
     "compared_times_chart",
+    "conductivity_chart",
     "contact_sheet",
     "convergence_chart",
     "curves_chart",

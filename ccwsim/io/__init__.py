@@ -1,5 +1,13 @@
 """Read and write files: training images, hard data, realizations, parameters."""
 
+from ccwsim.io.flow_models import (
+    flopy_as_zip,
+    grdecl_files,
+    millidarcy,
+    to_flopy,
+    write_grdecl,
+    zipped,
+)
 from ccwsim.io.formats.pictures import DEFAULT_COLOURS
 from ccwsim.io.hard_data.columns import PointColumns, WellColumns
 from ccwsim.io.hard_data.files import (
@@ -62,6 +70,8 @@ __all__ = [
     "class_edges",
     "classify",
     "fit_grid",
+    "flopy_as_zip",
+    "grdecl_files",
     "guess_answers",
     "hard_data_as_bytes",
     "import_hard_data",
@@ -69,6 +79,7 @@ __all__ = [
     "inspect",
     "limited",
     "maps_as_bytes",
+    "millidarcy",
     "parameters_from_json",
     "parameters_to_json",
     "place_points",
@@ -85,10 +96,13 @@ __all__ = [
     "read_wells",
     "realizations_as_bytes",
     "resolve_points",
+    "to_flopy",
     "training_image_as_bytes",
     "upload_limits",
+    "write_grdecl",
     "write_hard_data",
     "write_maps",
     "write_realizations",
     "write_training_image",
+    "zipped",
 ]

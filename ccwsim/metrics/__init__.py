@@ -57,6 +57,7 @@ from ccwsim.metrics.etype import (
     proportions,
     vertical_proportions,
 )
+from ccwsim.metrics.flow_fit import FlowFit, fit_flow
 from ccwsim.metrics.lags import STEPS, VERTICAL, Direction, axes_of
 from ccwsim.metrics.measures import MEASURES, Measure, Measured, measure
 from ccwsim.metrics.patterns import (
@@ -118,6 +119,7 @@ __all__ = [
     "Direction",
     "EType",
     "Fit",
+    "FlowFit",
     "Geobodies",
     "Granulometry",
     "ImageRank",
@@ -159,6 +161,7 @@ __all__ = [
     "feature_spacing",
     "fit_curve",
     "fit_data",
+    "fit_flow",
     "fit_geobodies",
     "fit_patterns",
     "fit_proportions",

@@ -86,6 +86,12 @@ MAX_LINK_LETTERS = 20_000
 MAX_WRITTEN_DATA = 40
 """Maximum number of data listed in a script; a script with more reads the project file."""
 
+# Flow
+MIN_CONDUCTIVITY, MAX_CONDUCTIVITY = 1e-14, 1e3
+"""Range of hydraulic conductivities on a page, from dense clay in m/s to gravel in m/d."""
+MAX_CONTRAST = 1e12
+"""Maximum ratio of two values of a property; larger ratios are mixed units."""
+
 # Statistics
 MAX_LAG = 100
 """Maximum lag in cells of variograms and connectivity; small images have lags up to half a side."""

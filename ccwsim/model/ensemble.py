@@ -13,6 +13,7 @@ from numpy.typing import DTypeLike, NDArray
 from ccwsim.model.arrays import AXES, LazyStack, describe_shape, digest, is_whole, listing, readonly
 from ccwsim.model.backends import notebook
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.facies_property import FaciesProperty, FaciesValues, values_by_facies
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import Parameters
@@ -169,6 +170,24 @@ class Ensemble:
             counts += realization == index
         shares = counts / self.n
         return shares if self.active is None else np.where(self.active, shares, np.nan)
+
+    def property(self, values: FaciesValues, unit: str = "m/s") -> FaciesProperty:
+        """Return a property, such as hydraulic conductivity, from the value of each facies.
+
+        `values` has a value for each facies name or code. The property of a realization is computed
+        on access. Raises `CCWSIMError` for a facies without a value and a value that is not
+        positive.
+
+        Examples
+        --------
+        >>> from ccwsim import simulate
+        >>> e = simulate(np.tile([[0], [0], [1], [1]], (16, 64)), (40, 50))
+        >>> e.property({0: 1e-8, 1: 1e-4})
+        FaciesProperty(facies 0 1e-08, facies 1 0.0001 m/s)
+        """
+        image = self.training_image
+        found = values_by_facies(image, values)
+        return FaciesProperty(self.indices, found, image.facies_names, unit)
 
     @cached_property
     def digest(self) -> str:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from ccwsim.metrics.bands import Statistic
 from ccwsim.metrics.checks import Check
+from ccwsim.metrics.flow_fit import FlowFit
 from ccwsim.metrics.lags import VERTICAL, Direction, axes_of
 from ccwsim.metrics.measures import MEASURES, Measured
 from ccwsim.metrics.reference_band import Fit
@@ -179,6 +180,18 @@ def describe_geobodies(fit: Fit | None, name: str) -> list[Verdict]:
             numbers = f"{100 * ways[k]:.0f} % of the pieces, {100 * own_ways[k]:.0f} % {crops}"
             found.append(Verdict(f"{name} percolates {way} {word}", numbers, False))
     return found
+
+
+def describe_flow(found: FlowFit, axis: int) -> Verdict:
+    """Compare the flow efficiency of pieces along an axis with that of crops."""
+    fit = found.fit
+    if fit is None or np.isnan(fit.tolerance[axis]):
+        return NOT_JUDGED
+    own, image = float(fit.found[axis]), float(fit.reference[axis])
+    numbers = f"E {own:.3f} in pieces, {image:.3f} in TI crops of {size_text(fit)}"
+    if not fit.outside[axis]:
+        return Verdict("flows like the TI", numbers)
+    return Verdict("flows too well" if own > image else "flows too badly", numbers, False)
 
 
 def describe_patterns(fit: Fit | None) -> list[Verdict]:

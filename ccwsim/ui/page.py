@@ -33,6 +33,7 @@ PAGES = (
     ("Examples", "pages/examples.py"),
     ("Hard data", "pages/data.py"),
     ("Validate", "pages/validate.py"),
+    ("Flow", "pages/flow.py"),
     ("Compare", "pages/compare.py"),
     ("Sweep", "pages/sweep.py"),
     ("How it works", "pages/how_it_works.py"),

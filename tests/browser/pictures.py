@@ -119,6 +119,7 @@ PICTURES = {
     "import-wells": Picture("import?data=none", 1030, fill_with_wells),
     "hard-data": Picture(f"data?{STUDY}", 790, draw_a_well),
     "validate": Picture(f"validate?{STUDY}&realizations=20", 930),
+    "flow": Picture(f"flow?{STUDY}", 900, FILLED["flow"]),
     "compare": Picture(f"compare?{STUDY}", 960),
     "sweep": Picture(f"sweep?{STUDY}", 1000, FILLED["sweep"]),
     "how-it-works": Picture(f"how_it_works?{STUDY}", 900),

@@ -89,9 +89,25 @@ def fill_with_file(page) -> None:
     page.wait_for_selector(".st-key-image_histogram canvas", timeout=SLOW)
 
 
+def fill_with_flow(page) -> None:
+    """Place a well, and solve all realizations."""
+    page.wait_for_selector(".st-key-flow_maps canvas", timeout=SLOW)
+    if page.locator(".st-key-map_flow canvas").count():
+        canvas, well = page.locator(".st-key-map_flow canvas").first, ".st-key-flow_remove"
+        until(
+            lambda: None if page.locator(well).count() else canvas.click(timeout=GLANCE),
+            lambda wait: page.locator(well).first.wait_for(state="attached", timeout=wait),
+        )
+    press(
+        page, ".st-key-flow_all button:not([disabled])", ".st-key-flow_cancel, .st-key-flow_below"
+    )
+    page.wait_for_selector(".st-key-flow_below", timeout=SLOW)
+
+
 FILLED = {
     "benchmark": fill_with_times,
     "examples": fill_with_pictures,
+    "flow": fill_with_flow,
     "import": fill_with_file,
     "paper": fill_with_experiments,
     "sweep": fill_with_settings,

@@ -139,6 +139,11 @@ def read_irap(content: bytes, name: str) -> DataFile:
 
 def grdecl_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
     """Return maps (one layer of depths from 0 to 1) or volumes as an Eclipse GRDECL text."""
+    return geometry_as_bytes(grid) + keywords_as_bytes(maps)
+
+
+def geometry_as_bytes(grid: Grid) -> bytes:
+    """Return the keywords SPECGRID, COORD and ZCORN of a grid."""
     nz, (ny, nx) = grid.nz or 1, grid.shape[-2:]
     (sx, sy, *along_z), (ox, oy, *bottom) = grid.cell_size, grid.origin
     sz, top = (along_z or [1.0])[0], -(bottom[0] + nz * along_z[0]) if along_z else 0.0
@@ -151,11 +156,18 @@ def grdecl_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
     layers = [f"{4 * nx * ny}*{depth!r}" for k in range(nz) for depth in z[k : k + 2].tolist()]
     parts = [f"SPECGRID\n{nx} {ny} {nz} 1 F /\n", f"COORD\n{pillars}\n/\n"]
     parts.append("ZCORN\n" + "\n".join(layers) + "\n/\n")
+    return "".join(parts).encode()
+
+
+def keywords_as_bytes(maps: Mapping[str, NDArray]) -> bytes:
+    """Return maps or volumes as keywords with one value per cell."""
+    parts: list[str] = []
     keywords: dict[str, None] = {}
     for name, values in maps.items():
         keyword = _keyword(name, keywords)
         keywords[keyword] = None
-        words = _repeated(values.reshape(nz, ny, nx)[::-1, ::-1].ravel())
+        layers = values if values.ndim == 3 else values[None]
+        words = _repeated(layers[::-1, ::-1].ravel())
         lines = (" ".join(words[k : k + _PER_LINE]) for k in range(0, len(words), _PER_LINE))
         note = "" if keyword == name.upper() else f"-- {name}\n"
         parts.append(f"{note}{keyword}\n" + "\n".join(lines) + "\n/\n")

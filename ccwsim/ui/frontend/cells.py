@@ -54,6 +54,7 @@ class CellMap:
     # width, colour and label
     marks: list[dict[str, Any]] = field(default_factory=list)
     trail: list[list[float]] = field(default_factory=list)  # line of cells with an arrow
+    lines: list[list[list[float]]] = field(default_factory=list)  # lines on a map, of (row, column)
     wells: CellsOfWells = ()  # named wells, with the cells of each well
 
 
@@ -201,6 +202,7 @@ def map_content(cell_map: CellMap, *, grid: Grid | None = None, **options: Any) 
         "ny": ny,
         "marks": cell_map.marks,
         "trail": cell_map.trail,
+        "lines": cell_map.lines,
         **MAP_OPTIONS,
         **options,
     }

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ccwsim import Ensemble, figures
 from ccwsim.figures import Bundle, Strip
 from ccwsim.io.formats.csv_table import csv_as_bytes
-from ccwsim.metrics import Anodi, Copying, Diagnosis, Measured
+from ccwsim.metrics import Anodi, Copying, Diagnosis, FlowFit, Measured
 from ccwsim.metrics.bands import STATISTICS, Statistic
 from ccwsim.metrics.lags import Direction, axes_of
 from ccwsim.model.arrays import describe_shape, listing
@@ -314,6 +314,25 @@ def draw_measures(state: State, ensemble: Ensemble, colours: Sequence[str]) -> N
         download("Measures as CSV", content, file, key="download_measures", width="content")
 
     statistics.panel(state, "measures", statistics.measures(ensemble, state.facies), draw)
+
+
+def draw_flow(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
+    """Draw the flow efficiency of the facies along each axis, with a verdict."""
+    k, name = state.facies, ensemble.training_image.facies_names[state.facies]
+
+    def draw(found: FlowFit) -> None:
+        ways = ("E–W", "N–S", "vertical")[: len(found.reference)]
+        columns = st.columns(len(ways), gap="large")
+        for axis, (column, way) in enumerate(zip(columns, ways, strict=True)):
+            with column:
+                strip = Strip("effective K / mean K", found.each[:, axis], found.reference[axis])
+                chart = figures.strip_chart(strip, chart_theme(), colour=colours[k])
+                verdict = verdicts.describe_flow(found, axis)
+                key, alt = f"flow_{axis}", f"Flow efficiency {way} of {name}"
+                titled_chart(f"Flow efficiency {way}", verdict, chart, key, alt)
+        step_note(page_text("Flow efficiency"))
+
+    statistics.panel(state, "flow", statistics.flow_fit(ensemble, k), draw)
 
 
 def measures_csv(found: Measured) -> bytes:

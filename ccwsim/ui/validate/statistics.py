@@ -181,6 +181,12 @@ def measures(progress: Fraction, ensemble: Ensemble, facies: int) -> metrics.Mea
 
 
 @as_task
+def flow_fit(progress: Fraction, ensemble: Ensemble, facies: int) -> metrics.FlowFit:
+    """Return the flow efficiency of a facies, compared with crops of the image."""
+    return metrics.fit_flow(ensemble, code_of(ensemble, facies), progress)
+
+
+@as_task
 def proportions(progress: Fraction, ensemble: Ensemble) -> Compared[NDArray[np.float64]]:
     """Return the facies proportions of each realization."""
     return Compared(ensemble.proportions, metrics.fit_proportions(ensemble))

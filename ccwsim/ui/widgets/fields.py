@@ -18,6 +18,7 @@ MIME = {
     "png": "image/png",
     "tif": "image/tiff",
     **dict.fromkeys(("ccwsim", "npz", "vti"), "application/octet-stream"),
+    "zip": "application/zip",
 }
 """MIME types of downloads, by file extension."""
 PARAMETERS = {row["name"]: row for row in parameter_table()}

@@ -137,6 +137,7 @@ class CellMap {
       pen.imageSmoothingQuality = 'high';
       pen.drawImage(this.picture, x, y, this.data.nx * s, this.data.ny * s);
     }
+    this.drawLines(pen);
     this.drawTrail(pen);
     this.drawMarks(pen);
     if (this.dataShown) this.drawPoints(pen);
@@ -228,6 +229,17 @@ class CellMap {
       pen.lineTo(bx, by);
       pen.lineTo(...head(-0.5));
     });
+  }
+
+  drawLines(pen) {
+    for (const line of this.data.lines || []) {
+      strokeIn(pen, [[PAPER, 2.5, 0.8], [INK, 1.1, 0.9]], () => {
+        line.forEach(([row, column], k) => {
+          const place = this.toCanvas(column, row);
+          if (k) pen.lineTo(...place); else pen.moveTo(...place);
+        });
+      });
+    }
   }
 
   // Draw boxes around cells, and outlined rings, discs and crosses in the middle of cells.

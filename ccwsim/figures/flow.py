@@ -1,0 +1,87 @@
+"""Charts of flow through realizations: effective conductivity and breakthrough."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import plotly.graph_objects as go
+from numpy.typing import NDArray
+
+from ccwsim.figures.style import Theme, blank_chart, line, written
+
+Floats = NDArray[np.float64]
+N_BINS = 16
+
+
+def conductivity_chart(
+    each: Floats, marks: Mapping[str, tuple[float, str]], theme: Theme, *, unit: str, height: int
+) -> go.Figure:
+    """Return a histogram of the effective conductivity of realizations, on a logarithmic axis.
+
+    `marks` has a value and a colour for each vertical line, such as a bound or the image.
+
+    Examples
+    --------
+    >>> from ccwsim.figures import LIGHT
+    >>> marks = {"image": (2.0, "#C8321F")}
+    >>> options = {"unit": "m/s", "height": 230}
+    >>> [t.name for t in conductivity_chart(np.ones(3), marks, LIGHT, **options).data]
+    ['realizations', 'image']
+    """
+    titles = {"x_title": f"effective K ({unit})", "y_title": "realizations"}
+    chart = blank_chart(theme, height=height, **titles)
+    low, high = np.log10(each.min()) - 0.02, np.log10(each.max()) + 0.02
+    counts, edges = np.histogram(np.log10(each), N_BINS, (low, high))
+    bars = go.Bar(
+        x=10 ** ((edges[1:] + edges[:-1]) / 2), y=counts, width=np.diff(10**edges),
+        name="realizations", marker_color=theme.quiet,
+        hovertemplate="%{x:.3g}: %{y} realizations<extra></extra>",
+    )  # fmt: skip
+    chart.add_trace(bars)
+    top = 2.0 * counts.max()  # leaves room for the names of lines above the bars
+    for name, (value, colour) in marks.items():
+        hover = f"{written(name)}: %{{x:.3g}}<extra></extra>"
+        chart.add_trace(line(name, [value] * 2, [0, top], colour, 2, hovertemplate=hover))
+        chart.add_annotation(
+            x=np.log10(value), y=top, text=written(name), showarrow=False, textangle=-90,
+            xanchor="right", yanchor="top", font={"size": 12, "color": colour},
+        )  # fmt: skip
+    values = np.log10([*(value for value, _ in marks.values()), *each])
+    margin = 0.06 * np.ptp(values) + 0.02
+    chart.update_xaxes(type="log", range=[values.min() - margin, values.max() + margin])
+    chart.update_xaxes(exponentformat="power", dtick=1 if np.ptp(values) > 2 else "D2")
+    chart.update_yaxes(range=[0, top], tick0=0, dtick=max(1, int(counts.max()) // 3))
+    return chart.update_layout(hovermode="closest")
+
+
+def breakthrough_chart(
+    days: Floats, shown: int, theme: Theme, *, height: int, accent: str
+) -> go.Figure:
+    """Return the share of particles that arrived against the time in days, by realization.
+
+    `days` has sorted travel times, shape (n, m), inf for particles that do not arrive. The curve
+    of realization `shown` has the colour `accent`.
+
+    Examples
+    --------
+    >>> from ccwsim.figures import LIGHT
+    >>> times = np.array([[1.0, 2.0], [3.0, np.inf]])
+    >>> chart = breakthrough_chart(times, 1, LIGHT, height=230, accent="#C8321F")
+    >>> [trace.name for trace in chart.data]
+    ['realizations', 'realization 2']
+    """
+    titles = {"x_title": "travel time (days)", "y_title": "arrived (%)"}
+    chart = blank_chart(theme, height=height, **titles)
+    shares = 100 * (np.arange(days.shape[1]) + 0.5) / days.shape[1]
+    known = np.where(np.isfinite(days), days, np.nan)
+    x = np.hstack([known, np.full((len(days), 1), np.nan)]).ravel()
+    y = np.tile([*shares, np.nan], len(days))
+    chart.add_trace(line("realizations", x, y, theme.each, 1))
+    if 0 <= shown < len(days):
+        hover = "%{x:.3g} days: %{y:.0f} % arrived<extra></extra>"
+        name = f"realization {shown + 1}"
+        chart.add_trace(line(name, known[shown], shares, accent, 2, hovertemplate=hover))
+    chart.update_xaxes(type="log", exponentformat="power")
+    chart.update_yaxes(range=[0, 100])
+    return chart.update_layout(hovermode="closest")

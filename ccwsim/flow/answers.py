@@ -1,0 +1,408 @@
+"""What an ensemble answers: effective conductivity, travel times, capture, representatives."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.flow.darcy import Ends, Floats, Flow, _cell, darcy
+from ccwsim.flow.tracks import IN_WELL, LEFT, starts_at_inflow, tracks
+from ccwsim.jobs.workers import Cancel, Progress, Watch, run_all
+from ccwsim.model.arrays import Shape, as_floats, check_int
+from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.errors import Cancelled, CCWSIMError, shown
+from ccwsim.model.facies_property import FaciesValues, values_by_facies
+from ccwsim.model.grid import Grid
+from ccwsim.system.machine import n_cores
+
+HEADS_ALONG = {"x": "west_east", "y": "south_north", "z": "bottom_top"}
+CONTRAST = 1e4
+"""Ratio of conductivities of a facies to all others in the flow efficiency."""
+COARSER = 4
+"""Sides of a cell, in cells, of the grid on which realizations are ranked first."""
+Result = TypeVar("Result")
+
+
+@dataclass(frozen=True, eq=False)
+class EffectiveK:
+    """Effective conductivity along one axis, of n realizations and of the training image."""
+
+    each: Floats
+    """Effective conductivity of each realization, shape (n,)."""
+    harmonic: Floats
+    """Lower bound: harmonic mean of each realization, shape (n,)."""
+    arithmetic: Floats
+    """Upper bound: arithmetic mean of each realization, shape (n,)."""
+    image: float
+    """Effective conductivity of the training image."""
+    image_harmonic: float
+    image_arithmetic: float
+
+    @property
+    def efficiency(self) -> Floats:
+        """Flow efficiency E of each realization: effective conductivity / arithmetic mean."""
+        return self.each / self.arithmetic
+
+    def table(self) -> tuple[list[str], list[list[object]]]:
+        """Return the head and the lines of a table with a line for each realization."""
+        head = ["realization", "effective_k", "harmonic_mean", "arithmetic_mean"]
+        rows = zip(self.each, self.harmonic, self.arithmetic, strict=True)
+        lines = [[r + 1, *(f"{v:.9g}" for v in row)] for r, row in enumerate(rows)]
+        own = (self.image, self.image_harmonic, self.image_arithmetic)
+        return head, [*lines, ["training_image", *(f"{v:.9g}" for v in own)]]
+
+
+@dataclass(frozen=True, eq=False)
+class Capture:
+    """Starts whose particles end in a well."""
+
+    starts: Floats  # shape (m, dimensions): starts in world units
+    shape: Shape  # starts along y and x; m is their product
+    captured: NDArray[np.bool_]  # shape (n, m)
+
+    @property
+    def probability(self) -> Floats:
+        """Share of the realizations in which a particle of each start is captured, `shape`."""
+        return self.captured.mean(axis=0).reshape(self.shape)
+
+    def brier(self, truth: NDArray[np.bool_] | None = None) -> tuple[float, float]:
+        """Return the Brier score of the probability, and that of one constant probability.
+
+        Scores are those of `truth`, shape (m,), or means over realizations, each predicted by all
+        others. A probability is worth its price only if its score is clearly the smaller.
+        """
+        n, total = len(self.captured), self.captured.sum(axis=0)
+        if truth is not None:
+            return float(np.mean((total / n - truth) ** 2)), _climatology(self.captured, truth)
+        if n < 2:
+            raise CCWSIMError("a Brier score needs at least two realizations, or the truth")
+        others = [(total - own) / (n - 1) for own in self.captured]
+        pairs = list(zip(others, self.captured, strict=True))
+        own = np.mean([np.mean((p - c) ** 2) for p, c in pairs])
+        return float(own), float(np.mean([np.mean((p.mean() - c) ** 2) for p, c in pairs]))
+
+
+def _climatology(captured: NDArray[np.bool_], truth: NDArray[np.bool_]) -> float:
+    return float(np.mean((captured.mean() - truth) ** 2))
+
+
+def effective_k(
+    ensemble: Ensemble,
+    values: FaciesValues,
+    axis: str = "x",
+    *,
+    anisotropy: float = 1.0,
+    n_workers: int | None = None,
+    progress: Progress | None = None,
+    cancel: Cancel | None = None,
+    executor: Any = None,
+) -> EffectiveK:
+    """Return the effective conductivity of each realization and of the image, with bounds.
+
+    Parameters
+    ----------
+    ensemble : Ensemble
+    values : mapping
+        Conductivity of each facies, by name or code.
+    axis : {"x", "y", "z"}
+        Direction of the flow, between fixed heads on two sides.
+    anisotropy : float
+        Ratio of vertical to horizontal conductivity.
+    n_workers, progress, cancel, executor
+        As in `simulate`.
+
+    Raises
+    ------
+    CCWSIMError
+        For a facies without a conductivity, and an axis that the grid lacks.
+    Cancelled
+        If `cancel` returned True.
+
+    Examples
+    --------
+    >>> from ccwsim import simulate
+    >>> e = simulate(np.tile([[0], [0], [1], [1]], (16, 64)), (40, 50), n_realizations=2)
+    >>> found = effective_k(e, {0: 1e-6, 1: 1e-4})
+    >>> bool((found.each <= found.arithmetic * 1.000001).all())
+    True
+    """
+    k = _values(ensemble, values, axis)
+    solve = partial(_k_of, k=k, grid=ensemble.grid, axis=axis, anisotropy=anisotropy)
+    each = np.array(over(ensemble, solve, n_workers, progress, cancel, executor))
+    return with_bounds(ensemble, k, axis, each, anisotropy)
+
+
+def with_bounds(
+    ensemble: Ensemble, k: Floats, axis: str, each: Floats, anisotropy: float = 1.0
+) -> EffectiveK:
+    """Return the effective conductivities `each` with their bounds and those of the image."""
+    image, own = ensemble.training_image, k * (anisotropy if axis == "z" else 1.0)
+    grid = replace(Grid.of(image.shape), cell_size=ensemble.grid.cell_size)
+    of_image = _k_of(image.indices, k, grid, axis, anisotropy)
+    shares, bounds = ensemble.proportions, [float(1 / (image.proportions @ (1 / own)))]
+    bounds.append(float(image.proportions @ own))
+    return EffectiveK(each, 1 / (shares @ (1 / own)), shares @ own, of_image, *bounds)
+
+
+def _k_of(indices: NDArray[np.uint8], k: Floats, grid: Grid, axis: str, anisotropy: float) -> float:
+    """Return the effective conductivity of facies indices; a function that executors can send."""
+    ends: dict[str, Any] = {HEADS_ALONG[axis]: (1.0, 0.0)}
+    return darcy(k[indices], grid, anisotropy=anisotropy, **ends).effective_k
+
+
+def flow_efficiency(inside: NDArray[np.bool_], axis: int, contrast: float = CONTRAST) -> float:
+    """Return E, effective conductivity / arithmetic mean, of a facies along an array axis.
+
+    The facies conducts `contrast` times as well as all other facies. Diagonal contacts of cells
+    carry no flow. E is 1 for layers along the flow, and about 1 / (p · contrast) for a facies of
+    proportion p that does not connect the sides.
+
+    Examples
+    --------
+    >>> inside = np.array([[True, True], [False, False]])
+    >>> round(flow_efficiency(inside, 1), 4), round(flow_efficiency(inside, 0), 4)
+    (1.0, 0.0004)
+    """
+    k = np.where(inside, 1.0, 1 / contrast)
+    name = "xyz"[inside.ndim - 1 - axis]
+    ends: dict[str, Any] = {HEADS_ALONG[name]: (1.0, 0.0)}
+    return darcy(k, tolerance=1e-8, **ends).effective_k / float(k.mean())
+
+
+def travel_times(
+    ensemble: Ensemble,
+    values: FaciesValues,
+    porosity: FaciesValues | float = 0.25,
+    axis: str = "x",
+    *,
+    heads: tuple[float, float] = (1.0, 0.0),
+    n_particles: int = 200,
+    n_workers: int | None = None,
+    progress: Progress | None = None,
+    cancel: Cancel | None = None,
+    executor: Any = None,
+) -> Floats:
+    """Return the breakthrough of each realization: sorted travel times, shape (n, n_particles).
+
+    Particles start on the inflow side, each with the same share of the inflow. Those that do not
+    arrive have the time inf. `porosity` is a number, or a value of each facies; other arguments are
+    those of `effective_k`.
+
+    Examples
+    --------
+    >>> from ccwsim import simulate
+    >>> e = simulate(np.tile([[0], [0], [1], [1]], (16, 64)), (40, 50))
+    >>> travel_times(e, {0: 1.0, 1: 1.0}, 0.5, n_particles=2).round(3)
+    array([[1250., 1250.]])
+    """
+    k = _values(ensemble, values, axis)
+    shares = porosities(ensemble, porosity)
+    n = check_int("n_particles", n_particles, 1)
+    solve = partial(_times_of, k=k, shares=shares, grid=ensemble.grid, axis=axis, heads=heads, n=n)
+    return np.array(over(ensemble, solve, n_workers, progress, cancel, executor))
+
+
+def porosities(ensemble: Ensemble, porosity: FaciesValues | float) -> Floats:
+    """Return the porosity of each facies, or raise `CCWSIMError`."""
+    image = ensemble.training_image
+    if isinstance(porosity, Mapping):
+        found = values_by_facies(image, porosity, "porosity")
+    else:
+        found = np.full(image.n_facies, as_floats(porosity, "porosity"))
+    if not ((found > 0) & (found <= 1)).all():
+        raise CCWSIMError(f"porosity {shown(porosity)} must be above 0 and at most 1")
+    return found
+
+
+def breakthrough(flow: Flow, porosity: Floats | float, axis: str, n: int) -> Floats:
+    """Return sorted travel times of n particles from the inflow side; inf if they end inside."""
+    found = tracks(flow, starts_at_inflow(flow, n, axis), porosity=porosity, keep_paths=False)
+    return np.sort(np.where(found.status == LEFT, found.times, np.inf))
+
+
+def _times_of(
+    indices: NDArray[np.uint8], k: Floats, shares: Floats, grid: Grid, axis: str, heads: Any, n: int
+) -> Floats:
+    ends: dict[str, Any] = {HEADS_ALONG[axis]: heads}
+    return breakthrough(darcy(k[indices], grid, **ends), shares[indices], axis, n)
+
+
+def capture_probability(
+    ensemble: Ensemble,
+    values: FaciesValues,
+    well: tuple[int, ...],
+    rate: float,
+    *,
+    west_east: Ends | None = None,
+    south_north: Ends | None = None,
+    porosity: FaciesValues | float = 0.25,
+    within: float = np.inf,
+    step: int = 4,
+    n_workers: int | None = None,
+    progress: Progress | None = None,
+    cancel: Cancel | None = None,
+    executor: Any = None,
+) -> Capture:
+    """Return the starts from which particles reach a well, in each realization.
+
+    Parameters
+    ----------
+    ensemble, values, porosity, n_workers, progress, cancel, executor
+        As in `travel_times`.
+    well : tuple of int
+        Cell ((layer,) row, column) of the well.
+    rate : float
+        Volume per time that the well pumps, above 0.
+    west_east, south_north : pair, optional
+        Fixed heads, as in `darcy`.
+    within : float
+        Maximum travel time of captured particles.
+    step : int
+        Distance of starts in cells; volumes have starts in the layer of the well.
+
+    Examples
+    --------
+    >>> from ccwsim import simulate
+    >>> e = simulate(np.tile([[0], [0], [1], [1]], (16, 64)), (40, 50), n_realizations=2)
+    >>> found = capture_probability(e, {0: 1, 1: 1}, (20, 25), 1.0, west_east=(1.0, 0.0))
+    >>> found.probability.shape, found.probability.max()
+    ((10, 12), np.float64(1.0))
+    """
+    grid = ensemble.grid
+    if not rate > 0:
+        raise CCWSIMError(f"rate = {shown(rate)} must be above 0, the volume pumped per time")
+    k, step = _values(ensemble, values, "x"), check_int("step", step, 1)
+    starts, shape = starts_on_grid(grid, step, None if grid.nz is None else well[0])
+    solve = partial(
+        _captured_in, k=k, shares=porosities(ensemble, porosity), grid=grid, starts=starts,
+        wells={tuple(well): -rate}, heads=(west_east, south_north), within=within,
+    )  # fmt: skip
+    captured = over(ensemble, solve, n_workers, progress, cancel, executor)
+    return Capture(starts, shape, np.array(captured))
+
+
+def starts_on_grid(grid: Grid, step: int, layer: int | None = None) -> tuple[Floats, Shape]:
+    """Return starts in every `step`-th row and column, and their numbers along y and x.
+
+    Examples
+    --------
+    >>> starts_on_grid(Grid(4, 8), 4)[0].tolist()
+    [[2.5, 2.5], [6.5, 2.5]]
+    """
+    lines = [np.arange(min(step // 2, n - 1), n, step) for n in grid.shape[-2:]]
+    shape = tuple(map(len, lines))
+    lines = lines if layer is None else [np.array([layer]), *lines]
+    cells = np.stack(np.meshgrid(*lines, indexing="ij"), -1).reshape(-1, grid.n_dimensions)
+    return grid.centers_of(cells), shape
+
+
+def _captured_in(
+    indices: NDArray[np.uint8], k: Floats, shares: Floats, grid: Grid, starts: Floats,
+    wells: dict, heads: tuple, within: float,
+) -> NDArray[np.bool_]:  # fmt: skip
+    flow = darcy(k[indices], grid, west_east=heads[0], south_north=heads[1], wells=wells)
+    found = tracks(flow, starts, porosity=shares[indices], keep_paths=False)
+    return (found.status == IN_WELL) & (found.times <= within)
+
+
+def representatives(
+    ensemble: Ensemble,
+    values: FaciesValues,
+    percentiles: Sequence[float] = (10, 50, 90),
+    axis: str = "x",
+    *,
+    coarser: int = COARSER,
+    **run: Any,
+) -> NDArray[np.int64]:
+    """Return the indices of the realizations at percentiles of the effective conductivity.
+
+    Realizations are ranked on a grid `coarser` times as coarse, with geometric means; 1 ranks on
+    the full grid. `run` has the other arguments of `effective_k`.
+
+    Examples
+    --------
+    >>> from ccwsim import simulate
+    >>> e = simulate(np.tile([[0], [0], [1], [1]], (16, 64)), (40, 50), n_realizations=5)
+    >>> representatives(e, {0: 1e-6, 1: 1e-4}).shape
+    (3,)
+    """
+    k, factor = _values(ensemble, values, axis), check_int("coarser", coarser, 1)
+    solve = partial(_coarse_k, k=k, grid=ensemble.grid, axis=axis, factor=factor)
+    return at_percentiles(np.array(over(ensemble, solve, **run)), percentiles)
+
+
+def at_percentiles(each: Floats, percentiles: Sequence[float]) -> NDArray[np.int64]:
+    """Return the indices of the values nearest in rank to percentiles.
+
+    Examples
+    --------
+    >>> at_percentiles(np.array([3.0, 1.0, 2.0]), (0, 50, 100))
+    array([1, 2, 0])
+    """
+    wanted = as_floats(percentiles, "percentiles")
+    if wanted.ndim != 1 or not ((wanted >= 0) & (wanted <= 100)).all():
+        raise CCWSIMError(f"percentiles = {shown(percentiles)} must be numbers from 0 to 100")
+    order = np.argsort(each, kind="stable")
+    return order[np.rint(wanted / 100 * (len(order) - 1)).astype(int)]
+
+
+def _coarse_k(indices: NDArray[np.uint8], k: Floats, grid: Grid, axis: str, factor: int) -> float:
+    """Return the effective conductivity on a coarser grid; remaining rows and columns are cut."""
+    logs = np.log(k)[indices]
+    for number, n in enumerate(indices.shape):
+        own = min(factor, n)
+        logs = np.moveaxis(logs, number, -1)[..., : n // own * own]
+        logs = np.moveaxis(logs.reshape(*logs.shape[:-1], -1, own).mean(axis=-1), -1, number)
+    ends: dict[str, Any] = {HEADS_ALONG[axis]: (1.0, 0.0)}
+    sizes = np.array(_cell(grid))[: grid.n_dimensions] * factor
+    nz = logs.shape[0] if logs.ndim == 3 else None
+    ny, nx = logs.shape[-2:]
+    coarse = Grid(ny, nx, tuple(sizes.tolist()), nz=nz)
+    return darcy(np.exp(logs), coarse, tolerance=1e-6, **ends).effective_k
+
+
+def _values(ensemble: Ensemble, values: FaciesValues, axis: str) -> Floats:
+    """Return the conductivity of each facies; raise `CCWSIMError` for an axis the grid lacks."""
+    axes = "xyz"[: ensemble.grid.n_dimensions]
+    if axis not in tuple(axes):
+        raise CCWSIMError(f"axis = {shown(axis)} must be one of {', '.join(axes)}")
+    return values_by_facies(ensemble.training_image, values)
+
+
+def over(
+    ensemble: Ensemble,
+    function: Callable[[NDArray[np.uint8]], Result],
+    n_workers: int | None = None,
+    progress: Progress | None = None,
+    cancel: Cancel | None = None,
+    executor: Any = None,
+) -> list[Result]:
+    """Return function(indices) of each realization, on threads or on the given executor.
+
+    Arguments are those of `effective_k`; an executor of processes needs a function of a module.
+
+    Examples
+    --------
+    >>> from ccwsim import simulate
+    >>> e = simulate(np.tile([[0], [0], [1], [1]], (16, 64)), (40, 50), n_realizations=2)
+    >>> over(e, np.shape)
+    [(40, 50), (40, 50)]
+    """
+    found: list[Any] = [None] * ensemble.n
+
+    def task(r: int, watch: Watch) -> None:
+        watch.check()
+        own = np.asarray(ensemble.indices[r])
+        found[r] = function(own) if executor is None else executor.submit(function, own).result()
+        watch.report(1.0)
+
+    workers = n_cores() if n_workers is None else check_int("n_workers", n_workers, 1)
+    done = run_all(task, ensemble.n, workers, progress, cancel)
+    if len(done) < ensemble.n:
+        raise Cancelled(f"stopped after {len(done)} of {ensemble.n} realizations")
+    return found

@@ -1,0 +1,311 @@
+"""Steady single-phase flow through a map or a volume: heads, fluxes and effective conductivity."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import ndimage, sparse
+from scipy.sparse.linalg import spsolve
+
+from ccwsim.jobs.workers import check_stop
+from ccwsim.model.arrays import as_array, as_floats, describe_shape, is_whole, readonly
+from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.grid import Grid
+
+SIDES = {"x": ("west", "east"), "y": ("south", "north"), "z": ("bottom", "top")}
+"""Sides of the grid at both ends of each axis."""
+TOLERANCE = 1e-10
+"""Default norm of the residual, relative to that of the fixed heads and wells."""
+MAX_ITERATIONS = 300
+"""Maximum number of iterations; usual are 10 to 30."""
+Floats = NDArray[np.float64]
+Ends = tuple[ArrayLike | None, ArrayLike | None]
+"""Heads at the low and at the high end of an axis: a number, an array over the side, or None."""
+Wells = Mapping[tuple[int, ...], float]
+"""Rate (volume per time, negative for pumping) of the well in each cell ((layer,) row, column)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Flow:
+    """Steady flow; arrays have the axes (z,) y, x."""
+
+    grid: Grid
+    heads: Floats
+    """Head in each cell, shape of the grid; NaN in inactive and in isolated cells."""
+    fluxes: tuple[Floats, ...]
+    """Volume per time through the faces across each axis, positive towards larger indices. The
+    arrays are one longer along their own axis."""
+    wells: dict[tuple[int, ...], float]
+    fixed: dict[str, tuple[float, float]]
+    """Mean heads at both ends of each axis ("x", "y", "z") whose two heads are fixed."""
+    iterations: int
+    """Number of iterations of the solver; 0 for a direct solution."""
+
+    @cached_property
+    def through(self) -> dict[str, float]:
+        """Net flow into the grid through each side, in volume per time."""
+        sides = {}
+        for axis, flux in enumerate(self.fluxes):
+            low, high = SIDES["xyz"[len(self.fluxes) - 1 - axis]]
+            sides[low] = float(flux.take(0, axis).sum())
+            sides[high] = -float(flux.take(-1, axis).sum())
+        return sides
+
+    @property
+    def balance(self) -> float:
+        """Inflow minus outflow, relative to the larger of both; 0 for an exact solution."""
+        rates = [*(f for flux in self._boundary for f in flux), *self.wells.values()]
+        inflow, outflow = (sum(max(sign * r, 0.0) for r in rates) for sign in (1, -1))
+        return (inflow - outflow) / max(inflow, outflow, 1e-300)
+
+    @property
+    def _boundary(self) -> list[list[float]]:
+        """Return the inflow through each face at the sides."""
+        ends = [(a, q, end) for a, q in enumerate(self.fluxes) for end in (0, -1)]
+        return [((1 if end == 0 else -1) * q.take(end, a)).ravel().tolist() for a, q, end in ends]
+
+    @property
+    def effective_k(self) -> float:
+        """Conductivity of the homogeneous grid with the same flow, Q L / (A Δh).
+
+        Raises `CCWSIMError` unless two different heads are fixed along one axis and nowhere else.
+        """
+        if len(self.fixed) != 1 or self.wells:
+            raise CCWSIMError(
+                "effective_k needs heads on two opposite sides and no wells; solve without wells"
+            )
+        ((name, (low, high)),) = self.fixed.items()
+        if low == high:
+            raise CCWSIMError(f"effective_k needs two different heads, not twice {low:g}")
+        axis = "xyz".index(name)
+        sizes = _cell(self.grid)
+        length = self.heads.shape[::-1][axis] * sizes[axis]
+        area = np.prod(sizes) * self.heads.size / length
+        begin, end = SIDES[name]
+        flow = (self.through[begin] - self.through[end]) / 2
+        return float(flow * length / (area * (low - high)))
+
+
+def darcy(
+    conductivity: ArrayLike,
+    grid: Grid | None = None,
+    *,
+    west_east: Ends | None = None,
+    south_north: Ends | None = None,
+    bottom_top: Ends | None = None,
+    wells: Wells | None = None,
+    anisotropy: float = 1.0,
+    active: ArrayLike | None = None,
+    tolerance: float = TOLERANCE,
+) -> Flow:
+    """Solve ∇·(K ∇h) = −q by finite volumes, with harmonic means at the faces between cells.
+
+    Sides without fixed heads are no-flow. A fixed head acts on the outer face of a cell. The
+    solver is conjugate gradients with an algebraic multigrid preconditioner (PyAMG; Bell et al.
+    2023), or sparse elimination if PyAMG is missing or does not converge.
+
+    Parameters
+    ----------
+    conductivity : array_like, shape of the grid
+        Positive numbers, such as m/s; NaN in inactive cells, through which nothing flows.
+    grid : Grid, optional
+        Cell sizes in the same unit of length; the default has cells of size 1. A map is 1 thick.
+    west_east, south_north, bottom_top : pair, optional
+        Heads at two opposite sides: numbers, arrays over the faces of the side, or None.
+    wells : mapping, optional
+        Rate of the well in each cell ((layer,) row, column), negative for pumping.
+    anisotropy : float
+        Ratio of vertical to horizontal conductivity.
+    active : array_like of bool, optional
+        Mask of the active cells.
+    tolerance : float
+        Relative residual at which iterations end.
+
+    Raises
+    ------
+    CCWSIMError
+        If conductivity, heads or wells do not fit the grid, a well is in an inactive cell or
+        cut off from all fixed heads, or no path connects two sides with heads.
+
+    Examples
+    --------
+    >>> flow = darcy([[1.0, 1.0, 4.0]], west_east=(1.0, 0.0))
+    >>> flow.heads.round(4).tolist(), round(flow.effective_k, 4)
+    ([[0.7778, 0.3333, 0.0556]], 1.3333)
+    """
+    k, grid = _checked_k(conductivity, grid, active)
+    if not (np.isfinite(anisotropy) and anisotropy > 0):
+        raise CCWSIMError(f"anisotropy = {shown(anisotropy)} must be a number above 0")
+    given = {"x": west_east, "y": south_north, "z": bottom_top}
+    names = "xyz"[: grid.n_dimensions][::-1]
+    if grid.nz is None and bottom_top is not None:
+        raise CCWSIMError("bottom_top: a map has no layers; give west_east or south_north")
+    mask = np.isfinite(k)
+    sizes = _cell(grid)
+    index = np.arange(k.size).reshape(k.shape)
+    diagonal, rhs = np.zeros(k.shape), np.zeros(k.shape)
+    faces, sides, fixed = [], [], {}
+    for axis, name in enumerate(names):
+        size = sizes["xyz".index(name)]
+        own = (anisotropy if name == "z" else 1.0) * np.where(mask, k, 0.0)
+        own *= np.prod(sizes) / size**2  # area of a face / distance of centres
+        low, high = (np.delete(own, end, axis) for end in (-1, 0))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            faces.append(np.nan_to_num(2 * low * high / (low + high)))
+        ends = _heads(given[name], name, np.delete(k.shape, axis))
+        for end, head in zip((0, -1), ends, strict=True):
+            if head is None:
+                sides.append(None)
+                continue
+            at = (*[slice(None)] * axis, end)
+            conductance = 2 * own[at]
+            diagonal[at] += conductance
+            rhs[at] += conductance * head
+            sides.append((conductance, head))
+        means = tuple(float(np.mean(head)) for head in ends if head is not None)
+        if len(means) == 2:
+            fixed[name] = means
+    labels: NDArray[np.int32] = ndimage.label(mask)[0]  # type: ignore[index]
+    held = np.isin(labels, np.unique(labels[diagonal > 0])) & mask
+    _check_paths(labels, diagonal, fixed, names)
+    rates = _checked_wells(wells or {}, mask, held)
+    for cell, rate in rates.items():
+        rhs[cell] += rate
+    pairs = [
+        (np.delete(index, -1, axis).ravel(), np.delete(index, 0, axis).ravel(), face.ravel())
+        for axis, face in enumerate(faces)
+    ]
+    low, high, values = (np.concatenate(parts) for parts in zip(*pairs, strict=True))
+    diagonal = (
+        diagonal.ravel() + np.bincount(low, values, k.size) + np.bincount(high, values, k.size)
+    )
+    heads = np.full(k.size, np.nan)
+    use = held.ravel()
+    number = np.cumsum(use) - 1
+    inside = use[low] & use[high] & (values > 0)
+    low, high, values = number[low[inside]], number[high[inside]], values[inside]
+    each = np.arange(use.sum())
+    rows, columns = np.concatenate([low, high, each]), np.concatenate([high, low, each])
+    entries = np.concatenate([-values, -values, diagonal[use]])
+    matrix = sparse.csr_matrix((entries, (rows, columns)), (len(each), len(each)))
+    heads[use], iterations = _solve(matrix, rhs.ravel()[use], tolerance)
+    heads = heads.reshape(k.shape)
+    fluxes = _fluxes(heads, faces, sides)
+    return Flow(grid, readonly(heads), fluxes, rates, fixed, iterations)
+
+
+def _cell(grid: Grid) -> tuple[float, ...]:
+    """Return the sizes of a cell along x, y and z; a map is 1 thick."""
+    return (*grid.cell_size, 1.0)[:3]
+
+
+def _checked_k(
+    conductivity: ArrayLike, grid: Grid | None, active: ArrayLike | None
+) -> tuple[Floats, Grid]:
+    k = as_floats(conductivity, "conductivity")
+    grid = Grid.of(k.shape) if grid is None else grid
+    if k.shape != grid.shape:
+        raise CCWSIMError(
+            f"conductivity of shape {k.shape} does not suit a grid of "
+            f"{describe_shape(grid.shape)} cells; give one value per cell"
+        )
+    if active is not None:
+        mask = as_array(active, "active")
+        if mask.shape != k.shape or mask.dtype != np.bool_:
+            raise CCWSIMError(f"active must be an array of True and False of shape {k.shape}")
+        k = np.where(mask, k, np.nan)
+    known = k[~np.isnan(k)]
+    if not known.size or not (np.isfinite(known) & (known > 0)).all():
+        bad = f"{known[~(np.isfinite(known) & (known > 0))][0]:g}" if known.size else "NaN"
+        raise CCWSIMError(
+            f"conductivity {bad} must be above 0; use NaN for some inactive cells, or a small value"
+        )
+    return k, grid
+
+
+def _heads(ends: Ends | None, name: str, shape: NDArray) -> list[Floats | None]:
+    """Return the heads at both ends of an axis as numbers or arrays over the side."""
+    sides = " and ".join(SIDES[name])
+    if ends is None:
+        return [None, None]
+    if not isinstance(ends, Sequence) or len(ends) != 2:
+        raise CCWSIMError(f"heads of {sides} = {shown(ends)} must be a pair of heads")
+    found = []
+    for head in ends:
+        values = None if head is None else as_floats(head, f"heads of {sides}")
+        if values is not None and not (
+            np.isfinite(values).all() and values.shape in ((), tuple(shape))
+        ):
+            raise CCWSIMError(f"heads of {sides} must be finite: a number, or an array of {shape}")
+        found.append(values)
+    return found
+
+
+def _check_paths(labels: NDArray, diagonal: Floats, fixed: dict, names: str) -> None:
+    """Raise an error if no path of active cells connects two sides whose heads are fixed."""
+    if not diagonal.any():
+        raise CCWSIMError("no head is fixed at an active cell; give west_east or south_north")
+    for name in fixed:
+        axis = names.index(name)
+        low, high = (np.unique(labels.take(end, axis)) for end in (0, -1))
+        if not np.intersect1d(low, high).any():
+            raise CCWSIMError(
+                f"no active cells connect the {' and '.join(SIDES[name])} sides; nothing can flow "
+                "between their heads"
+            )
+
+
+def _checked_wells(wells: Wells, mask: NDArray, held: NDArray) -> dict[tuple[int, ...], float]:
+    found = {}
+    for cell, rate in wells.items():
+        inside = len(cell) == mask.ndim and all(is_whole(c) for c in cell)
+        if not inside or not all(0 <= c < n for c, n in zip(cell, mask.shape, strict=True)):
+            raise CCWSIMError(f"well in cell {shown(cell)} is outside the grid of {mask.shape}")
+        if not mask[cell]:
+            raise CCWSIMError(f"well in cell {shown(cell)} is inactive; move it to an active cell")
+        if not held[cell]:
+            raise CCWSIMError(
+                f"well in cell {shown(cell)} is cut off from all fixed heads; move it"
+            )
+        if not np.isfinite(rate):
+            raise CCWSIMError(f"rate of the well in {shown(cell)} must be a finite number")
+        found[tuple(int(c) for c in cell)] = float(rate)
+    return found
+
+
+def _solve(matrix: sparse.csr_matrix, rhs: Floats, tolerance: float) -> tuple[Floats, int]:
+    """Return the solution of a symmetric system and the number of iterations, 0 if direct."""
+    if not rhs.any():
+        return np.zeros(len(rhs)), 0
+    residuals = [1.0]
+    with suppress(ImportError):
+        from pyamg import ruge_stuben_solver
+
+        levels = ruge_stuben_solver(matrix, interpolation="direct")
+        check_stop()
+        options = {"tol": tolerance, "maxiter": MAX_ITERATIONS, "residuals": residuals}
+        found = levels.solve(rhs, accel="cg", callback=lambda _: check_stop(), **options)
+        if residuals[-1] <= tolerance * np.linalg.norm(rhs):
+            return np.asarray(found, float), len(residuals) - 1
+    return np.asarray(spsolve(matrix.tocsc(), rhs, "MMD_AT_PLUS_A")), 0
+
+
+def _fluxes(heads: Floats, faces: Sequence[Floats], sides: Sequence) -> tuple[Floats, ...]:
+    """Return the flux through each face, from the heads and the conductances of faces."""
+    found = []
+    for axis, face in enumerate(faces):
+        flux = np.zeros([n + (a == axis) for a, n in enumerate(heads.shape)])
+        inner = (*[slice(None)] * axis, slice(1, -1))
+        flux[inner] = -np.nan_to_num(face * np.diff(heads, axis=axis))
+        for end, side in zip((0, -1), sides[2 * axis : 2 * axis + 2], strict=True):
+            if side is not None:
+                conductance, head = side
+                inflow = np.nan_to_num(conductance * (head - heads.take(end, axis)))
+                flux[(*[slice(None)] * axis, end)] = inflow if end == 0 else -inflow
+        found.append(readonly(flux))
+    return tuple(found)

@@ -1,0 +1,238 @@
+"""Hand-over of realizations to programs for flow: MODFLOW 6 and Eclipse."""
+
+from __future__ import annotations
+
+import os
+from io import BytesIO
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+from zipfile import ZIP_DEFLATED, ZipFile
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.flow.darcy import Ends, Wells, darcy
+from ccwsim.io.atomic import write_bytes
+from ccwsim.io.formats.grdecl import geometry_as_bytes, keywords_as_bytes
+from ccwsim.model.arrays import check_int
+from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.facies_property import FaciesValues, values_by_facies
+
+VISCOSITY, DENSITY, GRAVITY = 1.002e-3, 998.2, 9.80665
+"""Viscosity (Pa s) and density (kg/m³) of water at 20 °C, and gravity (m/s²)."""
+MILLIDARCY = 9.869233e-16
+"""One millidarcy in m²."""
+TIGHT = 1e-10
+"""Closure of heads and residuals; looser defaults of MODFLOW lose some percent of the flow."""
+MODEL = "flow"
+"""Name of the MODFLOW model and of its files."""
+TIME_UNITS = {"m/s": "seconds", "m/d": "days"}
+
+
+def millidarcy(conductivity: NDArray[np.float64], unit: str = "m/s") -> NDArray[np.float64]:
+    """Return permeability in millidarcy, K μ / (ρ g), for water at 20 °C.
+
+    `unit` of the conductivity is "m/s", "m/d", or "mD", which is returned unchanged.
+
+    Examples
+    --------
+    >>> millidarcy(np.array([1e-4])).round()
+    array([10372.])
+    """
+    if unit == "mD":
+        return conductivity
+    if unit not in TIME_UNITS:
+        raise CCWSIMError(f"unit = {shown(unit)} must be one of m/s, m/d and mD")
+    per_second = conductivity / (86400 if unit == "m/d" else 1)
+    return per_second * VISCOSITY / (DENSITY * GRAVITY) / MILLIDARCY
+
+
+def grdecl_files(
+    ensemble: Ensemble, values: FaciesValues, *, unit: str = "m/s", anisotropy: float = 1.0
+) -> dict[str, bytes]:
+    """Return endings and contents of the files that `write_grdecl` writes."""
+    k = millidarcy(values_by_facies(ensemble.training_image, values), unit)
+    files = {".grdecl": geometry_as_bytes(ensemble.grid)}
+    for number, facies, indices in zip(ensemble.numbers, ensemble, ensemble.indices, strict=True):
+        horizontal = k[indices]
+        maps = {"FACIES": facies, "PERMX": horizontal, "PERMY": horizontal}
+        files[f"_{number + 1}.inc"] = keywords_as_bytes(maps | {"PERMZ": anisotropy * horizontal})
+    return files
+
+
+def write_grdecl(
+    path: str | os.PathLike[str],
+    ensemble: Ensemble,
+    values: FaciesValues,
+    *,
+    unit: str = "m/s",
+    anisotropy: float = 1.0,
+) -> list[Path]:
+    """Write the grid once, and facies and permeability of each realization, for Eclipse or OPM.
+
+    Parameters
+    ----------
+    path : path
+        File of the geometry, ending in `.grdecl`. Realization 1 is in `…_1.inc` beside it, with the
+        keywords FACIES, PERMX, PERMY and PERMZ in millidarcy, and so on.
+    ensemble : Ensemble
+    values : mapping
+        Hydraulic conductivity of each facies, by name or code.
+    unit : {"m/s", "m/d", "mD"}
+        Unit of the values.
+    anisotropy : float
+        PERMZ / PERMX.
+
+    Returns
+    -------
+    list of Path
+        The files written.
+
+    Raises
+    ------
+    CCWSIMError
+        For a facies without a value, an unknown unit, or a path that cannot be written.
+
+    Examples
+    --------
+    >>> from ccwsim import simulate
+    >>> e = simulate(np.tile([[0], [0], [1], [1]], (16, 64)), (40, 50))
+    >>> with TemporaryDirectory() as folder:
+    ...     files = write_grdecl(Path(folder) / "grid.grdecl", e, {0: 1e-8, 1: 1e-4})
+    >>> [file.name for file in files]
+    ['grid.grdecl', 'grid_1.inc']
+    """
+    stem = Path(path)
+    if stem.suffix.lower() != ".grdecl":
+        raise CCWSIMError(f"{stem.name} must end in .grdecl; other files get their name from it")
+    written = []
+    for ending, content in grdecl_files(ensemble, values, unit=unit, anisotropy=anisotropy).items():
+        written.append(stem.with_name(stem.stem + ending))
+        write_bytes(written[-1], content)
+    return written
+
+
+def to_flopy(
+    ensemble: Ensemble,
+    values: FaciesValues,
+    workspace: str | os.PathLike[str],
+    *,
+    realization: int = 0,
+    west_east: Ends | None = None,
+    south_north: Ends | None = None,
+    wells: Wells | None = None,
+    anisotropy: float = 1.0,
+    unit: str = "m/s",
+) -> Any:
+    """Write a steady MODFLOW 6 model of a realization, and return the flopy simulation.
+
+    Layer 1 is at the top and row 1 in the north. A head on a side is a general-head boundary half
+    a cell away from the centre of a cell. The program `mf6` is not needed; flopy's `get-modflow`
+    installs it, and `simulation.run_simulation()` runs the model. Other arguments are those of
+    `ccwsim.flow.darcy`, which gives the same heads.
+
+    Parameters
+    ----------
+    ensemble : Ensemble
+    values : mapping
+        Hydraulic conductivity of each facies, by name or code.
+    workspace : path
+        Folder of the model; created if it does not exist.
+    realization : int
+        Index of the realization.
+    unit : {"m/s", "m/d"}
+        Unit of the conductivities, which sets the unit of time of the model.
+
+    Raises
+    ------
+    CCWSIMError
+        If flopy is not installed, a facies has no value, or the heads and wells do not suit.
+
+    Examples
+    --------
+    >>> from ccwsim import simulate
+    >>> e = simulate(np.tile([[0], [0], [1], [1]], (16, 64)), (40, 50))
+    >>> with TemporaryDirectory() as folder:
+    ...     model = to_flopy(e, {0: 1e-6, 1: 1e-4}, folder, west_east=(1, 0)).get_model()
+    >>> model.modelgrid.shape
+    (1, 40, 50)
+    """
+    try:
+        from flopy import mf6
+    except ImportError:
+        raise CCWSIMError("flopy is not installed: pip install 'ccwsim[modflow]'") from None
+    if unit not in TIME_UNITS:
+        raise CCWSIMError(f"unit = {shown(unit)} must be m/s or m/d")
+    r = check_int("realization", realization, 0, ensemble.n - 1)
+    k, grid = ensemble.property(values)[r], ensemble.grid
+    # the solution checks heads and wells, and gives the heads from which MODFLOW starts
+    found = darcy(
+        k, grid, west_east=west_east, south_north=south_north, wells=wells, anisotropy=anisotropy
+    )
+    volume = (lambda a: a) if grid.nz is not None else (lambda a: a[None])
+    k, heads = volume(k), np.nan_to_num(volume(found.heads))
+    nz, ny, nx = k.shape
+    dx, dy, dz = (*grid.cell_size, 1.0)[:3]
+    bottom = (*grid.origin, 0.0)[2]
+    rows: list[list[Any]] = []
+    for axis, ends, factor in ((2, west_east, dy * dz / dx), (1, south_north, dx * dz / dy)):
+        for end, head in zip((0, k.shape[axis] - 1), ends or (None, None), strict=True):
+            if head is None:
+                continue
+            own = k.take(end, axis)
+            each = np.broadcast_to(np.asarray(head, float), own.shape)
+            for (z, other), value in np.ndenumerate(own):
+                y, x = (other, end) if axis == 2 else (end, other)
+                cell = (nz - 1 - z, ny - 1 - y, x)
+                rows.append([cell, float(each[z, other]), float(2 * value * factor)])
+    simulation = mf6.MFSimulation(sim_name=MODEL, sim_ws=os.fspath(workspace), verbosity_level=0)
+    mf6.ModflowTdis(simulation, time_units=TIME_UNITS[unit])
+    mf6.ModflowIms(
+        simulation, linear_acceleration="CG", inner_dvclose=TIGHT, outer_dvclose=TIGHT,
+        rcloserecord=[(TIGHT, "RELATIVE_RCLOSE")], inner_maximum=5000, outer_maximum=20,
+    )  # fmt: skip
+    model = mf6.ModflowGwf(simulation, modelname=MODEL, save_flows=True)
+    botm: Any = [bottom + layer * dz for layer in range(nz - 1, -1, -1)]
+    mf6.ModflowGwfdis(
+        model, nlay=nz, nrow=ny, ncol=nx, delr=dx, delc=dy, top=bottom + nz * dz,
+        botm=botm,
+        xorigin=grid.origin[0], yorigin=grid.origin[1], length_units="meters",
+    )  # fmt: skip
+    mf6.ModflowGwfic(model, strt=heads[::-1, ::-1])
+    flipped = k[::-1, ::-1]
+    mf6.ModflowGwfnpf(model, k=flipped, k33=anisotropy * flipped, icelltype=0)
+    mf6.ModflowGwfghb(model, stress_period_data=rows, maxbound=len(rows))
+    if found.wells:
+        cells = [((0, *cell)[-3:], rate) for cell, rate in found.wells.items()]
+        pumped = [[(nz - 1 - z, ny - 1 - y, x), rate] for (z, y, x), rate in cells]
+        mf6.ModflowGwfwel(model, stress_period_data=pumped)
+    saved: Any = [("HEAD", "ALL"), ("BUDGET", "ALL")]
+    mf6.ModflowGwfoc(
+        model, head_filerecord=f"{MODEL}.hds", budget_filerecord=f"{MODEL}.cbc", saverecord=saved
+    )
+    simulation.write_simulation(silent=True)
+    return simulation
+
+
+def zipped(files: dict[str, bytes]) -> bytes:
+    """Return files, by name, as one zip file.
+
+    Examples
+    --------
+    >>> zipped({"a.txt": b"1"})[:2]
+    b'PK'
+    """
+    content = BytesIO()
+    with ZipFile(content, "w", ZIP_DEFLATED) as archive:
+        for name, data in files.items():
+            archive.writestr(name, data)
+    return content.getvalue()
+
+
+def flopy_as_zip(ensemble: Ensemble, values: FaciesValues, **options: Any) -> bytes:
+    """Return the files that `to_flopy` writes as a zip file, for a download."""
+    with TemporaryDirectory() as folder:
+        to_flopy(ensemble, values, folder, **options)
+        return zipped({file.name: file.read_bytes() for file in sorted(Path(folder).iterdir())})

@@ -1,0 +1,475 @@
+"""The page Flow: flow through the shown realization, solved live, and what all realizations say."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+import streamlit as st
+from numpy.typing import NDArray
+
+from ccwsim import Ensemble, figures
+from ccwsim.flow import Tracks
+from ccwsim.flow.answers import HEADS_ALONG, at_percentiles
+from ccwsim.flow.darcy import SIDES
+from ccwsim.io import flopy_as_zip, grdecl_files, maps_as_bytes, zipped
+from ccwsim.io.formats.csv_table import csv_as_bytes
+from ccwsim.jobs.statistics import Failure
+from ccwsim.model.bounds import MAX_CONDUCTIVITY, MIN_CONDUCTIVITY
+from ccwsim.model.numbers import plural, three_digits
+from ccwsim.report.settings import caption_of
+from ccwsim.system.log import reason
+from ccwsim.ui.flow import solving
+from ccwsim.ui.flow.solving import Answers, FlowSettings, FlowState, Solution
+from ccwsim.ui.frontend.cells import CellMap, draw_cells, facies_map, share_map
+from ccwsim.ui.results import maps
+from ccwsim.ui.results.charts import draw_caption, titled_chart
+from ccwsim.ui.session.address import go_to
+from ccwsim.ui.session.file_names import study_part
+from ccwsim.ui.session.fragments import follow, follow_tasks
+from ccwsim.ui.session.state import State
+from ccwsim.ui.study.run import draw_news, draw_out_of_date, start_run_if_needed
+from ccwsim.ui.widgets.fields import bound_to, button, download, field, options_of
+from ccwsim.ui.widgets.text import (
+    numbers_table,
+    page_text,
+    panel_title,
+    plain,
+    step_note,
+    step_title,
+)
+from ccwsim.ui.widgets.theme import chart_theme, draw_style
+
+PATIENCE = 1.5
+"""Seconds for which the page waits for a solution before it draws the earlier one."""
+HEIGHT, MAP_HEIGHT, CHART_HEIGHT = 420, 300, 250
+N_BANDS = 20
+"""Number of colours of a map of heads; their edges are lines of equal head."""
+PERCENTILES = (10, 50, 90)
+MAX_POINTS = 2000
+"""Maximum number of cells on tracks that a volume shows."""
+TRACK = "#FFFFFF"
+CONDUCTIVITIES = [
+    k
+    for k in (float(f"{m}e{e}") for e in range(-14, 4) for m in (1, 2, 5))
+    if MIN_CONDUCTIVITY <= k <= MAX_CONDUCTIVITY
+]
+"""Values of the logarithmic slider, in m/s or m/d."""
+ROW: dict[str, Any] = {"horizontal": True, "vertical_alignment": "center", "gap": "small"}
+
+
+def draw_page(state: State) -> None:
+    """Draw choices on the left, and the flow through the latest realizations on the right."""
+    draw_style("flow/flow.css")
+    start_run_if_needed(state, live=False)
+    ensemble = state.ensemble
+    if ensemble is not None:
+        state.shown = min(state.shown, ensemble.n - 1)
+        with st.sidebar:
+            _draw_controls(state, ensemble)
+    draw_news(state, parts=False)
+    with st.container(key="results"):
+        if state.ensemble is None:
+            maps.ghost_panel(page_text("Flow without realizations"), "height: 392px", "Flow")
+            return
+        settings = solving.settings_of(state.page(FlowState), state.ensemble)
+        draw_caption(caption_of(state.ensemble))
+        if problem := solving.problem_of(settings):
+            st.warning(plain(problem))
+            return
+        _draw_solution(state, state.ensemble, settings)
+        _draw_answers(state, state.ensemble, settings)
+
+
+def _draw_controls(state: State, ensemble: Ensemble) -> None:
+    """Draw the steps: rocks, heads and well, all realizations."""
+    page_state, image = state.page(FlowState), ensemble.training_image
+    step_title(1, "Rocks")
+    options = bound_to(page_state, "unit", options=list(solving.UNITS))
+    field(st.segmented_control, "Unit of conductivity", key="flow_unit", **options)
+    for k, name in enumerate(image.facies_names):
+        with st.container(key=f"rock_{k}"):
+            _draw_rock(page_state, ensemble, k, name)
+    step_title(2, "Heads and well")
+    axes = {"x": "W–E", "y": "S–N", "z": "vertical"}
+    offered = {axis: axes[axis] for axis in "xyz"[: ensemble.grid.n_dimensions]}
+    settings = solving.settings_of(page_state, ensemble)
+    options = {**bound_to(page_state, "axis"), "value": settings.axis, **options_of(offered)}
+    field(st.segmented_control, "Direction of the flow", key="flow_axis", **options)
+    low, high = SIDES[settings.axis]
+    for name, side in (("high", low), ("low", high)):
+        label = f"Head at the {side} side (m)"
+        field(st.number_input, label, key=f"flow_{name}", **bound_to(page_state, name, step=0.1))
+    if ensemble.grid.nz is not None:
+        options = bound_to(page_state, "anisotropy", min_value=0.001, max_value=1.0)
+        field(st.number_input, "Vertical / horizontal K", key="flow_anisotropy", **options)
+    _draw_well(page_state, ensemble, settings)
+    step_title(3, "All realizations")
+    run = page_state.run
+    step_note(page_text("Answers of all realizations"))
+    going = run is not None and run.going
+    label = f"Solve all {plural(ensemble.n, 'realization')}"
+    problem = solving.problem_of(settings)
+    options = {"type": "primary", "width": "stretch", "disabled": going or bool(problem)}
+    button(label, key="flow_all", on_click=solving.start_answers, args=(state,), **options)
+    if page_state.message:
+        st.warning(plain(page_state.message))
+
+
+def _draw_rock(page_state: FlowState, ensemble: Ensemble, k: int, name: str) -> None:
+    """Draw the conductivity and the porosity of a facies."""
+    conductivity, porosity = solving.rock_of(page_state, ensemble.training_image, k)
+    factor = solving.UNITS[page_state.unit]
+    at = float(f"{conductivity * factor:.3g}")
+
+    def write_k(value: float) -> None:
+        page_state.conductivity = {**page_state.conductivity, name: value / factor}
+
+    def write_porosity(value: float) -> None:
+        page_state.porosity = {**page_state.porosity, name: value}
+
+    options: dict[str, Any] = {"options": sorted({*CONDUCTIVITIES, at}), "value": at}
+    options |= {"format_func": lambda value: f"{value:g}", "write": write_k}
+    label = plain(f"K of {name} ({page_state.unit})")
+    field(st.select_slider, label, key=f"flow_k_{k}", **options)
+    options = {"min_value": 0.01, "max_value": 1.0, "step": 0.01, "value": porosity}
+    label = plain(f"Porosity of {name}")
+    field(st.number_input, label, key=f"flow_porosity_{k}", write=write_porosity, **options)
+
+
+def _draw_well(page_state: FlowState, ensemble: Ensemble, settings: FlowSettings) -> None:
+    """Draw the cell and the rate of the well."""
+    if ensemble.grid.nz is None and settings.well is None:
+        step_note("No well. Click the realization to place one.")
+        return
+    if settings.well is None:
+        middle = tuple(n // 2 for n in ensemble.grid.shape)
+        place = partial(solving.set_well, page_state, ensemble, middle)
+        button("Place a well", key="flow_place", on_click=place, width="stretch")
+        return
+    names = ("layer", "row", "column")[-len(settings.well) :]
+    if ensemble.grid.nz is None:
+        row, column = settings.well
+        step_note(f"Well in row {row}, column {column}. Click the map to move it.")
+    else:
+        for axis, (name, n) in enumerate(zip(names, ensemble.grid.shape, strict=True)):
+
+            def write(value: int, axis: int = axis) -> None:
+                cell = list(settings.well or ())
+                cell[axis] = value
+                page_state.well = tuple(cell)
+
+            options = {"min_value": 0, "max_value": n - 1, "value": settings.well[axis]}
+            label = f"Well, {name}"
+            field(st.number_input, label, key=f"flow_well_{axis}", write=write, **options)
+    label = "Pumped (m³/d)"
+    options = bound_to(page_state, "rate", min_value=0.0, format="%.4g")
+    help_ = "A map is 1 m thick. More pumping widens the capture zone."
+    field(st.number_input, label, key="flow_rate", help=help_, **options)
+    remove = partial(setattr, page_state, "well", None)
+    button("Remove the well", key="flow_remove", on_click=remove, width="stretch")
+
+
+def _draw_solution(state: State, ensemble: Ensemble, settings: FlowSettings) -> None:
+    """Draw the flow through the shown realization; until it is solved, the earlier flow dimmed."""
+    page_state = state.page(FlowState)
+    task = solving.solution(ensemble, state.shown, settings)
+    worker = page_state.worker
+    worker.forget()
+    worker.ask(task)
+    found = worker.wait_for(task, PATIENCE)
+    if isinstance(found, Failure):
+        st.warning(plain(f"{found.reason[:1].upper()}{found.reason[1:]}."))
+        _draw_map(state, ensemble, None, settings)
+        return
+    if found is not None:
+        page_state.latest = ensemble, state.shown, found
+        _draw_flow(state, ensemble, found, settings)
+        return
+    with st.container(key="flow_solution_dim"):
+        latest = page_state.latest
+        if latest is not None and latest[0] is ensemble:
+            _draw_flow(state, ensemble, latest[2], settings)
+        else:
+            _draw_map(state, ensemble, None, settings)
+    step_note("Solving …")
+    follow_tasks(worker, [task], time.monotonic())
+
+
+def _draw_flow(state: State, ensemble: Ensemble, found: Solution, settings: FlowSettings) -> None:
+    """Draw facts and maps of a solution."""
+    page_state, flow = state.page(FlowState), found.flow
+    times = np.where(found.tracks.status == 2, np.inf, found.tracks.times)
+    median = float(np.median(times))
+    low, high = SIDES[settings.axis]
+    inflow = max(flow.through[low], flow.through[high]) * solving.DAY
+    facts = [f"{three_digits(inflow)} m³/d flow in"]
+    if not settings.pumps:
+        k = solving.in_unit(page_state, flow.effective_k)
+        facts.insert(0, f"effective K {k:.3g} {page_state.unit}")
+    facts.append(f"half of the water needs more than {solving.duration(median)}")
+    facts.append(f"balance {flow.balance:.0e}, {plural(flow.iterations, 'iteration')}")
+    parts = '<span class="dot">·</span>'.join(f'<span class="fact">{f}</span>' for f in facts)
+    with st.container(**ROW, key="flow_tools"):
+        st.html(f'<p class="facts">{parts}</p>')
+        _draw_downloads(state, ensemble, found, settings)
+    with st.container(key="flow_maps"):
+        left, right = maps.map_columns((1.0, 1.0), 0, ensemble.grid)
+    with left:
+        _draw_map(state, ensemble, found, settings)
+    with right:
+        _draw_heads(ensemble, found, settings)
+    options = bound_to(page_state, "particles", min_value=0, max_value=200, step=5, width=420)
+    if np.isfinite(median):
+        label = f"Particles after this share of {solving.duration(median)} (%)"
+        field(st.slider, label, key="flow_particles", **options)
+    step_note(page_text("Flow of the shown realization"))
+
+
+def _draw_map(
+    state: State, ensemble: Ensemble, found: Solution | None, settings: FlowSettings
+) -> None:
+    page_state, r = state.page(FlowState), state.shown
+    with st.container(**ROW, key="shown_row"):
+        panel_title(f"Realization {ensemble.numbers[r] + 1} of {ensemble.n}", "tracks of particles")
+        maps.step_buttons("flow", state, ensemble.n)
+    colours = maps.colours_of_ran(state)
+    alt = f"Realization {r + 1} with tracks of particles"
+    shown = facies_map(ensemble.indices[r], ensemble.training_image, colours, alt)
+    shown = with_tracks(shown, found, settings, page_state.particles, colours)
+
+    options: dict[str, Any] = {"link": "grid", "scale": "maps", "max_height": HEIGHT}
+    if ensemble.grid.nz is None:
+        options["on_cell"] = lambda *cell: solving.set_well(page_state, ensemble, cell)
+    draw_cells(shown, "flow", grid=ensemble.grid, name="tracks", **options)
+
+
+def _draw_heads(ensemble: Ensemble, found: Solution, settings: FlowSettings) -> None:
+    heads = found.flow.heads
+    low, high = np.nanmin(heads), np.nanmax(heads)
+    with st.container(**ROW, key="heads_row"):
+        panel_title("Head", "each change of colour is a line of equal head")
+    span = max(high - low, 1e-300)
+    bands = np.nan_to_num(np.floor((heads - low) / span * N_BANDS), nan=N_BANDS)
+    bands = np.where(np.isnan(heads), N_BANDS, np.minimum(bands, N_BANDS - 1)).astype(np.uint8)
+    middles = low + (np.arange(N_BANDS) + 0.5) / N_BANDS * span
+    labels = [f"head {m:.3g} m" for m in middles]
+    strip = {"colours": list(figures.CIVIDIS), "low": f"{low:.3g}", "high": f"{high:.3g} m"}
+    colours = [*figures.ramp(figures.CIVIDIS, N_BANDS), "#8A8F96"]
+    shown = CellMap(bands, colours, [*labels, "inactive"], "Map of heads", strip=strip)
+    shown = with_tracks(shown, found if heads.ndim == 2 else None, settings, 0, ())
+    options: dict[str, Any] = {"link": "grid", "scale": "maps", "max_height": HEIGHT}
+    draw_cells(shown, "heads", grid=ensemble.grid, name="heads", body=False, **options)
+
+
+def with_tracks(
+    shown: CellMap,
+    found: Solution | None,
+    settings: FlowSettings,
+    particles: int,
+    colours: Sequence[str],
+) -> CellMap:
+    """Return a map with tracks, particles after a share (%) of the median time, and the well.
+
+    A volume shows the cells on the tracks as points.
+    """
+    if found is None:
+        return shown
+    grid = found.flow.grid
+    of_flow = [found.tracks, *([found.to_well] if found.to_well is not None else [])]
+    paths = [path for tracks in of_flow for path in tracks.paths]
+    if grid.nz is not None:
+        cells = np.concatenate([grid.cells_of(*path[:, 1:].T) for path in paths])
+        cells = np.unique(cells[grid.holds(cells)], axis=0)
+        cells = cells[:: max(1, len(cells) // MAX_POINTS + 1)]
+        points = [[*cell, len(colours), 0] for cell in cells.tolist()]
+        are = ("cell on a track", "cells on tracks")
+        return replace(shown, points=points, point_colours=[*colours, TRACK], points_are=are)
+    corner, size = np.array(grid.origin), np.array(grid.cell_size)
+    lines = [thinned((path[:, 1:] - corner) / size)[:, ::-1].round(2).tolist() for path in paths]
+    marks = []
+    if settings.well is not None:
+        row, column = settings.well
+        mark = {"kind": "ring", "row": row, "column": column, "height": 1, "width": 1}
+        label = f"well, pumps {three_digits(settings.rate * solving.DAY)} m³/d"
+        marks.append({**mark, "colour": chart_theme().reference, "label": label})
+    if particles:
+        at = particles / 100 * float(np.median(found.tracks.times))
+        for x, y in (positions(found.tracks, at) - corner) / size:
+            mark = {"kind": "disc", "row": y - 0.5, "column": x - 0.5, "height": 1, "width": 1}
+            marks.append({**mark, "colour": TRACK, "label": f"after {solving.duration(at)}"})
+    return replace(shown, lines=lines, marks=marks)
+
+
+def thinned(path: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the points of a path without those that are closer than a cell to the one before."""
+    kept = np.unique(np.floor(path).astype(int), axis=0, return_index=True)[1]
+    return path[np.unique([0, *kept, len(path) - 1])]
+
+
+def positions(tracks: Tracks, at: float) -> NDArray[np.float64]:
+    """Return the positions of particles at a time, without those that have ended before."""
+    found = [
+        [np.interp(at, path[:, 0], path[:, axis]) for axis in range(1, path.shape[1])]
+        for path in tracks.paths
+        if path[-1, 0] >= at
+    ]
+    return np.array(found).reshape(-1, tracks.paths[0].shape[1] - 1)
+
+
+def _draw_downloads(
+    state: State, ensemble: Ensemble, found: Solution, settings: FlowSettings
+) -> None:
+    """Draw a menu of files of the solution, and of models for other programs."""
+    page_state, name = state.page(FlowState), study_part(ensemble)
+    r, grid = state.shown, ensemble.grid
+    k = dict(zip(ensemble.training_image.codes.tolist(), settings.conductivity, strict=True))
+    with st.popover("Download", key="flow_downloads"):
+        step_note(f"Heads and conductivity of realization {r + 1}")
+        conductivity = np.array(settings.conductivity)[ensemble.indices[r]]
+        fields = {"head": found.flow.heads, "conductivity": conductivity}
+        with st.container(**ROW):
+            for kind, label in (("npz", "NumPy"), ("vti", "VTK"), ("gslib", "GSLIB")):
+                content = partial(maps_as_bytes, fields, grid, kind)
+                download(label, content, f"{name}_heads.{kind}", key=f"flow_heads_{kind}")
+            content = partial(tracks_csv, found.tracks)
+            download("Tracks, CSV", content, f"{name}_tracks.csv", key="flow_tracks")
+        step_note("Models for other programs")
+        with st.container(**ROW):
+            ends: dict[str, Any] = {HEADS_ALONG[settings.axis]: settings.heads}
+            wells = {settings.well: -settings.rate} if settings.pumps else None
+            options = {"anisotropy": settings.anisotropy, "wells": wells, **ends}
+            if settings.axis != "z":
+                content = partial(flopy_as_zip, ensemble, k, realization=r, **options)
+                label = f"MODFLOW 6, realization {r + 1}"
+                download(label, content, f"{name}_modflow.zip", key="flow_modflow")
+            made = partial(grdecl_zip, ensemble, k, settings.anisotropy, name)
+            download("GRDECL, all", made, f"{name}_grdecl.zip", key="flow_grdecl")
+        run = page_state.run
+        if run is not None and run.result is not None:
+            result = run.result
+            step_note("All realizations")
+            with st.container(**ROW):
+                content = partial(csv_as_bytes, *result.k.table())
+                download("Effective K, CSV", content, f"{name}_k.csv", key="flow_k_csv")
+                content = partial(times_csv, result)
+                download("Travel times, CSV", content, f"{name}_times.csv", key="flow_times_csv")
+
+
+def grdecl_zip(ensemble: Ensemble, k: dict, anisotropy: float, name: str) -> bytes:
+    """Return the files for Eclipse as a zip file."""
+    files = grdecl_files(ensemble, k, anisotropy=anisotropy)
+    return zipped({f"{name}{ending}": content for ending, content in files.items()})
+
+
+def tracks_csv(tracks: Tracks) -> bytes:
+    """Return CSV with a line per point of a track; times are in seconds."""
+    head = ["track", "time_s", *"xyz"[: tracks.paths[0].shape[1] - 1]]
+    lines = [[n, *point] for n, path in enumerate(tracks.paths, 1) for point in path.tolist()]
+    return csv_as_bytes(head, lines)
+
+
+def times_csv(result: Answers) -> bytes:
+    """Return CSV with a line per particle and a column per realization; times are in seconds."""
+    head = ["share", *(f"realization_{r + 1}" for r in range(len(result.times)))]
+    n = result.times.shape[1]
+    lines = [[f"{(k + 0.5) / n:.4g}", *(f"{t:.6g}" for t in result.times[:, k])] for k in range(n)]
+    return csv_as_bytes(head, lines)
+
+
+def _draw_answers(state: State, ensemble: Ensemble, settings: FlowSettings) -> None:
+    """Draw what all realizations answer, or an outline before they are solved."""
+    run = state.page(FlowState).run
+    with st.container(key="flow_answers"):
+        st.html('<h2 class="part">All realizations</h2>')
+        if run is None:
+            shape = f"height: {CHART_HEIGHT}px"
+            maps.ghost_panel(page_text("Answers of all realizations"), shape)
+            return
+        if run.going:
+            assert run.job is not None
+            follow(run.job, keys=("flow_progress", "flow_cancel"))
+            return
+        if run.error is not None:
+            st.warning(plain(f"Not solved: {reason(run.error)}."))
+        if run.result is None:
+            return
+        if not solving.is_current(run, ensemble, settings):
+            draw_out_of_date("the realizations or the settings have changed. Solve all again.")
+        _draw_result(state, run, run.result)
+
+
+def _draw_result(state: State, run: solving.AnswersRun, result: Answers) -> None:
+    page_state, theme = state.page(FlowState), chart_theme()
+    factor = solving.UNITS[page_state.unit]
+    left, right = st.columns(2, gap="medium")
+    with left:
+        k = result.k
+        marks = {
+            "upper bound": (factor * float(k.arithmetic.mean()), theme.quiet),
+            "training image": (factor * k.image, theme.reference),
+        }
+        options = {"unit": page_state.unit, "height": CHART_HEIGHT}
+        chart = figures.conductivity_chart(factor * k.each, marks, theme, **options)
+        note = (
+            f"flow efficiency {k.efficiency.mean():.2g}, image {k.image / k.image_arithmetic:.2g}"
+        )
+        titled_chart("Effective conductivity", note, chart, "flow_k", "Histogram with bounds")
+    with right:
+        options = {"height": CHART_HEIGHT, "accent": theme.reference}
+        days = result.times / solving.DAY
+        chart = figures.breakthrough_chart(days, state.shown, theme, **options)
+        note = f"red: realization {state.shown + 1}; without the well"
+        titled_chart("Breakthrough", note, chart, "flow_times", "Arrived particles against time")
+    with st.container(key="flow_below"):
+        _draw_representatives(state, run, result)
+        if result.capture is not None:
+            _draw_capture(state, run, result)
+    step_note(page_text("Diagonal contacts"))
+
+
+def _draw_representatives(state: State, run: solving.AnswersRun, result: Answers) -> None:
+    """Draw the realizations at three percentiles of effective conductivity."""
+    ensemble, page_state = run.ensemble, state.page(FlowState)
+    columns = st.columns(3, gap="medium")
+    chosen = at_percentiles(result.k.each, PERCENTILES).tolist()
+    colours = maps.colours_of_ran(state)
+    for column, percentile, r in zip(columns, PERCENTILES, chosen, strict=True):
+        with column:
+            k = solving.in_unit(page_state, float(result.k.each[r]))
+            with st.container(**ROW, key=f"flow_p_{percentile}"):
+                panel_title(f"P{percentile}", f"realization {r + 1}, K {k:.3g} {page_state.unit}")
+                if button("Open", key=f"flow_open_{percentile}", on_click=_show, args=(state, r)):
+                    go_to("pages/simulate.py", f"Realization {r + 1} is shown now.")
+            indices = maps.middle_layer(ensemble.indices[r])
+            image, alt = ensemble.training_image, f"Realization {r + 1}"
+            shown = facies_map(indices, image, colours, alt)
+            options: dict[str, Any] = {"max_height": MAP_HEIGHT, "tools": False}
+            draw_cells(shown, f"flow_p{percentile}", name=f"p{percentile}", **options)
+
+
+def _show(state: State, r: int) -> None:
+    state.shown = r
+
+
+def _draw_capture(state: State, run: solving.AnswersRun, result: Answers) -> None:
+    """Draw the probability of capture, and what it is worth."""
+    capture = result.capture
+    assert capture is not None
+    left, right = st.columns(2, gap="medium")
+    with left:
+        panel_title("Probability of capture", "share of the realizations, by start")
+        shown = share_map(capture.probability, "P(captured) =", "Probability of capture")
+        draw_cells(shown, "capture", name="capture", max_height=MAP_HEIGHT, tools=False)
+    with right:
+        panel_title("What it is worth")
+        area = 100 * float(capture.probability.mean())
+        rows = [("captured area, mean", f"{area:.1f} %")]
+        sure = 100 * float(np.isin(capture.probability, (0.0, 1.0)).mean())
+        rows.append(("same answer in all realizations", f"{sure:.1f} %"))
+        st.html(numbers_table(rows))
+        step_note(solving.worth(capture, solving.captured_in(state, run)))

@@ -1,0 +1,50 @@
+"""Test the command `flow` on a small file of realizations."""
+
+from __future__ import annotations
+
+import pytest
+
+from ccwsim import write_realizations
+from ccwsim.cli.program import main
+from tests.flow.test_flow import ensemble
+
+
+@pytest.fixture
+def file(tmp_path):
+    write_realizations(tmp_path / "out.npz", ensemble(3))
+    return str(tmp_path / "out.npz")
+
+
+def test_a_table_and_a_grid_are_written(file, tmp_path, capsys):
+    table, grid = tmp_path / "k.csv", tmp_path / "grid.grdecl"
+    values = ["-k", "sand=1e-4", "-k", "0=1e-8"]
+    assert main(["flow", file, *values, "-o", str(table), "--grdecl", str(grid)]) == 0
+    printed = capsys.readouterr()
+    assert "P50" in printed.out
+    assert "Training image" in printed.out
+    assert str(grid) in printed.err
+    lines = table.read_text().splitlines()
+    assert len(lines) == 1 + 3 + 1
+    assert lines[-1].startswith("training_image")
+    assert (tmp_path / "grid_3.inc").exists()
+
+
+def test_a_model_is_written(file, tmp_path):
+    pytest.importorskip("flopy")
+    values = ["-k", "sand=1e-4", "-k", "mud=1e-8", "--axis", "y"]
+    assert main(["flow", file, *values, "-q", "--modflow", str(tmp_path / "model")]) == 0
+    assert (tmp_path / "model" / "mfsim.nam").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["-k", "sand=1e-4"], "mud has no value"),
+        (["-k", "sand"], "must be a facies and its conductivity"),
+        (["-k", "sand=1", "-k", "mud=1", "--axis", "z"], "axis"),
+        (["-k", "sand=1", "-k", "mud=1", "--axis", "z", "--modflow", "m"], "--modflow"),
+    ],
+)
+def test_bad_input_is_one_sentence(file, options, words, capsys):
+    assert main(["flow", file, *options]) == 2
+    assert words in capsys.readouterr().err

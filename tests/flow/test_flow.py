@@ -1,0 +1,234 @@
+"""Test flow and tracks against exact solutions and an independent assembly."""
+
+from __future__ import annotations
+
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+
+import numpy as np
+import pytest
+from scipy import sparse
+from scipy.sparse.linalg import spsolve
+
+from ccwsim import Cancelled, CCWSIMError, Ensemble, Grid, HardData, Parameters, TrainingImage, flow
+from ccwsim.flow import darcy, starts_at_inflow, tracks
+from ccwsim.flow.tracks import IN_WELL
+
+LAYERS = 10.0 ** np.random.default_rng(0).uniform(-4, 0, 40)
+
+
+def ensemble(n: int = 6, shape: tuple[int, ...] = (24, 30), grid: Grid | None = None) -> Ensemble:
+    """Return random realizations of two facies, which need no simulation."""
+    indices = (np.random.default_rng(1).random((n, *shape)) < 0.4).astype(np.uint8)
+    image = TrainingImage(indices[0], facies_names=["mud", "sand"])
+    return Ensemble(
+        *(image, grid or Grid.of(shape), Parameters(), HardData(), 0),
+        indices=indices, cpu_seconds=np.zeros(n), wall_seconds=0.0,
+        data_status=np.zeros((n, 0), np.int16), numbers=np.arange(n),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize("along", [0, 1, 2])
+def test_layers_are_exact(axis, along):
+    shape = np.array([4, 5, 6])
+    shape[axis] = len(LAYERS)
+    k = np.broadcast_to(LAYERS.reshape([-1 if a == axis else 1 for a in range(3)]), shape)
+    ends = {("bottom_top", "south_north", "west_east")[along]: (3.0, 1.0)}
+    grid = Grid(*shape[1:], (2.0, 3.0, 0.5), nz=int(shape[0]))
+    found = darcy(k, grid, **ends)
+    exact = 1 / np.mean(1 / LAYERS) if along == axis else LAYERS.mean()
+    assert found.effective_k == pytest.approx(exact, rel=1e-8)
+    assert abs(found.balance) < 1e-7
+
+
+def dense(k: np.ndarray, sizes, heads, q, anisotropy=1.0) -> np.ndarray:
+    """Return heads from an assembly cell by cell: fixed heads west and east, NaN inactive."""
+    k3 = k if k.ndim == 3 else k[None]
+    sizes = [*sizes, 1.0][:3]
+    cells = [tuple(c) for c in np.argwhere(np.isfinite(k3))]
+    number = {c: i for i, c in enumerate(cells)}
+    matrix, rhs = sparse.lil_array((len(cells),) * 2), np.zeros(len(cells))
+    volume = np.prod(sizes)
+    for c, i in number.items():
+        rhs[i] += q.get(c[-k.ndim :], 0.0)
+        for axis, size in zip((2, 1, 0), sizes, strict=True):
+            ratio = anisotropy if axis == 0 else 1.0
+            for step in (-1, 1):
+                other = tuple(v + step * (a == axis) for a, v in enumerate(c))
+                if other in number:
+                    resistance = 0.5 / k3[c] + 0.5 / k3[other]
+                    t = ratio * volume / size**2 / resistance
+                    matrix[i, i] += t
+                    matrix[i, number[other]] -= t
+                elif axis == 2 and not 0 <= other[2] < k3.shape[2]:
+                    t = 2 * k3[c] * volume / size**2
+                    matrix[i, i] += t
+                    rhs[i] += t * heads[step > 0]
+    found = np.full(k3.shape, np.nan)
+    found[tuple(np.array(cells).T)] = spsolve(matrix.tocsc(), rhs)
+    return found.reshape(k.shape)
+
+
+@pytest.mark.parametrize("shape", [(17, 23), (5, 8, 11)])
+def test_heads_equal_those_of_another_assembly_with_a_well_and_a_mask(shape):
+    rng = np.random.default_rng(3)
+    k = np.where(rng.random(shape) < 0.5, 1.0, 1e-3)
+    mask = np.ones(shape, bool)
+    mask[..., 3:6, 8:11] = False
+    well = (*(n // 2 for n in shape[:-1]), shape[-1] // 3)
+    mask[well] = True
+    sizes = (10.0, 20.0, 0.5)[: len(shape)]
+    grid = Grid(*shape[-2:], sizes, nz=shape[0] if len(shape) == 3 else None)
+    found = darcy(k, grid, west_east=(2.0, 1.0), wells={well: -0.01}, active=mask, anisotropy=0.1)
+    wanted = dense(np.where(mask, k, np.nan), sizes, (2.0, 1.0), {well: -0.01}, 0.1)
+    scale = np.ptp(wanted[mask])
+    np.testing.assert_allclose(found.heads[mask], wanted[mask], atol=1e-6 * scale)
+    assert np.isnan(found.heads[~mask]).all()
+    assert sum(found.through.values()) == pytest.approx(0.01, rel=1e-6)
+
+
+def test_isolated_cells_have_no_head_and_no_flow():
+    k = np.ones((5, 6))
+    k[:, 2] = k[2, :2] = np.nan
+    found = darcy(k, west_east=(1.0, None))
+    assert np.isnan(found.heads[:, 2:]).all()
+    np.testing.assert_allclose(found.heads[[0, 1, 3, 4], :2], 1.0)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"west_east": (1, 0), "conductivity": np.zeros((4, 4))}, "above 0"),
+        ({"conductivity": np.ones((4, 4))}, "no head is fixed"),
+        ({"west_east": (1, 0), "wells": {(9, 9): 1}}, "outside the grid"),
+        ({"west_east": (1, 0), "wells": {(1, 2): 1}, "active": np.eye(4) == 0}, "no active"),
+        ({"west_east": (1, None), "wells": {(1, 1): 1}, "active": np.eye(4) == 0}, "inactive"),
+        ({"west_east": (1, None), "wells": {(0, 3): 1}, "active": np.eye(4) == 0}, "cut off"),
+        ({"west_east": (np.nan, 0)}, "finite"),
+        ({"west_east": (1, 0), "anisotropy": 0}, "anisotropy"),
+        ({"bottom_top": (1, 0)}, "no layers"),
+        ({"west_east": 1}, "pair"),
+    ],
+)
+def test_bad_input_is_one_sentence(options, words):
+    k = options.pop("conductivity", np.ones((4, 4)))
+    if "active" in options:
+        options["active"] = options["active"][:, ::1]
+        if words == "no active":
+            options["active"] = np.tile([True, False, True, True], (4, 1))
+    with pytest.raises(CCWSIMError, match=words):
+        darcy(k, **options)
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"sand": 1.0}, "mud has no value"),
+        ({"sand": 1.0, "mud": 0.0}, "above 0"),
+        ({"sand": 1.0, "mud": 1.0, "silt": 1}, "no facies 'silt'"),
+        ({"sand": 1e9, "mud": 1e-8}, "same unit"),
+        ([1, 2], "dict"),
+    ],
+)
+def test_a_facies_needs_a_positive_value(values, words):
+    with pytest.raises(CCWSIMError, match=words):
+        ensemble().property(values)
+
+
+def test_a_property_is_computed_on_access():
+    e = ensemble()
+    k = e.property({"mud": 1e-8, 1: 1e-4}, unit="m/s")
+    assert k.shape == e.shape
+    assert np.array_equal(k[2], np.where(e.indices[2] == 1, 1e-4, 1e-8))
+    assert np.array_equal(np.array([*k]), np.asarray(k))
+
+
+def test_times_through_layers_and_in_series():
+    found = darcy(np.repeat(LAYERS[:, None], 80, 1), west_east=(1.0, 0.0))
+    starts = np.column_stack([np.zeros(40), np.arange(40) + 0.5])
+    times = tracks(found, starts, porosity=0.25).times
+    np.testing.assert_allclose(times, 80**2 * 0.25 / LAYERS, rtol=1e-5)
+    found = darcy(np.repeat(LAYERS[None], 8, 0), west_east=(1.0, 0.0))
+    (time,) = tracks(found, [[0.0, 4.5]], porosity=0.25).times
+    assert time == pytest.approx(40 * 0.25 * np.sum(1 / LAYERS), rel=1e-5)
+
+
+def test_radial_flow_to_a_well():
+    n, length, radius = 201, 100.0, 40.0
+    d = length / n
+    grid = Grid(n, n, (d, d))
+    centres = (np.arange(n) + 0.5) * d - length / 2
+
+    def side(x):
+        return np.log(np.hypot(x, centres) / length) / (2 * np.pi)
+
+    ends = (side(-length / 2), side(length / 2))
+    well = {(n // 2, n // 2): -1.0}
+    found = darcy(np.ones((n, n)), grid, west_east=ends, south_north=ends, wells=well)
+    angle = np.linspace(0, 2 * np.pi, 64, endpoint=False)
+    starts = length / 2 + radius * np.column_stack([np.cos(angle), np.sin(angle)])
+    went = tracks(found, starts, porosity=0.2)
+    assert (went.status == IN_WELL).all()
+    last = np.array([path[-1, 1:] for path in went.paths]) - length / 2
+    exact = np.pi * 0.2 * (radius**2 - (last**2).sum(axis=1))
+    assert abs(np.mean(went.times / exact) - 1) < 1e-4
+
+
+def test_a_track_backward_ends_where_the_forward_track_began():
+    k = np.where(np.random.default_rng(5).random((30, 40)) < 0.5, 1.0, 0.01)
+    found = darcy(k, west_east=(1.0, 0.0))
+    starts = starts_at_inflow(found, 20)
+    forward = tracks(found, starts)
+    assert (forward.status == 0).all()
+    ends = np.array([path[-1, 1:] for path in forward.paths]) - [1e-9, 0]
+    back = tracks(found, ends, backward=True)
+    np.testing.assert_allclose([path[-1, 1:] for path in back.paths], starts, atol=1e-3)
+    np.testing.assert_allclose(back.times, forward.times, rtol=1e-3)
+
+
+def test_effective_k_is_between_its_bounds_and_equal_on_any_executor():
+    e, values = ensemble(), {"mud": 1e-3, "sand": 1.0}
+    found = flow.effective_k(e, values)
+    assert (found.harmonic <= found.each).all()
+    assert (found.each <= found.arithmetic).all()
+    assert found.image == pytest.approx(found.each[0])
+    with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+        assert np.array_equal(flow.effective_k(e, values, executor=pool).each, found.each)
+    told = []
+    flow.effective_k(e, values, n_workers=1, progress=lambda share, n: told.append(n))
+    assert told[-1] == e.n
+    with pytest.raises(Cancelled):
+        flow.effective_k(e, values, n_workers=1, cancel=lambda: True)
+    with pytest.raises(CCWSIMError, match="axis"):
+        flow.effective_k(e, values, "z")
+
+
+def test_representatives_have_the_rank_asked_for():
+    e, values = ensemble(11), {"mud": 1e-3, "sand": 1.0}
+    order = np.argsort(flow.effective_k(e, values).each)
+    assert (
+        flow.representatives(e, values, (0, 50, 100), coarser=1).tolist()
+        == order[[0, 5, 10]].tolist()
+    )
+    assert len(flow.representatives(e, values)) == 3
+
+
+def test_breakthrough_in_a_homogeneous_grid_is_plug_flow():
+    times = flow.travel_times(ensemble(2), {0: 2.0, 1: 2.0}, {0: 0.5, 1: 0.5}, "y", n_particles=5)
+    np.testing.assert_allclose(times, 24**2 * 0.5 / 2.0, rtol=1e-6)
+
+
+def test_capture_in_a_homogeneous_grid_is_certain():
+    e = ensemble(3, (40, 60))
+    well, q, rate = (20, 40), 1 / 60, 0.3
+    found = flow.capture_probability(e, {0: 1.0, 1: 1.0}, well, rate, west_east=(1.0, 0.0), step=2)
+    assert set(np.unique(found.probability)) == {0.0, 1.0}
+    assert found.brier()[0] == 0.0 < found.brier()[1]
+    width = found.probability[:, 0].sum() * 2  # rows captured far upstream
+    assert width == pytest.approx(rate / q, abs=6)
+    assert found.brier(found.captured[0])[0] == 0.0
+    inside = flow.capture_probability(
+        e, {0: 1.0, 1: 1.0}, well, rate, west_east=(1.0, 0.0), step=2, within=50.0
+    )
+    assert inside.probability.sum() < found.probability.sum()

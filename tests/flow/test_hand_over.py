@@ -1,0 +1,102 @@
+"""Test the files for MODFLOW 6 and Eclipse, cell by cell at world coordinates."""
+
+from __future__ import annotations
+
+import shutil
+
+import numpy as np
+import pytest
+
+from ccwsim import CCWSIMError, Grid, io
+from ccwsim.flow import darcy
+from tests.flow.test_flow import ensemble
+
+VALUES = {"mud": 1e-6, "sand": 1e-3}
+VOLUME = Grid(4, 5, (10.0, 20.0, 0.5), (1000.0, 2000.0, -30.0), nz=3)
+MAP = Grid(4, 5, (10.0, 20.0), (1000.0, 2000.0))
+
+
+@pytest.mark.parametrize("grid", [MAP, VOLUME])
+def test_flopy_loads_the_model_with_each_cell_in_place(tmp_path, grid):
+    flopy = pytest.importorskip("flopy")
+    e, well = ensemble(2, grid.shape, grid), (*[1] * (grid.n_dimensions - 1), 2)
+    options = {"west_east": (2.0, 1.0), "wells": {well: -1e-6}, "anisotropy": 0.1}
+    io.to_flopy(e, VALUES, tmp_path, realization=1, **options)
+    model = flopy.mf6.MFSimulation.load(sim_ws=str(tmp_path), verbosity_level=0).get_model()
+    placed = model.modelgrid
+    k = model.npf.k.array
+    for layer, row, column in np.ndindex(k.shape):
+        at = [placed.xcellcenters[row, column], placed.ycellcenters[row, column]]
+        if grid.nz is not None:
+            at.append(placed.zcellcenters[layer, row, column])
+        (cell,) = grid.cells_of(*([v] for v in at))
+        assert k[layer, row, column] == e.property(VALUES)[1][tuple(cell)]
+    heads = darcy(e.property(VALUES)[1], grid, **options).heads
+    found = model.ic.strt.array[::-1, ::-1]
+    np.testing.assert_allclose(found.reshape(grid.shape), heads, rtol=1e-5)
+    assert_balanced(model, heads.reshape(found.shape), k[::-1, ::-1])
+    if shutil.which("mf6"):
+        assert_equal_to_modflow(tmp_path, heads)
+
+
+def assert_balanced(model, heads, k) -> None:
+    """Check that the heads solve the equations of the packages as MODFLOW 6 assembles them."""
+    dx, dy = model.dis.delr.array[0], model.dis.delc.array[0]
+    edges = np.concatenate([[model.dis.top.array[0, 0]], model.dis.botm.array[:, 0, 0]])
+    dz = -np.diff(edges)[0]
+    vertical = model.npf.k33.array[::-1, ::-1]
+    rest = np.zeros(heads.shape)
+    for axis, (own, factor) in enumerate(
+        ((vertical, dx * dy / dz), (k, dx * dz / dy), (k, dy * dz / dx))
+    ):
+        low, high = np.delete(own, -1, axis), np.delete(own, 0, axis)
+        flow = -factor * 2 * low * high / (low + high) * np.diff(heads, axis=axis)
+        rest -= np.diff(flow, axis=axis, prepend=0, append=0)
+    nz, ny, _ = heads.shape
+    scale = 0.0
+    for (z, y, x), head, conductance, *_ in model.ghb.stress_period_data.get_data(0):
+        cell = nz - 1 - z, ny - 1 - y, x
+        inflow = conductance * (head - heads[cell])
+        rest[cell] += inflow
+        scale += abs(inflow)
+    for (z, y, x), rate, *_ in model.wel.stress_period_data.get_data(0):
+        rest[nz - 1 - z, ny - 1 - y, x] += rate
+    assert np.abs(rest).max() < 1e-6 * scale
+
+
+def assert_equal_to_modflow(folder, heads) -> None:
+    import flopy
+
+    simulation = flopy.mf6.MFSimulation.load(sim_ws=str(folder), verbosity_level=0)
+    assert simulation.run_simulation(silent=True)[0]
+    found = simulation.get_model().output.head().get_data()[::-1, ::-1]
+    np.testing.assert_allclose(found.reshape(heads.shape), heads, atol=1e-6)
+
+
+@pytest.mark.parametrize("grid", [MAP, VOLUME])
+def test_another_program_reads_the_grdecl_cell_for_cell(tmp_path, grid):
+    pyvista = pytest.importorskip("pyvista")
+    e = ensemble(2, grid.shape, grid)
+    geometry, first, second = io.write_grdecl(tmp_path / "grid.grdecl", e, VALUES)
+    assert [f.name for f in (first, second)] == ["grid_1.inc", "grid_2.inc"]
+    both = tmp_path / "both.GRDECL"
+    both.write_bytes(geometry.read_bytes() + second.read_bytes())
+    mesh = pyvista.read_grdecl(both, elevation=True)
+    at = mesh.cell_centers().points[:, : grid.n_dimensions].T
+    cells = tuple(grid.cells_of(*at).T)
+    wanted = io.millidarcy(np.asarray(e.property(VALUES)))[1][cells]
+    np.testing.assert_allclose(mesh.cell_data["PERMX"], wanted, rtol=1e-5)
+    np.testing.assert_allclose(mesh.cell_data["PERMZ"], wanted, rtol=1e-5)
+
+
+def test_bad_hand_over_is_one_sentence(tmp_path):
+    pytest.importorskip("flopy")
+    e = ensemble(1, MAP.shape, MAP)
+    with pytest.raises(CCWSIMError, match="must end in"):
+        io.write_grdecl(tmp_path / "grid.txt", e, VALUES)
+    with pytest.raises(CCWSIMError, match="unit"):
+        io.write_grdecl(tmp_path / "grid.grdecl", e, VALUES, unit="cm/s")
+    with pytest.raises(CCWSIMError, match="no head"):
+        io.to_flopy(e, VALUES, tmp_path)
+    with pytest.raises(CCWSIMError, match="realization"):
+        io.to_flopy(e, VALUES, tmp_path, realization=3, west_east=(1, 0))

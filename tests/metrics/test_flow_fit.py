@@ -1,0 +1,35 @@
+"""Test the flow efficiency of realizations and of their image."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from ccwsim.flow import flow_efficiency
+from ccwsim.metrics import fit_flow
+from ccwsim.report.verdicts import describe_flow
+from tests.flow.test_flow import ensemble
+
+
+def test_layers_conduct_fully_along_and_hardly_across():
+    inside = np.zeros((20, 30), bool)
+    inside[::2] = True
+    assert flow_efficiency(inside, 1) == pytest.approx(1.0, abs=1e-6)
+    assert flow_efficiency(inside, 0) < 1e-3
+
+
+def test_cells_that_touch_at_corners_do_not_conduct():
+    assert flow_efficiency(np.indices((16, 16)).sum(axis=0) % 2 == 0, 1) < 0.05
+
+
+def test_an_ensemble_like_its_image_flows_like_it():
+    e = ensemble(8, (64, 64))
+    found = fit_flow(e, 1)
+    assert found.each.shape == (8, 2)
+    np.testing.assert_allclose(found.reference, found.each[0], rtol=1e-6)
+    for axis in (0, 1):
+        assert describe_flow(found, axis).good
+
+
+def test_an_image_that_is_too_small_is_not_judged():
+    assert describe_flow(fit_flow(ensemble(2, (10, 10)), 1), 0).good is None
