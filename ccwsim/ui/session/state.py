@@ -102,7 +102,8 @@ class PastRun:
     @property
     def files(self) -> list[bytes]:
         """Contents of the files uploaded for the study; runs of a study share these objects."""
-        return [file.content for file in (*self.choices.image.files, *self.choices.data.files)]
+        c = self.choices
+        return [file.content for file in (*c.image.files, *c.data.files, *c.guides.files)]
 
 
 @dataclass

@@ -273,7 +273,7 @@ def ranks(progress: Fraction, data: HardData, image: TrainingImage) -> tuple[Ima
 def left_out(progress: Fraction, ensemble: Ensemble, by_well: bool) -> LeaveOut:
     """Predict each fifth of the hard data, or of the wells, from the other data."""
     e = ensemble
-    study = Study(e.training_image, e.grid, e.parameters, e.hard_data, e.seed)
+    study = Study(e.training_image, e.grid, e.parameters, e.hard_data, e.seed, e.secondary)
     return leave_out(study, by="well" if by_well else "datum", progress=progress)
 
 
