@@ -182,6 +182,7 @@ def open_project(state: State, upload: Upload) -> None:
     _check(choices)
     study_of(choices)
     state.choices, state.image_draft, state.data_draft = choices, None, None
+    state.guides_draft = None
     state.reference, state.page(Editor).history = None, History()
     state.notes = _notes(project, upload.name)
     show(state, project.shown)
