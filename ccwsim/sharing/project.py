@@ -196,8 +196,10 @@ def _secondary(
     fitted = Secondary(
         array_of("active"), named, auxiliary, weights.get("soft_weight", 1.0)
     ).fitted(grid, image)
-    if fitted.probabilities is None or not np.allclose(
-        soft, fitted.probabilities, 0, 1e-12, equal_nan=True
+    if (
+        soft is None
+        or fitted.probabilities is None
+        or not np.allclose(soft, fitted.probabilities, 0, 1e-12, equal_nan=True)
     ):
         return fitted
     return replace(fitted, probabilities=frozen(soft))  # the saved values, to the last digit

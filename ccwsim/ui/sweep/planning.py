@@ -279,9 +279,7 @@ def start(state: State) -> None:
     facies = min(state.facies, image.n_facies - 1)
     settings, n = plan_of(state).fitting, page_state.n_realizations
     secondary = secondary_of(choices)
-    make = partial(
-        SweepRun, *study, settings, n, facies, colours_of(state), secondary=secondary
-    )
+    make = partial(SweepRun, *study, settings, n, facies, colours_of(state), secondary=secondary)
     if start_page_run(page_state, "run", make):
         page_state.chosen, page_state.shown = None, 0
 

@@ -19,6 +19,7 @@ from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.share.menu import open_project, project_of
 from ccwsim.ui.study.guides_step import problem_of_guides, use_guides
 from ccwsim.ui.study.run import collect, start_run
+from ccwsim.ui.validate.statistics import Validation
 from tests.ui.widgets import html, named, opened
 
 GRID = Grid(60, 80)
@@ -139,3 +140,12 @@ def test_unusable_guides_are_refused_in_one_sentence(what):
     named(app.button, "guides_keep").click().run()
     assert not app.error
     assert study_of(app.session_state[KEY].choices).secondary is None
+
+
+def test_validate_shows_the_given_map_and_its_reliability():
+    state = run(State(choices=replace(STUDY, guides=GUIDES)))
+    state.page(Validation).seen = {"uncertainty"}
+    app = opened("validate", state).run()
+    assert not app.exception
+    assert "Given probability of" in html(app)
+    assert "Reliability" in html(app)
