@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import click
 
-from ccwsim import CCWSIMError, Grid, HardData, Parameters, TrainingImage
+from ccwsim import CCWSIMError, Grid, HardData, Parameters, Secondary, TrainingImage
 from ccwsim.cli import options as types
 from ccwsim.cli.options import in_group, suggestion
 from ccwsim.model.parameters import CHOICES, parameter_table
@@ -82,6 +82,7 @@ class SimulationInputs(NamedTuple):
     n_realizations: int
     seed: int
     notes: tuple[str, ...] = ()
+    secondary: Secondary | None = None
 
 
 def image_and_data_options(command: Any) -> Any:
@@ -156,7 +157,8 @@ def _of_project(options: Any) -> SimulationInputs:
     parameters = parameters_of(options, study.parameters)
     inputs = study.training_image, study.grid, parameters, study.hard_data
     n = project.n_realizations if n is None else n
-    return SimulationInputs(inputs, n, study.seed if seed is None else seed)
+    seed = study.seed if seed is None else seed
+    return SimulationInputs(inputs, n, seed, secondary=study.secondary)
 
 
 def _given(options: Any, names: Iterable[str]) -> dict[str, Any]:

@@ -21,6 +21,7 @@ from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import Parameters
+from ccwsim.model.secondary import Secondary
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
@@ -161,6 +162,7 @@ def compare(
     cancel: Cancel | None = None,
     facies: int | None = None,
     on_partial: Callable[[Comparison], None] | None = None,
+    secondary: Secondary | None = None,
 ) -> Comparison:
     """Simulate two to four settings with the same seeds and compare them.
 
@@ -172,7 +174,7 @@ def compare(
 
     Parameters
     ----------
-    training_image, grid_shape, hard_data, n_realizations, seed, cancel
+    training_image, grid_shape, hard_data, n_realizations, seed, cancel, secondary
         As in `simulate`.
     settings : mapping of str to Parameters or Ensemble
         Two to four settings by name. An ensemble with the same image and grid, from another method,
@@ -197,7 +199,7 @@ def compare(
     data = HardData.of(hard_data, grid, image)
     if facies is not None:
         image.index_of(facies)
-    _check(image, grid, settings, data, seed)
+    _check(image, grid, settings, data, seed, secondary)
     course = _Course(progress, cancel, len(settings) * n_realizations)
     report = on_partial or (lambda _: None)
     found = Comparison((), ())
@@ -206,7 +208,7 @@ def compare(
         if isinstance(ensemble, Parameters):
             study = image, grid, ensemble, data, n_realizations, seed
             simulating = partial(course.simulating, k, len(settings), n_realizations)
-            ensemble = simulate(*study, progress=simulating, cancel=cancel)
+            ensemble = simulate(*study, progress=simulating, cancel=cancel, secondary=secondary)
         found = Comparison((*found.names, name), (*found.ensembles, ensemble))
         report(found)
     code = int(image.codes[-1]) if facies is None else facies
@@ -256,6 +258,7 @@ def _check(
     settings: Mapping[str, Parameters | Ensemble],
     data: HardData,
     seed: int,
+    secondary: Secondary | None,
 ) -> None:
     if not MIN_SETTINGS <= len(settings) <= MAX_SETTINGS:
         raise CCWSIMError(
@@ -264,7 +267,7 @@ def _check(
     for name, parameters in settings.items():
         try:
             if isinstance(parameters, Parameters):
-                Study(image, grid, parameters, data, seed)
+                Study(image, grid, parameters, data, seed, secondary)
         except CCWSIMError as error:
             raise CCWSIMError(f"setting {name}: {error}") from None
 

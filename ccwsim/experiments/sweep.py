@@ -21,6 +21,7 @@ from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.numbers import seconds
 from ccwsim.model.parameters import Parameters
+from ccwsim.model.secondary import Secondary
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
 
@@ -116,6 +117,7 @@ def sweep(
     found: Callable[[SweepRow], None] | None = None,
     n_kept: int = 2,
     facies: int | None = None,
+    secondary: Secondary | None = None,
 ) -> Sweep:
     """Simulate and judge each setting with the same seed, on one thread for comparable times.
 
@@ -123,7 +125,7 @@ def sweep(
 
     Parameters
     ----------
-    training_image, grid_shape, hard_data, seed
+    training_image, grid_shape, hard_data, seed, secondary
         As in `simulate`.
     settings : sequence of Parameters
         The settings to try, such as the result of `plan_sweep`.
@@ -169,7 +171,7 @@ def sweep(
         try:
             study = image, grid, parameters, data, n, seed
             ensemble = simulate(
-                *study, n_workers=1, progress=report, cancel=cancel, keep_sources=True
+                *(*study, 1, report, cancel), keep_sources=True, secondary=secondary
             )
             kept = frozen(ensemble.realizations[: max(n_kept, 1)])  # others can be freed
             row = SweepRow(parameters, judge(ensemble, facies), kept)

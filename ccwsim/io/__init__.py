@@ -42,6 +42,7 @@ from ccwsim.io.realizations import (
     realizations_as_bytes,
     write_realizations,
 )
+from ccwsim.io.secondary import read_active, read_probabilities, read_values
 from ccwsim.io.training_images import (
     guess_answers,
     read_colours,
@@ -85,13 +86,16 @@ __all__ = [
     "place_points",
     "preview_points",
     "preview_wells",
+    "read_active",
     "read_colours",
     "read_geometry",
     "read_grid",
     "read_hard_data",
     "read_points",
+    "read_probabilities",
     "read_realizations",
     "read_training_image",
+    "read_values",
     "read_well_points",
     "read_wells",
     "realizations_as_bytes",

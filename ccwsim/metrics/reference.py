@@ -316,6 +316,7 @@ def leave_out(
             (study.seed + k) % 2**31,
             progress=progress and (lambda share, _, k=k: progress((k + share) / folds)),
             cancel=cancel,
+            secondary=study.secondary,
         )
         found = ensemble.indices[(slice(None), *data.cells[out].T)]
         p[out] = np.stack([(found == f).mean(axis=0) for f in range(n_facies)], axis=1)

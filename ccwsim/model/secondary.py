@@ -135,6 +135,22 @@ class Secondary:
         parts = [array for a in self.auxiliary for array in (a.image, a.grid, a.weight)]
         return digest(self.active, self.probabilities, self.soft_weight, *parts)
 
+    def describe(self) -> str:
+        """Return what is given, in words.
+
+        Examples
+        --------
+        >>> Secondary(probabilities={1: 0.3}, soft_weight=0.5).describe()
+        'probabilities with weight 0.5'
+        """
+        said = []
+        if self.probabilities is not None:
+            said.append(f"probabilities with weight {self.soft_weight:g}")
+        said += [f"auxiliary variable with weight {each.weight:g}" for each in self.auxiliary]
+        if self.active is not None:
+            said.append("active cells")
+        return ", ".join(said)
+
     def fitted(self, grid: Grid, image: TrainingImage) -> Secondary:
         """Return the same information as checked arrays for a grid and a training image.
 
@@ -220,7 +236,7 @@ def _active(given: ArrayLike, grid: Grid) -> NDArray[np.bool_]:
     values = [as_array(each, "active") for each in polygons]
     first = values[0]
     if first.shape != grid.shape and first.ndim == 2 and first.shape[1] == 2 and len(first) > 2:
-        inside = [_inside(as_floats(each, "polygon"), grid) for each in values]
+        inside = [cells_in_polygon(as_floats(each, "polygon"), grid) for each in values]
         active = np.logical_or.reduce(inside)
         outside = "the polygon contains no centre of a cell of the grid: check its coordinates"
     else:
@@ -239,7 +255,7 @@ def _is_binary(values: NDArray) -> bool:
     return bool(np.isin(values[known_values(values)], (0, 1)).all())
 
 
-def _inside(corners: NDArray[np.float64], grid: Grid) -> NDArray[np.bool_]:
+def cells_in_polygon(corners: NDArray[np.float64], grid: Grid) -> NDArray[np.bool_]:
     """Return the cells of a grid whose centre is in a polygon, in all layers of a volume."""
     x, y = grid.axes[0], grid.axes[1]
     inside = np.zeros((len(y), len(x)), bool)

@@ -43,6 +43,7 @@ def describe_inputs(study: Any) -> str:
     """Return the training image, number of hard data and grid of a study, run or ensemble."""
     image, n = study.training_image, study.hard_data.n
     data = f"{n} hard data" if n else "no hard data"
+    data += ", secondary information" if study.secondary else ""
     return f"{image.name or 'unnamed image'}, {data}, grid {describe_shape(study.grid.shape)}"
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Literal
 
-from ccwsim import Grid, HardData, Parameters
+from ccwsim import Grid, HardData, Parameters, Secondary
 from ccwsim.model.arrays import digest
 
 DataSource = Literal["none", "bundled", "file", "sampled", "placed"]
@@ -93,6 +93,64 @@ class DataChoice:
 
 
 @dataclass(frozen=True)
+class Gradient:
+    """Probability of the chosen facies that changes linearly across the grid."""
+
+    azimuth: float = 90.0  # direction of the change, in degrees from north, clockwise
+    start: float = 0.0  # probability at the edge where the change begins
+    end: float = 1.0
+
+
+@dataclass(frozen=True)
+class Directions:
+    """The position along a direction as auxiliary variable of the image and of the grid.
+
+    Two equal directions keep a trend of the image; different directions turn it.
+    """
+
+    image: float = 0.0  # azimuth in the training image, in degrees from north, clockwise
+    grid: float = 0.0
+
+
+Corners = tuple[tuple[float, float], ...]
+"""Corners (x, y) of a polygon in world coordinates."""
+
+
+@dataclass(frozen=True)
+class GuideChoice:
+    """Choice of the secondary information: files and shapes, or the arrays of a project."""
+
+    probabilities: Upload | Gradient | None = None
+    facies: int = 1  # index of the facies of a gradient, or of a file with one variable
+    soft_weight: float = 1.0
+    active: Upload | Corners | None = None
+    auxiliary: tuple[Upload | None, Upload | None] | Directions | None = None  # of image and grid
+    auxiliary_weight: float = 1.0
+    saved: Secondary | None = None  # arrays of a project, used instead of files and shapes
+
+    @property
+    def files(self) -> tuple[Upload, ...]:
+        """The uploaded files."""
+        pair = self.auxiliary if isinstance(self.auxiliary, tuple) else ()
+        given = (self.probabilities, self.active, *pair)
+        return tuple(file for file in given if isinstance(file, Upload))
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing is chosen."""
+        given = self.probabilities, self.active, self.auxiliary, self.saved
+        return all(one is None for one in given)
+
+    @property
+    def digest(self) -> str:
+        """Short digest of all choices."""
+        saved = self.saved and self.saved.digest
+        names = [name for name in self.__dataclass_fields__ if name != "saved"]
+        plain = [repr(getattr(self, name)) for name in names]  # without the contents of files
+        return digest(*plain, *(file.digest for file in self.files), saved)
+
+
+@dataclass(frozen=True)
 class Choices:
     """All choices of the user that define a study."""
 
@@ -102,6 +160,7 @@ class Choices:
     parameters: Parameters = field(default_factory=Parameters)
     n_realizations: int = 12
     seed: int = 0
+    guides: GuideChoice = GuideChoice()
 
 
 @dataclass(frozen=True)

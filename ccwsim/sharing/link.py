@@ -19,7 +19,7 @@ from ccwsim import CCWSIMError, Grid, HardData, Parameters, datasets
 from ccwsim.io.data_file import printable
 from ccwsim.model.arrays import digest
 from ccwsim.model.bounds import MAX_LINK_DATA, MAX_LINK_LETTERS, MAX_LINK_VALUES
-from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Shown
+from ccwsim.sharing.choices import Choices, DataChoice, GuideChoice, ImageChoice, Shown
 from ccwsim.sharing.codec import FIELDS, MAX_LETTERS, FieldSpec, fields_of, parts_of
 
 MAX_PACKED_LETTERS = 8000
@@ -28,13 +28,16 @@ VOLUME = -3
 """First number in packed data of a volume."""
 OWN = "own"
 """Prefix of the names that replace the sender's own images and data in a link."""
-Own = ImageChoice | DataChoice
+Own = ImageChoice | DataChoice | GuideChoice
 TURNS = {"ew": "flip_ew", "ns": "flip_ns", "transpose": "transpose"}
 ANSWERS = {"outside": "on_outside", "unknown": "on_unknown"}
 OF_IMAGE = ("ti", "turn", "name", "colour")
 OF_DATA = ("data", "data-n", "data-seed", "points", *ANSWERS)
-KEYS = (*OF_IMAGE, *OF_DATA, *(row.key for row in FIELDS if row.part != "data"))
+GUIDES = "guides"
+KEYS = (*OF_IMAGE, *OF_DATA, GUIDES, *(row.key for row in FIELDS if row.part != "data"))
 """Names of all values that an address may contain."""
+KEY_OF = {ImageChoice: "ti", DataChoice: "data", GuideChoice: GUIDES}
+"""Name, in an address, of each part of a study that can be the user's own."""
 TOGETHER = ("method", "wavelet_level", "template_size", "overlap_size")
 """Parameters whose values must be consistent with each other."""
 LIKENESS = 0.75
@@ -48,7 +51,7 @@ def link_of(choices: Choices, shown: Shown | None = None) -> dict[str, list[str]
     names = own_choices(choices)
     query = {**_image_query(choices.image), **_data_query(choices)}
     for key, choice in names.items():
-        query["ti" if isinstance(choice, ImageChoice) else "data"] = [key]
+        query[KEY_OF[type(choice)]] = [key]
     own, usual = parts_of(choices, shown or Shown()), parts_of(Choices(), Shown())
     for row in FIELDS:
         if row.part != "data" and row.value_in(own) != row.value_in(usual):
@@ -67,6 +70,10 @@ def left_out(choices: Choices) -> tuple[str, ...]:
     """Return a description of each part of a study that an address cannot contain."""
     found = []
     for choice in own_choices(choices).values():
+        if isinstance(choice, GuideChoice):
+            names = ", ".join(file.name for file in choice.files)
+            found.append(f"the secondary information {names}".strip())
+            continue
         what = "training image" if isinstance(choice, ImageChoice) else "hard data"
         if choice.files:
             names = ", ".join(file.name for file in choice.files)
@@ -90,6 +97,8 @@ def own_choices(choices: Choices) -> dict[str, Own]:
         found[f"{OWN}-{digest(placed.digest, data.answers)}"] = replace(
             data, upload=None, tables=None
         )
+    if not choices.guides.is_empty:
+        found[f"{OWN}-{choices.guides.digest}"] = choices.guides
     return found
 
 
@@ -110,7 +119,7 @@ def read_link(
     data = reader.data(usual_data(image))
     grid = reader.grid(usual.grid, parts)
     numbers = reader.fields("study", parts)
-    choices = Choices(image, data, grid, parameters, **numbers)
+    choices = Choices(image, data, grid, parameters, **numbers, guides=reader.guides())
     shown = replace(shown, **reader.fields("shown", parts))
     for name in first:
         if name not in KEYS and meant(name):
@@ -299,6 +308,18 @@ class _Reader:
                     f"colour = {value} is not a code with #rrggbb; the value is ignored."
                 )
         return tuple(sorted(found.items()))
+
+    def guides(self) -> GuideChoice:
+        """Return the choice of the secondary information."""
+        name = self.text(GUIDES)
+        if isinstance(kept := self._own.get(name or ""), GuideChoice):
+            return kept
+        if name is not None:
+            self.notes.append(
+                "The secondary information of this link is the sender's own, which is not on this "
+                "server. None is used. Open the project file or the maps again."
+            )
+        return GuideChoice()
 
     def data(self, usual: DataChoice) -> DataChoice:
         """Return the choice of the hard data."""

@@ -4,26 +4,39 @@ import json
 import re
 import zipfile
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields, replace
 from io import BytesIO
 from typing import Any
 
 import numpy as np
 
-from ccwsim import CCWSIMError, Ensemble, Grid, HardData, Parameters, TrainingImage, simulate
+from ccwsim import (
+    Auxiliary,
+    CCWSIMError,
+    Ensemble,
+    Grid,
+    HardData,
+    Parameters,
+    Secondary,
+    TrainingImage,
+    simulate,
+)
 from ccwsim.io.archive import opened_archive
 from ccwsim.io.atomic import write_bytes
 from ccwsim.io.data_file import printable
 from ccwsim.io.formats.numpy_files import read_npy
 from ccwsim.io.opening import PathOrFile, read_bytes
-from ccwsim.model.arrays import check_int
+from ccwsim.model.arrays import check_int, frozen
 from ccwsim.model.errors import shown
 from ccwsim.model.study import Study
 from ccwsim.sharing.choices import Shown
 from ccwsim.sharing.codec import fields_of
 
-FORMAT, VERSION = "CCWSIM project", 1
+FORMAT, VERSION = "CCWSIM project", 2
+"""Version 2 has secondary information; files without it are written as version 1."""
 STUDY, IMAGE, DATA = "study.json", "training_image.npy", "hard_data.npy"
+SECONDARY = "secondary_"
+"""First letters of the members with arrays of secondary information."""
 MAX_STUDY_BYTES = 2**20
 MAX_PROJECT_MEMBERS = 16
 MAX_LINK_LETTERS = 10_000
@@ -60,7 +73,7 @@ class Project:
             *(s.training_image, s.grid, s.parameters, s.hard_data),
             n_realizations=self.n_realizations if n_realizations is None else n_realizations,
             seed=s.seed if seed is None else seed,
-            **options,
+            **{"secondary": s.secondary, **options},
         )
 
 
@@ -82,6 +95,7 @@ def project_as_bytes(project: Project) -> bytes:
             (STUDY, json.dumps(_as_json(project), indent=1, ensure_ascii=False).encode()),
             (IMAGE, _npy(study.training_image.array)),
             (DATA, _npy(data.astype(np.int64))),
+            *((name, _npy(array)) for name, array in _arrays_of(study.secondary).items()),
         ):
             info = zipfile.ZipInfo(name, MADE)
             info.compress_type = zipfile.ZIP_DEFLATED
@@ -142,7 +156,9 @@ def _project(given: dict[str, Any], members: Mapping[str, bytes], name: str) -> 
     image_name = printable(_take(image, "name", str, name))
     training_image = TrainingImage(array, name=image_name, facies_names=facies_names)
     data = HardData(table[:, :-1], table[:, -1])
-    study = Study(training_image, grid, Parameters(**parameters), data, numbers["seed"])
+    secondary = _secondary(given, members, name, grid, training_image)
+    inputs = training_image, grid, Parameters(**parameters), data, numbers["seed"]
+    study = Study(*inputs, secondary)
     versions = {
         printable(key): printable(shown(value) if not isinstance(value, str) else value)
         for key, value in _take(given, "made_with", dict, name).items()
@@ -152,11 +168,65 @@ def _project(given: dict[str, Any], members: Mapping[str, bytes], name: str) -> 
     return Project(study, numbers["n_realizations"], colours, view, link, versions, digest)
 
 
+def _secondary(
+    given: dict[str, Any],
+    members: Mapping[str, bytes],
+    name: str,
+    grid: Grid,
+    image: TrainingImage,
+) -> Secondary | None:
+    """Return the secondary information of a project, checked again; None if there is none."""
+    if "secondary" not in given:
+        return None
+    weights = _take(given, "secondary", dict, name)
+
+    def array_of(key: str, n_axes: int = grid.n_dimensions) -> np.ndarray | None:
+        member = f"{SECONDARY}{key}.npy"
+        if member not in members:
+            return None
+        array = read_npy(members[member], f"{name}, {member}", stacked=True).variables["array"]
+        return array[0] if array.ndim > n_axes else array  # maps are read as one layer
+
+    soft = array_of("probabilities", grid.n_dimensions + 1)
+    auxiliary = [
+        Auxiliary(array_of(f"image_{k}"), array_of(f"grid_{k}"), weight)  # type: ignore[arg-type]
+        for k, weight in enumerate(_take(weights, "auxiliary_weights", list, name))
+    ]
+    named = None if soft is None else dict(zip(image.codes.tolist(), soft, strict=False))
+    fitted = Secondary(
+        array_of("active"), named, auxiliary, weights.get("soft_weight", 1.0)
+    ).fitted(grid, image)
+    if (
+        soft is None
+        or fitted.probabilities is None
+        or not np.allclose(soft, fitted.probabilities, 0, 1e-12, equal_nan=True)
+    ):
+        return fitted
+    return replace(fitted, probabilities=frozen(soft))  # the saved values, to the last digit
+
+
+def _arrays_of(secondary: Secondary | None) -> dict[str, np.ndarray]:
+    """Return the arrays of fitted secondary information, by member of the archive."""
+    if secondary is None:
+        return {}
+    arrays = {"active": secondary.active, "probabilities": secondary.probabilities}
+    for k, each in enumerate(secondary.auxiliary):
+        arrays |= {f"image_{k}": each.image, f"grid_{k}": each.grid}
+    return {f"{SECONDARY}{key}.npy": own for key, own in arrays.items() if own is not None}
+
+
+def _weights_of(secondary: Secondary | None) -> dict[str, Any]:
+    if secondary is None:
+        return {}
+    weights = [each.weight for each in secondary.auxiliary]
+    return {"secondary": {"soft_weight": secondary.soft_weight, "auxiliary_weights": weights}}
+
+
 def _as_json(project: Project) -> dict[str, Any]:
     study = project.study
     return {
         "format": FORMAT,
-        "version": VERSION,
+        "version": VERSION if study.secondary else 1,
         "made_with": dict(project.versions),
         "training_image": {
             "name": study.training_image.name,
@@ -171,7 +241,7 @@ def _as_json(project: Project) -> dict[str, Any]:
         "shown": asdict(project.shown),
         "link": {name: list(values) for name, values in project.link.items()},
         "digest": project.digest,
-    }
+    } | _weights_of(study.secondary)
 
 
 def _npy(array: np.ndarray) -> bytes:
@@ -194,6 +264,7 @@ def _members(content: bytes, name: str) -> dict[str, bytes]:
     with opened_archive(content, name) as archive:
         wanted = [STUDY, IMAGE, DATA]
         missing = [own for own in wanted if own not in archive.infos]
+        wanted += [own for own in archive.infos if own.startswith(SECONDARY)]
         if missing or archive.n_members > MAX_PROJECT_MEMBERS:
             what = f"{missing[0]} is missing" if missing else "it contains too many files"
             raise CCWSIMError(f"{name} is not a project of CCWSIM: {what}")

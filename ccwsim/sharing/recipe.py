@@ -33,7 +33,7 @@ def reproduction_recipe(choices: Choices, study: Study, project: str) -> Recipe:
 
 def _python(choices: Choices, study: Study, project: str) -> tuple[list[str], bool]:
     image, data = _image_lines(choices), _data_lines(choices, study)
-    reads = image is None or data is None
+    reads = image is None or data is None or study.secondary is not None
     lines = ["import ccwsim"]
     needed = [*(image or ()), *(data or ())]
     if any("datasets." in line for line in needed):
@@ -49,9 +49,10 @@ def _python(choices: Choices, study: Study, project: str) -> tuple[list[str], bo
     lines.append(f"p = {_call(study.parameters, Parameters())}")
     lines += ["hd = study.hard_data"] if data is None else data
     given = ", hd" if data is None or data else ""
+    guided = ", secondary=study.secondary" if study.secondary else ""
     lines.append(
         f"e = ccwsim.simulate(ti, grid, p{given}, n_realizations={choices.n_realizations}, "
-        f"seed={study.seed})"
+        f"seed={study.seed}{guided})"
     )
     lines += [f"ccwsim.write_realizations({OUTPUT!r}, e)", ""]
     return lines, reads
@@ -118,6 +119,7 @@ def _command(choices: Choices, study: Study, project: str) -> tuple[list[str], b
     image = choices.image
     plain = image.upload is None and not (image.flip_ew or image.flip_ns or image.transpose)
     direct = plain and (not study.hard_data.n or is_bundled(choices, study))
+    direct = direct and study.secondary is None
     words = ["python", "-m", "ccwsim", "simulate"]
     if not direct:
         return [*words, "--project", project, "--output", OUTPUT], True

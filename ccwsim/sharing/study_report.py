@@ -101,7 +101,13 @@ def _study(ensemble: Ensemble) -> Facts:
         ("Hard data", f"{n}, digest {ensemble.hard_data.digest}" if n else "none"),
         ("Realizations", f"{ensemble.n}, seed {ensemble.seed}"),
     )
-    return Facts(rows)
+    return Facts((*rows, *_secondary(ensemble)))
+
+
+def _secondary(ensemble: Ensemble) -> tuple[tuple[str, str], ...]:
+    if (given := ensemble.secondary) is None:
+        return ()
+    return (("Secondary information", f"{given.describe()}, digest {given.digest}"),)
 
 
 def _facies(ensemble: Ensemble) -> Table:

@@ -28,7 +28,7 @@ from ccwsim.io.data_file import printable
 from ccwsim.io.limits import UPLOAD_LIMITS, limited
 from ccwsim.model.study import Study
 from ccwsim.sharing.choices import Shown
-from ccwsim.sharing.project import project_as_bytes
+from ccwsim.sharing.project import VERSION, project_as_bytes
 
 PARAMETERS = Parameters(template_size=8, overlap_size=4, wavelet_level=1)
 
@@ -112,7 +112,7 @@ BROKEN = {
     "no json": (lambda: changed(study=b"{"), "not valid JSON"),
     "no object": (lambda: changed(study=b"[1]"), "is not a project"),
     "other": (lambda: changed(study=settings(format="A")), "is not a project"),
-    "newer": (lambda: changed(study=settings(version=2)), "newer version"),
+    "newer": (lambda: changed(study=settings(version=VERSION + 1)), "newer version"),
     "version": (lambda: changed(study=settings(version="a")), "unknown"),
     "seed": (lambda: changed(study=settings(seed=-1)), "seed = -1"),
     "many": (lambda: changed(study=settings(n_realizations=10**9)), "too many"),

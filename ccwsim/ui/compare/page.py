@@ -38,7 +38,7 @@ from ccwsim.ui.results.charts import (
 from ccwsim.ui.session.address import go_to
 from ccwsim.ui.session.file_names import grid_part
 from ccwsim.ui.session.fragments import error_boundary
-from ccwsim.ui.session.resolve import data_of, image_of, study_of
+from ccwsim.ui.session.resolve import data_of, image_of, secondary_of, study_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.changes import image_name
 from ccwsim.ui.study.image_questions import image_of_file
@@ -99,8 +99,9 @@ def problem_of(state: State) -> str:
     choices = state.choices
     try:
         image, data = image_of(choices.image), data_of(choices)
+        secondary = secondary_of(choices)
         for parameters in settings.settings_of(state):
-            Study(image, choices.grid, parameters, data, choices.seed)
+            Study(image, choices.grid, parameters, data, choices.seed, secondary)
         n = len(settings.request_of(state).names)
         if n > MAX_SETTINGS:
             return f"At most {MAX_SETTINGS - 1} settings fit beside {TWO_POINT}. Remove a setting."

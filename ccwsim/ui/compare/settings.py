@@ -22,13 +22,14 @@ from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import METHODS, Parameters
+from ccwsim.model.secondary import Secondary
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.footprint import demand_of
 from ccwsim.run.simulation import simulate
 from ccwsim.sharing.choices import DataChoice, ImageChoice
 from ccwsim.ui.session.fragments import follow
-from ccwsim.ui.session.resolve import data_of, fitted, image_of, levels
+from ccwsim.ui.session.resolve import data_of, fitted, image_of, levels, secondary_of
 from ccwsim.ui.session.state import PageRun, State, start_page_run
 from ccwsim.ui.study.changes import image_name
 from ccwsim.ui.study.run import failed
@@ -88,6 +89,7 @@ class ComparisonRun(PageRun[Comparison]):
     n_parts: int = 0
     second: Study | None = None
     of_second: Ensemble | None = None
+    secondary: Secondary | None = None
 
     @property
     def n_pieces(self) -> int:
@@ -99,7 +101,7 @@ class ComparisonRun(PageRun[Comparison]):
         if self.known is not None:
             return NOTHING
         r, image, data = self.request, self.training_image, self.hard_data
-        studies = [Study(image, r.grid, p, data, r.seed) for p in r.settings]
+        studies = [Study(image, r.grid, p, data, r.seed, self.secondary) for p in r.settings]
         studies += [self.second] if self.second else []
         each = [demand_of(study, r.n) for study in studies]
         n_bytes = sum(demand.n_bytes for demand in each)
@@ -117,10 +119,13 @@ class ComparisonRun(PageRun[Comparison]):
         if r.beside == TWO_POINT:
             settings |= {TWO_POINT: simulate_two_point(image, r.grid, r.n, r.seed)}
         run = (self.hard_data, r.n, r.seed, *options)
-        found = compare(image, r.grid, settings, *run, facies=self.facies, on_partial=self._take)
+        how: Any = {"facies": self.facies, "on_partial": self._take, "secondary": self.secondary}
+        found = compare(image, r.grid, settings, *run, **how)
         if (s := self.second) is not None:
             study = s.training_image, s.grid, s.parameters, s.hard_data
-            self.of_second = simulate(*study, r.n, r.seed, cancel=job.is_cancelled)
+            self.of_second = simulate(
+                *study, r.n, r.seed, cancel=job.is_cancelled, secondary=s.secondary
+            )
         return found
 
     def _take(self, partial: Comparison) -> None:
@@ -245,7 +250,7 @@ def second_study(state: State) -> Study | None:
             "same facies."
         )
     parameters = fitted(settings_of(state)[0], image.shape)
-    return Study(image, c.grid, parameters, data_of(c), c.seed)
+    return Study(image, c.grid, parameters, data_of(c), c.seed, secondary_of(c))
 
 
 def both_images(first: Ensemble, second: Ensemble) -> Ensemble:
@@ -263,6 +268,7 @@ def start_comparison(state: State) -> None:
         image, data = image_of(state.choices.image), data_of(state.choices)
         code = int(image.codes[min(state.facies, image.n_facies - 1)])
         run = ComparisonRun(request_of(state), image, data, code, second=second_study(state))
+        run.secondary = secondary_of(state.choices)
         if page_state.run is not None:
             page_state.run.stop()
             page_state.run = None

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ccwsim import Grid, HardData, TrainingImage
 from ccwsim.figures import CIVIDIS, index_png, ramp
+from ccwsim.model.missing import UNKNOWN
 from ccwsim.sharing.choices import CellsOfWells
 from ccwsim.ui.frontend.component import draw_component
 
@@ -78,7 +79,9 @@ def share_map(
     """Return a map or volume of numbers from 0 to 1, such as probabilities."""
     steps = ramp(colours, N_STEPS + 1)
     labels = [f"{name} {k / N_STEPS:.2f}" for k in range(N_STEPS + 1)]
-    indices = np.rint(shares * N_STEPS).astype(np.uint8)
+    known = ~np.isnan(shares)  # inactive cells have no colour
+    indices = np.full(shares.shape, UNKNOWN, np.uint8)
+    indices[known] = np.rint(shares[known] * N_STEPS)
     strip = {"colours": list(colours), "low": "0", "high": "1"}
     return CellMap(indices, steps, labels, alt, strip=strip, point_colours=point_colours)
 

@@ -12,10 +12,10 @@ from streamlit.errors import StreamlitAPIException
 from ccwsim import Parameters
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_LINK_VALUES, MAX_SEED
-from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Shown
+from ccwsim.sharing.choices import Choices, DataChoice, GuideChoice, ImageChoice, Shown
 from ccwsim.sharing.link import first_values, link_of, meant, read_link
 from ccwsim.ui.session.kept import drafts_for_reload, keep_for_reload, kept_for_reload
-from ccwsim.ui.session.resolve import data_of, fitted_to_image, image_of
+from ccwsim.ui.session.resolve import data_of, fitted_to_image, image_of, secondary_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.errors import problem_in
 
@@ -65,6 +65,9 @@ def made_consistent(choices: Choices) -> tuple[Choices, tuple[str, ...]]:
     if problem := problem_in(lambda: data_of(fitting)):
         notes.append(f"The hard data are ignored. {problem[:1].upper()}{problem[1:]}.")
         fitting = replace(fitting, data=DataChoice())
+    if problem := problem_in(lambda: secondary_of(fitting)):
+        notes.append(f"The guides are ignored. {problem[:1].upper()}{problem[1:]}.")
+        fitting = replace(fitting, guides=GuideChoice())
     return fitting, tuple(notes)
 
 

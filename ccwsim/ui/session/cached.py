@@ -7,9 +7,9 @@ from typing import Any, Concatenate, ParamSpec, TypeVar
 
 import streamlit as st
 
-from ccwsim import Ensemble, Grid, HardData, Parameters, TrainingImage
+from ccwsim import Ensemble, Grid, HardData, Parameters, Secondary, TrainingImage
 from ccwsim.jobs.statistics import Fraction, Task
-from ccwsim.sharing.choices import DataChoice, ImageChoice, Upload, WellTables
+from ccwsim.sharing.choices import DataChoice, GuideChoice, ImageChoice, Upload, WellTables
 from ccwsim.system.lru_cache import LruCache
 
 MAX_KEPT, MAX_KEPT_BYTES = 96, 256 * 10**6
@@ -21,18 +21,21 @@ Given = ParamSpec("Given")
 
 def _of_ensemble(e: Ensemble) -> tuple[object, ...]:
     run = e.parameters.digest, e.hard_data.digest, e.seed, e.sources is None
-    return e.digest, e.training_image.digest, repr(e.grid), *run
+    guides = e.secondary and e.secondary.digest
+    return e.digest, e.training_image.digest, repr(e.grid), guides, *run
 
 
 CONTENT: dict[str | type[Any], Callable[[Any], Any]] = {
     Upload: lambda upload: upload.digest,
     ImageChoice: lambda choice: choice.digest,
     DataChoice: lambda choice: [choice.upload, choice.tables, choice.answers],
+    GuideChoice: lambda choice: choice.digest,
     WellTables: vars,
     TrainingImage: lambda image: (image.digest, image.facies_names),
     Grid: repr,
     HardData: lambda data: data.digest,
     Parameters: lambda parameters: parameters.digest,
+    Secondary: lambda secondary: secondary.digest,
     Ensemble: _of_ensemble,
     FunctionType: lambda function: (function.__module__, function.__qualname__),
 }

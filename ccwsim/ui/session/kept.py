@@ -85,9 +85,9 @@ class KeptChoices:
 
 
 def size_of(choice: Own) -> int:
-    """Return the approximate bytes of an image or of data."""
-    placed = getattr(choice, "placed", None)
-    return n_bytes([choice.files, [] if placed is None else [placed.cells, placed.facies]])
+    """Return the approximate bytes of an image, of data or of secondary information."""
+    arrays = getattr(choice, "placed", None) or getattr(choice, "saved", None)
+    return n_bytes([choice.files, [] if arrays is None else list(vars(arrays).values())])
 
 
 @cache

@@ -7,8 +7,20 @@ from functools import partial
 from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ccwsim import CCWSIMError, Grid, HardData, Parameters, TrainingImage, datasets, io, simulate
+from ccwsim import (
+    Auxiliary,
+    CCWSIMError,
+    Grid,
+    HardData,
+    Parameters,
+    Secondary,
+    TrainingImage,
+    datasets,
+    io,
+    simulate,
+)
 from ccwsim.datasets.sampling import sample_random
 from ccwsim.experiments.timing import typical_seconds
 from ccwsim.io.hard_data.placing import CHOICES, ROW_CHOICES, far_away
@@ -26,6 +38,9 @@ from ccwsim.sharing.choices import (
     CellsOfWells,
     Choices,
     DataChoice,
+    Directions,
+    Gradient,
+    GuideChoice,
     ImageChoice,
     Upload,
     WellTables,
@@ -50,8 +65,83 @@ USUAL_VOLUME = 100, 100
 
 def study_of(choices: Choices) -> Study:
     """Return the study described by choices; raise `CCWSIMError` if parts do not fit together."""
-    image = image_of(choices.image)
-    return Study(image, choices.grid, choices.parameters, data_of(choices), choices.seed)
+    image, secondary = image_of(choices.image), secondary_of(choices)
+    grid, parameters, data = choices.grid, choices.parameters, data_of(choices)
+    return Study(image, grid, parameters, data, choices.seed, secondary)
+
+
+def secondary_of(choices: Choices) -> Secondary | None:
+    """Return the secondary information of a study; raise `CCWSIMError` if it does not fit."""
+    if choices.guides.is_empty:
+        return None
+    return _secondary(choices.guides, choices.grid, image_of(choices.image))
+
+
+@cached(max_entries=16)
+def _secondary(choice: GuideChoice, grid: Grid, image: TrainingImage) -> Secondary:
+    if choice.saved is not None:
+        return choice.saved.fitted(grid, image)
+    return Secondary(
+        active=_active_of(choice, grid),
+        probabilities=_probabilities_of(choice, grid, image),
+        auxiliary=_auxiliary_of(choice, grid, image),
+        soft_weight=choice.soft_weight,
+    ).fitted(grid, image)
+
+
+def _active_of(choice: GuideChoice, grid: Grid) -> Any:
+    if not isinstance(choice.active, Upload):
+        return choice.active if choice.active is None else np.array(choice.active)
+    with opened(choice.active) as file:
+        return io.read_active(file, grid)
+
+
+def _probabilities_of(choice: GuideChoice, grid: Grid, image: TrainingImage) -> Any:
+    code = int(image.codes[min(choice.facies, image.n_facies - 1)])
+    if isinstance(given := choice.probabilities, Gradient):
+        if image.n_facies == 1:
+            raise CCWSIMError("the training image has only one facies; a gradient needs two")
+        p = given.start + (given.end - given.start) * position_along(given.azimuth, grid)
+        others = [k for k in image.codes.tolist() if k != code]
+        shares = image.proportions[[image.index_of(k) for k in others]]
+        rest = dict(zip(others, shares / shares.sum(), strict=True))
+        return {code: p} | {k: share * (1 - p) for k, share in rest.items()}
+    if given is None:
+        return None
+    with opened(given) as file:
+        return io.read_probabilities(file, grid, code)
+
+
+def _auxiliary_of(choice: GuideChoice, grid: Grid, image: TrainingImage) -> list[Auxiliary]:
+    given, of_image = choice.auxiliary, Grid.of(image.shape)
+    if given is None:
+        return []
+    if isinstance(given, Directions):
+        maps = [position_along(given.image, of_image), position_along(given.grid, grid)]
+    else:
+        maps = []
+        for upload, own, what in zip(
+            given, (of_image, grid), ("training image", "grid"), strict=True
+        ):
+            if upload is None:
+                raise CCWSIMError(f"there is no auxiliary map of the {what} yet; choose a file")
+            with opened(upload) as file:
+                maps.append(io.read_values(file, own))
+    return [Auxiliary(*maps, weight=choice.auxiliary_weight)]
+
+
+def position_along(azimuth: float, grid: Grid) -> NDArray[np.float64]:
+    """Return the position of each cell along an azimuth, from 0 to 1 within the grid.
+
+    Examples
+    --------
+    >>> position_along(90.0, Grid(1, 3)).tolist()
+    [[0.0, 0.5, 1.0]]
+    """
+    x, y = grid.axes[0], grid.axes[1]
+    at = x[None] * np.sin(np.deg2rad(azimuth)) + y[:, None] * np.cos(np.deg2rad(azimuth))
+    at = (at - at.min()) / max(at.max() - at.min(), np.finfo(float).tiny)
+    return np.broadcast_to(at, grid.shape).copy()
 
 
 @cached(max_entries=32)
@@ -332,7 +422,8 @@ def what_decides(choices: Choices) -> tuple[object, ...]:
     """Return the values that determine the realizations of a study."""
     image, data = image_of(choices.image), data_of(choices)
     settings = choices.grid, choices.parameters, choices.n_realizations, choices.seed
-    return image.digest, data.digest, *settings
+    secondary = secondary_of(choices)
+    return image.digest, data.digest, *settings, secondary and secondary.digest
 
 
 def template_sizes(level: int, shape: Shape, along_z: bool = False) -> list[int]:

@@ -10,7 +10,7 @@ import streamlit as st
 from ccwsim import Ensemble, TrainingImage
 from ccwsim.jobs.job import NOTHING, Job
 from ccwsim.jobs.limits import Demand, limits_of_environment
-from ccwsim.sharing.choices import Choices, DataChoice, EMap, ImageChoice
+from ccwsim.sharing.choices import Choices, DataChoice, EMap, GuideChoice, ImageChoice
 from ccwsim.ui.session.uploads import size_of_all
 from ccwsim.ui.widgets.errors import problem_in
 
@@ -102,7 +102,8 @@ class PastRun:
     @property
     def files(self) -> list[bytes]:
         """Contents of the files uploaded for the study; runs of a study share these objects."""
-        return [file.content for file in (*self.choices.image.files, *self.choices.data.files)]
+        c = self.choices
+        return [file.content for file in (*c.image.files, *c.data.files, *c.guides.files)]
 
 
 @dataclass
@@ -141,6 +142,7 @@ class State:
     image_draft: ImageChoice | None = None
     visit_import: bool = False  # the study column opens the page Import for a file given there
     data_draft: DataChoice | None = None
+    guides_draft: GuideChoice | None = None
     # requested and used values of parameters that are too large for the image (see `refitted`)
     moved: dict[str, tuple[Any, Any]] = field(default_factory=dict)
     live: bool = False  # whether every change of the study starts a run

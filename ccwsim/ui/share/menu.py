@@ -13,7 +13,7 @@ from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED, MAX_REALIZATIONS, MAX_SEE
 from ccwsim.model.classes import MAX_CODES
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.report.document import report_html, surroundings
-from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Upload
+from ccwsim.sharing.choices import Choices, DataChoice, GuideChoice, ImageChoice, Upload
 from ccwsim.sharing.link import left_out, link_of, read_link
 from ccwsim.sharing.project import Project, project_as_bytes, read_project
 from ccwsim.sharing.recipe import Recipe, reproduction_recipe
@@ -182,6 +182,7 @@ def open_project(state: State, upload: Upload) -> None:
     _check(choices)
     study_of(choices)
     state.choices, state.image_draft, state.data_draft = choices, None, None
+    state.guides_draft = None
     state.reference, state.page(Editor).history = None, History()
     state.notes = _notes(project, upload.name)
     show(state, project.shown)
@@ -198,7 +199,8 @@ def choices_of(project: Project) -> Choices:
     by_link, _, _ = read_link(project.link)
     image = _image(project, by_link.image)
     choices = Choices(
-        image, by_link.data, study.grid, study.parameters, project.n_realizations, study.seed
+        *(image, by_link.data, study.grid, study.parameters, project.n_realizations, study.seed),
+        GuideChoice(saved=study.secondary),
     )
     data = if_possible(lambda: data_of(choices))
     if data is not None and data.digest == study.hard_data.digest:

@@ -17,6 +17,8 @@ def changes_between(before: Choices, after: Choices) -> list[str]:
         said.append(_image(before.image, after.image))
     if before.data != after.data:
         said.append(_data(before.data, after.data))
+    if before.guides != after.guides:
+        said.append("other guides")
     if before.grid != after.grid:
         said.append(_grid(before.grid, after.grid))
     said += _parameters(before.parameters, after.parameters)

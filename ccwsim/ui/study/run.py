@@ -28,7 +28,14 @@ from ccwsim.ui.session.address import go_to
 from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.progress import format_duration
-from ccwsim.ui.session.resolve import data_of, image_of, same_realizations, study_of, what_decides
+from ccwsim.ui.session.resolve import (
+    data_of,
+    image_of,
+    same_realizations,
+    secondary_of,
+    study_of,
+    what_decides,
+)
 from ccwsim.ui.session.state import PastRun, State
 from ccwsim.ui.study.changes import changes_between
 from ccwsim.ui.widgets.errors import problem_in
@@ -287,11 +294,13 @@ def stop_run(state: State) -> None:
 def part_of(choices: Choices) -> SimulateRange:
     """Return a function f(first, n, progress, cancel) that simulates realizations of a study."""
     image, data = image_of(choices.image), data_of(choices)
+    secondary = secondary_of(choices)
 
     def simulate_range(first: int, n: int, progress: Progress, cancel: Cancel) -> Ensemble:
         executor = executor_of_environment()
         settings = choices.grid, choices.parameters, data, n, choices.seed
         options: Any = {"progress": progress, "cancel": cancel, "first_realization": first}
+        options["secondary"] = secondary
         return simulate(image, *settings, executor=executor, **options)
 
     return simulate_range

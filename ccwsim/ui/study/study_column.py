@@ -1,4 +1,4 @@
-"""The study column with five numbered steps; this module draws the steps Grid and Method."""
+"""The study column: five numbered steps and the guides; this module draws Grid and Method."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ from ccwsim.ui.session import resolve
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.data_step import data_step, problem_of_data
+from ccwsim.ui.study.guides_step import guides_step
 from ccwsim.ui.study.image_step import image_step
 from ccwsim.ui.study.run import run_step
 from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, field, help_of, options_of
@@ -52,7 +53,7 @@ SIZES = {"template_size": "Template", "overlap_size": "Overlap", "wavelet_level"
 def study_column(state: State) -> None:
     """Draw the study column, with all steps, in the sidebar."""
     with st.sidebar:
-        for step in (image_step, data_step, grid_step, method_step, run_step):
+        for step in (image_step, data_step, guides_step, grid_step, method_step, run_step):
             with error_boundary(way_back=True):  # an error in one step does not affect other steps
                 step(state)
 

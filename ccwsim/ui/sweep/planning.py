@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
-from ccwsim import CCWSIMError, Ensemble, Grid, HardData, Parameters, TrainingImage
+from ccwsim import CCWSIMError, Ensemble, Grid, HardData, Parameters, Secondary, TrainingImage
 from ccwsim.experiments.plan import ALONG_Z, SweepPlan, plan_sweep, value_of
 from ccwsim.experiments.sweep import Sweep, SweepRow, sweep
 from ccwsim.experiments.timing import PER_JUDGED_CELL, typical_seconds
@@ -22,7 +22,7 @@ from ccwsim.sharing.choices import Choices
 from ccwsim.system.log import reason
 from ccwsim.ui.results.maps import colours_of, pretty
 from ccwsim.ui.session.progress import compilation_to_come, format_duration
-from ccwsim.ui.session.resolve import data_of, fitted, image_of, levels
+from ccwsim.ui.session.resolve import data_of, fitted, image_of, levels, secondary_of
 from ccwsim.ui.session.state import PageRun, State, start_page_run
 from ccwsim.ui.widgets.errors import if_possible, problem_in
 
@@ -68,6 +68,7 @@ class SweepRun(PageRun[Sweep]):
     rows: list[SweepRow] = field(default_factory=list)
     n_drawn: int = 0
     tiles: list[bytes] = field(default_factory=list)
+    secondary: Secondary | None = None
     unit = "settings"
 
     @property
@@ -80,7 +81,8 @@ class SweepRun(PageRun[Sweep]):
         largest = 0
         for p in self.settings:
             with suppress(CCWSIMError):  # the results report settings that do not fit
-                study = Study(self.training_image, self.grid, p, self.hard_data, self.seed)
+                inputs = self.training_image, self.grid, p, self.hard_data, self.seed
+                study = Study(*inputs, self.secondary)
                 needed = demand_of(study, self.n_realizations, n_workers=1).n_bytes
                 largest = max(largest, needed)
         each = self.grid.n_cells
@@ -97,6 +99,7 @@ class SweepRun(PageRun[Sweep]):
             found=self.rows.append,
             n_kept=min(max(n_kept, 1), MAX_KEPT),
             facies=int(self.training_image.codes[self.facies]),
+            secondary=self.secondary,
         )
 
     @property
@@ -275,7 +278,8 @@ def start(state: State) -> None:
     study = (image, choices.grid, data_of(choices), choices.seed)
     facies = min(state.facies, image.n_facies - 1)
     settings, n = plan_of(state).fitting, page_state.n_realizations
-    make = partial(SweepRun, *study, settings, n, facies, colours_of(state))
+    secondary = secondary_of(choices)
+    make = partial(SweepRun, *study, settings, n, facies, colours_of(state), secondary=secondary)
     if start_page_run(page_state, "run", make):
         page_state.chosen, page_state.shown = None, 0
 

@@ -24,6 +24,7 @@ from ccwsim.metrics import (
     data_match,
     leave_out,
     rank_images,
+    reliability,
 )
 from ccwsim.metrics.data_fit import MIN_PLACES, winner
 from ccwsim.model.arrays import describe_shape
@@ -55,6 +56,27 @@ def draw_uncertainty(state: State, ensemble: Ensemble, colours: Sequence[str]) -
     """Draw three maps: probability of the chosen facies, most likely facies, and entropy."""
     task = statistics.e_type(ensemble)
     panel(state, "uncertainty", task, lambda e: draw_e_type_maps(e, state, ensemble, colours))
+    if ensemble.secondary is not None and ensemble.secondary.probabilities is not None:
+        _draw_given(state, ensemble, ensemble.secondary.probabilities[state.facies])
+
+
+def _draw_given(state: State, ensemble: Ensemble, given: NDArray[np.float64]) -> None:
+    """Draw the given probabilities below the E-type, and the reliability of the realizations."""
+    image, name = ensemble.training_image, ensemble.training_image.facies_names[state.facies]
+    left, right = st.columns([1.0, 2.0], gap="medium")
+    with left:
+        panel_title(f"Given probability of {name}")
+        active = True if ensemble.active is None else ensemble.active
+        shown = share_map(
+            np.where(active, given, np.nan), f"given P({name}) =", "Given probability"
+        )
+        options: dict[str, Any] = {"scale": "three", "body": False, "max_height": 400}
+        draw_cells(shown, "given", link="grid", name="given_probability", **options)
+    with right:
+        table = reliability(ensemble, int(image.codes[state.facies]))
+        chart = calibration_chart(table.forecast, table.observed, table.count, chart_theme())
+        alt = f"Share of {name} in the realizations, for each given probability"
+        titled_chart("Reliability", f"share of {name} given and simulated", chart, "given", alt)
 
 
 def draw_e_type_maps(
@@ -273,7 +295,7 @@ def ranks(progress: Fraction, data: HardData, image: TrainingImage) -> tuple[Ima
 def left_out(progress: Fraction, ensemble: Ensemble, by_well: bool) -> LeaveOut:
     """Predict each fifth of the hard data, or of the wells, from the other data."""
     e = ensemble
-    study = Study(e.training_image, e.grid, e.parameters, e.hard_data, e.seed)
+    study = Study(e.training_image, e.grid, e.parameters, e.hard_data, e.seed, e.secondary)
     return leave_out(study, by="well" if by_well else "datum", progress=progress)
 
 

@@ -4,6 +4,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from typing import Any
 
 import numpy as np
 import streamlit as st
@@ -93,7 +94,8 @@ class LargeEnsembleRun(PageRun[None]):
         s = self.study
         study = (s.training_image, s.grid, s.parameters, s.hard_data)
         try:
-            ensemble = simulate(*study, n, s.seed, cancel=cancel, first_realization=running.n)
+            options: Any = {"first_realization": running.n, "secondary": s.secondary}
+            ensemble = simulate(*study, n, s.seed, cancel=cancel, **options)
         except Cancelled:
             return
         for realization in ensemble:
@@ -140,7 +142,7 @@ def start(state: State) -> None:
     """Start a large ensemble with the study of the present realizations."""
     page_state, e = state.page(LargeEnsembleState), state.ensemble
     assert e is not None
-    study = Study(e.training_image, e.grid, e.parameters, e.hard_data, e.seed)
+    study = Study(e.training_image, e.grid, e.parameters, e.hard_data, e.seed, e.secondary)
     n, facies = page_state.n, state.facies
     start_page_run(page_state, "run", lambda: LargeEnsembleRun(study, n, facies))
 

@@ -67,8 +67,8 @@ class CellMap {
     for (let k = 0; k < nx * ny; k++) {
       const index = pixels.data[4 * k];
       this.indices[k] = index;
-      const [r, g, b] = colours[index] || [255, 0, 255];
-      pixels.data[4 * k] = r; pixels.data[4 * k + 1] = g; pixels.data[4 * k + 2] = b;
+      const [r, g, b, a] = colours[index] ? [...colours[index], 255] : [0, 0, 0, 0];  // 255: inactive
+      pixels.data.set([r, g, b, a], 4 * k);
     }
     pen.putImageData(pixels, 0, 0);
     this.picture = picture;
@@ -300,7 +300,7 @@ class CellMap {
     if (!cell || this.there !== this.wanted) return '';
     const [row, column] = cell;
     if (row < 0 || column < 0 || row >= ny || column >= nx) return '';
-    return labels[this.indices[(ny - 1 - row) * nx + column]];
+    return labels[this.indices[(ny - 1 - row) * nx + column]] ?? 'inactive';
   }
 
   point(cell, tell = true) {

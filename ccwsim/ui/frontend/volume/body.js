@@ -340,7 +340,7 @@ class Body {
   range() {
     const mode = this.mode.value;
     if (mode === 'block') return [0, 255];
-    return mode === 'from' ? [+this.threshold.querySelector('input').value, 255] : [+mode, +mode];
+    return mode === 'from' ? [+this.threshold.querySelector('input').value, this.view.data.lut.length - 1] : [+mode, +mode];
   }
 
   // Store two rows of 256 colours: for indices, and for data.

@@ -174,7 +174,7 @@ class VolumeView {
     const [x, y, z] = there ? hover : [];
     const well = there && this.wellAt([z, y, x])?.name;
     this.readout.textContent = there
-      ? `(${x}, ${y}, ${z}) ${labels[this.cells[this.idOf([z, y, x])]]}${well ? ` · ${well}` : ''}` : '';
+      ? `(${x}, ${y}, ${z}) ${labels[this.cells[this.idOf([z, y, x])]] ?? 'inactive'}${well ? ` · ${well}` : ''}` : '';
   }
 
   // Send cells (x, y, z) in a slice across an axis, or an undo or redo, to the page.

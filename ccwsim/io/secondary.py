@@ -1,0 +1,207 @@
+"""Read secondary information: probabilities of facies, other variables, and active cells."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.io.data_file import DataFile, listed
+from ccwsim.io.formats.pictures import PictureFile
+from ccwsim.io.gridding import as_grid
+from ccwsim.io.hard_data.columns import is_points
+from ccwsim.io.isolated import IsolatedFile
+from ccwsim.io.opening import PathOrFile, open_file, read_bytes
+from ccwsim.model.arrays import as_floats, describe_shape
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.grid import Grid
+from ccwsim.model.secondary import cells_in_polygon
+
+PREFIX = "p_"
+"""First letters, in lower case, of variables with probabilities of facies, such as `P_sand`."""
+HEIGHTS = ("z", "layer")
+"""Names of the first column of a vertical curve, which has one row for each layer."""
+MAX_DEPTH = 8
+"""Maximum number of collections inside each other in GeoJSON."""
+
+
+def read_probabilities(
+    path_or_file: PathOrFile, grid: Grid, facies: str | int | None = None
+) -> dict[str | int, NDArray[np.float64]]:
+    """Read probabilities of facies for `Secondary(probabilities=...)`.
+
+    Parameters
+    ----------
+    path_or_file : str, Path or binary file
+        A grid in any format, or a table with the centres of the cells, with a variable
+        `P_<name or code of the facies>` for each facies; or for a volume a vertical curve: a table
+        with a column `z` or `layer` and one row for each layer.
+    grid : Grid
+        The grid of the simulation.
+    facies : str or int, optional
+        Facies to which the only variable of a file belongs, whatever its name.
+
+    Returns
+    -------
+    dict of str or int to ndarray, shape of the grid, or (nz,) for a vertical curve
+        NaN in cells without a value.
+
+    Raises
+    ------
+    CCWSIMError
+        If the file cannot be read, or if its shape, geometry or names of variables do not fit.
+
+    Examples
+    --------
+    >>> from io import BytesIO
+    >>> read_probabilities(BytesIO(b"2 1 1\\n1\\nP_sand\\n0.25\\n-999\\n"), Grid(1, 2))
+    {'sand': array([[0.25,  nan]])}
+    """
+    file, maps = _maps(path_or_file, grid)
+    named = {name: name[len(PREFIX) :] for name in maps if name.lower().startswith(PREFIX)}
+    if facies is not None and len(maps) == 1:
+        return {facies: next(iter(maps.values()))}
+    if not named:
+        raise CCWSIMError(
+            f"{file.name} has the variables {listed([*maps])}, but none with the name of a facies; "
+            "name them P_<facies>, such as P_sand"
+        )
+    return {int(of) if of.isdecimal() else of: maps[name] for name, of in named.items()}
+
+
+def read_values(path_or_file: PathOrFile, grid: Grid) -> NDArray[np.float64]:
+    """Read the only variable of a grid, such as an auxiliary variable; the shape is that of `grid`.
+
+    Cells without a value are NaN. Raises `CCWSIMError` as `read_probabilities` does.
+
+    Examples
+    --------
+    >>> from io import BytesIO
+    >>> read_values(BytesIO(b"2 1 1\\n1\\ndepth\\n12\\n15\\n"), Grid(1, 2))
+    array([[12., 15.]])
+    """
+    file, maps = _maps(path_or_file, grid)
+    if len(maps) != 1:
+        raise CCWSIMError(f"{file.name} has the variables {listed([*maps])}; give one variable")
+    return next(iter(maps.values()))
+
+
+def read_active(path_or_file: PathOrFile, grid: Grid) -> NDArray[np.bool_ | np.float64]:
+    """Read the active cells of a grid for `Secondary(active=...)`.
+
+    The file is a grid with NaN, a code for missing values or (beside 1) 0 in inactive cells; or
+    polygons in GeoJSON, in the coordinates of `grid`. Raises `CCWSIMError` for other files.
+
+    Examples
+    --------
+    >>> from io import BytesIO
+    >>> ring = b'{"type": "Polygon", "coordinates": [[[0, 0], [1, 0], [1, 2], [0, 2]]]}'
+    >>> read_active(BytesIO(ring), Grid(2, 3))
+    array([[ True, False, False],
+           [ True, False, False]])
+    """
+    if isinstance(path_or_file, IsolatedFile):
+        polygons = path_or_file.read_with(_polygons)
+    else:
+        polygons = _polygons(path_or_file)
+    if polygons is None:
+        return read_values(path_or_file, grid)
+    active = np.zeros(grid.shape, bool)
+    for rings in polygons:  # a ring inside another is a hole
+        active |= np.logical_xor.reduce([cells_in_polygon(ring, grid) for ring in rings])
+    return active
+
+
+def _maps(path_or_file: PathOrFile, grid: Grid) -> tuple[DataFile, dict[str, NDArray[np.float64]]]:
+    """Return a file and its variables on a grid, or its vertical curves."""
+    file = open_file(path_or_file)
+    if isinstance(file, PictureFile):
+        raise CCWSIMError(f"{file.name} is a picture in colours; give a grid of numbers")
+    heights = [name for name in file.variables if name.lower() in HEIGHTS]
+    points = is_points(list(file.names))
+    if file.is_table and heights and not points:
+        return file, _curves(file, heights[0], grid)
+    if not file.is_table or points:
+        file = as_grid(file)
+    _check_geometry(file, grid)
+    maps = {}
+    for name in file.variables:
+        values = file.grid_of(name, grid.shape if file.is_table else None)
+        values = file.oriented(values, volume=grid.nz is not None)
+        if values.shape != grid.shape:
+            raise CCWSIMError(
+                f"{file.name} has {describe_shape(values.shape)} cells, but "
+                f"{describe_shape(grid.shape)} are needed; give one value for each cell"
+            )
+        maps[name] = np.where(file.known(values), values, np.nan).astype(np.float64)
+    return file, maps
+
+
+def _curves(file: DataFile, height: str, grid: Grid) -> dict[str, NDArray[np.float64]]:
+    order = np.argsort(file.variables[height])
+    if len(order) != grid.nz:
+        raise CCWSIMError(
+            f"{file.name} has {len(order)} rows, but the grid has {grid.nz or 'no'} layers; give "
+            "one row for each layer"
+        )
+    columns = {name: values for name, values in file.variables.items() if name != height}
+    return {
+        name: np.where(file.known(values), values, np.nan)[order].astype(np.float64)
+        for name, values in columns.items()
+    }
+
+
+def _check_geometry(file: DataFile, grid: Grid) -> None:
+    """Raise an error if file and grid both have world coordinates, and these differ."""
+    usual = Grid.of(grid.shape)
+    if file.cell_size is None or (grid.cell_size, grid.origin) == (usual.cell_size, usual.origin):
+        return
+    placed = file.placed(grid.shape)
+    sizes = np.array([placed.cell_size[:2], grid.cell_size[:2]])
+    starts = np.array([placed.origin[:2], grid.origin[:2]])
+    near = 0.01 * sizes[1]
+    if (np.abs(np.diff(sizes, axis=0)) > near).any() or (
+        np.abs(np.diff(starts, axis=0)) > near
+    ).any():
+        raise CCWSIMError(
+            f"{file.name} has cells of {_pair(sizes[0])} from {_pair(starts[0])}, but the grid has "
+            f"cells of {_pair(sizes[1])} from {_pair(starts[1])}; give a map of this grid"
+        )
+
+
+def _pair(numbers: NDArray[np.float64]) -> str:
+    return " × ".join(f"{number:g}" for number in numbers)
+
+
+def _polygons(path_or_file: PathOrFile) -> list[list[NDArray[np.float64]]] | None:
+    """Return the polygons of GeoJSON, as lists of rings; None for another file."""
+    content, name = read_bytes(path_or_file)
+    if not content.lstrip().startswith(b"{"):
+        return None
+    try:
+        found = [*_geometries(json.loads(content.decode()), MAX_DEPTH)]
+        polygons = [[as_floats(ring, "ring")[:, :2] for ring in rings] for rings in found]
+    except (CCWSIMError, ValueError, TypeError, AttributeError, IndexError, RecursionError):
+        raise CCWSIMError(f"{name} is not valid GeoJSON; save the polygons again") from None
+    polygons = [rings for rings in polygons if rings]
+    if not polygons:
+        raise CCWSIMError(f"{name} has no polygon; give a Polygon or MultiPolygon")
+    if not all(len(ring) > 2 and np.isfinite(ring).all() for rings in polygons for ring in rings):
+        raise CCWSIMError(f"{name}: a polygon needs at least three corners with finite coordinates")
+    return polygons
+
+
+def _geometries(given: dict[str, Any], depth: int) -> Iterator[list[Any]]:
+    """Yield the coordinates of each polygon in GeoJSON."""
+    if not depth:
+        raise ValueError("collections are nested too deeply")
+    if given.get("type") == "Polygon":
+        yield given["coordinates"]
+    elif given.get("type") == "MultiPolygon":
+        yield from given["coordinates"]
+    parts = given.get("features") or given.get("geometries") or [given.get("geometry")]
+    for part in filter(None, parts):
+        yield from _geometries(part, depth - 1)

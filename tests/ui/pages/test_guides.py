@@ -1,0 +1,151 @@
+"""Test the guides: secondary information in the study column, runs, links and projects."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from io import BytesIO
+
+import numpy as np
+import pytest
+
+from ccwsim import Grid, Parameters
+from ccwsim.io import write_maps
+from ccwsim.sharing.choices import Choices, DataChoice, Directions, Gradient, GuideChoice, Upload
+from ccwsim.sharing.link import left_out, link_of, own_choices, read_link
+from ccwsim.sharing.project import project_as_bytes
+from ccwsim.ui.session.resolve import same_realizations, secondary_of, study_of
+from ccwsim.ui.session.state import KEY, State
+from ccwsim.ui.share.menu import open_project, project_of
+from ccwsim.ui.study.guides_step import problem_of_guides, use_guides
+from ccwsim.ui.study.run import collect, start_run
+from ccwsim.ui.validate.statistics import Validation
+from tests.ui.widgets import html, named, opened
+
+GRID = Grid(60, 80)
+STUDY = Choices(data=DataChoice(), grid=GRID, parameters=Parameters(16, 4, 1), n_realizations=4)
+TRIANGLE = ((0.0, 0.0), (80.0, 0.0), (0.0, 60.0))
+GUIDES = GuideChoice(Gradient(), active=TRIANGLE, auxiliary=Directions(0.0, 90.0))
+
+
+def grid_file(name: str = "map.gslib", grid: Grid = GRID, **maps: np.ndarray) -> Upload:
+    file = BytesIO()
+    write_maps(file, maps, grid, format="gslib")
+    return Upload(name, file.getvalue())
+
+
+def run(state: State) -> State:
+    start_run(state)
+    assert state.job is not None, state.message
+    state.job.wait(60)
+    collect(state)
+    assert state.ensemble is not None, state.message
+    return state
+
+
+def test_the_step_guides_a_run_from_the_page():
+    app = opened("simulate", State(choices=STUDY)).run()
+    assert not app.exception
+    named(app.selectbox, "guides_probabilities").set_value("shape").run()
+    named(app.selectbox, "guides_active").set_value("shape").run()
+    named(app.number_input, "guides_azimuth").set_value(0.0).run()
+    assert not app.exception
+    assert not app.error
+    guides = app.session_state[KEY].choices.guides
+    assert guides.probabilities == Gradient(azimuth=0.0)
+    assert len(guides.active) == 8
+    named(app.button, "guides_none").click().run()
+    assert app.session_state[KEY].choices.guides.is_empty
+
+
+def test_a_gradient_and_a_polygon_reach_the_realizations():
+    e = run(State(choices=replace(STUDY, guides=replace(GUIDES, auxiliary=None)))).ensemble
+    assert e is not None
+    p, active = e.probability(1), e.active
+    assert np.isnan(p[~active]).all()
+    assert not np.isnan(p[active]).any()
+    west, east = p[:, :20][active[:, :20]].mean(), p[:, 40:][active[:, 40:]].mean()
+    assert west < east
+
+
+def test_other_guides_are_other_realizations():
+    one, other = (replace(STUDY, guides=replace(GUIDES, facies=k)) for k in (0, 1))
+    assert not same_realizations(one, other)
+    assert not same_realizations(one, STUDY)
+    assert same_realizations(one, replace(STUDY, guides=replace(GUIDES, facies=0)))
+
+
+def test_a_project_keeps_the_guides_exactly():
+    state = State(choices=replace(STUDY, guides=GUIDES, n_realizations=1))
+    content = project_as_bytes(project_of(state))
+    other = State()
+    open_project(other, Upload("study.ccwsim", content))
+    assert other.choices.guides.saved is not None
+    assert same_realizations(other.choices, state.choices)
+    assert "From the project" in html(opened("simulate", State(choices=other.choices)).run())
+
+
+def test_a_link_names_the_guides_and_a_reload_keeps_them():
+    choices = replace(STUDY, guides=GUIDES)
+    assert left_out(choices) == ("the secondary information",)
+    back, _, notes = read_link(link_of(choices))
+    assert back.guides.is_empty
+    assert "project file" in " ".join(notes)
+    back, _, notes = read_link(link_of(choices), own_choices(choices))
+    assert back == choices
+    assert not notes
+
+
+def test_files_become_maps():
+    sand = np.linspace(0, 1, GRID.n_cells).reshape(GRID.shape)
+    soft = grid_file(P_0=1 - sand, P_1=sand)
+    secondary = secondary_of(replace(STUDY, guides=GuideChoice(soft)))
+    assert secondary is not None
+    np.testing.assert_allclose(secondary.probabilities[1], sand, atol=1e-6)
+    single = secondary_of(replace(STUDY, guides=GuideChoice(grid_file(any=sand), facies=0)))
+    np.testing.assert_allclose(single.probabilities[0], sand, atol=1e-6)
+    ring = json.dumps({"type": "Polygon", "coordinates": [TRIANGLE]}).encode()
+    of_ring = secondary_of(replace(STUDY, guides=GuideChoice(active=Upload("a.geojson", ring))))
+    of_corners = secondary_of(replace(STUDY, guides=GuideChoice(active=TRIANGLE)))
+    assert np.array_equal(of_ring.active, of_corners.active)
+
+
+HALF = np.full(GRID.shape, 0.5)
+BROKEN = {
+    "another shape": (GuideChoice(grid_file(grid=Grid(30, 80), P_1=HALF[:30])), "80 × 60"),
+    "percent": (GuideChoice(grid_file(P_1=100 * HALF)), "not between 0 and 1"),
+    "sums": (GuideChoice(grid_file(P_0=HALF, P_1=0.4 * HALF)), "sum to 0.7"),
+    "names": (GuideChoice(grid_file(a=HALF, b=HALF)), "none with the name of a facies"),
+    "facies": (GuideChoice(grid_file(P_0=HALF, P_lava=HALF)), "lava"),
+    "nothing": (GuideChoice(grid_file(P_1=np.nan * HALF)), "no cell has a value"),
+    "no active cell": (GuideChoice(active=grid_file(a=0 * HALF)), "no cell of the grid is active"),
+    "far polygon": (GuideChoice(active=((900.0, 0.0), (999.0, 0.0), (999.0, 9.0))), "no centre"),
+    "not GeoJSON": (GuideChoice(active=Upload("a.geojson", b'{"type": 1')), "GeoJSON"),
+    "one map": (GuideChoice(auxiliary=(None, grid_file(a=HALF))), "of the training image yet"),
+}
+
+
+@pytest.mark.parametrize("what", BROKEN)
+def test_unusable_guides_are_refused_in_one_sentence(what):
+    guides, said = BROKEN[what]
+    state = State(choices=STUDY)
+    use_guides(state, guides)
+    assert state.choices.guides.is_empty
+    assert state.guides_draft is guides
+    problem = problem_of_guides(replace(STUDY, guides=guides))
+    assert said in problem
+    assert "\n" not in problem
+    app = opened("simulate", state).run()
+    assert any(said.split()[0] in error.value for error in app.error)
+    named(app.button, "guides_keep").click().run()
+    assert not app.error
+    assert study_of(app.session_state[KEY].choices).secondary is None
+
+
+def test_validate_shows_the_given_map_and_its_reliability():
+    state = run(State(choices=replace(STUDY, guides=GUIDES)))
+    state.page(Validation).seen = {"uncertainty"}
+    app = opened("validate", state).run()
+    assert not app.exception
+    assert "Given probability of" in html(app)
+    assert "Reliability" in html(app)
