@@ -11,6 +11,7 @@ from ccwsim.engine.kernels import allocating_kernel
 from ccwsim.metrics.stack import N_AXES, Codes, Images, as_image
 from ccwsim.model.arrays import as_array, check_int
 from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.missing import UNKNOWN
 
 TIE = 1e-9
 """Minimum difference between shares; smaller differences count as ties (rounding errors)."""
@@ -61,7 +62,11 @@ def coarsened_volume(
     if max(factors) == 1:
         return volume.copy()
     taps = [_taps(n, factor) for n, factor in zip(volume.shape, factors, strict=True)]
-    return _largest_share(volume, n_facies, *(array for axis in taps for array in axis))
+    arrays = [array for axis in taps for array in axis]
+    if not (volume == UNKNOWN).any():
+        return _largest_share(volume, n_facies, *arrays)
+    coarse = _largest_share(np.minimum(volume, n_facies), n_facies + 1, *arrays)
+    return np.where(coarse == n_facies, UNKNOWN, coarse).astype(np.uint8)
 
 
 def _taps(n: int, factor: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:

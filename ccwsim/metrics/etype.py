@@ -211,4 +211,5 @@ def add_counts(image: NDArray[np.uint8], counts: NDArray[np.int32]) -> None:
 @kernel
 def _add_counts(cells, counts):
     for cell in range(len(cells)):
-        counts[cells[cell], cell] += 1
+        if cells[cell] < len(counts):  # unknown and inactive cells have another index
+            counts[cells[cell], cell] += 1
