@@ -1,0 +1,84 @@
+"""Test that statistics ignore unknown and inactive cells, by brute force."""
+
+import numpy as np
+import pytest
+
+from ccwsim import Parameters, Secondary, TrainingImage, metrics, simulate
+from tests.small_images import blobs
+
+RNG = np.random.default_rng(0)
+SHAPE = (34, 41)
+CELLS = blobs((3, *SHAPE), 3)
+HOLE = np.zeros(SHAPE, bool)
+HOLE[5:16, 20:] = True
+HOLE |= RNG.random(SHAPE) < 0.03
+GAPS = np.where(HOLE, np.nan, CELLS)
+
+
+def ensemble():
+    p, secondary = Parameters(8, 2, 1), Secondary(active=~HOLE)
+    return simulate(TrainingImage(CELLS[0]), SHAPE, p, None, 4, secondary=secondary)
+
+
+def test_proportions_and_etype():
+    e = ensemble()
+    inside = e.indices[:, ~HOLE]
+    expected = np.stack([(inside == k).mean(axis=1) for k in range(3)], axis=1)
+    np.testing.assert_allclose(metrics.proportions(e), expected)
+    np.testing.assert_allclose(e.proportions, expected)
+    found = metrics.etype(e)
+    assert np.isnan(found.probability[:, HOLE]).all()
+    np.testing.assert_allclose(found.probability[1][~HOLE], (inside == 1).mean(axis=0))
+    np.testing.assert_array_equal(found.probability[1], e.probability(1))
+    assert metrics.facies_counts(e)[:, HOLE].sum() == 0
+
+
+@pytest.mark.parametrize("step", [(0, 3), (2, 0), (2, 2), (3, -3)])
+def test_variograms_and_transiograms(step):
+    dy, dx = step
+    first = GAPS[:, : SHAPE[0] - dy, max(0, -dx) : SHAPE[1] - max(0, dx)]
+    second = GAPS[:, dy:, max(0, dx) : SHAPE[1] - max(0, -dx)]
+    known = ~np.isnan(first) & ~np.isnan(second)
+    gamma = [
+        np.mean((a[k] == 1) != (b[k] == 1)) / 2
+        for a, b, k in zip(first, second, known, strict=True)
+    ]
+    found = metrics.variogram(GAPS, 1, step, [1]).gamma[:, 0]
+    np.testing.assert_allclose(found, gamma)
+    whole = metrics.variogram_map(GAPS, 1, 3)
+    np.testing.assert_allclose(whole.gamma[:, 3 + dy, 3 + dx], gamma)
+    pairs = [np.mean(b[(a == 1) & k] == 2) for a, b, k in zip(first, second, known, strict=True)]
+    table = metrics.transiograms(GAPS, [0, 1, 2], step, [1]).probability
+    np.testing.assert_allclose(table[:, 1, 2, 0], pairs)
+    np.testing.assert_allclose(metrics.transition_map(GAPS, 1, 2, 3)[:, 3 + dy, 3 + dx], pairs)
+
+
+def test_patterns_with_unknown_cells_are_left_out():
+    windows = np.lib.stride_tricks.sliding_window_view(GAPS[0], (4, 4)).reshape(-1, 16)
+    windows = windows[~np.isnan(windows).any(axis=1)]
+    _, counts = np.unique(windows, axis=0, return_counts=True)
+    found = metrics.pattern_histogram(GAPS[0], codes=[0, 1, 2])
+    assert sorted(found.counts.tolist()) == sorted(counts.tolist())
+
+
+def test_every_figure_of_a_masked_ensemble_is_finite_or_missing():
+    e = ensemble()
+    image = e.training_image
+    for call in (
+        lambda: metrics.connectivity(e, 1),
+        lambda: metrics.connected_geobodies(e[[0]], 1),
+        lambda: metrics.geobody_statistics(e, 1),
+        lambda: metrics.pattern_distance(e, image),
+        lambda: metrics.unseen_patterns(e, image),
+        lambda: metrics.entropy(metrics.etype(e).probability),
+        lambda: metrics.measure(e, 1),
+        lambda: metrics.judge(e),
+        lambda: metrics.check_ensemble(e),
+        lambda: metrics.coarsened(e, 2),
+        lambda: metrics.differing_share(e.realizations),
+        lambda: metrics.anodi({"masked": e, "same": e}, image),
+        lambda: metrics.feature_spacing(e[[0]]),
+        lambda: metrics.stationarity(e[[0]]),
+        lambda: metrics.diagnose(TrainingImage(GAPS[0])),
+    ):
+        call()
