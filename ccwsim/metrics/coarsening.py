@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ccwsim.engine.kernels import allocating_kernel
 from ccwsim.metrics.stack import N_AXES, Codes, Images, as_image
 from ccwsim.model.arrays import as_array, check_int
+from ccwsim.model.ensemble import codes_with_nan
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.missing import UNKNOWN
 
@@ -50,7 +51,8 @@ def coarsened(
         one = check_int("coarsening factor", factor, 1, min(stack.shape))
         factors = (one if stack.is_volumes else 1, one, one)
     smaller = coarsened_volume(stack.volume(0), factors, stack.n_facies)
-    return stack.codes[smaller.reshape(smaller.shape[-len(stack.shape) :])]
+    table = codes_with_nan(stack.codes, bool((smaller == UNKNOWN).any()))
+    return table[smaller.reshape(smaller.shape[-len(stack.shape) :])]
 
 
 def coarsened_volume(

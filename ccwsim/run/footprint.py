@@ -100,7 +100,17 @@ def _of_oriented(study: Study, lengths: ScaledLengths) -> int:
     of_sums = block_sum_type(lengths.block).itemsize
     of_running = 3 * np.dtype(sum_type(lengths.level, lengths.template)).itemsize
     sums = n_planes(study) * blocks * (of_sums + of_running)
-    return int(3 * cells + bits + squares + sums)
+    return int(3 * cells + bits + squares + sums) + _of_guide(study, blocks)
+
+
+def _of_guide(study: Study, blocks: float) -> int:
+    """Return the bytes of the maps of secondary information in one orientation."""
+    secondary = study.secondary
+    if secondary is None:
+        return 0
+    soft = study.training_image.n_facies - 1 if secondary.probabilities is not None else 0
+    several = len(secondary.auxiliary)
+    return int((soft + 2 * several) * 4 * blocks + (soft + several) * 8 * study.grid.n_cells)
 
 
 def _of_search(study: Study) -> int:

@@ -58,7 +58,7 @@ def test_patterns_with_unknown_cells_are_left_out():
     windows = windows[~np.isnan(windows).any(axis=1)]
     _, counts = np.unique(windows, axis=0, return_counts=True)
     found = metrics.pattern_histogram(GAPS[0], codes=[0, 1, 2])
-    assert sorted(found.counts.tolist()) == sorted(counts.tolist())
+    np.testing.assert_allclose(np.sort(found.frequencies), np.sort(counts) / counts.sum())
 
 
 def test_every_figure_of_a_masked_ensemble_is_finite_or_missing():
@@ -74,7 +74,7 @@ def test_every_figure_of_a_masked_ensemble_is_finite_or_missing():
         lambda: metrics.measure(e, 1),
         lambda: metrics.judge(e),
         lambda: metrics.check_ensemble(e),
-        lambda: metrics.coarsened(e, 2),
+        lambda: metrics.coarsened(e[[0]], 2),
         lambda: metrics.differing_share(e.realizations),
         lambda: metrics.anodi({"masked": e, "same": e}, image),
         lambda: metrics.feature_spacing(e[[0]]),
