@@ -17,6 +17,9 @@ MAX_SOLVED = 12
 MIN_EFFICIENCY_GAP, MIN_EFFICIENCY_SPREAD = 0.05, 0.02
 """Smallest reported difference of E, and smallest standard deviation between crops."""
 
+N_ERRORS = (3.0, 2.5)
+"""Allowed differences of E in standard errors, for maps and for volumes."""
+
 
 @dataclass(frozen=True, eq=False)
 class FlowFit:
@@ -57,5 +60,6 @@ def fit_flow(ensemble: Ensemble, facies: int, progress: Fraction | None = None) 
     each = map_parallel(lambda k: one(ensemble.indices[k]), n, progress)
     at = np.arange(n_axes, dtype=float)
     limits = MIN_EFFICIENCY_GAP, MIN_EFFICIENCY_SPREAD
-    fit = fit_values(ensemble, ("measures", index, "flow"), at, values, *limits)
+    n_errors = N_ERRORS[image.n_dimensions - 2]
+    fit = fit_values(ensemble, ("flow", index), at, values, *limits, n_errors=n_errors)
     return FlowFit(np.array(each), np.array(one(image.indices)), fit)

@@ -90,7 +90,7 @@ def test_the_help_is_true(capsys):
     [
         (["simulat", "channels"], "Did you mean simulate?"),
         (["warmup"], "Did you mean warm-up?"),
-        (["run"], "No such command 'run'. Choose one of simulate, dashboard, datasets"),
+        (["run"], "No such command 'run'. Choose one of simulate, flow, dashboard, datasets"),
         (["simulate", "channels", "--lvel", "2"], "--level"),
         (["--versoin"], "--version"),
         (["simulate", "chanels", "-o", "a.npz"], "Did you mean channels?"),

@@ -30,10 +30,14 @@ def ensemble() -> Ensemble:
 
 
 CHARTS = {
+    "breakthrough_chart": lambda draw: draw(np.ones((2, 3)), 0, LIGHT, height=90, accent="#000"),
     "compared_proportions_chart": lambda draw: draw(
         IMAGE.facies_names, ONE[:2], {EVIL: np.ones((1, 2))}, LIGHT
     ),
     "compared_times_chart": lambda draw: draw({EVIL: ONE}, ONE[:1], [EVIL], LIGHT),
+    "conductivity_chart": lambda draw: draw(
+        ONE, {EVIL: (1.0, "#000")}, LIGHT, unit=EVIL, height=90
+    ),
     "curves_chart": lambda draw: draw({EVIL: CURVES}, LIGHT, **TITLES),
     "data_status_chart": lambda draw: draw([EVIL, "b"], np.ones((1, 2)), LIGHT),
     "geobody_sizes_chart": lambda draw: draw(CURVES, LIGHT, y_title=EVIL),

@@ -31,6 +31,13 @@ LAUGHS = (
 """A document type declaration whose entity l11 expands to 200 GB."""
 
 
+def sgems_header(nx: int, ny: int, nz: int, n: int = 1) -> bytes:
+    """Return the beginning of a binary grid of SGeMS with `n` variables, without values."""
+    kind = struct.pack(">I6s", 6, b"Cgrid\0") + struct.pack(">I2s", 2, b"g\0")
+    grid = struct.pack(">I3I6fI", 100, nx, ny, nz, *(1.0,) * 3, *(0.0,) * 3, n)
+    return b"\xb2\x11\x17\x5d" + kind + grid + struct.pack(">I2s", 2, b"v\0")
+
+
 def npy_header(shape: str, descr: str = "'<f8'", version: int = 1) -> bytes:
     """Return an npy file without values."""
     header = f"{{'descr': {descr}, 'fortran_order': False, 'shape': {shape}, }}".encode()

@@ -42,6 +42,7 @@ from tests.fuzz.builders import (
     png_of_remarks,
     project_of,
     promising_shapefile,
+    sgems_header,
     tiff,
     tiff_of_strips,
     tiff_of_tags,
@@ -120,6 +121,11 @@ EVIL_OF: dict[str, dict[str, Callable[[], bytes]]] = {
         "packed mat that promises": lambda: packed_promise(2**30, 2**30, 1000),
         "packed mat of another kind": lambda: packed_mat(struct.pack("<II", 9, 2**31), 200 * MIB),
         "packed mat in itself": lambda: packed_mat(struct.pack("<II", 15, 1000), 1000),
+    },
+    "sgems": {
+        "sgems of 10^18 cells": lambda: sgems_header(10**6, 10**6, 10**6),
+        "sgems of many variables": lambda: sgems_header(2, 2, 2, n=2**31 - 1),
+        "sgems of a long text": lambda: sgems_header(2, 2, 2)[:4] + b"\x7f\0\0\0Cgrid",
     },
     "vti": {
         "vti of elements": lambda: vti(b'<a b=""/>' * 7_000_000),
@@ -270,6 +276,7 @@ WORST = {
     "npz": "zip of a million members",
     "picture": "jpeg of scans",
     "matlab": "mat of many elements",
+    "sgems": "sgems of many variables",
     "vti": "vti of nested elements",
     "geopackage": "geopackage without end",
     "shapefile": "shapefile of a wide table",

@@ -87,7 +87,8 @@ class KeptChoices:
 def size_of(choice: Own) -> int:
     """Return the approximate bytes of an image, of data or of secondary information."""
     arrays = getattr(choice, "placed", None) or getattr(choice, "saved", None)
-    return n_bytes([choice.files, [] if arrays is None else list(vars(arrays).values())])
+    held = [] if arrays is None else list(vars(arrays).values())
+    return n_bytes([choice.files, [array for array in held if not isinstance(array, str)]])
 
 
 @cache

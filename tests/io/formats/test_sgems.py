@@ -30,8 +30,9 @@ def test_cells_without_a_value_are_unknown_and_said():
     values = np.where(CELLS == 2, np.nan, FLOATS)
     read = read_grid(BytesIO(sgems(values)))
     assert np.array_equal(read, values, equal_nan=True)
-    with pytest.raises(CCWSIMError, match=r"16 of 48 cells have no value \(-9966699 means unk"):
-        read_training_image(BytesIO(sgems(values)))
+    with pytest.warns(UserWarning, match=r"16 of 48 cells have no value \(-9966699 means unk"):
+        image = read_training_image(BytesIO(sgems(values)))
+    assert np.array_equal(image.known, CELLS != 2)
 
 
 def test_regions_after_the_values_are_passed_over():
