@@ -30,7 +30,6 @@ def ensemble() -> Ensemble:
 
 
 CHARTS = {
-    "breakthrough_chart": lambda draw: draw(np.ones((2, 3)), 0, LIGHT, height=90, accent="#000"),
     "compared_proportions_chart": lambda draw: draw(
         IMAGE.facies_names, ONE[:2], {EVIL: np.ones((1, 2))}, LIGHT
     ),
@@ -65,6 +64,8 @@ CHARTS = {
     "ensemble_chart": lambda draw: draw(ensemble()),
 }
 """A call of every chart that accepts texts."""
+NO_TEXTS = ("blank_chart", "breakthrough_chart")
+"""Charts whose only text is a colour."""
 TEXTS = ("str", "Line", "TimeSeries", "Group", "Strip", "Image", "Ensemble")
 
 
@@ -73,7 +74,7 @@ def chart_functions() -> dict:
         name: function
         for module in (figures, notebook)
         for name, function in vars(module).items()
-        if name.endswith("_chart") and name != "blank_chart"
+        if name.endswith("_chart") and name not in NO_TEXTS
     }
 
 
