@@ -2,10 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable
+import ast
+import inspect
+import textwrap
+from collections.abc import Callable, Container, Iterable
 from typing import Any
 
 import pytest
+
+
+def annotations_of(function: Callable[..., Any]) -> dict[str, str]:
+    """Return the annotation of each parameter as written in the source of a function."""
+    try:
+        tree = ast.parse(textwrap.dedent(inspect.getsource(function))).body[0]
+    except (OSError, TypeError, IndentationError):  # made by a decorator
+        parameters = inspect.signature(function).parameters.values()
+        return {p.name: str(p.annotation) for p in parameters}
+    assert isinstance(tree, ast.FunctionDef | ast.AsyncFunctionDef)
+    own = [*tree.args.posonlyargs, *tree.args.args, *tree.args.kwonlyargs]
+    return {a.arg: ast.unparse(a.annotation) for a in own if a.annotation is not None}
 
 
 def some(values: Iterable[Any], always: Container[Any]) -> list[Any]:

@@ -28,6 +28,7 @@ from ccwsim.model.ensemble import concatenate
 from ccwsim.model.study import Study
 from ccwsim.sharing.project import DATA, project_as_bytes, read_project
 from ccwsim.sharing.project import IMAGE as IMAGE_FILE
+from tests.some import annotations_of
 
 BAD = {
     "2**63": np.uint64(2**63),
@@ -298,9 +299,9 @@ def arguments(module: ModuleType) -> set[str]:
             made = {"__init__", *(n for n in vars(own) if not n.startswith("_"))}
             functions = {f"{name}.{n}": getattr(own, n) for n in made if callable(getattr(own, n))}
         for label, function in functions.items():
-            for parameter in inspect.signature(function).parameters.values():
-                if INTEGERS.search(str(parameter.annotation)):
-                    found.add(f"{label}.{parameter.name}")
+            for parameter, text in annotations_of(function).items():
+                if INTEGERS.search(text):
+                    found.add(f"{label}.{parameter}")
     return found
 
 

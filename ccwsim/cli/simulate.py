@@ -18,8 +18,7 @@ from ccwsim.model.errors import Cancelled, CCWSIMError
 if TYPE_CHECKING:
     from ccwsim.model.ensemble import Ensemble
 
-STREAMED = "npy"
-"""File ending of the only format that is written during the run, not after the run."""
+STREAMED = "npy"  # file ending of the only format that is written during the run, not after the run
 
 EPILOG = """\
 \b

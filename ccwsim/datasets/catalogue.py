@@ -59,8 +59,7 @@ DATASETS = _rows(Dataset, "images")
 VOLUMES = _rows(Dataset, "volumes")
 """Bundled volumes; ten vertical wells for each volume were sampled from a similar volume."""
 IMAGES = DATASETS | VOLUMES
-WELLS_SHAPE = (48, 100, 100)
-"""Shape of the simulation grid for the bundled wells."""
+WELLS_SHAPE = (48, 100, 100)  # shape of the simulation grid for the bundled wells
 
 SURVEYS = _rows(Survey, "surveys")
 WELLS = {f"{name}_10_wells": Survey(name, WELLS_SHAPE, "10 vertical wells") for name in VOLUMES}

@@ -17,13 +17,7 @@ MAX_PERMUTED = 4_000_000
 
 
 def sample_random(field: NDArray[np.integer], n: int, seed: int = 0) -> HardData:
-    """Sample hard data at `n` different random cells of a map or a volume.
-
-    Examples
-    --------
-    >>> sample_random(np.eye(40, dtype=int), 12, seed=1).n
-    12
-    """
+    """Sample hard data at `n` different random cells of a map or a volume."""
     shape = _shape(field)
     n, n_cells = check_int("the number of data", n, 1), prod(shape)
     cells = _distinct(_random(seed), n_cells, min(n, n_cells))

@@ -6,8 +6,6 @@ the kernel. `ask_for` requests all kernels of a computation at once. If no proce
 or no file can be written, the calling process compiles the kernel.
 """
 
-from __future__ import annotations
-
 import gc
 import heapq
 import multiprocessing
@@ -33,15 +31,13 @@ from ccwsim.system.machine import n_cores
 MAX_PROCESSES = 3
 """Maximum number of compiling processes. More processes would not finish earlier, because compiling
 the largest kernel takes a third of the total time."""
-IDLE_SECONDS = 5.0
-"""Time in seconds after which a compiling process without requests ends."""
+IDLE_SECONDS = 5.0  # time in seconds after which a compiling process without requests ends
 POLL_SECONDS = 0.1
 NOW, SOON, LATER = 0, 1, 2
 """Urgency of a request: a call waits for the kernel, will soon need it, or may need it later."""
 ENTRY_KERNELS = {"simulate_patches", "resimulate_windows", "repair_windows", "change_cells"}
 """Names of the kernels of a realization that take longest to compile."""
-OPTIMIZING = 0.5
-"""Time to optimize a kernel, divided by the time to infer the types in the kernel."""
+OPTIMIZING = 0.5  # time to optimize a kernel, divided by the time to infer the types in the kernel
 
 
 Kernel = Any

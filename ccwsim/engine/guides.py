@@ -1,7 +1,5 @@
 """The guide of a path: maps of the image and of the grid, prepared for the search."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from math import prod
 

@@ -4,8 +4,6 @@ The code of a kernel includes the functions that the kernel calls. If the way of
 file with kernels changes, all kernels are therefore recompiled into a new folder.
 """
 
-from __future__ import annotations
-
 import atexit
 import os
 import re
@@ -22,8 +20,7 @@ PACKAGE = Path(__file__).parents[1]
 FOLDER_VARIABLE = "_CCWSIM_KERNELS"
 """Environment variable that contains the folder of kernels, for compiling processes."""
 DECORATED = re.compile(rb"^@\w*kernel$", re.MULTILINE)
-UNUSED_DAYS = 7
-"""Number of days without use after which folders of other versions are removed."""
+UNUSED_DAYS = 7  # number of days without use after which folders of other versions are removed
 
 
 def _digest_of_sources(package: Path = PACKAGE) -> str:
@@ -35,8 +32,7 @@ def _digest_of_sources(package: Path = PACKAGE) -> str:
     return sums.hexdigest()
 
 
-SOURCE = _digest_of_sources()
-"""Digest of all files that contain kernels."""
+SOURCE = _digest_of_sources()  # digest of all files that contain kernels
 NAME = f"kernels-{SOURCE}-numba{numba.__version__}"
 """Name of the folder that contains the compiled kernels."""
 
@@ -77,8 +73,7 @@ def _is_writable(place: Path) -> bool:
     return os.access(there, os.W_OK | os.X_OK)
 
 
-FOLDER = _cache_folder()
-"""Folder of compiled kernels; an empty string if no folder is writable."""
+FOLDER = _cache_folder()  # folder of compiled kernels; an empty string if no folder is writable
 
 
 def note_use(folder: str) -> None:

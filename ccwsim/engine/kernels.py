@@ -4,8 +4,6 @@ Compiled kernels are stored on disk (see `kernel_cache`). Other processes compil
 parallel (see `compilation`).
 """
 
-from __future__ import annotations
-
 import logging
 import os
 from collections.abc import Callable
@@ -76,13 +74,6 @@ class part_of_kernel:  # noqa: N801 - a decorator
     Without a wrapper for calls from Python, compiling takes half the time. Compiling takes a
     quarter of the time if the function is optimized only in kernels. A call from Python, for
     example in a test, compiles the function separately.
-
-    Examples
-    --------
-    >>> from ccwsim.engine.stages.candidates import n_up_to
-    >>> import numpy as np
-    >>> n_up_to(np.array([3, 1, 2]), 2)
-    2
     """
 
     options: ClassVar[dict[str, Any]] = {}

@@ -68,13 +68,6 @@ def lengths_of(
     Only "ms-ccsim" has more than one scale. `shape` is the shape of the grid; `template` is the
     template of a realization along the axes of the grid. The wavelet level of an axis limits the
     number of times that the axis is up-gridded.
-
-    Examples
-    --------
-    >>> lengths_of(Parameters(32, 8, 2), (60, 100))[0][:3]
-    ((1, 32, 32), (0, 8, 8), (0, 2, 2))
-    >>> [own.template for own in lengths_of(Parameters(32, 8, 2, method="ms-ccsim"), (9, 9))]
-    [(1, 32, 32), (1, 16, 16), (1, 8, 8)]
     """
     usual, overlap, level = p.along(shape)
     template, volume = template or usual, len(shape) == 3
@@ -99,13 +92,6 @@ def templates(p: Parameters, shape: tuple[int, ...]) -> list[Triple]:
 
     In a volume, all sides of the template change by about the same factor. A side with fewer than
     MIN_TEMPLATE layers does not change.
-
-    Examples
-    --------
-    >>> templates(Parameters(32, 8, 2, template_variation=0.1), (60, 100))
-    [(1, 32, 32)]
-    >>> templates(Parameters((8, 32, 16), (2, 8, 4), 1, template_variation=0.2), (20, 99, 99))
-    [(6, 28, 14), (8, 32, 16), (8, 36, 18)]
     """
     usual, overlap, level = p.along(shape)
     largest = shape if len(shape) == 3 else (1, min(shape), min(shape))  # templates are square

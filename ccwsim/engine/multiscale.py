@@ -5,8 +5,6 @@ Images are up-gridded instead of transformed by wavelets. The search fills the c
 finer scale places the same patches near the locations chosen at the next coarser scale.
 """
 
-from __future__ import annotations
-
 from math import prod
 from typing import NamedTuple
 
@@ -24,8 +22,7 @@ from ccwsim.engine.tiles import Simulated, box_of, cut_and_paste, make_placing
 from ccwsim.jobs.workers import Watch
 from ccwsim.model.study import Study
 
-CELLS_PER_CALL = 100_000_000
-"""Number of cells compared between two reports of progress."""
+CELLS_PER_CALL = 100_000_000  # number of cells compared between two reports of progress
 
 
 class ScaleInputs(NamedTuple):

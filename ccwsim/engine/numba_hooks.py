@@ -4,8 +4,6 @@ Only this file uses the private interface, and only with the tested minor versio
 other versions, Numba compiles kernels in the usual way, which is slower but gives the same results.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable
 from hashlib import blake2b
@@ -17,10 +15,8 @@ import numba
 from numba import types
 from numba.core import caching, codegen, compiler
 
-DIGEST_SIZE = 16
-"""Number of bytes of the digest at the end of a file of compiled code."""
-TESTED = "0.68"
-"""Minor version of Numba with which the hooks were tested."""
+DIGEST_SIZE = 16  # number of bytes of the digest at the end of a file of compiled code
+TESTED = "0.68"  # minor version of Numba with which the hooks were tested
 
 
 def are_known(version: str = numba.__version__) -> bool:

@@ -1,7 +1,5 @@
 """The training image, prepared for the search in each orientation of the path (section 4.2)."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cached_property
 from math import prod
@@ -36,8 +34,7 @@ KEPT_BYTES = 500_000_000
 """Maximum total size, in bytes, of the prepared parts of an image that are stored in memory."""
 
 
-THIN = 3.0
-"""Maximum mean thickness, in cells, of a facies that is thin."""
+THIN = 3.0  # maximum mean thickness, in cells, of a facies that is thin
 
 
 class OrientedImage(NamedTuple):

@@ -4,8 +4,6 @@ This file implements section 4.1 and Algorithm 1, lines 3 and 4; `tiles` impleme
 Only "ms-ccsim" searches a scale that is coarser than the grid (see `multiscale`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from math import prod
 from typing import NamedTuple
@@ -60,14 +58,12 @@ from ccwsim.jobs.workers import Watch
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
 
-TERMS_PER_CALL = 500_000_000
-"""Number of terms of scores computed between two reports of progress."""
+TERMS_PER_CALL = 500_000_000  # number of terms of scores computed between two reports of progress
 MAX_PATCHES_PER_CALL = 512
 SLACK = 8
 """Maximum number of wrong cells by which a candidate may exceed the best location, for an overlap
 of 448 cells without data. The limit is proportional to the overlap."""
-N_DRAWN = 2
-"""Number of random locations per patch without data; the best after refinement is used."""
+N_DRAWN = 2  # number of random locations per patch without data; the best after refinement is used
 N_DRAWN_THIN, LARGE_TEMPLATE = 6, 64
 """This number if an image has thin facies and the template is at least LARGE_TEMPLATE; the location
 that leaves the fewest unseen patterns is then used."""

@@ -1,7 +1,5 @@
 """Simulate one realization of a study by Algorithm 1, then apply corrections."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace

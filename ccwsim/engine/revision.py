@@ -1,7 +1,5 @@
 """Revise an ensemble after an edit of hard data, by local re-simulation (not in the paper)."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import replace
 from typing import Any
@@ -26,8 +24,9 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
 
     Realizations change only in windows around data that they do not honour; a window is at most as
     large as the template. Removing a datum changes no cell. Use `simulate` to condition
-    realizations on all data from the beginning. If `Parameters.exact_data` is off, no window is
-    re-simulated; data that are not honoured are only marked as wrong.
+    realizations on all data from the beginning. If `Parameters.exact_data` is off, no window is re-
+    simulated; data that are not honoured are only marked as wrong. Raises `CCWSIMError` if data are
+    outside the grid or of an unknown facies.
 
     Parameters
     ----------
@@ -41,12 +40,6 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
     -------
     Ensemble
         Ensemble with unchanged seed and parameters; `cpu_seconds` includes only the re-simulation.
-
-    Raises
-    ------
-    CCWSIMError
-        If data are outside the grid or of an unknown facies.
-
     Examples
     --------
     >>> from ccwsim import Parameters, TrainingImage, simulate

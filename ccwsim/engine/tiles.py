@@ -4,8 +4,6 @@ Template and overlap are T and OR of the paper. Refinement of locations and stee
 proportions are not in the paper.
 """
 
-from __future__ import annotations
-
 from math import prod
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """Compare two to four settings that are simulated with equal seeds."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
@@ -29,8 +27,7 @@ from ccwsim.run.simulation import simulate
 MIN_SETTINGS, MAX_SETTINGS = 2, 4
 SIMULATED, CURVES_DONE = 0.7, 0.85
 """Fraction of the work that is finished after the simulation, and after the curves."""
-LOW, HIGH = 0.05, 0.95
-"""Quantiles that bound the bands of curves of a setting."""
+LOW, HIGH = 0.05, 0.95  # quantiles that bound the bands of curves of a setting
 MIN_ERRORS = 2.0
 """A difference between settings counts if it exceeds this number of standard errors."""
 

@@ -1,7 +1,5 @@
 """Plan a sweep, which has all valid combinations of parameter ranges."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
@@ -61,12 +59,6 @@ def plan_sweep(
         Values to try, by parameter name (a key of `RANGED`).
     image_shape : tuple of int, optional
         Shape of the training image; larger templates are excluded.
-
-    Examples
-    --------
-    >>> found = plan_sweep(Parameters(), {"wavelet_level": [1, 3], "overlap_size": [8, 12]})
-    >>> [(p.wavelet_level, p.overlap_size) for p in found], found.left_out[0][1]
-    ([(1, 8), (3, 8), (1, 12)], 'Overlap 12 must be a multiple of 8 at level 3: try 8 or 16')
     """
     for name, values in ranges.items():
         if name not in RANGED:

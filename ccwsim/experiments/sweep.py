@@ -1,7 +1,5 @@
 """Parameter sweeps, which simulate, judge and compare many settings of one study."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import prod
@@ -50,8 +48,7 @@ EQUALLY_GOOD = (
     f"{TOLERANCES['connection']} in τ(h) and {100 * TOLERANCES['proportions']:.0f} % in "
     "proportions, or by less than their spread"
 )
-MAX_NAMED = 4
-"""Maximum number of settings that a sentence names."""
+MAX_NAMED = 4  # maximum number of settings that a sentence names
 DOUBT = 2.0
 """Two settings count as different if they differ by at least this number of standard errors."""
 
@@ -204,11 +201,6 @@ def pareto_front(times: ArrayLike, errors: ArrayLike) -> NDArray[np.int64]:
 
     A point is on the front if no other point is better in one value and at least equal in the other
     value. Raises `CCWSIMError` if the numbers of times and of errors differ.
-
-    Examples
-    --------
-    >>> pareto_front([1.0, 2.0, 3.0], [5.0, 6.0, 4.0])
-    array([0, 2])
     """
     t, e = np.asarray(times, dtype=float), np.asarray(errors, dtype=float)
     if t.shape != e.shape or t.ndim != 1:

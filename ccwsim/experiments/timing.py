@@ -1,7 +1,5 @@
 """Estimate and measure the CPU time of a realization by grid size and number of data."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import accumulate

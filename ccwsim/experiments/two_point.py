@@ -4,8 +4,6 @@ Facies are truncated Gaussian fields (Matheron et al. 1987) with the proportions
 variograms of the training image; their connectivity is what follows from these.
 """
 
-from __future__ import annotations
-
 import time
 
 import numpy as np

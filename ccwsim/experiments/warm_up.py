@@ -1,7 +1,5 @@
 """Compile the kernels of usual studies and of the first screens before the first use."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable
 from contextlib import suppress
@@ -20,8 +18,7 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
 
-MAP, VOLUME = (64, 64), (32, 32, 32)
-"""Shapes of the training images and grids."""
+MAP, VOLUME = (64, 64), (32, 32, 32)  # shapes of the training images and grids
 STUDIES = {
     "maps, 16-bit scores": (MAP, Parameters(16, 4, 2)),
     "maps, 32-bit scores": (MAP, Parameters(32, 16, 3)),

@@ -1,7 +1,5 @@
 """Charts and sparklines of the curves of ensembles, training images and methods."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, cast
@@ -25,12 +23,9 @@ from ccwsim.figures.style import (
 Floats = NDArray[np.float64]
 BAND_OPACITY = 0.13
 """Opacity of the bands of compared settings; low enough to see four overlapping bands."""
-ROW_HEIGHT = 172
-"""Height in pixels of a row of transiograms."""
-MAX_DISC = 6
-"""Maximum diameter in pixels of the discs that show the hard data of a layer."""
-SIDE, MARGIN = 100, 4
-"""Side and margin of a sparkline in SVG units."""
+ROW_HEIGHT = 172  # height in pixels of a row of transiograms
+MAX_DISC = 6  # maximum diameter in pixels of the discs that show the hard data of a layer
+SIDE, MARGIN = 100, 4  # side and margin of a sparkline in SVG units
 
 
 @dataclass(frozen=True, eq=False)

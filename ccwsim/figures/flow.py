@@ -1,7 +1,5 @@
 """Charts of flow through realizations: effective conductivity and breakthrough."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -4,8 +4,6 @@ Row 0 of an array is in the south; pictures have north at the top. In all functi
 shape of the grid, and `longest` is the length in pixels of the longer side of a picture.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
@@ -22,11 +20,9 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.missing import UNKNOWN
 
 MAX_SHEET_SIDE = 8192
-QUICK = 2
-"""PNG compression level of pictures that are sent once and not stored."""
+QUICK = 2  # PNG compression level of pictures that are sent once and not stored
 WRONG = "#C8321F"
-STEPS = 101
-"""Number of colours in a map of shares, one for each percent from 0 to 100."""
+STEPS = 101  # number of colours in a map of shares, one for each percent from 0 to 100
 GAP, LABEL, TEXT = 12, 22, 13
 """Gap between two slices, height of the labels above slices, and size of letters, in pixels."""
 GREY = "#6B737C"
@@ -161,8 +157,7 @@ def placement_svg(
     return head + "".join(parts) + "</svg>"
 
 
-_SVG_SIDE = 480
-"""Length in SVG units of the longer side of the sketch."""
+_SVG_SIDE = 480  # length in SVG units of the longer side of the sketch
 
 
 def data_map_png(

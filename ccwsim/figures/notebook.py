@@ -3,8 +3,6 @@
 A picture of a volume shows the middle layer; layers are counted from 0 at the bottom.
 """
 
-from __future__ import annotations
-
 from base64 import b64encode
 from collections.abc import Sequence
 from html import escape
@@ -19,13 +17,10 @@ from ccwsim.figures.maps import contact_sheet, data_png
 from ccwsim.figures.style import as_written, facies_colours, written
 from ccwsim.model.arrays import describe_shape
 
-THUMB = 240
-"""Length in pixels of the longer side of a picture; halved if there are many pictures."""
+THUMB = 240  # length in pixels of the longer side of a picture; halved if there are many pictures
 FEW = 4
-MAX_TILES = 12
-"""Maximum number of realizations shown in a picture of an ensemble."""
-HEIGHT = 380
-"""Height in pixels of a row of maps in a chart with several maps."""
+MAX_TILES = 12  # maximum number of realizations shown in a picture of an ensemble
+HEIGHT = 380  # height in pixels of a row of maps in a chart with several maps
 
 
 def image_html(image: TrainingImage) -> str:

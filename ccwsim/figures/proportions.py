@@ -1,7 +1,5 @@
 """Charts of the facies proportions of realizations and of the training image."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -11,8 +9,7 @@ from numpy.typing import NDArray
 from ccwsim.figures.style import SYMBOLS, Theme, as_written, blank_chart, dots, line, name_rows
 
 Floats = NDArray[np.float64]
-LINE = 18
-"""Height in pixels of a line of dots."""
+LINE = 18  # height in pixels of a line of dots
 
 
 def proportions_height(n_facies: int) -> int:

@@ -4,8 +4,6 @@ The module also defines the colours of facies, which are the same in every map a
 symbols of compared settings, and converts charts to JSON.
 """
 
-from __future__ import annotations
-
 import colorsys
 import re
 from collections.abc import Iterable, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Chart of the times and errors of the settings of a sweep, with the Pareto front."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from typing import Any
@@ -27,8 +25,7 @@ SIDES = {
 }
 NARROW = 400.0
 """Chart width in pixels assumed when labels are placed (the smallest width on a usual screen)."""
-SPREAD = 4.0
-"""Minimum ratio of the largest to the smallest value for which an axis is logarithmic."""
+SPREAD = 4.0  # minimum ratio of the largest to the smallest value for which an axis is logarithmic
 
 
 def sweep_chart(

@@ -1,7 +1,5 @@
 """Charts of CPU time by realization, by setting, and by number of grid cells."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -22,12 +20,10 @@ from ccwsim.figures.style import (
 )
 
 Floats = NDArray[np.float64]
-ROW = 40
-"""Height in pixels of a bar including the space above and below the bar."""
+ROW = 40  # height in pixels of a bar including the space above and below the bar
 LEVEL_SYMBOLS = ("x", "circle", "square", "diamond", "triangle-up", "star", "pentagon")
 """Symbols of measured and published times, by wavelet level."""
-LABEL_GAP = 15
-"""Minimum distance between two labels in pixels."""
+LABEL_GAP = 15  # minimum distance between two labels in pixels
 EMPTY_DECADES = 4.0
 """Number of decades shown below the published times while no time has been measured."""
 

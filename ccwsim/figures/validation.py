@@ -1,7 +1,5 @@
 """Charts that judge realizations: calibration, data, divergences, lag maps, convergence, MDS."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

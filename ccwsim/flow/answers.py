@@ -1,7 +1,5 @@
 """What an ensemble answers: effective conductivity, travel times, capture, representatives."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -16,15 +14,13 @@ from ccwsim.jobs.workers import Cancel, Progress, Watch, run_all
 from ccwsim.model.arrays import Shape, as_floats, check_int
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import Cancelled, CCWSIMError, shown
-from ccwsim.model.facies_property import FaciesValues, values_by_facies
+from ccwsim.model.facies_property import FaciesValues, cell_values, values_by_facies
 from ccwsim.model.grid import Grid
 from ccwsim.system.machine import n_cores
 
 HEADS_ALONG = {"x": "west_east", "y": "south_north", "z": "bottom_top"}
-CONTRAST = 1e4
-"""Ratio of conductivities of a facies to all others in the flow efficiency."""
-COARSER = 4
-"""Sides of a cell, in cells, of the grid on which realizations are ranked first."""
+CONTRAST = 1e4  # ratio of conductivities of a facies to all others in the flow efficiency
+COARSER = 4  # sides of a cell, in cells, of the grid on which realizations are ranked first
 Result = TypeVar("Result")
 
 
@@ -78,7 +74,8 @@ class Capture:
         """
         n, total = len(self.captured), self.captured.sum(axis=0)
         if truth is not None:
-            return float(np.mean((total / n - truth) ** 2)), _climatology(self.captured, truth)
+            constant = float(np.mean((self.captured.mean() - truth) ** 2))
+            return float(np.mean((total / n - truth) ** 2)), constant
         if n < 2:
             raise CCWSIMError("a Brier score needs at least two realizations, or the truth")
         others = [(total - own) / (n - 1) for own in self.captured]
@@ -87,20 +84,13 @@ class Capture:
         return float(own), float(np.mean([np.mean((p.mean() - c) ** 2) for p, c in pairs]))
 
 
-def _climatology(captured: NDArray[np.bool_], truth: NDArray[np.bool_]) -> float:
-    return float(np.mean((captured.mean() - truth) ** 2))
-
-
 def effective_k(
     ensemble: Ensemble,
     values: FaciesValues,
     axis: str = "x",
     *,
     anisotropy: float = 1.0,
-    n_workers: int | None = None,
-    progress: Progress | None = None,
-    cancel: Cancel | None = None,
-    executor: Any = None,
+    **run: Any,
 ) -> EffectiveK:
     """Return the effective conductivity of each realization and of the image, with bounds.
 
@@ -113,8 +103,8 @@ def effective_k(
         Direction of the flow, between fixed heads on two sides.
     anisotropy : float
         Ratio of vertical to horizontal conductivity.
-    n_workers, progress, cancel, executor
-        As in `simulate`.
+    **run
+        The arguments `n_workers`, `progress`, `cancel` and `executor` of `simulate`.
 
     Raises
     ------
@@ -133,7 +123,7 @@ def effective_k(
     """
     k = _values(ensemble, values, axis)
     solve = partial(_k_of, k=k, grid=ensemble.grid, axis=axis, anisotropy=anisotropy)
-    each = np.array(over(ensemble, solve, n_workers, progress, cancel, executor))
+    each = np.array(over(ensemble, solve, **run))
     return with_bounds(ensemble, k, axis, each, anisotropy)
 
 
@@ -152,7 +142,7 @@ def with_bounds(
 def _k_of(indices: NDArray[np.uint8], k: Floats, grid: Grid, axis: str, anisotropy: float) -> float:
     """Return the effective conductivity of facies indices; a function that executors can send."""
     ends: dict[str, Any] = {HEADS_ALONG[axis]: (1.0, 0.0)}
-    return darcy(k[indices], grid, anisotropy=anisotropy, **ends).effective_k
+    return darcy(cell_values(k, indices), grid, anisotropy=anisotropy, **ends).effective_k
 
 
 def flow_efficiency(inside: NDArray[np.bool_], axis: int, contrast: float = CONTRAST) -> float:
@@ -182,10 +172,7 @@ def travel_times(
     *,
     heads: tuple[float, float] = (1.0, 0.0),
     n_particles: int = 200,
-    n_workers: int | None = None,
-    progress: Progress | None = None,
-    cancel: Cancel | None = None,
-    executor: Any = None,
+    **run: Any,
 ) -> Floats:
     """Return the breakthrough of each realization: sorted travel times, shape (n, n_particles).
 
@@ -204,7 +191,7 @@ def travel_times(
     shares = porosities(ensemble, porosity)
     n = check_int("n_particles", n_particles, 1)
     solve = partial(_times_of, k=k, shares=shares, grid=ensemble.grid, axis=axis, heads=heads, n=n)
-    return np.array(over(ensemble, solve, n_workers, progress, cancel, executor))
+    return np.array(over(ensemble, solve, **run))
 
 
 def porosities(ensemble: Ensemble, porosity: FaciesValues | float) -> Floats:
@@ -229,7 +216,9 @@ def _times_of(
     indices: NDArray[np.uint8], k: Floats, shares: Floats, grid: Grid, axis: str, heads: Any, n: int
 ) -> Floats:
     ends: dict[str, Any] = {HEADS_ALONG[axis]: heads}
-    return breakthrough(darcy(k[indices], grid, **ends), shares[indices], axis, n)
+    return breakthrough(
+        darcy(cell_values(k, indices), grid, **ends), cell_values(shares, indices), axis, n
+    )
 
 
 def capture_probability(
@@ -243,16 +232,13 @@ def capture_probability(
     porosity: FaciesValues | float = 0.25,
     within: float = np.inf,
     step: int = 4,
-    n_workers: int | None = None,
-    progress: Progress | None = None,
-    cancel: Cancel | None = None,
-    executor: Any = None,
+    **run: Any,
 ) -> Capture:
     """Return the starts from which particles reach a well, in each realization.
 
     Parameters
     ----------
-    ensemble, values, porosity, n_workers, progress, cancel, executor
+    ensemble, values, porosity, **run
         As in `travel_times`.
     well : tuple of int
         Cell ((layer,) row, column) of the well.
@@ -282,18 +268,12 @@ def capture_probability(
         _captured_in, k=k, shares=porosities(ensemble, porosity), grid=grid, starts=starts,
         wells={tuple(well): -rate}, heads=(west_east, south_north), within=within,
     )  # fmt: skip
-    captured = over(ensemble, solve, n_workers, progress, cancel, executor)
+    captured = over(ensemble, solve, **run)
     return Capture(starts, shape, np.array(captured))
 
 
 def starts_on_grid(grid: Grid, step: int, layer: int | None = None) -> tuple[Floats, Shape]:
-    """Return starts in every `step`-th row and column, and their numbers along y and x.
-
-    Examples
-    --------
-    >>> starts_on_grid(Grid(4, 8), 4)[0].tolist()
-    [[2.5, 2.5], [6.5, 2.5]]
-    """
+    """Return starts in every `step`-th row and column, and their numbers along y and x."""
     lines = [np.arange(min(step // 2, n - 1), n, step) for n in grid.shape[-2:]]
     shape = tuple(map(len, lines))
     lines = lines if layer is None else [np.array([layer]), *lines]
@@ -305,9 +285,20 @@ def _captured_in(
     indices: NDArray[np.uint8], k: Floats, shares: Floats, grid: Grid, starts: Floats,
     wells: dict, heads: tuple, within: float,
 ) -> NDArray[np.bool_]:  # fmt: skip
-    flow = darcy(k[indices], grid, west_east=heads[0], south_north=heads[1], wells=wells)
-    found = tracks(flow, starts, porosity=shares[indices], keep_paths=False)
-    return (found.status == IN_WELL) & (found.times <= within)
+    flow = darcy(
+        cell_values(k, indices), grid, west_east=heads[0], south_north=heads[1], wells=wells
+    )
+    return captured_by_wells(flow, starts, cell_values(shares, indices), within)
+
+
+def captured_by_wells(
+    flow: Flow, starts: Floats, porosity: Floats, within: float = np.inf
+) -> NDArray[np.bool_]:
+    """Return which particles reach a well in time; none does from an inactive cell."""
+    captured = ~np.isnan(flow.heads[tuple(flow.grid.cells_of(*starts.T).T)])
+    found = tracks(flow, starts[captured], porosity=porosity, keep_paths=False)
+    captured[captured] = (found.status == IN_WELL) & (found.times <= within)
+    return captured
 
 
 def representatives(
@@ -337,13 +328,7 @@ def representatives(
 
 
 def at_percentiles(each: Floats, percentiles: Sequence[float]) -> NDArray[np.int64]:
-    """Return the indices of the values nearest in rank to percentiles.
-
-    Examples
-    --------
-    >>> at_percentiles(np.array([3.0, 1.0, 2.0]), (0, 50, 100))
-    array([1, 2, 0])
-    """
+    """Return the indices of the values nearest in rank to percentiles."""
     wanted = as_floats(percentiles, "percentiles")
     if wanted.ndim != 1 or not ((wanted >= 0) & (wanted <= 100)).all():
         raise CCWSIMError(f"percentiles = {shown(percentiles)} must be numbers from 0 to 100")
@@ -353,7 +338,7 @@ def at_percentiles(each: Floats, percentiles: Sequence[float]) -> NDArray[np.int
 
 def _coarse_k(indices: NDArray[np.uint8], k: Floats, grid: Grid, axis: str, factor: int) -> float:
     """Return the effective conductivity on a coarser grid; remaining rows and columns are cut."""
-    logs = np.log(k)[indices]
+    logs = cell_values(np.log(k), indices)
     for number, n in enumerate(indices.shape):
         own = min(factor, n)
         logs = np.moveaxis(logs, number, -1)[..., : n // own * own]

@@ -1,7 +1,5 @@
 """Steady single-phase flow through a map or a volume: heads, fluxes and effective conductivity."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -19,10 +17,8 @@ from ccwsim.model.grid import Grid
 
 SIDES = {"x": ("west", "east"), "y": ("south", "north"), "z": ("bottom", "top")}
 """Sides of the grid at both ends of each axis."""
-TOLERANCE = 1e-10
-"""Default norm of the residual, relative to that of the fixed heads and wells."""
-MAX_ITERATIONS = 300
-"""Maximum number of iterations; usual are 10 to 30."""
+TOLERANCE = 1e-10  # default norm of the residual, relative to that of the fixed heads and wells
+MAX_ITERATIONS = 300  # maximum number of iterations; usual are 10 to 30
 Floats = NDArray[np.float64]
 Ends = tuple[ArrayLike | None, ArrayLike | None]
 """Heads at the low and at the high end of an axis: a number, an array over the side, or None."""
@@ -105,9 +101,11 @@ def darcy(
 ) -> Flow:
     """Solve ∇·(K ∇h) = −q by finite volumes, with harmonic means at the faces between cells.
 
-    Sides without fixed heads are no-flow. A fixed head acts on the outer face of a cell. The
-    solver is conjugate gradients with an algebraic multigrid preconditioner (PyAMG; Bell et al.
-    2023), or sparse elimination if PyAMG is missing or does not converge.
+    Sides without fixed heads are no-flow. A fixed head acts on the outer face of a cell. The solver
+    is conjugate gradients with an algebraic multigrid preconditioner (PyAMG; Bell et al. 2023), or
+    sparse elimination if PyAMG is missing or does not converge. Raises `CCWSIMError` if
+    conductivity, heads or wells do not fit the grid, a well is in an inactive cell or cut off from
+    all fixed heads, or no path connects two sides with heads.
 
     Parameters
     ----------
@@ -125,13 +123,6 @@ def darcy(
         Mask of the active cells.
     tolerance : float
         Relative residual at which iterations end.
-
-    Raises
-    ------
-    CCWSIMError
-        If conductivity, heads or wells do not fit the grid, a well is in an inactive cell or
-        cut off from all fixed heads, or no path connects two sides with heads.
-
     Examples
     --------
     >>> flow = darcy([[1.0, 1.0, 4.0]], west_east=(1.0, 0.0))

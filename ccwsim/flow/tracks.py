@@ -1,7 +1,5 @@
 """Tracks of particles that move with steady flow (Pollock 1988)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,8 +12,7 @@ from ccwsim.model.errors import CCWSIMError
 
 LEFT, IN_WELL, STUCK = 0, 1, 2
 """End of a track: it left the grid, entered the cell of a well, or stopped in a cell."""
-MAX_CROSSINGS = 5
-"""Maximum number of cells of a track, in sums of the sides of the grid."""
+MAX_CROSSINGS = 5  # maximum number of cells of a track, in sums of the sides of the grid
 STEPS_BETWEEN_CHECKS = 64
 
 
@@ -42,7 +39,9 @@ def tracks(
 ) -> Tracks:
     """Follow particles through the cells; velocities are linear in each cell along each axis.
 
-    Within a cell, v = v₀ + A x along an axis, and the time to the face is ln(v₁ / v) / A.
+    Within a cell, v = v₀ + A x along an axis, and the time to the face is ln(v₁ / v) / A. Raises
+    `CCWSIMError` if a start is outside the grid or in an inactive cell, or a porosity is out of
+    range.
 
     Parameters
     ----------
@@ -55,12 +54,6 @@ def tracks(
         Follow the particles upstream.
     keep_paths : bool
         Whether to store the points at which particles enter cells.
-
-    Raises
-    ------
-    CCWSIMError
-        If a start is outside the grid or in an inactive cell, or a porosity is out of range.
-
     Examples
     --------
     >>> from ccwsim.flow import darcy
@@ -73,7 +66,7 @@ def tracks(
     if points.ndim != 2 or points.shape[1] != n_axes:
         raise CCWSIMError(f"starts of shape {points.shape} must be (n, {n_axes})")
     shares = as_floats(porosity, "porosity")
-    if shares.shape not in ((), grid.shape) or not ((shares > 0) & (shares <= 1)).all():
+    if shares.shape not in ((), grid.shape) or ((shares <= 0) | (shares > 1)).any():
         raise CCWSIMError("porosity must be above 0 and at most 1: a number, or one for each cell")
     cells = grid.cells_of(*points.T)
     if not grid.holds(cells).all() or np.isnan(flow.heads[tuple(cells.T)]).any():

@@ -1,7 +1,5 @@
 """Check zip files, such as `.npz` and projects, before unpacking them."""
 
-from __future__ import annotations
-
 import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager

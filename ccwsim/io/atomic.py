@@ -1,7 +1,5 @@
 """Write a file completely or not at all, and derive a file's format from its name."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Collection
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Hand-over of realizations to programs for flow: MODFLOW 6 and Eclipse."""
 
-from __future__ import annotations
-
 import os
 from io import BytesIO
 from pathlib import Path
@@ -18,16 +16,14 @@ from ccwsim.io.formats.grdecl import geometry_as_bytes, keywords_as_bytes
 from ccwsim.model.arrays import check_int
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError, shown
-from ccwsim.model.facies_property import FaciesValues, values_by_facies
+from ccwsim.model.facies_property import FaciesValues, cell_values, values_by_facies
 
 VISCOSITY, DENSITY, GRAVITY = 1.002e-3, 998.2, 9.80665
 """Viscosity (Pa s) and density (kg/m³) of water at 20 °C, and gravity (m/s²)."""
-MILLIDARCY = 9.869233e-16
-"""One millidarcy in m²."""
+MILLIDARCY = 9.869233e-16  # one millidarcy in m²
 TIGHT = 1e-10
 """Closure of heads and residuals; looser defaults of MODFLOW lose some percent of the flow."""
-MODEL = "flow"
-"""Name of the MODFLOW model and of its files."""
+MODEL = "flow"  # name of the MODFLOW model and of its files
 TIME_UNITS = {"m/s": "seconds", "m/d": "days"}
 
 
@@ -56,8 +52,10 @@ def grdecl_files(
     k = millidarcy(values_by_facies(ensemble.training_image, values), unit)
     files = {".grdecl": geometry_as_bytes(ensemble.grid)}
     for number, facies, indices in zip(ensemble.numbers, ensemble, ensemble.indices, strict=True):
-        horizontal = k[indices]
-        maps = {"FACIES": facies, "PERMX": horizontal, "PERMY": horizontal}
+        horizontal = np.nan_to_num(cell_values(k, indices))
+        maps = {"FACIES": np.nan_to_num(facies), "PERMX": horizontal, "PERMY": horizontal}
+        if ensemble.active is not None:
+            maps["ACTNUM"] = ensemble.active.astype(int)
         files[f"_{number + 1}.inc"] = keywords_as_bytes(maps | {"PERMZ": anisotropy * horizontal})
     return files
 
@@ -71,6 +69,9 @@ def write_grdecl(
     anisotropy: float = 1.0,
 ) -> list[Path]:
     """Write the grid once, and facies and permeability of each realization, for Eclipse or OPM.
+
+    Raises `CCWSIMError` for a facies without a value, an unknown unit, or a path that cannot be
+    written.
 
     Parameters
     ----------
@@ -89,12 +90,6 @@ def write_grdecl(
     -------
     list of Path
         The files written.
-
-    Raises
-    ------
-    CCWSIMError
-        For a facies without a value, an unknown unit, or a path that cannot be written.
-
     Examples
     --------
     >>> from ccwsim import simulate
@@ -128,10 +123,11 @@ def to_flopy(
 ) -> Any:
     """Write a steady MODFLOW 6 model of a realization, and return the flopy simulation.
 
-    Layer 1 is at the top and row 1 in the north. A head on a side is a general-head boundary half
-    a cell away from the centre of a cell. The program `mf6` is not needed; flopy's `get-modflow`
+    Layer 1 is at the top and row 1 in the north. A head on a side is a general-head boundary half a
+    cell away from the centre of a cell. The program `mf6` is not needed; flopy's `get-modflow`
     installs it, and `simulation.run_simulation()` runs the model. Other arguments are those of
-    `ccwsim.flow.darcy`, which gives the same heads.
+    `ccwsim.flow.darcy`, which gives the same heads. Raises `CCWSIMError` if flopy is not installed,
+    a facies has no value, or the heads and wells do not suit.
 
     Parameters
     ----------
@@ -144,12 +140,6 @@ def to_flopy(
         Index of the realization.
     unit : {"m/s", "m/d"}
         Unit of the conductivities, which sets the unit of time of the model.
-
-    Raises
-    ------
-    CCWSIMError
-        If flopy is not installed, a facies has no value, or the heads and wells do not suit.
-
     Examples
     --------
     >>> from ccwsim import simulate
@@ -173,6 +163,7 @@ def to_flopy(
     )
     volume = (lambda a: a) if grid.nz is not None else (lambda a: a[None])
     k, heads = volume(k), np.nan_to_num(volume(found.heads))
+    active, k = ~np.isnan(k), np.nan_to_num(k, nan=1.0)
     nz, ny, nx = k.shape
     dx, dy, dz = (*grid.cell_size, 1.0)[:3]
     bottom = (*grid.origin, 0.0)[2]
@@ -185,6 +176,8 @@ def to_flopy(
             each = np.broadcast_to(np.asarray(head, float), own.shape)
             for (z, other), value in np.ndenumerate(own):
                 y, x = (other, end) if axis == 2 else (end, other)
+                if not active[z, y, x]:
+                    continue
                 cell = (nz - 1 - z, ny - 1 - y, x)
                 rows.append([cell, float(each[z, other]), float(2 * value * factor)])
     simulation = mf6.MFSimulation(sim_name=MODEL, sim_ws=os.fspath(workspace), verbosity_level=0)
@@ -197,7 +190,7 @@ def to_flopy(
     botm: Any = [bottom + layer * dz for layer in range(nz - 1, -1, -1)]
     mf6.ModflowGwfdis(
         model, nlay=nz, nrow=ny, ncol=nx, delr=dx, delc=dy, top=bottom + nz * dz,
-        botm=botm,
+        botm=botm, idomain=active[::-1, ::-1].astype(int),
         xorigin=grid.origin[0], yorigin=grid.origin[1], length_units="meters",
     )  # fmt: skip
     mf6.ModflowGwfic(model, strt=heads[::-1, ::-1])

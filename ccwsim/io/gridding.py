@@ -117,12 +117,9 @@ def largest_without_gaps(known: NDArray[np.bool_]) -> tuple[int, int, int, int]:
 
 MIN_FILLED = 0.5
 """Minimum share of the cells of a grid that have a row; a table with fewer rows has points."""
-MIN_ROWS = 16
-"""Minimum number of rows of a table that is taken for a grid."""
-MAX_STEPS = 2**31
-"""Maximum number of cells along an axis."""
-TOLERANCE = 1e-3
-"""Maximum deviation of a coordinate from the centre of its cell, in cells."""
+MIN_ROWS = 16  # minimum number of rows of a table that is taken for a grid
+MAX_STEPS = 2**31  # maximum number of cells along an axis
+TOLERANCE = 1e-3  # maximum deviation of a coordinate from the centre of its cell, in cells
 
 
 def as_grid(file: DataFile, shape: tuple[int, ...] | None = None) -> DataFile:

@@ -5,8 +5,6 @@ end its process. Such a decoder runs in a child process, which is killed and rep
 errors are cached by file content, so that the same content is read only once.
 """
 
-from __future__ import annotations
-
 import os
 import pickle
 import signal
@@ -31,10 +29,8 @@ from ccwsim.system.memory import address_space, free_memory, give_back_memory
 
 Result = TypeVar("Result")
 
-MAX_PROCESSES = 8
-"""Maximum number of files that are read at the same time."""
-N_WARM = 2
-"""Number of processes that are kept for the next files."""
+MAX_PROCESSES = 8  # maximum number of files that are read at the same time
+N_WARM = 2  # number of processes that are kept for the next files
 WALL_FACTOR = 6
 """Wall time limit / processor time limit; above 1 because a process may wait for a core."""
 LOST = (OSError, EOFError, pickle.UnpicklingError, MemoryError)

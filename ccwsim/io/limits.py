@@ -4,8 +4,6 @@ Scripts have wide limits, and uploads to a public server have narrow limits. The
 manager `limited` sets the limits of all readers that are called inside it.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, suppress
@@ -18,11 +16,9 @@ from ccwsim.model.errors import CCWSIMError, shown
 
 MIB = 2**20
 
-MAX_VARIABLES = 1000
-"""Maximum number of variables in a file; a user chooses a variable from a list."""
+MAX_VARIABLES = 1000  # maximum number of variables in a file; a user chooses a variable from a list
 
-MAX_MEMBERS = 2000
-"""Maximum number of files in a zip; Python creates an object for each file."""
+MAX_MEMBERS = 2000  # maximum number of files in a zip; Python creates an object for each file
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,5 @@
 """Write named maps of one grid, such as the maps of an E-type, for other programs."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from importlib.util import find_spec
 from io import BytesIO
@@ -25,13 +23,11 @@ from ccwsim.model.grid import Grid
 MAP_FORMATS = ("npz", "gslib", "sgems", "dat", "grdecl", "vti", "tif", "nc")
 """Formats of maps, named by file ending."""
 
-_NEEDS = {"tif": "rasterio", "nc": "xarray"}
-"""Optional package that is needed to write each format."""
+_NEEDS = {"tif": "rasterio", "nc": "xarray"}  # optional package that is needed to write each format
 
 NO_VALUE = -9999.0
 """Code of a cell without a value in text files, because few programs read "nan"."""
-DECIMALS = 6
-"""Number of decimals of real numbers in text files."""
+DECIMALS = 6  # number of decimals of real numbers in text files
 
 
 def can_write(kind: str) -> bool:

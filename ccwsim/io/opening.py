@@ -1,7 +1,5 @@
 """Detect the format of a file from its content (not its name), open it and summarize it."""
 
-from __future__ import annotations
-
 import os
 import re
 import tomllib
@@ -244,8 +242,7 @@ def _plain_text(content: bytes, name: str) -> bytes:
     return content + b"\n"
 
 
-MAX_COUNTED = 1000
-"""Maximum number of distinct values that are counted."""
+MAX_COUNTED = 1000  # maximum number of distinct values that are counted
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,5 @@
 """Write realizations to files and downloads, and read them from files."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, fields, replace
@@ -42,8 +40,7 @@ FORMATS = ("npz", "gslib", "sgems", "dat", "grdecl", "png", "vti", "tif", "nc")
 MAX_PIXELS = 50_000_000
 """Maximum number of pixels in a contact sheet; many viewers reject larger pictures."""
 
-GAP = 4
-"""Width of the white gap between the maps of a contact sheet, in cells."""
+GAP = 4  # width of the white gap between the maps of a contact sheet, in cells
 
 
 def write_realizations(

@@ -1,7 +1,5 @@
 """Read secondary information: probabilities of facies, other variables, and active cells."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from typing import Any
@@ -24,14 +22,16 @@ PREFIX = "p_"
 """First letters, in lower case, of variables with probabilities of facies, such as `P_sand`."""
 HEIGHTS = ("z", "layer")
 """Names of the first column of a vertical curve, which has one row for each layer."""
-MAX_DEPTH = 8
-"""Maximum number of collections inside each other in GeoJSON."""
+MAX_DEPTH = 8  # maximum number of collections inside each other in GeoJSON
 
 
 def read_probabilities(
     path_or_file: PathOrFile, grid: Grid, facies: str | int | None = None
 ) -> dict[str | int, NDArray[np.float64]]:
     """Read probabilities of facies for `Secondary(probabilities=...)`.
+
+    Raises `CCWSIMError` if the file cannot be read, or if its shape, geometry or names of variables
+    do not fit.
 
     Parameters
     ----------
@@ -48,12 +48,6 @@ def read_probabilities(
     -------
     dict of str or int to ndarray, shape of the grid, or (nz,) for a vertical curve
         NaN in cells without a value.
-
-    Raises
-    ------
-    CCWSIMError
-        If the file cannot be read, or if its shape, geometry or names of variables do not fit.
-
     Examples
     --------
     >>> from io import BytesIO

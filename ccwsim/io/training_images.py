@@ -1,7 +1,5 @@
 """Read and write training images, and guess what a file leaves open."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Mapping, Sequence
 from io import BytesIO

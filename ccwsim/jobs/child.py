@@ -16,10 +16,8 @@ from queue import SimpleQueue
 from typing import Any, BinaryIO
 from weakref import WeakSet
 
-FOLDER = Path(__file__).parents[2]
-"""The folder that contains the package."""
-END_SECONDS = 10.0
-"""Seconds that a process has to end after its input was closed."""
+FOLDER = Path(__file__).parents[2]  # the folder that contains the package
+END_SECONDS = 10.0  # seconds that a process has to end after its input was closed
 
 
 def can_start() -> bool:

@@ -12,8 +12,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from threading import Event, Lock
 
-SLICE_SECONDS = 0.05
-"""Seconds that a task may compute while other tasks wait."""
+SLICE_SECONDS = 0.05  # seconds that a task may compute while other tasks wait
 CREDIT_SECONDS = 1.0
 """Head start of a new user in core seconds; with the head start, quick work starts at once."""
 

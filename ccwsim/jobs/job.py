@@ -16,12 +16,9 @@ from ccwsim.jobs.workers import share_cores, stoppable
 from ccwsim.model.errors import Cancelled
 
 Result = TypeVar("Result")
-LEAST_SHARE = 0.02
-"""Minimum finished share of the work for an estimate of the time left."""
-PATIENCE = 0.3
-"""Seconds that a page waits for first results before it shows the progress."""
-POLL_SECONDS = 0.25
-"""Seconds between two checks of a job that a page waits for."""
+LEAST_SHARE = 0.02  # minimum finished share of the work for an estimate of the time left
+PATIENCE = 0.3  # seconds that a page waits for first results before it shows the progress
+POLL_SECONDS = 0.25  # seconds between two checks of a job that a page waits for
 MAX_CELLS_AT_ONCE = 4_000_000
 """Maximum number of cells of a run without a job; such a run takes some tenths of a second."""
 MAX_COUNTED_SECONDS = 10.0

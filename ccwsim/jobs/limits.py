@@ -13,12 +13,10 @@ MAX_DATA = "CCWSIM_MAX_DATA"
 JOBS = "CCWSIM_JOBS"
 MEMORY = "CCWSIM_MEMORY_MB"
 HISTORY = "CCWSIM_HISTORY_MB"
-UPLOADS = "CCWSIM_UPLOADS_MB"
-"""Environment variables."""
+UPLOADS = "CCWSIM_UPLOADS_MB"  # environment variables
 DEFAULT_HISTORY = 256
 DEFAULT_UPLOADS = 1024
-RESERVE = 128 * 10**6
-"""Bytes of memory reserved for the pages."""
+RESERVE = 128 * 10**6  # bytes of memory reserved for the pages
 
 UNASKED_SECONDS, UNASKED_CELLS, UNASKED_BYTES = 120.0, 500_000_000, 10**9
 """A study from a link or a project needs confirmation if its run takes more seconds, simulates more

@@ -94,5 +94,4 @@ class Turns:
             turn.set()
 
 
-PAGE_TURNS = Turns(MAX_AT_ONCE)
-"""The turns of the threads of this process that draw pages."""
+PAGE_TURNS = Turns(MAX_AT_ONCE)  # the turns of the threads of this process that draw pages

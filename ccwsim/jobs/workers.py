@@ -11,8 +11,7 @@ from ccwsim.jobs.cores import CoreLease, Cores, Usage
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.system.machine import n_cores
 
-POLL_SECONDS = 0.05
-"""Seconds between two checks of progress and cancel."""
+POLL_SECONDS = 0.05  # seconds between two checks of progress and cancel
 
 Progress = Callable[[float, int], None]
 """Callback with the finished share of the work and the number of finished tasks."""

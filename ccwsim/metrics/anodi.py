@@ -1,7 +1,5 @@
 """ANODI: distances of realizations from each other and from the image (Tan et al. 2014)."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import nan

@@ -1,7 +1,5 @@
 """Statistics over realizations, computed at once or updated realization by realization."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args

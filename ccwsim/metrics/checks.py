@@ -1,7 +1,5 @@
 """All comparisons of an ensemble with crops of its training image."""
 
-from __future__ import annotations
-
 from itertools import product
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Maps and volumes at a lower resolution."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np
@@ -14,8 +12,7 @@ from ccwsim.model.ensemble import codes_with_nan
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.missing import UNKNOWN
 
-TIE = 1e-9
-"""Minimum difference between shares; smaller differences count as ties (rounding errors)."""
+TIE = 1e-9  # minimum difference between shares; smaller differences count as ties (rounding errors)
 
 
 def coarsened(

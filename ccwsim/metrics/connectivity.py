@@ -1,7 +1,5 @@
 """Geobodies of a facies: connectivity function, sizes, percolation, Euler number."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import product
 from typing import cast

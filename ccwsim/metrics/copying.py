@@ -1,7 +1,5 @@
 """Pieces of a realization that were copied from the training image."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import prod
 

@@ -1,7 +1,5 @@
 """Properties of a training image, and advice on template size, overlap and wavelet level."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import prod
@@ -24,8 +22,7 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 
 SILL_SHARE = 0.95
-PROMINENCE = 0.1
-"""Minimum prominence of a peak of the correlation; lower peaks are noise."""
+PROMINENCE = 0.1  # minimum prominence of a peak of the correlation; lower peaks are noise
 THICK_SHARE = 0.95
 """Minimum share of a facies covered by squares whose side is the thickness of the facies."""
 
@@ -162,19 +159,16 @@ def _combined(
 
 MIN_ACROSS = 6
 """Minimum number of templates along an image's smaller side, to avoid copies of the image."""
-MIN_ACROSS_PERIOD = 4
-"""Minimum number of templates along the smaller side of a periodic image."""
+MIN_ACROSS_PERIOD = 4  # minimum number of templates along the smaller side of a periodic image
 MAX_ADVISED_LEVEL = 3
 COARSE_LEVEL = 3
 """Minimum wavelet level at which dense data break shapes (measured in `docs/quality.md`)."""
 MIN_HALVED_LAYERS = 16
 """Templates have half the layers of a volume with at least this many layers, otherwise all."""
-MIN_LAYERS = 8
-"""Minimum height of a template in layers, if the image has enough layers."""
+MIN_LAYERS = 8  # minimum height of a template in layers, if the image has enough layers
 TREND_WEIGHT = 0.5
 """Location weight along z for volumes with a vertical trend; larger weights add little effect."""
-PERIODIC = 0.5
-"""Minimum `Spacing.strength` at which an image is considered periodic."""
+PERIODIC = 0.5  # minimum `Spacing.strength` at which an image is considered periodic
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,5 @@
 """Facies proportions of images, and the E-type: the probability of each facies in each cell."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,8 +13,7 @@ from ccwsim.metrics.stack import N_AXES, Codes, Images, as_stack, codes_or_place
 from ccwsim.model.arrays import MAX_INT, as_array, as_floats, as_integers, ratio
 from ccwsim.model.errors import CCWSIMError
 
-CELLS_OF_ENTROPY = 1_000_000
-"""Number of cells whose entropy is computed at a time."""
+CELLS_OF_ENTROPY = 1_000_000  # number of cells whose entropy is computed at a time
 
 
 def proportions(images: Images, codes: Codes | None = None) -> NDArray[np.float64]:

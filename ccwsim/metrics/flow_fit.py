@@ -1,7 +1,5 @@
 """Flow through realizations compared with the training image, as a measure of connectivity."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,8 +15,7 @@ MAX_SOLVED = 12
 MIN_EFFICIENCY_GAP, MIN_EFFICIENCY_SPREAD = 0.05, 0.02
 """Smallest reported difference of E, and smallest standard deviation between crops."""
 
-N_ERRORS = (3.0, 2.5)
-"""Allowed differences of E in standard errors, for maps and for volumes."""
+N_ERRORS = (3.0, 2.5)  # allowed differences of E in standard errors, for maps and for volumes
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,7 +1,5 @@
 """Lags h of two-point statistics, along a direction."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Literal, TypeGuard
 
@@ -25,8 +23,7 @@ STEPS: dict[DirectionName, tuple[int, int]] = {
 VERTICAL: DirectionName = "vertical"
 """Name of the upward direction in volumes; one step is one layer."""
 
-MAX_STEPS = 1_000_000
-"""Maximum lag in steps."""
+MAX_STEPS = 1_000_000  # maximum lag in steps
 
 Direction = DirectionName | float | tuple[int, ...]
 """A direction: a name in `STEPS`, an azimuth in degrees clockwise from north, or the (rows,

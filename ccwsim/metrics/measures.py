@@ -4,8 +4,6 @@
 *Validate*, reports and CSV files show all measures.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -23,8 +21,7 @@ from ccwsim.model.arrays import ratio
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.training_image import TrainingImage
 
-MAX_IMAGES = 200
-"""Maximum number of measured realizations; later realizations are not measured."""
+MAX_IMAGES = 200  # maximum number of measured realizations; later realizations are not measured
 PER_CELLS, PER_CELLS_VOLUME = 10_000, 1_000_000
 """Number of cells to which geobody counts are scaled, because images differ in size."""
 PATTERN_SIDE = 3

@@ -1,7 +1,5 @@
 """Codes and counts of the patterns of cells in an image."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np
@@ -12,8 +10,7 @@ from ccwsim.engine.stages.similarity import box_sums, summed_up
 from ccwsim.jobs.workers import check_stop
 from ccwsim.model.missing import UNKNOWN
 
-CELLS_OF_STRIP = 4_000_000
-"""Number of cells whose patterns are counted at a time."""
+CELLS_OF_STRIP = 4_000_000  # number of cells whose patterns are counted at a time
 MAX_TABLE = 2**20
 """Maximum number of possible patterns that are counted in a table; otherwise codes are sorted."""
 

@@ -1,7 +1,5 @@
 """Histograms of patterns on a pyramid of resolutions, their divergence, and unseen patterns."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -18,8 +16,7 @@ from ccwsim.model.training_image import TrainingImage
 
 PATTERN_SIZE, VOLUME_PATTERN_SIZE = 4, 3
 """Default side of patterns in cells, for maps and for volumes."""
-FACTORS = (1, 2, 3)
-"""Coarsening factors of full, half and third resolution."""
+FACTORS = (1, 2, 3)  # coarsening factors of full, half and third resolution
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,7 +1,5 @@
 """Quality of an ensemble in a few numbers, for comparing settings and methods."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import nan
 from typing import cast
@@ -18,8 +16,7 @@ from ccwsim.metrics.patterns import pattern_distance
 from ccwsim.metrics.stack import Codes, Images, Stack, as_stack
 from ccwsim.model.ensemble import Ensemble
 
-CELLS_COMPARED = 1_000_000
-"""Number of cells of each realization that are compared at a time."""
+CELLS_COMPARED = 1_000_000  # number of cells of each realization that are compared at a time
 
 
 @dataclass(frozen=True)

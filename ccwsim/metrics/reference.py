@@ -1,7 +1,5 @@
 """Comparison of realizations with hard data, given or left out, and with a reference field."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 
@@ -220,8 +218,7 @@ def data_match(realizations: Images, hard_data: HardData) -> DataMatch:
 
 TOO_SURE = 0.5
 """Slope of observed on predicted probabilities below which probabilities are too sure."""
-MIN_DATA = 200
-"""Minimum number of data for a verdict on the slope."""
+MIN_DATA = 200  # minimum number of data for a verdict on the slope
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,8 +9,6 @@ counts if it is larger, but only up to a multiple of that of the crops: worse re
 larger spread and must not excuse themselves by it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -37,12 +35,9 @@ from ccwsim.system.lru_cache import LruCache
 
 MIN_SIDE, MAX_SIDE = 8, 512
 """Limits of a crop's side in cells: smaller crops contain no pattern, larger crops are slow."""
-MAX_CROP_CELLS = 2_000_000
-"""Maximum number of cells in a crop from a volume."""
-MAX_CROPS_ALONG = 4
-"""Maximum number of crops along an axis; crops overlap by about half or less."""
-MAX_CROPS_ABOVE = 2
-"""Maximum number of crops along z in a volume."""
+MAX_CROP_CELLS = 2_000_000  # maximum number of cells in a crop from a volume
+MAX_CROPS_ALONG = 4  # maximum number of crops along an axis; crops overlap by about half or less
+MAX_CROPS_ABOVE = 2  # maximum number of crops along z in a volume
 MIN_CROPS = 3
 """Minimum number of crops in which a value is not NaN; otherwise the value is not judged."""
 MAX_PIECES = 32

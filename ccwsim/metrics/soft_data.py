@@ -1,7 +1,5 @@
 """How well an ensemble honours given probabilities of facies, and what the image cannot give."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,7 +22,8 @@ def reliability(ensemble: Ensemble, facies: int | None = None, n_bins: int = 10)
     """Return the share of each facies in the cells for which similar probabilities were given.
 
     In the result, `forecast` is the mean given probability of a bin and `observed` the share of the
-    facies in all realizations. A reliable ensemble has equal numbers.
+    facies in all realizations. A reliable ensemble has equal numbers. Raises `CCWSIMError` if the
+    ensemble was simulated without probabilities, or the facies is unknown.
 
     Parameters
     ----------
@@ -34,12 +33,6 @@ def reliability(ensemble: Ensemble, facies: int | None = None, n_bins: int = 10)
         Code of a facies; by default all facies are pooled.
     n_bins : int
         Number of bins of equal width.
-
-    Raises
-    ------
-    CCWSIMError
-        If the ensemble was simulated without probabilities, or the facies is unknown.
-
     Examples
     --------
     >>> from ccwsim import Grid, HardData, Secondary, simulate

@@ -1,7 +1,5 @@
 """Conversion of ensembles, training images and arrays to one type, `Stack`, for all metrics."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeVar
@@ -18,8 +16,7 @@ from ccwsim.model.missing import UNKNOWN
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.system.machine import n_cores
 
-N_AXES = 3
-"""Axes of a volume: layers from the bottom, rows from the south, columns from the west."""
+N_AXES = 3  # axes of a volume: layers from the bottom, rows from the south, columns from the west
 CELLS_A_PIECE = 200_000_000
 """Number of cells compared between two checks for cancellation (some tenths of a second)."""
 Result = TypeVar("Result")

@@ -1,7 +1,5 @@
 """Two-point statistics: indicator variograms and transiograms, along a direction and as maps."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

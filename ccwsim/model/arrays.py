@@ -1,7 +1,5 @@
 """Checks, conversions and hashes of arrays, also of arrays on disk and with named axes."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from hashlib import blake2b
 from typing import Any, TypeAlias, TypeGuard
@@ -13,8 +11,7 @@ from ccwsim.model.errors import CCWSIMError, shown
 
 Shape: TypeAlias = tuple[int, ...]
 """Shape of a map or a volume; typed `Any` because some functions accept only maps."""
-MIN_INT, MAX_INT = -(2**63), 2**63 - 1
-"""Smallest and largest 64-bit integer."""
+MIN_INT, MAX_INT = -(2**63), 2**63 - 1  # smallest and largest 64-bit integer
 AXES = "x", "y", "z"
 """Axes of world coordinates; the axes of arrays are in reverse order, and maps have no z."""
 
@@ -79,13 +76,7 @@ def check_int(name: str, value: object, low: int, high: int | None = None) -> in
 def check_number(
     name: str, value: object, low: float, high: float, open_below: bool = False
 ) -> float:
-    """Return a number from `low` (or above it, if `open_below`) to `high`, or raise `CCWSIMError`.
-
-    Examples
-    --------
-    >>> check_number("share", 1, 0.0, 1.0)
-    1.0
-    """
+    """Return a number from `low` (above it, if `open_below`) to `high`, or raise `CCWSIMError`."""
     is_number = isinstance(value, (int, float, np.integer, np.floating))
     in_range = is_number and low <= value <= high and not (open_below and value == low)
     if not in_range or isinstance(value, bool):

@@ -1,7 +1,5 @@
 """Import modules of higher folders when a noun first needs them."""
 
-from __future__ import annotations
-
 from importlib import import_module
 from typing import Any
 

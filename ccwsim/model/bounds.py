@@ -3,8 +3,6 @@
 If a page accepts less than the core, this module lists both bounds.
 """
 
-from __future__ import annotations
-
 MAX_SEED = 2**31 - 1
 """Maximum seed in widgets and links, exact in the browser and in 32-bit integers."""
 
@@ -34,10 +32,8 @@ MAX_TEMPLATE_VARIATION = 0.5
 MAX_LOCATION_WEIGHT = 10.0
 """Maximum location weight; at this weight, distant locations are hardly ever chosen."""
 
-MAX_AUXILIARY_WEIGHT = 10.0
-"""Maximum weight of an auxiliary variable, as of a location."""
-MAX_SOFT_WEIGHT = 5.0
-"""Maximum strength of probabilities; at this strength, overlaps hardly count."""
+MAX_AUXILIARY_WEIGHT = 10.0  # maximum weight of an auxiliary variable, as of a location
+MAX_SOFT_WEIGHT = 5.0  # maximum strength of probabilities; at this strength, overlaps hardly count
 
 PARAMETERS: dict[str, tuple[float, float]] = {
     "template_size": (MIN_TEMPLATE, MAX_TEMPLATE),
@@ -89,8 +85,7 @@ MAX_WRITTEN_DATA = 40
 # Flow
 MIN_CONDUCTIVITY, MAX_CONDUCTIVITY = 1e-14, 1e3
 """Range of hydraulic conductivities on a page, from dense clay in m/s to gravel in m/d."""
-MAX_CONTRAST = 1e12
-"""Maximum ratio of two values of a property; larger ratios are mixed units."""
+MAX_CONTRAST = 1e12  # maximum ratio of two values of a property; larger ratios are mixed units
 
 # Statistics
 MAX_LAG = 100

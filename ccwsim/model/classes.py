@@ -1,7 +1,5 @@
 """Convert values to facies codes: unchanged, by classes, or by a threshold."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Literal
 

@@ -26,8 +26,7 @@ if TYPE_CHECKING:
 
 FORCED = -1
 """Value of `Ensemble.data_status` for a datum whose cell was forced because no window fitted."""
-WRONG = -2
-"""Value of `Ensemble.data_status` for a datum not honoured because `exact_data` is off."""
+WRONG = -2  # value of `Ensemble.data_status` for a datum not honoured because `exact_data` is off
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,7 +1,5 @@
 """Errors with messages that name the value and the remedy."""
 
-from __future__ import annotations
-
 from reprlib import Repr
 from typing import Any
 

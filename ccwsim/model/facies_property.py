@@ -1,7 +1,5 @@
 """A property of rocks, such as hydraulic conductivity, from the value of each facies."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
@@ -24,11 +22,6 @@ def values_by_facies(
 
     Raises `CCWSIMError` for a facies without a value, an unknown facies, a value that is not
     positive, and values that differ by more than a factor of `MAX_CONTRAST`.
-
-    Examples
-    --------
-    >>> values_by_facies(TrainingImage([[0, 7]], facies_names=["mud", "sand"]), {"mud": 1, 7: 10})
-    array([ 1., 10.])
     """
     if not isinstance(values, Mapping):
         raise CCWSIMError(f"{what} = {shown(values)} must be a dict with a value of each facies")
@@ -55,6 +48,11 @@ def values_by_facies(
     return found
 
 
+def cell_values(by_facies: NDArray[np.float64], indices: NDArray[np.uint8]) -> NDArray[np.float64]:
+    """Return the value of the facies in each cell; NaN in inactive cells."""
+    return np.append(by_facies, np.full(256 - len(by_facies), np.nan))[indices]
+
+
 @dataclass(frozen=True, eq=False)
 class FaciesProperty:
     """A property of each cell of an ensemble, computed for each realization on access."""
@@ -75,7 +73,7 @@ class FaciesProperty:
         return len(self.indices)
 
     def __getitem__(self, which: int | slice) -> NDArray[np.float64]:
-        return self.by_facies[self.indices[which]]
+        return cell_values(self.by_facies, self.indices[which])
 
     def __iter__(self) -> Iterator[NDArray[np.float64]]:
         return (self[r] for r in range(len(self)))

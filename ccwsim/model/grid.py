@@ -253,10 +253,8 @@ def fault_of_crs(crs: object) -> str:
 _MAX_PLACE = 1e12
 _MARGIN = 0.05
 """Free space on each side of the fitted points, as a share of the extent of the points."""
-_FITTED_CELLS = 250
-"""Approximate number of cells along the longer horizontal side of a fitted grid."""
-_FITTED_LAYERS = 50
-"""Approximate number of layers of a fitted grid; small because volumes are flat."""
+_FITTED_CELLS = 250  # approximate number of cells along the longer horizontal side of a fitted grid
+_FITTED_LAYERS = 50  # approximate number of layers of a fitted grid; small because volumes are flat
 
 
 def _fitting(

@@ -1,7 +1,5 @@
 """Codes that stand for missing values, in files and arrays."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import numpy as np

@@ -1,11 +1,8 @@
 """Numbers and times as text, for pages, reports and messages."""
 
-from __future__ import annotations
-
 import math
 
-THREE_DIGITS = 999.5
-"""Numbers from this number up are rounded to integers of four or more digits."""
+THREE_DIGITS = 999.5  # numbers from this number up are rounded to integers of four or more digits
 
 
 def plural(n: int, noun: str) -> str:

@@ -72,6 +72,9 @@ class Auxiliary:
 class Secondary:
     """What conditions a simulation besides hard data.
 
+    Raises `CCWSIMError` if values have a wrong type; shapes and facies are checked when a `Study`
+    is made.
+
     Parameters
     ----------
     active : array_like, optional
@@ -86,12 +89,6 @@ class Secondary:
     soft_weight : float
         Strength of the probabilities, 0 … 5. With 1, facies occur about as often as the
         probabilities say, as far as the training image allows.
-
-    Raises
-    ------
-    CCWSIMError
-        If values have a wrong type; shapes and facies are checked when a `Study` is made.
-
     Examples
     --------
     >>> west = np.arange(60) < 30
@@ -163,7 +160,8 @@ class Secondary:
             If a shape or a facies does not fit, if probabilities are not between 0 and 1 or do not
             sum to 1, or if nothing is known or active. The message names the value and the fix.
         """
-        if self.is_fitted and self.is_of(grid.shape, image):
+        if self.is_fitted:
+            self.check(grid.shape, image)
             return self
         probabilities = self.probabilities
         if probabilities is not None and not self.is_fitted:
@@ -199,15 +197,6 @@ class Secondary:
             active=None if self.active is None else frozen(self.active[part]),
             probabilities=None if soft is None else frozen(soft[(slice(None), *part)]),
             auxiliary=[replace(each, grid=each.grid[part]) for each in self.auxiliary],
-        )
-
-    def is_of(self, shape: tuple[int, ...], image: TrainingImage) -> bool:
-        """Return whether fitted arrays have the shapes of a grid and a training image."""
-        soft = self.probabilities
-        return (
-            (self.active is None or self.active.shape == shape)
-            and (soft is None or soft.shape == (image.n_facies, *shape))
-            and all((a.image.shape, a.grid.shape) == (image.shape, shape) for a in self.auxiliary)
         )
 
     def check(self, shape: tuple[int, ...], image: TrainingImage) -> None:

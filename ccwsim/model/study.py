@@ -24,11 +24,6 @@ class Study:
     Hard data in inactive cells are moved to `inactive_data`. Raises `CCWSIMError` for data outside
     the grid or of an unknown facies, for a template larger than the training image, and for a map
     combined with a volume. The message suggests a remedy.
-
-    Examples
-    --------
-    >>> Study(TrainingImage(np.eye(40)), Grid(50, 60)).grid.nx
-    60
     """
 
     training_image: TrainingImage

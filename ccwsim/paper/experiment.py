@@ -1,7 +1,5 @@
 """Experiments of the paper: texts, inputs (the authors' or bundled files), runs and outcomes."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -26,8 +24,7 @@ from ccwsim.run.simulation import simulate
 
 TEXTS = tomllib.loads(files("ccwsim.paper").joinpath("texts.toml").read_text("utf-8"))
 """Texts of the report and its experiments, images, and sources of published times."""
-IMAGES = TEXTS["images"]
-"""Files, hard data and published results of each image of the paper."""
+IMAGES = TEXTS["images"]  # files, hard data and published results of each image of the paper
 
 
 def said(text: str, /, **values: object) -> str:

@@ -1,7 +1,5 @@
 """Settings, published realizations, measures and charts of the methods compared in the paper."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np
@@ -39,8 +37,7 @@ COLOURS = {
     "SNESIM": "#7A7F86",
 }
 """Colour of each method in all charts of the report."""
-LAGS = (21, 41, 61, 81)
-"""Lags in cells at which tables show connectivity."""
+LAGS = (21, 41, 61, 81)  # lags in cells at which tables show connectivity
 
 
 def paper_parameters(

@@ -4,8 +4,6 @@ Seconds from another machine and language cannot be compared with seconds measur
 within one source (of two levels, methods or numbers of data) can be compared.
 """
 
-from __future__ import annotations
-
 import csv
 from dataclasses import dataclass
 from importlib.resources import files
@@ -66,8 +64,7 @@ def _read_times() -> tuple[PublishedTime, ...]:
 ALL_TIMES = _read_times()
 TABLE_2 = tuple(t for t in ALL_TIMES if t.where == "Table 2")
 """CPU times of Table 2 by number of hard data, method, level and image, for T 32 and OR 8."""
-TABLE_2_DATA = (1000, 2000)
-"""Numbers of hard data in Table 2."""
+TABLE_2_DATA = (1000, 2000)  # numbers of hard data in Table 2
 FIGURE_13 = tuple(t for t in ALL_TIMES if t.where == "Fig. 13")
 """CPU times of Fig. 13 for the largest grid; no numbers are available for the other four grids."""
 LEVEL_CHANGES = {(1, 2): -0.548, (2, 3): -0.174}

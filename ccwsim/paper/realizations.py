@@ -1,7 +1,5 @@
 """Experiments on realizations of CCWSIM and their statistics (sections 5.1 to 5.3, 5.7 to 5.9)."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

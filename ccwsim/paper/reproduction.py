@@ -1,7 +1,5 @@
 """Run all experiments of the paper in order, and report the results."""
 
-from __future__ import annotations
-
 import time
 from collections import Counter
 from collections.abc import Callable, Sequence

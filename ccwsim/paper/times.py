@@ -1,7 +1,5 @@
 """Experiments on CPU time by level, grid size and number of data (section 5.6)."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from itertools import pairwise, product
 

@@ -5,8 +5,6 @@ below 1, above 1, or equal to 1 up to a factor of `NOISE`, which is the precisio
 times. Two ratios agree if their logarithms differ by less than two standard errors.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from itertools import pairwise
 from math import isnan, log

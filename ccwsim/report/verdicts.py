@@ -43,12 +43,10 @@ HOW_JUDGED = (
 )
 NOT_JUDGED = Verdict("not judged", "the training image or the grid is too small for crops", None)
 LAYERS_NOT_JUDGED = Verdict("one image cannot tell this", "layers are not judged", None)
-CHANCE = "3 %"
-"""Share of good ensembles in which a check differs (see the page on measures)."""
+CHANCE = "3 %"  # share of good ensembles in which a check differs (see the page on measures)
 
 
-MAX_STRESS = 0.2
-"""Stress above which an MDS plot distorts the distances."""
+MAX_STRESS = 0.2  # stress above which an MDS plot distorts the distances
 
 
 def describe_scaling(stress: float, note: str) -> Verdict:

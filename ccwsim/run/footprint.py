@@ -20,12 +20,9 @@ GRIDS_AT_WORK = 2
 GRIDS_OF_DATA = 2
 """Number of grids with the hard data: one in path coordinates and one in grid coordinates."""
 BYTES_A_DATUM = 200
-MAKING = 40
-"""Bytes per image block for 64-bit sums while block energies are computed."""
-LOOKING_AROUND = 6
-"""Bytes per image cell while thresholds for isolated data are computed."""
-TOTALS_AND_PLACES = 24
-"""Bytes per location for total scores and for the indices of good locations."""
+MAKING = 40  # bytes per image block for 64-bit sums while block energies are computed
+LOOKING_AROUND = 6  # bytes per image cell while thresholds for isolated data are computed
+TOTALS_AND_PLACES = 24  # bytes per location for total scores and for the indices of good locations
 KERNELS = 60_000_000
 """Bytes of compiled code, which a process loads when it runs a kind of study for the first time."""
 MARGIN = 1.25

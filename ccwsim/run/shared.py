@@ -9,10 +9,8 @@ from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import Cancelled
 from ccwsim.system.lru_cache import LruCache
 
-MAX_KEPT = 16
-"""Maximum number of kept ensembles."""
-MAX_KEPT_BYTES = 64 * 2**20
-"""Maximum total size of kept ensembles; a larger ensemble is not kept."""
+MAX_KEPT = 16  # maximum number of kept ensembles
+MAX_KEPT_BYTES = 64 * 2**20  # maximum total size of kept ensembles; a larger ensemble is not kept
 
 
 class SharedRun:

@@ -19,10 +19,8 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.sharing.choices import Choices, EMap, Shown
 
 YES_NO = {"yes": True, "no": False}
-MAX_LETTERS = 40
-"""Maximum length of a word in a link, such as the name of a method or of a facies."""
-_PER_AXIS = "whole", "number"
-"""Kinds of fields that may have three values if the study is a volume."""
+MAX_LETTERS = 40  # maximum length of a word in a link, such as the name of a method or of a facies
+_PER_AXIS = "whole", "number"  # kinds of fields that may have three values if the study is a volume
 _FIGURE = r"-?\d{1,400}(?:\.\d{1,400})?"
 _PATTERNS = {"count": r"-?\d{1,18}", "whole": r"-?\d{1,9}", "number": r"\d{1,9}(?:\.\d{1,400})?"}
 

@@ -22,12 +22,9 @@ from ccwsim.model.bounds import MAX_LINK_DATA, MAX_LINK_LETTERS, MAX_LINK_VALUES
 from ccwsim.sharing.choices import Choices, DataChoice, GuideChoice, ImageChoice, Shown
 from ccwsim.sharing.codec import FIELDS, MAX_LETTERS, FieldSpec, fields_of, parts_of
 
-MAX_PACKED_LETTERS = 8000
-"""Maximum number of characters for hard data in an address."""
-VOLUME = -3
-"""First number in packed data of a volume."""
-OWN = "own"
-"""Prefix of the names that replace the sender's own images and data in a link."""
+MAX_PACKED_LETTERS = 8000  # maximum number of characters for hard data in an address
+VOLUME = -3  # first number in packed data of a volume
+OWN = "own"  # prefix of the names that replace the sender's own images and data in a link
 Own = ImageChoice | DataChoice | GuideChoice
 TURNS = {"ew": "flip_ew", "ns": "flip_ns", "transpose": "transpose"}
 ANSWERS = {"outside": "on_outside", "unknown": "on_unknown"}

@@ -35,8 +35,7 @@ from ccwsim.sharing.codec import fields_of
 FORMAT, VERSION = "CCWSIM project", 2
 """Version 2 has secondary information; files without it are written as version 1."""
 STUDY, IMAGE, DATA = "study.json", "training_image.npy", "hard_data.npy"
-SECONDARY = "secondary_"
-"""First letters of the members with arrays of secondary information."""
+SECONDARY = "secondary_"  # first letters of the members with arrays of secondary information
 MAX_STUDY_BYTES = 2**20
 MAX_PROJECT_MEMBERS = 16
 MAX_LINK_LETTERS = 10_000

@@ -35,8 +35,7 @@ from ccwsim.sharing.codec import fields_of
 from ccwsim.sharing.link import left_out
 from ccwsim.sharing.recipe import Recipe
 
-MAX_LISTED = 40
-"""Maximum number of data or realizations in a list; longer lists are summarized."""
+MAX_LISTED = 40  # maximum number of data or realizations in a list; longer lists are summarized
 MAX_MAPS = 24
 REVISED = (
     "These realizations were re-simulated locally around edits of the hard data. Link, script and "

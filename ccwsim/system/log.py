@@ -1,7 +1,5 @@
 """Errors of background work: a short reason for the user, and a log entry with the cause."""
 
-from __future__ import annotations
-
 import logging
 import secrets
 

@@ -1,7 +1,5 @@
 """A bounded cache that drops the least recently used value first."""
 
-from __future__ import annotations
-
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
 from dataclasses import is_dataclass

@@ -1,7 +1,5 @@
 """A description of the machine, to be reported with measured times."""
 
-from __future__ import annotations
-
 import os
 import platform
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The available memory of the machine, or of the container if the container has less."""
 
-from __future__ import annotations
-
 import ctypes
 import os
 from collections.abc import Iterator

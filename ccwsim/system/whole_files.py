@@ -1,7 +1,5 @@
 """Files that are replaced completely or not at all."""
 
-from __future__ import annotations
-
 import os
 import secrets
 import stat
@@ -18,8 +16,7 @@ try:
 except ImportError:  # Windows does not let open files be deleted anyway
     fcntl: Any = None
 
-MIN_AGE = 60.0
-"""Minimum age in seconds of a temporary file that a killed run may have left."""
+MIN_AGE = 60.0  # minimum age in seconds of a temporary file that a killed run may have left
 
 
 @contextmanager

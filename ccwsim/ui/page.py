@@ -1,7 +1,5 @@
 """The elements that all pages have: title, style, menu, and the state of the session."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 
@@ -26,8 +24,7 @@ from ccwsim.ui.widgets.theme import own_colours, theme_name
 ASSETS = Path(__file__).parents[1] / "assets"
 STYLE = Path(__file__).with_name("style.css")
 MENU_SCRIPT = Path(__file__).with_name("menu.js")
-STUDY_WIDTH = 336
-"""Width of the study column in pixels."""
+STUDY_WIDTH = 336  # width of the study column in pixels
 PAGES = (
     ("Simulate", SIMULATE_PAGE),
     ("Examples", "pages/examples.py"),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import re
 
 import numpy as np
@@ -12,6 +11,7 @@ from ccwsim import Grid, HardData, Parameters, TrainingImage, figures
 from ccwsim.figures import LIGHT, Bundle, Group, Line, Strip, TimeSeries, notebook
 from ccwsim.figures.style import figure_json
 from ccwsim.model.ensemble import Ensemble
+from tests.some import annotations_of
 
 EVIL = '<a href="//e.vil">b</a> &lt; %{x}'
 SHOWN = "&lt;a href="
@@ -83,9 +83,7 @@ def test_every_chart_that_takes_texts_is_tried():
         name
         for name, function in chart_functions().items()
         if any(
-            text in str(parameter.annotation)
-            for parameter in inspect.signature(function).parameters.values()
-            for text in TEXTS
+            text in annotation for annotation in annotations_of(function).values() for text in TEXTS
         )
     }
     assert takes == set(CHARTS)

@@ -198,8 +198,9 @@ def test_effective_k_is_between_its_bounds_and_equal_on_any_executor():
     told = []
     flow.effective_k(e, values, n_workers=1, progress=lambda share, n: told.append(n))
     assert told[-1] == e.n
+    many = e[[0] * 1000]  # not finished before the first question
     with pytest.raises(Cancelled):
-        flow.effective_k(e, values, n_workers=1, cancel=lambda: True)
+        flow.effective_k(many, values, n_workers=1, cancel=lambda: True)
     with pytest.raises(CCWSIMError, match="axis"):
         flow.effective_k(e, values, "z")
 

@@ -7,8 +7,6 @@ cell that leaves the fewest unseen patterns is chosen. If no single change helps
 The changes up to the best state are retained. Cells with data do not change.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from itertools import product
 from math import prod

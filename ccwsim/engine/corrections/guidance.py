@@ -15,8 +15,6 @@ squared range of the image, Σ (a² − 2·a·b) without the constant b². With 
 as much as a mismatch in every cell of the overlap.
 """
 
-from __future__ import annotations
-
 from math import prod
 from typing import Any, NamedTuple
 
@@ -33,14 +31,11 @@ from ccwsim.model.study import Study
 NAT = 10.0
 """Number of wrong cells that count as much as a likelihood ratio of e, for an overlap of
 `USUAL_OVERLAP` cells."""
-CERTAIN = 0.002
-"""Probabilities are limited to CERTAIN … 1 − CERTAIN, because λ would be infinite."""
-MAX_TILT = 60.0
-"""Maximum of |λ|; no patch has then another proportion than the extreme one."""
+CERTAIN = 0.002  # probabilities are limited to CERTAIN … 1 − CERTAIN, because λ would be infinite
+MAX_TILT = 60.0  # maximum of |λ|; no patch has then another proportion than the extreme one
 N_TILTS, N_SHARES = 241, 5000
 """Numbers of λ and of locations from which the relation of λ and probability is computed."""
-AT_ONCE = 4
-"""Number of terms that are added in one loop over locations."""
+AT_ONCE = 4  # number of terms that are added in one loop over locations
 
 
 class Guide(NamedTuple):

@@ -10,8 +10,6 @@ the tree. Cells that add no cost on either side of the cut are omitted. The capa
 so large that the cheapest cut honours all data that do not conflict.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

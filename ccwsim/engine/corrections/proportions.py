@@ -5,8 +5,6 @@ more likely. Targets vary as much as proportions vary between pieces of the trai
 as large as the grid. Hard data reduce this variation.
 """
 
-from __future__ import annotations
-
 from math import prod
 from typing import Any, NamedTuple
 
@@ -29,10 +27,8 @@ PART = 4
 estimated."""
 MAX_PLACES = 4000
 """Approximate number of grid cells for which the nearest column of data is searched."""
-N_TARGETS = 50
-"""Number of random targets from which the variance of targets is estimated."""
-FEW = 5
-"""The image counts as this number of columns when the variance of columns is estimated."""
+N_TARGETS = 50  # number of random targets from which the variance of targets is estimated
+FEW = 5  # the image counts as this number of columns when the variance of columns is estimated
 CONTRADICTED = 4
 """Squared difference between the proportions of data and image, in squared standard errors, above
 which data contradict the image."""
@@ -44,18 +40,15 @@ estimated; with more than 20 facies it limits the number of locations."""
 MAX_PRODUCTS = 1_000_000_000
 """Approximate maximum number of products in all steps of Newton's method; with more than 20 facies
 it limits the number of steps."""
-MAX_STEPS = 50
-"""Maximum number of steps of Newton's method; a few suffice."""
+MAX_STEPS = 50  # maximum number of steps of Newton's method; a few suffice
 ACCURATE = 1e-7
 
 
-RARE = 0.2
-"""Maximum proportion of a rare facies."""
+RARE = 0.2  # maximum proportion of a rare facies
 USUAL_VARIANCE = 0.05
 """Variance of the proportion of a facies between patches for which GAIN is made. Rare facies vary
 less, so their gain is larger."""
-MAX_FACTOR = 100.0
-"""Maximum factor of the gain of a rare facies."""
+MAX_FACTOR = 100.0  # maximum factor of the gain of a rare facies
 
 
 class Steering(NamedTuple):

@@ -4,8 +4,6 @@ The search at level J compares only locations that are multiples of 2^J cells. S
 1 cells also reach the locations between them.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from ccwsim.engine.kernels import part_of_kernel

@@ -6,8 +6,6 @@ also honours the datum. If no patch fits well, the window is halved. In a volume
 layers is reduced first, because the data of a well are aligned along z.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -38,12 +36,9 @@ from ccwsim.engine.stages.path import (
 )
 from ccwsim.model.ensemble import FORCED
 
-MIN_SIZE = 4
-"""Side, in cells, of the smallest re-simulated window."""
-MIN_SIZE_ISOLATED = 8
-"""Side, in cells, of the smallest window around an isolated datum."""
-TOLERANCE = 0.12
-"""Maximum share of wrong cells in the ring (the overlap on all sides) of a window."""
+MIN_SIZE = 4  # side, in cells, of the smallest re-simulated window
+MIN_SIZE_ISOLATED = 8  # side, in cells, of the smallest window around an isolated datum
+TOLERANCE = 0.12  # maximum share of wrong cells in the ring (the overlap on all sides) of a window
 TOLERANCE_SMALLEST = 0.5
 """Maximum share of wrong cells in the ring of the smallest window. If no patch fits, the cell of
 the datum is forced to the facies of the datum."""
@@ -60,10 +55,8 @@ image is not searched."""
 LOCATIONS_AT_ONCE = 100_000
 """Number of locations of a volume that are searched between two counts of the locations that honour
 the data."""
-THIN = 2
-"""Minimum number of layers of a window, unless the volume has fewer layers."""
-N_BEST = 4
-"""Number of best locations from which the patch is chosen at random."""
+THIN = 2  # minimum number of layers of a window, unless the volume has fewer layers
+N_BEST = 4  # number of best locations from which the patch is chosen at random
 DENSE = 0.75
 """Maximum share of cells with data for a search around data that form an unseen pattern."""
 LOCATIONS_PER_CALL = 10_000_000

@@ -6,8 +6,6 @@ surroundings, if this patch reduces the number of unseen patterns. The patch is 
 all sides. If the grid honours a datum in the window, the patch also honours the datum.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import prod
 from typing import Any, NamedTuple
@@ -51,21 +49,16 @@ from ccwsim.engine.stages.similarity import (
     summed_up,
 )
 
-N_BEST = 2
-"""Number of best locations that are tried for a window."""
-N_BEST_DATA = 8
-"""Number of best locations that are tried for a window in a volume with data."""
-LEAST, LEAST_VOLUME = 3, 4
-"""Minimum number of unseen patterns in a repaired window."""
+N_BEST = 2  # number of best locations that are tried for a window
+N_BEST_DATA = 8  # number of best locations that are tried for a window in a volume with data
+LEAST, LEAST_VOLUME = 3, 4  # minimum number of unseen patterns in a repaired window
 MAX_COMPARED = 500
 """Maximum number of locations, all honouring the data, that are compared for a window with data."""
-LOCATIONS = 12_500
-"""Approximate number of locations in a volume that are compared for each window."""
+LOCATIONS = 12_500  # approximate number of locations in a volume that are compared for each window
 CHANGE = 0.1
 """Cost, in unseen patterns, of each cell by which seam repair changes the number of cells of a
 facies; a change that restores the number has a negative cost. See `facies_weights`."""
-MAX_WEIGHT = 20.0
-"""Maximum factor of this cost for a rare facies."""
+MAX_WEIGHT = 20.0  # maximum factor of this cost for a rare facies
 WINDOWS_A_TILE, WINDOWS_A_TILE_DATA = 0.125, 1.0
 """Maximum number of repaired windows per tile of a map, without and with data. Windows with the
 most unseen patterns are repaired first. In volumes, all windows of ordinary images are repaired."""

@@ -6,8 +6,6 @@ running proportions of a realization are therefore compared with the part of the
 simulated.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
@@ -16,16 +14,12 @@ from numpy.typing import NDArray
 from ccwsim.engine.corrections.proportions import DataProportions
 from ccwsim.engine.stages.path import RasterPath, Triple
 
-N_PIXELS = 64
-"""Number of pixels of the map along the longer side of the grid."""
+N_PIXELS = 64  # number of pixels of the map along the longer side of the grid
 FRACTIONS = (1 / 4, 1 / 6, 1 / 8, 1 / 12, 1 / 16, 1 / 24, 1 / 32)
 """Standard deviations of the Gaussian that are tried, divided by the longer side of the grid."""
-MIN_COLUMNS = 10
-"""Minimum number of columns of data from which a trend is estimated."""
-SIGNIFICANT = 2.0
-"""Minimum improvement of the prediction, in standard errors."""
-N_RAKINGS = 3
-"""Number of steps that bring the mean of the map to the target of a realization."""
+MIN_COLUMNS = 10  # minimum number of columns of data from which a trend is estimated
+SIGNIFICANT = 2.0  # minimum improvement of the prediction, in standard errors
+N_RAKINGS = 3  # number of steps that bring the mean of the map to the target of a realization
 
 
 class Trend(NamedTuple):

@@ -4,8 +4,6 @@ Each pattern has a number, and a table of bits marks the numbers of the image's 
 search of a realization is therefore a single pass, and the search of a window takes a microsecond.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import prod
 from typing import NamedTuple
@@ -17,8 +15,7 @@ from ccwsim.engine.kernels import kernel, part_of_kernel
 from ccwsim.engine.stages.cut import paste
 from ccwsim.engine.stages.path import LEFT, TOP, Box, Triple
 
-SIDE, SPACING = 4, 2
-"""Side of a pattern in a map, and spacing of the cells in a pattern."""
+SIDE, SPACING = 4, 2  # side of a pattern in a map, and spacing of the cells in a pattern
 SIDE_VOLUME, SPACING_VOLUME = 3, 1
 """Side of a pattern in a volume, and spacing of the cells in a pattern."""
 NUMBER_BITS, NUMBER_BITS_VOLUME = 22, 24
@@ -26,10 +23,8 @@ NUMBER_BITS, NUMBER_BITS_VOLUME = 22, 24
 share numbers, and an unseen pattern may be overlooked."""
 HASH, HASH_OF_ROWS, HASH_OF_LABELS = 0x9E3779B1, 0x85EBCA6B, 0xC2B2AE35
 """Factors of the hash of a pattern: odd numbers with irregular bits."""
-EVERY = 2
-"""Distance between searched rows of patterns of a map. Dead ends span several rows."""
-ROWS_AT_ONCE = 64
-"""Number of rows of the training image whose patterns are marked together."""
+EVERY = 2  # distance between searched rows of patterns of a map. Dead ends span several rows
+ROWS_AT_ONCE = 64  # number of rows of the training image whose patterns are marked together
 STRIPS_PER_CALL = 64
 
 

@@ -5,8 +5,6 @@ differ in any plane. A word with 64 cells of a row is used to compare one cell w
 locations. A word with a square of 8 × 8 cells is used to compare the square with one location.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
@@ -15,10 +13,8 @@ from numpy.typing import NDArray
 from ccwsim.engine.kernels import inlined_part_of_kernel, part_of_kernel
 from ccwsim.engine.stages.path import Triple, inside_overlap
 
-SIDE = 8
-"""Side, in cells, of a square whose bits fill a word."""
-FIRST_ROW = 0x0101010101010101
-"""Word in which the bits of the first row of a square are set."""
+SIDE = 8  # side, in cells, of a square whose bits fill a word
+FIRST_ROW = 0x0101010101010101  # word in which the bits of the first row of a square are set
 
 
 class Strips(NamedTuple):

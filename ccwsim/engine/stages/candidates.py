@@ -6,8 +6,6 @@ neighbouring patch. A `location_weight` favours patches from the same relative l
 training image. Locations are numbered by layer, row and column.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -8,8 +8,6 @@ Data are compared with single cells of the training image at full resolution, be
 of a coarse level contain little information on single cells.
 """
 
-from __future__ import annotations
-
 from math import prod
 from typing import NamedTuple
 
@@ -40,10 +38,8 @@ KEEP_OLD, TAKE_NEW = 1, 2
 MAX_DATA = 10
 """Maximum number of data per patch; a tile with more data is split into smaller patches. The limit
 of `ScaledLengths.max_data` is higher for maps with a large overlap."""
-MAX_TERMS = 1024
-"""Maximum number of data that are compared with locations in one pass."""
-MAX_COUNTED = 255
-"""Maximum number that a byte can count."""
+MAX_TERMS = 1024  # maximum number of data that are compared with locations in one pass
+MAX_COUNTED = 255  # maximum number that a byte can count
 N_CLASSES = 256
 
 

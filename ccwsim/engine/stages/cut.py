@@ -4,8 +4,6 @@ Maps are cut strip by strip by dynamic programming. Cutting a volume slice by sl
 steps between slices; volumes therefore use the exact minimum cut (see `minimum_cut`).
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
@@ -17,8 +15,7 @@ from ccwsim.engine.stages.bits import n_bits
 from ccwsim.engine.stages.conditioning import KEEP_OLD, TAKE_NEW, forced_side
 from ccwsim.engine.stages.path import BOTTOM, LEFT, RIGHT, TOP, UNKNOWN, Triple
 
-BROKEN = 1 << 16
-"""Cost of a datum that the cut does not honour; it exceeds any cost without data."""
+BROKEN = 1 << 16  # cost of a datum that the cut does not honour; it exceeds any cost without data
 MAX_BIT_COST = 32
 """Cost of a boundary below which bits represent all boundaries of a line at once in the search."""
 

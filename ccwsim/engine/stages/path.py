@@ -7,8 +7,6 @@ starts at layer 0, row 0, column 0, and the overlap is always below, at the top 
 images are rotated and reflected to match the path.
 """
 
-from __future__ import annotations
-
 from math import prod
 from typing import NamedTuple, TypeVar
 
@@ -28,8 +26,7 @@ L_SHAPE = LEFT | TOP
 N_ORIENTATIONS = 8
 """Number of orientations of a path over a map. An orientation is a sum of bits: 1 for a start at
 the last row, 2 for a start at the last column, 4 for a path along columns instead of rows."""
-FROM_ABOVE = 8
-"""Bit of the orientation for a path that starts at the top layer."""
+FROM_ABOVE = 8  # bit of the orientation for a path that starts at the top layer
 ORDERS = ((0, 1, 2), (1, 0, 2), (1, 2, 0))
 """Possible orders of the axes of a path, from the slowest to the fastest axis."""
 

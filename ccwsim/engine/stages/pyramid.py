@@ -8,8 +8,6 @@ MS-CCSIM (Tahmasebi, Sahimi and Caers 2014) searches up-gridded images instead, 
 becomes one cell with the majority facies of the block.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import prod
 from typing import Any, NamedTuple

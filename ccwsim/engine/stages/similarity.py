@@ -15,8 +15,6 @@ of B, because facies form bodies. Unsigned overflow is harmless if the result fi
 types are used, because vector instructions process more small numbers at once.
 """
 
-from __future__ import annotations
-
 from math import prod
 from typing import Any, NamedTuple
 
@@ -28,8 +26,7 @@ from ccwsim.engine.stages.path import Triple, inside_overlap, overlap_cells
 
 ROWS_AT_ONCE = 16
 """Number of rows of locations scored in one loop; their data fit into the processor's cache."""
-AT_ONCE = 4
-"""Number of terms that are added in one loop over locations."""
+AT_ONCE = 4  # number of terms that are added in one loop over locations
 SCORE_TYPES = np.int16, np.int32, np.int64
 SUM_TYPES = np.uint16, np.uint32, np.uint64
 
@@ -54,13 +51,7 @@ def score_type(
 
 
 def sum_type(level: Triple, template: Triple) -> type[np.unsignedinteger[Any]]:
-    """Return the smallest type into which ΣA·B along one line of a template fits.
-
-    Examples
-    --------
-    >>> [sum_type((0, n, n), (1, 32, 32)).__name__ for n in range(6)]
-    ['uint16', 'uint16', 'uint16', 'uint16', 'uint32', 'uint32']
-    """
+    """Return the smallest type into which ΣA·B along one line of a template fits."""
     largest = max(t >> n for t, n in zip(template[1:], level[1:], strict=True)) * 4 ** sum(level)
     return next(kind for kind in SUM_TYPES if largest <= np.iinfo(kind).max)
 

@@ -1,7 +1,5 @@
 """Convert between grid coordinates and path coordinates, in which the path begins at cell 0."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """One patch of a realization: choice, cut and paste, and the reasons to reject other locations."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Trace a realization by calling the kernels of `realization` once per patch."""
 
-from __future__ import annotations
-
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -72,8 +70,7 @@ MAX_CHECKPOINTS = 24
 """Maximum number of checkpoints of a trace; a checkpoint is as large as the grid."""
 MAX_CHECKPOINT_BYTES = 64_000_000
 """Maximum total size of checkpoints in bytes; a trace has at least 4 checkpoints."""
-MIN_INTERVAL = 8
-"""Minimum number of patches between two checkpoints."""
+MIN_INTERVAL = 8  # minimum number of patches between two checkpoints
 
 
 class Checkpoint(NamedTuple):

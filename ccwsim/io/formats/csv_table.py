@@ -1,7 +1,5 @@
 """Write tables as CSV that spreadsheets show as it is."""
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Iterable
 from io import StringIO

@@ -1,7 +1,5 @@
 """Read points from GeoJSON and, with the package pyogrio, from GeoPackage and Shapefile."""
 
-from __future__ import annotations
-
 import json
 import struct
 from io import BytesIO

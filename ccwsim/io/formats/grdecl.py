@@ -1,7 +1,5 @@
 """Read and write Eclipse GRDECL, and read IRAP ASCII: grids of reservoir programs."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from dataclasses import replace
@@ -20,12 +18,9 @@ _SIZES = re.compile(rb"^[ \t]*(SPECGRID|DIMENS)\s+(\d{1,9})\s+(\d{1,9})\s+(\d{1,
 _REPEATED = re.compile(rb"(\d{1,9})\*(\S*)")
 _PLACE = ("COORD", "ZCORN", "MAPAXES", "DXV", "DYV", "DZV", "DX", "DY", "DZ", "TOPS")
 """Keywords of the geometry; the last four have a value per cell."""
-_PER_LINE = 5
-"""Values in a line of a file; Eclipse reads 128 characters of a line."""
-IRAP_MARK = -996
-"""First number of an IRAP ASCII grid."""
-IRAP_UNKNOWN = 9999900.0
-"""Value of an unknown cell in an IRAP ASCII grid."""
+_PER_LINE = 5  # values in a line of a file; Eclipse reads 128 characters of a line
+IRAP_MARK = -996  # first number of an IRAP ASCII grid
+IRAP_UNKNOWN = 9999900.0  # value of an unknown cell in an IRAP ASCII grid
 
 
 def is_grdecl(content: bytes) -> bool:

@@ -1,7 +1,5 @@
 """Read arrays with named axes from NetCDF and HDF5 files, and write NetCDF."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from io import BytesIO
@@ -19,10 +17,8 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 
 _MATLAB = "MATLAB_class"
-_CRS_VARIABLE = "spatial_ref"
-"""Name of the variable whose attributes state the coordinate system."""
-REALIZATION = "realization"
-"""Name of the axis of realizations, as in files of this package."""
+_CRS_VARIABLE = "spatial_ref"  # name of the variable whose attributes state the coordinate system
+REALIZATION = "realization"  # name of the axis of realizations, as in files of this package
 
 
 def read_netcdf(content: bytes, name: str) -> DataFile:

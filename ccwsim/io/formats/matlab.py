@@ -4,8 +4,6 @@
 This reader follows chapter 1 of "MAT-File Format" by MathWorks.
 """
 
-from __future__ import annotations
-
 import zlib
 from collections.abc import Iterator
 from math import prod
@@ -33,8 +31,7 @@ _TYPES = {
 _MATRIX, _COMPRESSED = 14, 15
 _NUMERIC_CLASSES = range(6, 16)
 _COMPLEX = 0x08
-_START = 2000
-"""Number of bytes to unpack for the header of a packed variable."""
+_START = 2000  # number of bytes to unpack for the header of a packed variable
 
 
 def read_matlab(content: bytes, name: str) -> DataFile:

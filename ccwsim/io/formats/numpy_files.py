@@ -19,8 +19,7 @@ from ccwsim.io.limits import MAX_VARIABLES, TooManyCells, check_cells
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
 
-MAX_NPY_HEADER = 10_000
-"""Maximum number of bytes of an array header, equal to NumPy's limit."""
+MAX_NPY_HEADER = 10_000  # maximum number of bytes of an array header, equal to NumPy's limit
 
 
 def read_npy(content: bytes, name: str, *, stacked: bool = False) -> DataFile:

@@ -1,7 +1,5 @@
 """Convert pictures (PNG, JPEG, TIFF, GIF, BMP) to facies, and facies to pictures."""
 
-from __future__ import annotations
-
 import colorsys
 import re
 from collections.abc import Sequence
@@ -24,8 +22,7 @@ PICTURE_OF_NUMBERS = "picture of numbers"
 _TAG, _CODES = "Palette", "facies codes"
 # long remarks in a PNG do no harm: uploads are read with bounded memory
 PngImagePlugin.MAX_TEXT_CHUNK = PngImagePlugin.MAX_TEXT_MEMORY = 1024 * MIB
-_ORIENTATION = 0x0112
-"""Number of the EXIF tag of the camera's orientation."""
+_ORIENTATION = 0x0112  # number of the EXIF tag of the camera's orientation
 _NUMBERS = ("I", "F", "I;16", "I;16B", "I;16L", "I;16N")
 
 
@@ -148,8 +145,7 @@ def _on_white(image: Image.Image) -> tuple[NDArray[np.uint8], NDArray[np.bool_] 
 MAX_COLOURS = 16
 """Maximum number of colours that count as facies; more colours indicate blur or shading."""
 
-GREY = 24
-"""Maximum difference between red, green and blue for a colour to count as grey."""
+GREY = 24  # maximum difference between red, green and blue for a colour to count as grey
 
 DEFAULT_COLOURS = ("#1f3f77", "#f0a830", "#2f8f5b", "#a63d2f", "#7d5ba6", "#8a8f98")
 """Default colours of facies, in the order of the codes: blue, amber, green, brick, violet, grey."""

@@ -1,7 +1,5 @@
 """Read rasters with coordinates by GDAL (GeoTIFF, Surfer, ZMap, GRASS), and write GeoTIFF."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
@@ -24,8 +22,7 @@ DRIVERS = {
     "grass": ("GRASS ASCII grid", "GRASSASCIIGrid"),
 }
 """The name and the GDAL driver of each kind of raster."""
-MAX_DIGITS = 40
-"""Maximum number of letters of the code of a coordinate system, such as EPSG:32632."""
+MAX_DIGITS = 40  # maximum number of letters of the code of a coordinate system, such as EPSG:32632
 
 
 def is_map(content: bytes, name: str) -> bool:

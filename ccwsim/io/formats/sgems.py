@@ -1,7 +1,5 @@
 """Read grids and points from binary files of SGeMS: big-endian numbers, and texts with a length."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from io import BytesIO
 
@@ -12,8 +10,7 @@ from ccwsim.io.data_file import DataFile, broken, distinct_names, printable
 from ccwsim.io.limits import MAX_VARIABLES, check_cells
 from ccwsim.model.errors import CCWSIMError
 
-_N_MAGIC = 4
-"""Number of bytes that mark the format."""
+_N_MAGIC = 4  # number of bytes that mark the format
 
 
 def read_sgems(content: bytes, name: str) -> DataFile:

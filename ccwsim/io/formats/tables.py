@@ -1,7 +1,5 @@
 """Make tables of columns, and read tables in memory and the first sheet of an Excel workbook."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from io import BytesIO
@@ -17,8 +15,7 @@ from ccwsim.io.limits import check_table, limits
 from ccwsim.model.arrays import as_array
 from ccwsim.model.errors import CCWSIMError, shown
 
-NAME = "the table"
-"""Name of a table in messages."""
+NAME = "the table"  # name of a table in messages
 
 
 def read_memory_table(table: Any) -> DataFile:
@@ -78,8 +75,7 @@ def _text_of(value: Any) -> str:
     return "" if text in ("None", "nan", "NaN", "<NA>", "NaT") else text[:200].strip()
 
 
-SEPARATOR = "\t"
-"""Separator of the cells in the text that a sheet becomes."""
+SEPARATOR = "\t"  # separator of the cells in the text that a sheet becomes
 
 
 def is_excel(content: bytes) -> bool:

@@ -1,7 +1,5 @@
 """Read and write grids in text: SGeMS, GSLIB and Geo-EAS files, and ESRI ASCII grids."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from itertools import takewhile
@@ -18,8 +16,7 @@ from ccwsim.model.grid import Grid
 
 _IN_TITLE = re.compile(r"\((\d{1,6}) ?[xX×] ?(\d{1,6})(?: ?[xX×] ?(\d{1,6}))?\)")
 """Sizes in a title such as "channels (250x250x1)", as SGeMS writes it."""
-MAX_HEADER_LINE = 1000
-"""Maximum number of bytes of a header line."""
+MAX_HEADER_LINE = 1000  # maximum number of bytes of a header line
 
 
 def is_gslib(content: bytes) -> bool:

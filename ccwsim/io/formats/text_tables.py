@@ -17,11 +17,9 @@ from ccwsim.io.limits import MAX_VARIABLES, check_cells, check_table, limits
 from ccwsim.model.bounds import MAX_FACIES
 from ccwsim.model.errors import CCWSIMError
 
-CHUNK = 2**20
-"""Number of bytes that are split into words at a time, to limit memory use."""
+CHUNK = 2**20  # number of bytes that are split into words at a time, to limit memory use
 
-MAX_WORD = 80
-"""Maximum number of characters in one number."""
+MAX_WORD = 80  # maximum number of characters in one number
 
 _SPACE = re.compile(rb"\s")
 _EXPONENT = re.compile(rb"(?<=\d)(\.?)[dD](?=[+-]?\d)")
@@ -73,8 +71,7 @@ def _parsed(chunk: bytes, name: str, line: int) -> NDArray[np.float64]:
     raise CCWSIMError(f"{name}: a value after line {line} is not a number; correct it")
 
 
-SEPARATORS = (";", "\t", ",", None)
-"""Possible separators; None means white space."""
+SEPARATORS = (";", "\t", ",", None)  # possible separators; None means white space
 
 UNKNOWN = frozenset({"", "nan", "na", "n/a", "null", "none", "-"})
 """Fields that mean a missing value, in lower case."""
@@ -296,8 +293,7 @@ class _Marks(NamedTuple):
 
 MIN_NUMBERED = 8
 """Minimum number of numbers in a row that are taken as numbers of the rows or columns."""
-MAX_SAMPLED = 20
-"""Number of lines at the start of a text from which its structure is told."""
+MAX_SAMPLED = 20  # number of lines at the start of a text from which its structure is told
 
 
 def _n_titles(lines: list[bytes], marks: _Marks) -> int:

@@ -1,7 +1,5 @@
 """Read and write VTK XML ImageData (.vti), the format of ParaView and pyvista for regular grids."""
 
-from __future__ import annotations
-
 import base64
 import binascii
 import re
@@ -27,13 +25,10 @@ _TYPES = {
 } | {"Float32": "f4", "Float64": "f8"}
 _NAMES_OF_TYPES = {kind: name for name, kind in _TYPES.items()}
 _HEADERS = {"UInt32": "u4", "UInt64": "u8"}
-_MARKS = ("vtkGhostType", "vtkGhostLevels", "vtkOriginalCellIds")
-"""Names of arrays that VTK adds."""
+_MARKS = ("vtkGhostType", "vtkGhostLevels", "vtkOriginalCellIds")  # names of arrays that VTK adds
 _NORTH_UP = "1 0 0 0 1 0 0 0 1"
-_BLOCK = 2**20
-"""Number of uncompressed bytes in each compressed block that is written."""
-_START = 1000
-"""Number of bytes at the start of a file that are searched for the name of the format."""
+_BLOCK = 2**20  # number of uncompressed bytes in each compressed block that is written
+_START = 1000  # number of bytes at the start of a file that are searched for the name of the format
 
 
 class _Stored(NamedTuple):

@@ -1,7 +1,5 @@
 """Read hard data from files in one call, and write them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -19,8 +19,7 @@ from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 
-_LISTED = 6
-"""Maximum number of problems of a kind that a message lists."""
+_LISTED = 6  # maximum number of problems of a kind that a message lists
 Treatment = Literal["error", "drop"]
 CollisionTreatment = Literal["error", "drop", "majority", "nearest"]
 KINDS_OF_ROWS = {

@@ -28,8 +28,7 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.missing import CUSTOMARY_CODES
 
-FAR = 2.0**40
-"""Maximum distance of data from the grid, in cells; a larger distance is an error."""
+FAR = 2.0**40  # maximum distance of data from the grid, in cells; a larger distance is an error
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,8 +162,7 @@ def along_wells(points: ImportedPoints, grid: Grid | None) -> ImportedPoints:
     return replace(points.taken(which), places=places, spans=None, notes=notes)
 
 
-PREFERRED = ("hd", "hard_data")
-"""Names of grids that are preferred if a file has several grids."""
+PREFERRED = ("hd", "hard_data")  # names of grids that are preferred if a file has several grids
 
 
 def read_points(

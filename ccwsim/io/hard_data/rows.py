@@ -1,7 +1,5 @@
 """Rows of tables of wells: problems with them, missing depths, and intervals that overlap."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import NamedTuple
 

@@ -21,12 +21,9 @@ from ccwsim.run.executors.worker import Reply, simulate_batch
 SCHEDULER = "CCWSIM_SCHEDULER"
 """Environment variable with the address of a Dask scheduler, such as tcp://host:8786."""
 CONNECT_SECONDS = 5.0
-COUNT_SECONDS = 2.0
-"""Seconds between two counts of the workers, whose number may change."""
-RESULT_SECONDS = 3.0
-"""Seconds to wait for a reply before it is requested again."""
-MAX_LOSSES = 5
-"""Maximum number of times the study is sent again after its workers were lost."""
+COUNT_SECONDS = 2.0  # seconds between two counts of the workers, whose number may change
+RESULT_SECONDS = 3.0  # seconds to wait for a reply before it is requested again
+MAX_LOSSES = 5  # maximum number of times the study is sent again after its workers were lost
 
 _clients: dict[str, Any] = {}
 _lock = Lock()

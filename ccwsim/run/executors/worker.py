@@ -26,8 +26,7 @@ from ccwsim.system.lru_cache import LruCache
 
 FLAG_SECONDS = 0.2
 """Seconds between two polls of the stop flag by a worker, which reports progress at each poll."""
-MAX_STUDIES = 4
-"""Maximum number of recent studies that a worker keeps."""
+MAX_STUDIES = 4  # maximum number of recent studies that a worker keeps
 
 
 def serialized(study: Study) -> bytes:

@@ -24,8 +24,7 @@ from ccwsim.ui.widgets.text import page_text, scrolled
 Setting = tuple[str, int, bool]
 """Key of a curve: method, level (for volumes, within layers), and whether volumes are simulated."""
 NONE = "–"
-PAPER_SIDE = 512
-"""Side of the grid in the paper's Table 2, in cells."""
+PAPER_SIDE = 512  # side of the grid in the paper's Table 2, in cells
 
 
 def by_setting(timings: Sequence[Timing]) -> dict[Setting, list[Timing]]:

@@ -27,8 +27,7 @@ DATA_SIDES_VOLUME = (64, 100, 160)
 NUMBERS = (0, 100, 400, 1000, 2000, 4000)
 TIMED_METHODS = tuple(method for method in METHODS if method != "ccsim")
 """Methods with levels; CCSIM is not included, because CCSIM is level 0 of CCWSIM."""
-BYTES_PER_CELL = 10
-"""Number of bytes of memory that a run needs per cell, including a margin."""
+BYTES_PER_CELL = 10  # number of bytes of memory that a run needs per cell, including a margin
 MAX_SHARE_OF_MEMORY = 0.5
 FINEST, COARSEST = 0, 3
 

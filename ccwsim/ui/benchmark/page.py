@@ -25,8 +25,7 @@ from ccwsim.ui.widgets.fields import bound_to, button, download, field
 from ccwsim.ui.widgets.text import page_text, panel_title, plain, step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
-MIN_BYTES_TOLD = 50e6
-"""Minimum memory use, in bytes, that the description of a run mentions."""
+MIN_BYTES_TOLD = 50e6  # minimum memory use, in bytes, that the description of a run mentions
 MICRO = 1e6
 
 

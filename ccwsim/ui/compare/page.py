@@ -57,8 +57,7 @@ SHOWN_AT_ONCE = {
 MIN_IMAGE_SHARE = 0.8
 """Minimum ratio of the width of the training image's column to the width of a setting's column."""
 MAPS: dict[str, Any] = {"scale": "compared", "body": False}
-MAX_HEIGHTS = {2: 460, 3: 300}
-"""Maximum height in pixels of maps (2) and of slices of volumes (3)."""
+MAX_HEIGHTS = {2: 460, 3: 300}  # maximum height in pixels of maps (2) and of slices of volumes (3)
 NO_CURVES = np.empty((0, 0))
 BORDERS = dict(zip(figures.DASHES, ("solid", "dashed", "dotted", "dashed"), strict=True))
 """CSS border style for each line style of charts; CSS has no dash-dot."""

@@ -52,10 +52,8 @@ from ccwsim.ui.widgets.theme import chart_theme, draw_style
 VIEWS = {"studies": "Lecture plan", "quiz": "Quiz: which one is the training image?"}
 MAX_PICTURE_SIDE = 300
 """Maximum side of a picture in cells; larger studies show only their south-west corner."""
-MAX_VOLUME_SIDE = 80
-"""Maximum number of cells along a horizontal side of a volume in a picture."""
-N_TOGETHER = 20
-"""Number of realizations from which a probability map or curves are computed."""
+MAX_VOLUME_SIDE = 80  # maximum number of cells along a horizontal side of a volume in a picture
+N_TOGETHER = 20  # number of realizations from which a probability map or curves are computed
 MAX_DOTS = 1000
 MAX_PIXELS = 600
 """Width of a picture in pixels, twice the width on the page for high-resolution screens."""

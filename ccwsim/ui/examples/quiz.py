@@ -41,10 +41,8 @@ from ccwsim.ui.widgets.theme import chart_theme
 
 N_PICTURES = 6
 MAX_PIECE_SIDE = 96
-SIDES_PER_REALIZATION = 2
-"""Ratio of the side of a realization to the side of the piece shown."""
-SIDE = 6
-"""Side of the compared windows in cells; windows of this size can be seen at a glance."""
+SIDES_PER_REALIZATION = 2  # ratio of the side of a realization to the side of the piece shown
+SIDE = 6  # side of the compared windows in cells; windows of this size can be seen at a glance
 PICTURES = "quiz_pictures"
 MAX_QUIZ_LEVEL = 4
 """Maximum wavelet level of the quiz; at higher levels realizations are too easy to recognize."""

@@ -1,7 +1,5 @@
 """The page Flow: flow through the shown realization, solved live, and what all realizations say."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
 from dataclasses import replace
@@ -20,6 +18,7 @@ from ccwsim.io import flopy_as_zip, grdecl_files, maps_as_bytes, zipped
 from ccwsim.io.formats.csv_table import csv_as_bytes
 from ccwsim.jobs.statistics import Failure
 from ccwsim.model.bounds import MAX_CONDUCTIVITY, MIN_CONDUCTIVITY
+from ccwsim.model.facies_property import cell_values
 from ccwsim.model.numbers import plural, three_digits
 from ccwsim.report.settings import caption_of
 from ccwsim.system.log import reason
@@ -44,14 +43,11 @@ from ccwsim.ui.widgets.text import (
 )
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
-PATIENCE = 1.5
-"""Seconds for which the page waits for a solution before it draws the earlier one."""
+PATIENCE = 1.5  # seconds for which the page waits for a solution before it draws the earlier one
 HEIGHT, MAP_HEIGHT, CHART_HEIGHT = 420, 300, 250
-N_BANDS = 20
-"""Number of colours of a map of heads; their edges are lines of equal head."""
+N_BANDS = 20  # number of colours of a map of heads; their edges are lines of equal head
 PERCENTILES = (10, 50, 90)
-MAX_POINTS = 2000
-"""Maximum number of cells on tracks that a volume shows."""
+MAX_POINTS = 2000  # maximum number of cells on tracks that a volume shows
 TRACK = "#FFFFFF"
 CONDUCTIVITIES = [
     k
@@ -330,7 +326,7 @@ def _draw_downloads(
     k = dict(zip(ensemble.training_image.codes.tolist(), settings.conductivity, strict=True))
     with st.popover("Download", key="flow_downloads"):
         step_note(f"Heads and conductivity of realization {r + 1}")
-        conductivity = np.array(settings.conductivity)[ensemble.indices[r]]
+        conductivity = cell_values(np.array(settings.conductivity), ensemble.indices[r])
         fields = {"head": found.flow.heads, "conductivity": conductivity}
         with st.container(**ROW):
             for kind, label in (("npz", "NumPy"), ("vti", "VTK"), ("gslib", "GSLIB")):

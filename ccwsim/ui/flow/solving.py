@@ -1,7 +1,5 @@
 """State and computation of the page Flow: the flow through one realization, and through all."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -12,18 +10,24 @@ from numpy.typing import NDArray
 
 from ccwsim import CCWSIMError, Ensemble, TrainingImage
 from ccwsim.flow import Capture, EffectiveK, Flow, Tracks, darcy, over, tracks
-from ccwsim.flow.answers import HEADS_ALONG, breakthrough, starts_on_grid, with_bounds
-from ccwsim.flow.tracks import IN_WELL, starts_at_inflow
+from ccwsim.flow.answers import (
+    HEADS_ALONG,
+    breakthrough,
+    captured_by_wells,
+    starts_on_grid,
+    with_bounds,
+)
+from ccwsim.flow.tracks import starts_at_inflow
 from ccwsim.jobs.job import Job
 from ccwsim.jobs.limits import Demand
 from ccwsim.jobs.statistics import Fraction, StatisticsWorker
+from ccwsim.model.facies_property import cell_values
 from ccwsim.model.numbers import three_digits
 from ccwsim.system.machine import n_cores
 from ccwsim.ui.session.cached import as_task, shared_values
 from ccwsim.ui.session.state import PageRun, State, start_page_run
 
-BYTES_PER_CELL = 1200
-"""Memory per cell of a solution in bytes, mostly the levels of the solver."""
+BYTES_PER_CELL = 1200  # memory per cell of a solution in bytes, mostly the levels of the solver
 ROCKS = (1e-4, 1e-7)
 """Conductivity in m/s of all other facies, and of the most frequent facies, at first."""
 POROSITY = 0.25
@@ -48,7 +52,7 @@ class FlowSettings:
         """Return the flow through facies indices, without the well if `well` is false."""
         ends: dict[str, Any] = {HEADS_ALONG[self.axis]: self.heads}
         wells = {self.well: -self.rate} if well and self.well and self.rate else {}
-        k = np.array(self.conductivity)[indices]
+        k = cell_values(np.array(self.conductivity), indices)
         return darcy(k, ensemble.grid, wells=wells, anisotropy=self.anisotropy, **ends)
 
     @property
@@ -74,7 +78,7 @@ def solution(
     """Return the flow through a realization."""
     indices = ensemble.indices[realization]
     flow = settings.solve(ensemble, indices)
-    shares = np.array(settings.porosity)[indices]
+    shares = cell_values(np.array(settings.porosity), indices)
     starts = starts_at_inflow(flow, N_TRACKS, settings.axis)
     found, to_well = tracks(flow, starts, porosity=shares), None
     if settings.pumps:
@@ -138,13 +142,13 @@ def _answer(
     indices: NDArray[np.uint8], ensemble: Ensemble, settings: FlowSettings, starts: NDArray
 ) -> tuple[float, NDArray[np.float64], NDArray[np.bool_]]:
     """Return effective K and breakthrough without the well, and whether each start is captured."""
-    shares = np.array(settings.porosity)[indices]
+    shares = cell_values(np.array(settings.porosity), indices)
     flow = settings.solve(ensemble, indices, well=False)
     times = breakthrough(flow, shares, settings.axis, N_PARTICLES)
     captured = np.zeros(len(starts), bool)
     if settings.pumps:
         pumped = settings.solve(ensemble, indices)
-        captured = tracks(pumped, starts, porosity=shares, keep_paths=False).status == IN_WELL
+        captured = captured_by_wells(pumped, starts, shares)
     return flow.effective_k, times, captured
 
 
@@ -223,13 +227,7 @@ def problem_of(settings: FlowSettings) -> str:
 
 
 def duration(seconds: float) -> str:
-    """Return a travel time in days or years.
-
-    Examples
-    --------
-    >>> duration(86400.0), duration(3.2e8), duration(float("inf"))
-    ('1 d', '10.1 years', 'never')
-    """
+    """Return a travel time in days or years."""
     if not np.isfinite(seconds):
         return "never"
     days = seconds / DAY

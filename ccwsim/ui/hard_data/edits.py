@@ -17,8 +17,7 @@ from ccwsim.ui.widgets.errors import problem_in
 Cell = tuple[int, ...]
 Ground = Literal["realization", "e_type", "empty"]
 Way = Literal["random", "N-S", "E-W", "vertical", "grid"]
-ERASE, AS_SHOWN = -1, -2
-"""Brushes other than facies: erase cells, or place the facies shown."""
+ERASE, AS_SHOWN = -1, -2  # brushes other than facies: erase cells, or place the facies shown
 MAX_MOMENTS = 200
 
 

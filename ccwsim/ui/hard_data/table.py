@@ -16,13 +16,11 @@ from ccwsim.ui.widgets.errors import catch_callback_errors, problem_in
 from ccwsim.ui.widgets.fields import bound_to, field, options_of
 from ccwsim.ui.widgets.text import panel_title, plain
 
-HEIGHT = 497
-"""Height of the table in pixels, for the heading and exactly fourteen rows."""
+HEIGHT = 497  # height of the table in pixels, for the heading and exactly fourteen rows
 MAX_NOTES = 4
 MAX_COLOURED = 500
 """Maximum number of rows with facies colours; Streamlit takes 0.2 ms to colour a row."""
-COLOUR = " "
-"""Heading and name of the column that shows the colours of facies."""
+COLOUR = " "  # heading and name of the column that shows the colours of facies
 
 
 def draw_table(state: State, data: HardData, image: TrainingImage, colours: Sequence[str]) -> None:

@@ -13,11 +13,9 @@ from ccwsim.figures import CIVIDIS, Theme, mixed, ramp
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.frontend.cells import N_STEPS, CellMap
 
-DIM = 0.55
-"""Share of the background colour that is mixed into the colours of dimmed facies."""
+DIM = 0.55  # share of the background colour that is mixed into the colours of dimmed facies
 MAX_MARKS = 400
-MAX_LIT = 100
-"""Maximum number of facies for which dimmed colours are used."""
+MAX_LIT = 100  # maximum number of facies for which dimmed colours are used
 REJECTED = "#D55E00"
 CANDIDATE = "#ffffff"
 KEPT, PASTED = "#4C6E91", "#E9C46A"

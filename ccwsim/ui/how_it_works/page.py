@@ -36,8 +36,7 @@ from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 DRAWING = "drawing"
 """Value of `How.resimulated` from the start of a full redraw until the re-simulation is drawn."""
-PLAY_SECONDS = 0.8
-"""Number of seconds between patches while the page plays."""
+PLAY_SECONDS = 0.8  # number of seconds between patches while the page plays
 WIDTHS = [1.25, 0.72, 1.25, 1.0]
 WIDTHS_VOLUME = [1.2, 1.0]
 MAX_HEIGHT = 460

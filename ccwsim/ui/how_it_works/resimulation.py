@@ -24,8 +24,7 @@ from ccwsim.ui.widgets.text import page_text, pair, panel_title, step_note
 
 MAX_TERMS = 3_000_000_000
 """If the remaining patches need more score terms, the page asks before it places these patches."""
-PIXELS = 204
-"""Side in pixels of a picture that shows one window of a map."""
+PIXELS = 204  # side in pixels of a picture that shows one window of a map
 MAX_HEIGHT = 360
 MAX_HEIGHT_SLICES = 300
 N_MARKED = 20

@@ -11,8 +11,7 @@ from ccwsim.sharing.choices import CellsOfWells
 from ccwsim.ui.session.resolve import data_of, fitted, image_of, study_of, wells_of
 from ccwsim.ui.session.state import State
 
-SHOWN_FIRST = 0.4
-"""Share of the path that precedes the patch with which the page opens."""
+SHOWN_FIRST = 0.4  # share of the path that precedes the patch with which the page opens
 
 
 @dataclass

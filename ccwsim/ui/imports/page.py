@@ -72,10 +72,8 @@ def _tables(state: State, page_state: Imports) -> bool:
     return tables
 
 
-MAX_FACIES = 12
-"""Maximum number of facies that can be named and coloured one by one."""
-NEAREST = "nearest"
-"""Choice of the nearest facies in a menu of the codes of other facies."""
+MAX_FACIES = 12  # maximum number of facies that can be named and coloured one by one
+NEAREST = "nearest"  # choice of the nearest facies in a menu of the codes of other facies
 TURNS = {"flip_ew": "Flip E–W", "flip_ns": "Flip N–S", "transpose": "Transpose"}
 Write = Callable[[ImageChoice], None]
 _diagnosed = cached(max_entries=16, show_spinner="Diagnosing the training image …")(diagnose)
@@ -256,8 +254,7 @@ def draw_image_advice(state: State, choice: ImageChoice, image: TrainingImage) -
     draw_advice(found, image, state.choices.parameters, take)
 
 
-MAX_DRAWN = 2000
-"""Maximum number of data on the map."""
+MAX_DRAWN = 2000  # maximum number of data on the map
 
 
 def draw_wells_import(state: State, tables: bool = False) -> None:

@@ -27,13 +27,10 @@ from ccwsim.ui.widgets.text import panel_title, step_note
 
 MAP_WIDTHS = (1.08, 1.0)
 """Relative widths of the columns of a realization (with coordinates) and of the E-type."""
-WIDE = 2.0
-"""Minimum ratio of width to height of a grid whose maps are placed below each other."""
+WIDE = 2.0  # minimum ratio of width to height of a grid whose maps are placed below each other
 OTHERS = ("most likely", "entropy")
-ROW_WIDTH = 1040
-"""Maximum width in pixels of a row of tiles on a wide screen."""
-SMALLEST_IMAGE = 0.5
-"""Minimum width of the training image as a share of the width of a realization."""
+ROW_WIDTH = 1040  # maximum width in pixels of a row of tiles on a wide screen
+SMALLEST_IMAGE = 0.5  # minimum width of the training image as a share of the width of a realization
 
 
 def map_columns(widths: Sequence[float], first: int, grid: Grid) -> list[DeltaGenerator]:

@@ -19,10 +19,8 @@ from ccwsim.ui.session.resolve import data_of, fitted_to_image, image_of, second
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.errors import problem_in
 
-CLASS = "class"
-"""Key in the query of a link that gives each reader of the link a different seed."""
-MIN_OWN_SEED = 1000
-"""Minimum random seed for a reader; seeds typed by people are usually smaller."""
+CLASS = "class"  # key in the query of a link that gives each reader of the link a different seed
+MIN_OWN_SEED = 1000  # minimum random seed for a reader; seeds typed by people are usually smaller
 
 
 def take_address(state: State) -> None:

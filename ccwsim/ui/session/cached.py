@@ -13,8 +13,7 @@ from ccwsim.sharing.choices import DataChoice, GuideChoice, ImageChoice, Upload,
 from ccwsim.system.lru_cache import LruCache
 
 MAX_KEPT, MAX_KEPT_BYTES = 96, 256 * 10**6
-MIN_KEPT = 24
-"""Number of values that stay cached even if they are large; a page shows fewer values."""
+MIN_KEPT = 24  # number of values that stay cached even if they are large; a page shows fewer values
 Value = TypeVar("Value")
 Given = ParamSpec("Given")
 

@@ -18,12 +18,9 @@ from ccwsim.ui.widgets.fields import button
 
 LAST_DRAWN = "ccwsim_last_drawn"
 """Session key of the latest choices with which a page was drawn without an error."""
-FAILED = "ccwsim_failed"
-"""Session key that is present while a part of the page cannot be drawn."""
-DRAW_SECONDS = 0.5
-"""Seconds between two checks of a job whose partial results are drawn."""
-TOGETHER = 1.0
-"""Maximum seconds to wait for further values before finished values are drawn."""
+FAILED = "ccwsim_failed"  # session key that is present while a part of the page cannot be drawn
+DRAW_SECONDS = 0.5  # seconds between two checks of a job whose partial results are drawn
+TOGETHER = 1.0  # maximum seconds to wait for further values before finished values are drawn
 
 
 @contextmanager

@@ -21,14 +21,12 @@ from ccwsim.sharing.link import Own, link_of, own_choices
 from ccwsim.system.lru_cache import n_bytes
 
 COOKIE = "ccwsim_browser"
-DRAFTS = "ccwsim_drafts"
-"""Key in the session of the names of stored drafts."""
+DRAFTS = "ccwsim_drafts"  # key in the session of the names of stored drafts
 KEPT_SECONDS = 4 * 3600
 """Number of seconds for which images and data are stored after they were last on a page."""
 SHARE_OF_UPLOADS = 4
 """Stored images and data use at most 1 / `SHARE_OF_UPLOADS` of the server's memory for files."""
-MAX_OF_BROWSER = 8
-"""Maximum number of images and data sets that are stored for a browser."""
+MAX_OF_BROWSER = 8  # maximum number of images and data sets that are stored for a browser
 
 
 class KeptChoices:

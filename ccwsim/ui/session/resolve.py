@@ -131,13 +131,7 @@ def _auxiliary_of(choice: GuideChoice, grid: Grid, image: TrainingImage) -> list
 
 
 def position_along(azimuth: float, grid: Grid) -> NDArray[np.float64]:
-    """Return the position of each cell along an azimuth, from 0 to 1 within the grid.
-
-    Examples
-    --------
-    >>> position_along(90.0, Grid(1, 3)).tolist()
-    [[0.0, 0.5, 1.0]]
-    """
+    """Return the position of each cell along an azimuth, from 0 to 1 within the grid."""
     x, y = grid.axes[0], grid.axes[1]
     at = x[None] * np.sin(np.deg2rad(azimuth)) + y[:, None] * np.cos(np.deg2rad(azimuth))
     at = (at - at.min()) / max(at.max() - at.min(), np.finfo(float).tiny)
@@ -219,15 +213,7 @@ def _names(choices: Choices) -> Names:
 
 
 def taken_by_code(words: Sequence[str], image: TrainingImage) -> dict[str, int]:
-    """Return the codes of names that an image lacks, if no other name stands for that facies.
-
-    Examples
-    --------
-    >>> taken_by_code(["mud", "sand"], datasets.load("stone_wall"))
-    {'mud': 0, 'sand': 1}
-    >>> taken_by_code(["interdune", "slip face", "sand body"], datasets.load("dunes"))
-    {}
-    """
+    """Return the codes of names that an image lacks, if no other name stands for that facies."""
     codes = dict(zip(map(str.casefold, image.facies_names), image.codes.tolist(), strict=True))
     named = {codes[word.casefold()] for word in words if word.casefold() in codes}
     missing = {word: code for code, word in enumerate(words) if word.casefold() not in codes}
@@ -451,15 +437,6 @@ def fitted(parameters: Parameters, shape: Shape, **changes: Any) -> Parameters:
 
     For a volume, numbers become triples; along z, the size is halved, and the level is lower by
     one. For a map, a triple is replaced by the number along x.
-
-    Examples
-    --------
-    >>> p = fitted(Parameters(overlap_size=12), (256, 256), wavelet_level=3)
-    >>> p.template_size, p.overlap_size
-    (32, 8)
-    >>> p = fitted(Parameters(), (9, 160, 160))
-    >>> p.template_size, p.overlap_size, p.wavelet_level
-    ((8, 32, 32), (4, 8, 8), (1, 2, 2))
     """
     values = {name: getattr(parameters, name) for name in Parameters.__dataclass_fields__}
     values |= changes

@@ -20,10 +20,8 @@ from ccwsim.jobs.job import Queue, server_queue
 from ccwsim.system.machine import n_cores
 from ccwsim.system.memory import give_back_memory, settle_memory
 
-LOOK_SECONDS = 2.0
-"""Seconds between two checks for closed sessions."""
-GRACE = 20.0
-"""Seconds for which a tab may be disconnected, for example while the network changes."""
+LOOK_SECONDS = 2.0  # seconds between two checks for closed sessions
+GRACE = 20.0  # seconds for which a tab may be disconnected, for example while the network changes
 EARLY = 10.0
 """Seconds before the end of Streamlit's time to live at which a closed session is dropped."""
 

@@ -31,8 +31,7 @@ from ccwsim.ui.widgets.facts import facts_of
 from ccwsim.ui.widgets.fields import button, download
 from ccwsim.ui.widgets.text import page_text, plain, step_note
 
-REPORT_HEIGHT = 720
-"""Height of a report on the page in pixels; longer reports scroll."""
+REPORT_HEIGHT = 720  # height of a report on the page in pixels; longer reports scroll
 READING = "report_is_read"
 
 

@@ -49,8 +49,7 @@ MAP_KINDS = {
     "nc": "NetCDF",
 }
 """File formats of maps; a format is offered if the package for this format is installed."""
-MAPS_ALONE = ("tif",)
-"""File formats that cannot contain a volume."""
+MAPS_ALONE = ("tif",)  # file formats that cannot contain a volume
 
 
 @st.fragment
@@ -223,8 +222,7 @@ def realizations_csv(ensemble: Ensemble) -> bytes:
 
 
 KEY = "history_strip"
-LONGEST = 72
-"""Length of the longer side of a picture in pixels."""
+LONGEST = 72  # length of the longer side of a picture in pixels
 
 
 def draw_history(state: State) -> None:

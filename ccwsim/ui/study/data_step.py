@@ -50,8 +50,7 @@ TABLES = {
     "intervals": ("Intervals", "Name of the well, from, to (or one depth), facies."),
     "surveys": ("Surveys, if wells deviate", "Name, depth, azimuth, and inclination or dip."),
 }
-OF_FACIES = ("threshold", "facies_names")
-"""Answers about the column of facies."""
+OF_FACIES = ("threshold", "facies_names")  # answers about the column of facies
 
 
 def data_step(state: State) -> None:

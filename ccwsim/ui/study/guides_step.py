@@ -1,7 +1,5 @@
 """Guides, between hard data and grid: probabilities, active cells and an auxiliary variable."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -26,9 +24,8 @@ from ccwsim.ui.widgets.errors import problem_in
 from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
 from ccwsim.ui.widgets.text import pair, plain, step_note
 
-WIDTH = 260
-"""Width in pixels of the picture of a map."""
-FILE = "a file of yours"
+_warnings = cached(max_entries=64)(warn_of_probabilities)
+WIDTH = 260  # width in pixels of the picture of a map
 AZIMUTH = {"min_value": -360.0, "max_value": 360.0, "step": 15.0, "format": "%g"}
 
 
@@ -144,13 +141,7 @@ def _active(state: State, guides: GuideChoice, change: Callable[..., None]) -> N
 
 
 def octagon(grid: Grid) -> Corners:
-    """Return the corners of a polygon in the middle of a grid.
-
-    Examples
-    --------
-    >>> octagon(Grid(10, 20))[0]
-    (18.0, 5.0)
-    """
+    """Return the corners of a polygon in the middle of a grid."""
     (sx, sy), (x, y) = grid.cell_size[:2], grid.origin[:2]
     wide, high = grid.nx * sx, grid.ny * sy
     turns = np.arange(8) * np.pi / 4
@@ -159,13 +150,7 @@ def octagon(grid: Grid) -> Corners:
 
 
 def corners_of(text: str) -> Corners:
-    """Convert lines of "x, y" to the corners of a polygon.
-
-    Examples
-    --------
-    >>> corners_of("0, 0\\n9 0\\n9; 5.5")
-    ((0.0, 0.0), (9.0, 0.0), (9.0, 5.5))
-    """
+    """Convert lines of "x, y" to the corners of a polygon."""
     corners = []
     for number, line in enumerate(filter(str.strip, text.splitlines()), 1):
         try:
@@ -246,11 +231,6 @@ def _picture(secondary: Secondary, image: TrainingImage, facies: int) -> tuple[b
     active = np.ones(values.shape, bool) if secondary.active is None else secondary.active
     steps = np.where(middle_layer(active) & ~np.isnan(values), steps, UNKNOWN).astype(np.uint8)
     return map_png(steps, colours), name
-
-
-@cached(max_entries=64)
-def _warnings(secondary: Secondary, image: TrainingImage, parameters: Any) -> list[str]:
-    return warn_of_probabilities(secondary, image, parameters)
 
 
 def _notes(secondary: Secondary, image: TrainingImage, choices: Choices) -> list[str]:

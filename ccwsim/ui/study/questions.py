@@ -28,8 +28,7 @@ from ccwsim.ui.widgets.text import plain
 
 MAX_LISTED = 300
 """Maximum number of rows or slices in a list; if there are more, the user types a number."""
-MAX_NAMES = 24
-"""Maximum number of names or codes of facies for which the page asks one by one."""
+MAX_NAMES = 24  # maximum number of names or codes of facies for which the page asks one by one
 AS_READ = {None: "as usual in the format"}
 STOP = {None: "stop with an error"}
 OUT = {"drop": "leave them out"}
@@ -77,15 +76,13 @@ LABELS = {
     "survey_inclination": "Inclination, from straight down",
     "survey_dip": "Dip, from the horizontal",
 }
-TEXT_ROLES = ("facies", "well", "collar_well", "survey_well")
-"""Columns that may contain text."""
+TEXT_ROLES = ("facies", "well", "collar_well", "survey_well")  # columns that may contain text
 SURVEY_TILTS = ("survey_inclination", "survey_dip")
 EITHER_ROLES = tuple((others, (one,)) for one, others in ALTERNATIVE_ROLES.items())
 """Pairs of alternative columns; a table has either the first or the second columns of a pair."""
 MAY_LACK = (*DEPTHS, "collar_length", *SURVEY_TILTS)
 NO_COLUMN = ""
-WIDTH = 232
-"""Width of a question in pixels if several questions are side by side."""
+WIDTH = 232  # width of a question in pixels if several questions are side by side
 KEPT = "The study keeps its present data."
 IN_SCRIPTS = re.compile(r" \(\w+=[^)]*\)")
 """Pattern of hints in error messages that are only useful in scripts."""

@@ -43,10 +43,8 @@ from ccwsim.ui.widgets.fields import bound_to, button, field
 from ccwsim.ui.widgets.text import page_text, pair, plain, step_note, step_title
 
 SIMULATE_PAGE = "pages/simulate.py"
-ENOUGH_TO_STOP = 1.0
-"""Maximum seconds to wait until a stopped run has freed its memory."""
-AT_ONCE = 0.3
-"""Maximum duration of the first part of a run in seconds."""
+ENOUGH_TO_STOP = 1.0  # maximum seconds to wait until a stopped run has freed its memory
+AT_ONCE = 0.3  # maximum duration of the first part of a run in seconds
 NEXT_PART = 1.0
 """Seconds of the second part of a run; each later part takes twice as long as the part before."""
 MIN_PART = 2

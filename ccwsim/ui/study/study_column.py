@@ -1,7 +1,5 @@
 """The study column: five numbered steps and the guides; this module draws Grid and Method."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import replace

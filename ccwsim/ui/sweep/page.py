@@ -82,8 +82,7 @@ HEADS = {
 }
 """Names of a setting's numbers, by CSV column; only volumes have the column "vertical"."""
 TILES = "sweep_tiles"
-TILE_PIXELS = 124
-"""Length of the longer side of a tile in pixels."""
+TILE_PIXELS = 124  # length of the longer side of a tile in pixels
 
 
 def draw_page(state: State) -> None:

@@ -28,13 +28,10 @@ from ccwsim.ui.widgets.errors import if_possible, problem_in
 
 CELLS_KEPT = 64_000_000
 """Maximum number of cells of the realizations that a sweep stores; a cell takes one byte."""
-SOURCE_BYTES = 4
-"""Number of bytes per cell that store the source of the cell in the training image."""
+SOURCE_BYTES = 4  # number of bytes per cell that store the source of the cell in the training image
 MAX_KEPT = 4
-REDRAW_SECONDS = 1.5
-"""Minimum number of seconds between two redraws that show new settings."""
-MAX_SWEPT = 64
-"""Maximum number of settings in one sweep."""
+REDRAW_SECONDS = 1.5  # minimum number of seconds between two redraws that show new settings
+MAX_SWEPT = 64  # maximum number of settings in one sweep
 TEMPLATES = (8, 12, 16, 24, 32, 40, 48, 64, 96, 128, 192, 256)
 OVERLAPS = (2, 4, 6, 8, 12, 16, 24, 32, 48, 64)
 CANDIDATES = (1, 5, 10, 20, 50, 100)

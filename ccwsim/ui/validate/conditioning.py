@@ -45,10 +45,8 @@ from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.text import numbers_table, page_text, panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
-CERTAIN = 0.05
-"""Entropy below which a cell counts as certain."""
-MAX_LISTED = 100
-"""Maximum number of data in the list of missed data of a volume."""
+CERTAIN = 0.05  # entropy below which a cell counts as certain
+MAX_LISTED = 100  # maximum number of data in the list of missed data of a volume
 RIGHT_AND_WRONG = ["#D9D6CF", "#A63A26"]
 
 
@@ -276,8 +274,7 @@ def wrong_map(scores: ReferenceScores, colours: Sequence[str]) -> CellMap:
     return CellMap(indices, RIGHT_AND_WRONG, labels, alt, keys=keys, point_colours=colours)
 
 
-PICTURE = 48
-"""Side of a picture in the table of images, in pixels."""
+PICTURE = 48  # side of a picture in the table of images, in pixels
 Value = TypeVar("Value")
 
 

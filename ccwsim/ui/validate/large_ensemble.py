@@ -33,10 +33,8 @@ from ccwsim.ui.widgets.fields import bound_to, button
 from ccwsim.ui.widgets.text import page_text, plain, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
-CELLS_OF_BATCH = 4_000_000
-"""Maximum number of cells in memory at a time; a cell takes one byte."""
-SUMMARY_SECONDS = 1.0
-"""Number of seconds between two summaries of a run."""
+CELLS_OF_BATCH = 4_000_000  # maximum number of cells in memory at a time; a cell takes one byte
+SUMMARY_SECONDS = 1.0  # number of seconds between two summaries of a run
 LOW, HIGH = 0.05, 0.95
 
 

@@ -221,10 +221,8 @@ def _draw_sections(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
         draw_component("seen", "seen", {"unseen": unseen}, "seen", seen)
 
 
-MOMENT_SECONDS = 0.1
-"""Maximum seconds that the line of findings waits for the proportions."""
-MAX_LISTED = 4
-"""With more facies than this number, only the proportions that deviate are listed."""
+MOMENT_SECONDS = 0.1  # maximum seconds that the line of findings waits for the proportions
+MAX_LISTED = 4  # with more facies than this number, only the proportions that deviate are listed
 
 
 def findings(state: State, ensemble: Ensemble) -> list[Verdict]:

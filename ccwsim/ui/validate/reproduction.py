@@ -53,14 +53,11 @@ AREA, VOLUME = 10_000, 1_000_000
 """Counts are stated per this number of cells, because grid and image differ in size."""
 TOUCHING = {26: "sides, edges, corners", 18: "sides, edges", 6: "sides"}
 """Number of neighbours of a cell in a volume: a description of which cells are connected."""
-N_SIZES = 60
-"""Number of geobody sizes at which the curve of shares is computed."""
-MAX_TAILS = 3
-"""Maximum number of facies for which transiograms of all pairs are drawn at once."""
+N_SIZES = 60  # number of geobody sizes at which the curve of shares is computed
+MAX_TAILS = 3  # maximum number of facies for which transiograms of all pairs are drawn at once
 MAX_HEADS = 6
 COPYING_HEIGHT = 420
-MAX_USES = 100
-"""Number of uses of a cell above which all cells have the same colour."""
+MAX_USES = 100  # number of uses of a cell above which all cells have the same colour
 
 
 def draw_curves_row(state: State, ensemble: Ensemble) -> None:

@@ -28,12 +28,10 @@ from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.text import step_note
 
 MAX_MAP_LAG = 50
-MAX_COMPARED = 200
-"""Maximum number of realizations in the pairwise comparison of ANODI."""
+MAX_COMPARED = 200  # maximum number of realizations in the pairwise comparison of ANODI
 DENSE_LAGS, STRIDE = 10, 4
 """Transiograms use every lag up to `DENSE_LAGS`, and every `STRIDE`-th lag above it."""
-MIN_STOPPABLE = 3.0
-"""Number of seconds of work after which the button to stop is shown."""
+MIN_STOPPABLE = 3.0  # number of seconds of work after which the button to stop is shown
 Value = TypeVar("Value")
 
 

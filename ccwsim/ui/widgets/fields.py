@@ -122,14 +122,6 @@ def bound_to(
     """Return options of a field, with `value` and `write` bound to an attribute of `owner`.
 
     For a frozen `owner`, `change` is called as change(name=value) instead.
-
-    Examples
-    --------
-    >>> from types import SimpleNamespace
-    >>> page_state = SimpleNamespace(n=3)
-    >>> bound_to(page_state, "n")["write"](4)
-    >>> page_state.n
-    4
     """
 
     def write(value: Any) -> None:

@@ -22,13 +22,7 @@ NUMBERED = re.compile(r"(?m)^(\s*\d+)([.)])")
 
 
 def plain(words: str) -> str:
-    """Return text with escaped Markdown characters, so that a page shows the text literally.
-
-    Examples
-    --------
-    >>> print(plain("**a** :red[b] $c$ <img src=x>, template_size: 3"))
-    \\*\\*a\\*\\* \\:red\\[b\\] \\$c\\$ \\<img src=x>, template_size: 3
-    """
+    """Return text with escaped Markdown characters, so that a page shows the text literally."""
     escaped = INSIDE.sub(lambda match: "\\" + match[0], words)
     return NUMBERED.sub(r"\1\\\2", AT_START.sub(r"\1\\\2", escaped))
 
@@ -62,8 +56,7 @@ def step_note(text: str) -> None:
     st.html(f'<div class="note">{lines}</div>')
 
 
-SIGN_OF = {True: "✓ ", False: "⚑ ", None: ""}
-"""Sign before a verdict that is good, bad, or none."""
+SIGN_OF = {True: "✓ ", False: "⚑ ", None: ""}  # sign before a verdict that is good, bad, or none
 
 
 def panel_title(text: str, note: str | Verdict = "") -> None:
