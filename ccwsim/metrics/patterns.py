@@ -177,7 +177,7 @@ def pattern_distance(
 
 def unseen_patterns(
     images: Images,
-    training_image: TrainingImage | ArrayLike,
+    training_image: Images,
     size: int = 3,
     mask: NDArray[np.bool_] | None = None,
     codes: Codes | None = None,
