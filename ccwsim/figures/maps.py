@@ -181,6 +181,7 @@ def data_map(
     """Return a map with cells of `scale` pixels and with hard data; wrong data are drawn last."""
     size = indices.shape[1] * scale, indices.shape[0] * scale
     picture = _coloured(indices, colours).resize(size, Image.Resampling.NEAREST).convert("RGB")
+    picture.info.clear()  # unknown cells are white here
     if not len(dots.cells):
         return picture
     pen = ImageDraw.Draw(picture)
@@ -198,9 +199,9 @@ def data_map(
 
 
 def steps_of(shares: NDArray[np.float64]) -> tuple[NDArray[np.uint8], list[str]]:
-    """Convert shares from 0 to 1 to indices of cividis colours; return indices and colours."""
-    steps = np.rint(np.clip(shares, 0, 1) * (STEPS - 1)).astype(np.uint8)
-    return steps, ramp(CIVIDIS, STEPS)
+    """Convert shares from 0 to 1, or NaN, to indices of cividis colours; return both."""
+    steps = np.where(np.isnan(shares), UNKNOWN, np.rint(np.clip(shares, 0, 1) * (STEPS - 1)))
+    return steps.astype(np.uint8), ramp(CIVIDIS, STEPS)
 
 
 def _ring(pen: ImageDraw.ImageDraw, x: float, y: float, radius: float, colour: str) -> None:
@@ -208,12 +209,14 @@ def _ring(pen: ImageDraw.ImageDraw, x: float, y: float, radius: float, colour: s
 
 
 def _coloured(indices: NDArray[np.uint8], colours: Sequence[str]) -> Image.Image:
-    """Return a palette picture; unknown cells are transparent."""
+    """Return a palette picture; unknown cells are transparent, or white without transparency."""
     indices = _as_bytes(indices, len(colours))
     picture = Image.fromarray(np.ascontiguousarray(indices[::-1]), mode="P")
-    picture.putpalette([channel for rgb in bytes_of(colours) for channel in rgb])
-    if (indices == UNKNOWN).any() and len(colours) <= UNKNOWN:
+    palette = [channel for rgb in bytes_of(colours) for channel in rgb]
+    if len(colours) <= UNKNOWN and (indices == UNKNOWN).any():
+        palette += [255] * (3 * 256 - len(palette))  # Pillow writes no transparency beyond it
         picture.info["transparency"] = UNKNOWN
+    picture.putpalette(palette)
     return picture
 
 

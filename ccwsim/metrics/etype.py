@@ -11,7 +11,9 @@ from ccwsim.engine.kernels import kernel
 from ccwsim.jobs.workers import check_stop
 from ccwsim.metrics.stack import N_AXES, Codes, Images, as_stack, codes_or_places
 from ccwsim.model.arrays import MAX_INT, as_array, as_floats, as_integers, ratio
+from ccwsim.model.ensemble import codes_with_nan
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.missing import UNKNOWN
 
 CELLS_OF_ENTROPY = 1_000_000  # number of cells whose entropy is computed at a time
 
@@ -90,13 +92,18 @@ class EType:
 
     @cached_property
     def most_likely(self) -> NDArray[np.integer]:
-        """Code of the most probable facies in each cell; the smallest code in a tie."""
-        return self.codes[self.most_likely_indices]
+        """Code of the most probable facies in each cell; the smallest code in a tie.
+
+        With inactive cells, the codes are floating-point numbers, and inactive cells have NaN.
+        """
+        indices = self.most_likely_indices
+        return codes_with_nan(self.codes, bool((indices == UNKNOWN).any()))[indices]
 
     @cached_property
     def most_likely_indices(self) -> NDArray[np.uint8]:
-        """Index in `codes` of the most probable facies in each cell."""
-        return self.probability.argmax(axis=0).astype(np.uint8)
+        """Index in `codes` of the most probable facies in each cell; 255 in inactive cells."""
+        most = self.probability.argmax(axis=0).astype(np.uint8)
+        return np.where(np.isnan(self.probability[0]), np.uint8(UNKNOWN), most)
 
     @property
     def most_likely_probability(self) -> NDArray[np.float64]:

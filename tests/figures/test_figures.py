@@ -32,6 +32,7 @@ from ccwsim.figures import (
     proportions_chart,
     ramp,
     sparkline,
+    steps_of,
     style,
     tile_size,
     times_chart,
@@ -39,6 +40,7 @@ from ccwsim.figures import (
 from ccwsim.figures.notebook import image_chart
 from ccwsim.figures.style import bytes_of
 from ccwsim.figures.validation import label_side
+from ccwsim.model.missing import UNKNOWN
 
 # Machado, Oliveira & Fernandes 2009, severity 1: linear RGB as a reader with the deficiency sees it
 BLINDNESS = {
@@ -127,6 +129,21 @@ def test_a_map_has_the_colour_of_each_cell_in_whole_pixels(cells, scale):
     picture = np.asarray(opened(map_png(cells, FACIES, scale=scale)).convert("RGB"))
     wanted = np.array(bytes_of(FACIES), np.uint8)[cells[::-1]]
     assert np.array_equal(picture, wanted.repeat(scale, 0).repeat(scale, 1))
+
+
+@pytest.mark.parametrize("colours", [FACIES[:2], steps_of(np.zeros(1))[1]])
+def test_unknown_cells_are_transparent_in_maps_of_any_colours(colours):
+    cells = np.array([[0, 1, UNKNOWN]], np.uint8)
+    picture = np.asarray(opened(map_png(cells, colours)).convert("RGBA"))[0]
+    assert picture[:2, :3].tolist() == [list(rgb) for rgb in bytes_of(colours[:2])]
+    assert picture[:, 3].tolist() == [255, 255, 0]
+    dots = Dots(np.array([[0, 0]]), [colours[0]], np.array([False]))
+    with_data = np.asarray(opened(data_map_png(cells, colours, dots, longest=300)).convert("RGB"))
+    assert with_data[50, 250].tolist() == [255, 255, 255]
+
+
+def test_shares_that_are_missing_have_no_colour():
+    assert steps_of(np.array([0.0, 1.0, np.nan]))[0].tolist() == [0, 100, UNKNOWN]
 
 
 def test_a_contact_sheet_shows_each_realization_once_in_order():

@@ -31,6 +31,10 @@ def test_proportions_and_etype():
     np.testing.assert_allclose(found.probability[1][~HOLE], (inside == 1).mean(axis=0))
     np.testing.assert_array_equal(found.probability[1], e.probability(1))
     assert metrics.facies_counts(e)[:, HOLE].sum() == 0
+    most = found.probability[:, ~HOLE].argmax(axis=0)
+    assert np.isnan(found.most_likely[HOLE]).all()
+    np.testing.assert_array_equal(found.most_likely[~HOLE], e.training_image.codes[most])
+    assert (found.most_likely_indices[HOLE] == 255).all()
 
 
 @pytest.mark.parametrize("step", [(0, 3), (2, 0), (2, 2), (3, -3)])
