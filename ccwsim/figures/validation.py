@@ -60,14 +60,20 @@ def calibration_chart(
     count: NDArray[np.integer],
     theme: Theme,
     *,
+    given: bool = False,
     height: int = 320,
 ) -> go.Figure:
-    """Return observed shares against predictions by bin; larger dots have more cells."""
-    x_title, y_title = "probability in the realizations (%)", "came true (%)"
-    chart = blank_chart(theme, height=height, x_title=x_title, y_title=y_title)
+    """Return observed shares against predictions by bin; larger dots have more cells.
+
+    With `given`, the predictions are probabilities that guided the realizations.
+    """
+    x_title, y_title = "probability in the realizations", "came true"
+    if given:
+        x_title, y_title = "given probability", "share in the realizations"
+    chart = blank_chart(theme, height=height, x_title=f"{x_title} (%)", y_title=f"{y_title} (%)")
     chart.add_trace(line("perfect", [0, 100], [0, 100], theme.reference, 2))
     sizes = MAX_DOT * np.sqrt(count / max(int(count.max(initial=0)), 1))
-    hover = "%{x:.0f} % predicted, %{y:.0f} % came true, %{customdata} cells<extra></extra>"
+    hover = f"{x_title} %{{x:.0f}} %, {y_title} %{{y:.0f}} %, %{{customdata}} cells<extra></extra>"
     trace = line(
         "realizations", 100 * forecast, 100 * observed, theme.ink, 1.5, hovertemplate=hover
     )

@@ -126,6 +126,10 @@ def describe_proportion(ensemble: Ensemble, facies: int) -> str:
     image = ensemble.training_image
     mean, own = float(ensemble.proportions[:, facies].mean()), float(image.proportions[facies])
     others = [f"TI {100 * own:.1f} %"]
+    soft = ensemble.secondary.probabilities if ensemble.secondary else None
+    if soft is not None:
+        known = ~np.isnan(soft[facies]) & (True if ensemble.active is None else ensemble.active)
+        others += [f"given {100 * soft[facies][known].mean():.1f} %"] if known.any() else []
     if ensemble.hard_data.n:
         share = float((ensemble.hard_data.facies == image.codes[facies]).mean())
         others.append(f"data {100 * share:.1f} %")
@@ -143,9 +147,10 @@ def advise_proportions(ensemble: Ensemble, fit: Fit | None) -> str:
     """Return advice if proportions differ from the training image's, otherwise an empty text.
 
     A facies is named only if its shares in the image and in the hard data are both above, or both
-    below, the mean of the realizations.
+    below, the mean of the realizations, and none if secondary information guides the proportions.
     """
-    if fit is None or fit.fits or ensemble.parameters.match_proportions:
+    guided = ensemble.secondary is not None and ensemble.secondary.guides
+    if fit is None or fit.fits or ensemble.parameters.match_proportions or guided:
         return ""
     image, data, mean = ensemble.training_image, ensemble.hard_data, ensemble.proportions.mean(0)
     nearer = fit.outside

@@ -152,6 +152,11 @@ def test_calibration_is_in_percent_with_dots_by_number_of_cells():
     assert list(dots.y) == pytest.approx([20, 50])
     assert dots.marker.size[0] == pytest.approx(2 * dots.marker.size[1])
     assert list(named(chart)["perfect"].x) == [0, 100]
+    assert chart.layout.xaxis.title.text == "probability in the realizations (%)"
+    empty = np.empty(0, int)
+    chart = calibration_chart(empty, empty, empty, LIGHT, given=True)
+    assert chart.layout.xaxis.title.text == "given probability (%)"
+    assert chart.layout.yaxis.title.text == "share in the realizations (%)"
 
 
 def test_data_status_shows_means_and_marks_force():

@@ -72,7 +72,8 @@ def _draw_given(state: State, ensemble: Ensemble, given: NDArray[np.float64]) ->
         draw_cells(shown, "given", link="grid", name="given_probability", **options)
     with right:
         table = reliability(ensemble, int(image.codes[state.facies]))
-        chart = calibration_chart(table.forecast, table.observed, table.count, chart_theme())
+        values = table.forecast, table.observed, table.count
+        chart = calibration_chart(*values, chart_theme(), given=True)
         alt = f"Share of {name} in the realizations, for each given probability"
         titled_chart("Reliability", f"share of {name} given and simulated", chart, "given", alt)
 
@@ -84,8 +85,8 @@ def draw_e_type_maps(
     image, data = ensemble.training_image, ensemble.hard_data
     name, shares = image.facies_names[state.facies], found.probability[state.facies]
     title = f"Probability of {name}"
-    n_certain = three_digits(100 * float((found.entropy < CERTAIN).mean()))
-    certain = f"{n_certain} % of the cells are certain"
+    known = found.entropy[~np.isnan(found.entropy)]  # without inactive cells
+    certain = f"{three_digits(100 * float((known < CERTAIN).mean()))} % of the cells are certain"
     probability = share_map(shares, f"P({name}) =", title, point_colours=colours)
     most_likely = facies_map(found.most_likely_indices, image, colours, "Most likely facies")
     alt = "Entropy, from 0 (certain) to 1 (all facies equally likely)"

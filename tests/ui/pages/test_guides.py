@@ -62,6 +62,7 @@ def test_a_gradient_and_a_polygon_reach_the_realizations():
     e = run(State(choices=replace(STUDY, guides=replace(GUIDES, auxiliary=None)))).ensemble
     assert e is not None
     p, active = e.probability(1), e.active
+    assert active is not None
     assert np.isnan(p[~active]).all()
     assert not np.isnan(p[active]).any()
     west, east = p[:, :20][active[:, :20]].mean(), p[:, 40:][active[:, 40:]].mean()
@@ -103,10 +104,13 @@ def test_files_become_maps():
     assert secondary is not None
     np.testing.assert_allclose(secondary.probabilities[1], sand, atol=1e-6)
     single = secondary_of(replace(STUDY, guides=GuideChoice(grid_file(any=sand), facies=0)))
+    assert single is not None
     np.testing.assert_allclose(single.probabilities[0], sand, atol=1e-6)
     ring = json.dumps({"type": "Polygon", "coordinates": [TRIANGLE]}).encode()
     of_ring = secondary_of(replace(STUDY, guides=GuideChoice(active=Upload("a.geojson", ring))))
     of_corners = secondary_of(replace(STUDY, guides=GuideChoice(active=TRIANGLE)))
+    assert of_ring is not None
+    assert of_corners is not None
     assert np.array_equal(of_ring.active, of_corners.active)
 
 
@@ -149,3 +153,9 @@ def test_validate_shows_the_given_map_and_its_reliability():
     assert not app.exception
     assert "Given probability of" in html(app)
     assert "Reliability" in html(app)
+    e = state.ensemble
+    assert e is not None
+    assert e.secondary is not None
+    mean = e.secondary.probabilities[1][e.active].mean()
+    assert f"given {100 * mean:.1f} %" in html(app)
+    assert "Match proportions" not in html(app)
