@@ -12,10 +12,12 @@ from ccwsim.io.formats.pictures import PictureFile
 from ccwsim.io.gridding import as_grid
 from ccwsim.io.hard_data.columns import is_points
 from ccwsim.io.isolated import IsolatedFile
+from ccwsim.io.limits import limits
 from ccwsim.io.opening import PathOrFile, open_file, read_bytes
 from ccwsim.model.arrays import as_floats, describe_shape
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
+from ccwsim.model.numbers import plural
 from ccwsim.model.secondary import cells_in_polygon
 
 PREFIX = "p_"
@@ -23,6 +25,7 @@ PREFIX = "p_"
 HEIGHTS = ("z", "layer")
 """Names of the first column of a vertical curve, which has one row for each layer."""
 MAX_DEPTH = 8  # maximum number of collections inside each other in GeoJSON
+MAX_POLYGONS = 1000  # each is compared with all rows of a grid
 
 
 def read_probabilities(
@@ -117,35 +120,27 @@ def _maps(path_or_file: PathOrFile, grid: Grid) -> tuple[DataFile, dict[str, NDA
     heights = [name for name in file.variables if name.lower() in HEIGHTS]
     points = is_points(list(file.names))
     if file.is_table and heights and not points:
-        return file, _curves(file, heights[0], grid)
-    if not file.is_table or points:
-        file = as_grid(file)
-    _check_geometry(file, grid)
-    maps = {}
-    for name in file.variables:
-        values = file.grid_of(name, grid.shape if file.is_table else None)
-        values = file.oriented(values, volume=grid.nz is not None)
-        if values.shape != grid.shape:
+        order = np.argsort(file.variables[heights[0]])
+        if len(order) != grid.nz:
             raise CCWSIMError(
-                f"{file.name} has {describe_shape(values.shape)} cells, but "
-                f"{describe_shape(grid.shape)} are needed; give one value for each cell"
+                f"{file.name} has {len(order)} rows, but the grid has {grid.nz or 'no'} layers; "
+                "give one row for each layer"
             )
-        maps[name] = np.where(file.known(values), values, np.nan).astype(np.float64)
-    return file, maps
-
-
-def _curves(file: DataFile, height: str, grid: Grid) -> dict[str, NDArray[np.float64]]:
-    order = np.argsort(file.variables[height])
-    if len(order) != grid.nz:
-        raise CCWSIMError(
-            f"{file.name} has {len(order)} rows, but the grid has {grid.nz or 'no'} layers; give "
-            "one row for each layer"
-        )
-    columns = {name: values for name, values in file.variables.items() if name != height}
-    return {
-        name: np.where(file.known(values), values, np.nan)[order].astype(np.float64)
-        for name, values in columns.items()
-    }
+        maps = {name: v[order] for name, v in file.variables.items() if name != heights[0]}
+    else:
+        file = as_grid(file) if not file.is_table or points else file
+        _check_geometry(file, grid)
+        shape, volume = grid.shape if file.is_table else None, grid.nz is not None
+        grids = {name: file.grid_of(name, shape) for name in file.variables}
+        maps = {name: file.oriented(values, volume=volume) for name, values in grids.items()}
+        for values in maps.values():
+            if values.shape != grid.shape:
+                raise CCWSIMError(
+                    f"{file.name} has {describe_shape(values.shape)} cells, but "
+                    f"{describe_shape(grid.shape)} are needed; give one value for each cell"
+                )
+    known = {name: np.where(file.known(v), v, np.nan) for name, v in maps.items()}
+    return file, {name: values.astype(np.float64) for name, values in known.items()}
 
 
 def _check_geometry(file: DataFile, grid: Grid) -> None:
@@ -153,16 +148,12 @@ def _check_geometry(file: DataFile, grid: Grid) -> None:
     usual = Grid.of(grid.shape)
     if file.cell_size is None or (grid.cell_size, grid.origin) == (usual.cell_size, usual.origin):
         return
-    placed = file.placed(grid.shape)
-    sizes = np.array([placed.cell_size[:2], grid.cell_size[:2]])
-    starts = np.array([placed.origin[:2], grid.origin[:2]])
-    near = 0.01 * sizes[1]
-    if (np.abs(np.diff(sizes, axis=0)) > near).any() or (
-        np.abs(np.diff(starts, axis=0)) > near
-    ).any():
+    both = file.placed(grid.shape), grid
+    given, own = (np.array([one.cell_size[:2], one.origin[:2]]) for one in both)
+    if (np.abs(given - own) > 0.01 * own[0]).any():
         raise CCWSIMError(
-            f"{file.name} has cells of {_pair(sizes[0])} from {_pair(starts[0])}, but the grid has "
-            f"cells of {_pair(sizes[1])} from {_pair(starts[1])}; give a map of this grid"
+            f"{file.name} has cells of {_pair(given[0])} from {_pair(given[1])}, but the grid has "
+            f"cells of {_pair(own[0])} from {_pair(own[1])}; give a map of this grid"
         )
 
 
@@ -176,13 +167,19 @@ def _polygons(path_or_file: PathOrFile) -> list[list[NDArray[np.float64]]] | Non
     if not content.lstrip().startswith(b"{"):
         return None
     try:
-        found = [*_geometries(json.loads(content.decode()), MAX_DEPTH)]
-        polygons = [[as_floats(ring, "ring")[:, :2] for ring in rings] for rings in found]
-    except (CCWSIMError, ValueError, TypeError, AttributeError, IndexError, RecursionError):
+        given = [*_geometries(json.loads(content.decode()), MAX_DEPTH)]
+        polygons = [[as_floats(ring, "ring")[:, :2] for ring in rings] for rings in given]
+    except (CCWSIMError, ValueError, TypeError, AttributeError, LookupError, RecursionError):
         raise CCWSIMError(f"{name} is not valid GeoJSON; save the polygons again") from None
     polygons = [rings for rings in polygons if rings]
     if not polygons:
         raise CCWSIMError(f"{name} has no polygon; give a Polygon or MultiPolygon")
+    n = sum(len(ring) for rings in polygons for ring in rings)
+    if n > limits().points or len(polygons) > MAX_POLYGONS:
+        raise CCWSIMError(
+            f"{name} has {plural(len(polygons), 'polygon')} with {n} corners; {MAX_POLYGONS} with "
+            f"{limits().points} corners are allowed: simplify them, or give a grid"
+        )
     if not all(len(ring) > 2 and np.isfinite(ring).all() for rings in polygons for ring in rings):
         raise CCWSIMError(f"{name}: a polygon needs at least three corners with finite coordinates")
     return polygons

@@ -244,16 +244,17 @@ def _is_binary(values: NDArray) -> bool:
     return bool(np.isin(values[known_values(values)], (0, 1)).all())
 
 
+@np.errstate(over="ignore", invalid="ignore")  # of corners far from all cells
 def cells_in_polygon(corners: NDArray[np.float64], grid: Grid) -> NDArray[np.bool_]:
     """Return the cells of a grid whose centre is in a polygon, in all layers of a volume."""
     x, y = grid.axes[0], grid.axes[1]
     inside = np.zeros((len(y), len(x)), bool)
-    for (x0, y0), (x1, y1) in zip(corners, np.roll(corners, -1, axis=0), strict=True):
-        if y0 == y1:
-            continue
-        rows = (np.minimum(y0, y1) <= y) & (y < np.maximum(y0, y1))
-        crossing = x0 + (y - y0) * (x1 - x0) / (y1 - y0)
-        inside ^= rows[:, None] & (x[None] < crossing[:, None])
+    ends = np.hstack([corners, np.roll(corners, -1, axis=0)])
+    for row in range(*np.searchsorted(y, [corners[:, 1].min(), corners[:, 1].max()])):
+        crossed = (ends[:, 1] <= y[row]) != (ends[:, 3] <= y[row])
+        x0, y0, x1, y1 = ends[crossed].T
+        crossings = np.sort(x0 + (y[row] - y0) * (x1 - x0) / (y1 - y0))
+        inside[row] = (len(crossings) - np.searchsorted(crossings, x, side="right")) % 2
     return np.broadcast_to(inside, grid.shape).copy()
 
 

@@ -176,6 +176,17 @@ EVIL_OF: dict[str, dict[str, Callable[[], bytes]]] = {
     "geojson": {
         "geojson of brackets": lambda: b'{"features": ' + b"[" * 900_000,
         "geojson of features": lambda: b'{"features": [' + b"{}," * 300_000 + b"{}]}",
+        "geojson of corners": lambda: geojson_of(
+            [
+                b'{"geometry": {"type": "Polygon", "coordinates": [[%s[1, 1]]]}}'
+                % (b"[0, 0], " * 500_000)
+            ]
+        ),
+        "geojson of polygons": lambda: geojson_of(
+            [b'{"geometry": {"type": "Polygon", "coordinates": [[[0, 0], [9, 0], [0, 9]]]}}']
+            * 20_000
+        ),
+        "geojson of collections": lambda: geojson_of([b'{"geometries": [' * 900 + b"]}" * 900]),
         "geojson of columns": lambda: geojson_of(
             b'{"geometry": {"type": "Point", "coordinates": [%d, 2]}, "properties": {"p%d": 1}}'
             % (k, k)

@@ -57,11 +57,17 @@ WAYS: dict[str, Callable] = {
     "realizations": lambda file: cio.read_realizations(file),
     "realizations of an image": lambda file: cio.read_realizations(file, _TI),
     "parameters": lambda file: cio.parameters_from_json(file.getvalue()),
+    "probabilities": lambda file: cio.read_probabilities(file, Grid(3, 4)),
+    "probability of a facies": lambda file: cio.read_probabilities(file, Grid(6, 8), 1),
+    "vertical curves": lambda file: cio.read_probabilities(file, Grid(3, 4, nz=5)),
+    "values": lambda file: cio.read_values(file, Grid(6, 8, cell_size=(2.0, 2.0))),
+    "active cells": lambda file: cio.read_active(file, Grid(3, 4)),
 }  # fmt: skip
 
 
 UPLOADED = {
     **{word: WAYS[word] for word in ("inspect", "image", "points", "preview", "surveys")},
+    **{word: WAYS[word] for word in ("probabilities", "vertical curves", "active cells")},
     "project": lambda file: file.read_with(read_project),
 }
 """Ways in which the dashboard reads an upload; together they use all readers."""

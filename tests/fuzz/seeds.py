@@ -56,6 +56,8 @@ def _made() -> dict[str, bytes]:
         "shp alone": b"\x00\x00\x27\x0a" + bytes(200),
         **_gis(), "names of facies": sample.in_utm(),
         "geojson of names": sample.geojson(["a", "b", "1", ""]),
+        "probabilities": sample.probabilities(), "vertical curves": sample.vertical_curves(),
+        "polygons": sample.polygons(),
         "project": project(), "parameters": parameters_to_json(Parameters()).encode(),
     }  # fmt: skip
 

@@ -196,7 +196,8 @@ def _done(word: str, act: Callable[[], object], outcome: Outcome) -> float:
     except CCWSIMError as error:
         outcome.refusals += 1
         said = str(error)
-        if not said or len(said) > 1000 or not said.isprintable():
+        problems = said.split("\n")  # all problems of hard data are listed, one a line
+        if len(said) > 1000 or not all(line and line.isprintable() for line in problems):
             outcome.faults.append(f"{word}: unfit message {said[:200]!r}")
     except BaseException as error:
         where = _place(error)

@@ -123,6 +123,27 @@ def geojson(codes: Sequence[object] = tuple(POINTS[:, 2].tolist())) -> bytes:
     return json.dumps({"type": "FeatureCollection", "features": features}).encode()
 
 
+def polygons() -> bytes:
+    """Return a polygon with a hole in a collection, and two polygons, as GeoJSON."""
+    ring, hole = [[0, 0], [4, 0], [4, 3], [0, 3]], [[1, 1], [2, 1], [2, 2], [1, 2]]
+    one = {"type": "Polygon", "coordinates": [ring, hole]}
+    many = {"type": "MultiPolygon", "coordinates": [[ring], [hole]]}
+    shapes = {"type": "GeometryCollection", "geometries": [one, many]}
+    features = [{"type": "Feature", "properties": None, "geometry": shapes}]
+    return json.dumps({"type": "FeatureCollection", "features": features}).encode()
+
+
+def probabilities() -> bytes:
+    """Return the probabilities of two facies on a grid (3, 4), one cell without a value."""
+    rows = "\n".join(f"{k / 12:.3f} {1 - k / 12:.3f}" for k in range(11))
+    return f"4 3 1\n2\nP_0\nP_1\n{rows}\n-999 -999\n".encode()
+
+
+def vertical_curves() -> bytes:
+    """Return the probabilities of two facies in five layers."""
+    return b"z,P_0,P_1\n" + b"\n".join(b"%d,0.%d,0.%d" % (z, z + 1, 9 - z) for z in range(5))
+
+
 def petrel() -> bytes:
     rows = "\n".join(f"{c + 0.5} {r + 0.5} -1500.0 {code}" for r, c, code in POINTS)
     head = "# Petrel Points with attributes\nVERSION 1\nBEGIN HEADER\nX\nY\nZ\nfacies\nEND HEADER\n"

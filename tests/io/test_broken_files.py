@@ -32,6 +32,9 @@ SAMPLES = {
     "jpeg": sample.picture("JPEG"),
     "realizations npz": sample.realizations("npz"),
     "realizations gslib": sample.realizations("gslib"),
+    "probabilities": sample.probabilities(),
+    "vertical curves": sample.vertical_curves(),
+    "polygons": sample.polygons(),
 }
 TI = TrainingImage(sample.FACIES)
 NUMBERS = b"-1 0 99999999999999999999 nan inf 1e308 1e999 1_0 \xc2\xb2".split()
@@ -59,6 +62,10 @@ def read_every_way(content: bytes) -> int:
         lambda file: cio.import_hard_data(
             file, Grid(3, 4), TI, on_collision="majority", on_outside="drop", on_unknown="drop"
         ),
+        lambda file: cio.read_probabilities(file, Grid(3, 4)),
+        lambda file: cio.read_probabilities(file, Grid(3, 4, nz=5), 1),
+        lambda file: cio.read_values(file, Grid(3, 4)),
+        lambda file: cio.read_active(file, Grid(3, 4)),
     ):
         with suppress(CCWSIMError):
             call(io.BytesIO(content))

@@ -49,7 +49,7 @@ def test_what_is_bad_is_found():
         raise ValueError("a\nb")
 
     def unfit():
-        raise CCWSIMError("two\nlines")
+        raise CCWSIMError("a line\n\nafter an empty line")
 
     kept = []
     acts = [("broken", broken), ("unfit", unfit), ("good", lambda: kept.append(bytearray(2**20)))]

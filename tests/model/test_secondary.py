@@ -1,10 +1,13 @@
 """Test secondary information: accepted forms, and one sentence for each kind of bad input."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 
 from ccwsim import Auxiliary, CCWSIMError, Grid, HardData, Parameters, Secondary
 from ccwsim import TrainingImage as Image
+from ccwsim.model.secondary import cells_in_polygon
 from ccwsim.model.study import Study
 from tests.small_images import blobs
 
@@ -37,6 +40,19 @@ def test_polygons_are_in_world_coordinates():
     np.testing.assert_array_equal(active, expected)
     two = [corners, np.array(corners) + 200]
     assert fitted(Secondary(active=two), grid).active.sum() == 200
+
+
+def test_cells_in_a_polygon_are_those_whose_centre_an_odd_number_of_edges_has_in_the_west():
+    source = np.random.default_rng(1)
+    for _ in range(50):
+        grid = Grid(9, 12, (2.0, 0.5), (-3.0, 4.0))
+        corners = source.integers(-8, 20, (source.integers(3, 9), 2)) / 2.0
+        inside = np.zeros(grid.shape, bool)
+        for (row, y), (column, x) in product(enumerate(grid.axes[1]), enumerate(grid.axes[0])):
+            for (x0, y0), (x1, y1) in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+                if min(y0, y1) <= y < max(y0, y1):
+                    inside[row, column] ^= x < x0 + (y - y0) * (x1 - x0) / (y1 - y0)
+        np.testing.assert_array_equal(cells_in_polygon(corners, grid), inside)
 
 
 def test_probabilities_by_name_code_number_or_vertical_curve():

@@ -1,0 +1,81 @@
+"""Test files with secondary information: probabilities, curves, variables, and active cells."""
+
+import json
+from io import BytesIO
+
+import numpy as np
+import pytest
+
+from ccwsim import CCWSIMError, Grid
+from ccwsim.io import limits, read_active, read_probabilities, read_values
+from tests.io import sample_files as sample
+
+RING = [[0, 0], [9, 0], [0, 9]]
+
+
+def collection(*geometries: dict) -> BytesIO:
+    features = [{"type": "Feature", "geometry": one} for one in geometries]
+    return BytesIO(json.dumps({"type": "FeatureCollection", "features": features}).encode())
+
+
+def test_a_grid_has_one_variable_for_each_facies():
+    found = read_probabilities(BytesIO(sample.probabilities()), Grid(3, 4))
+    assert list(found) == [0, 1]
+    assert found[0].shape == (3, 4)
+    np.testing.assert_allclose(found[0].ravel()[:11] + found[1].ravel()[:11], 1)
+    assert np.isnan(found[0][2, 3])
+
+
+def test_curves_are_sorted_by_height():
+    head, *rows = sample.vertical_curves().splitlines()
+    upside_down = b"\n".join([head, *rows[::-1]])
+    found = read_probabilities(BytesIO(upside_down), Grid(3, 4, nz=5))
+    np.testing.assert_allclose(found[0], [0.1, 0.2, 0.3, 0.4, 0.5])
+    with pytest.raises(CCWSIMError, match="5 rows, but the grid has 4 layers"):
+        read_probabilities(BytesIO(upside_down), Grid(3, 4, nz=4))
+    with pytest.raises(CCWSIMError, match="the grid has no layers"):
+        read_probabilities(BytesIO(upside_down), Grid(3, 4))
+
+
+def test_a_map_of_another_place_is_refused():
+    esri = b"ncols 4\nnrows 3\nxllcorner 100\nyllcorner 50\ncellsize 10\n" + b"1 2 3 4\n" * 3
+    own = Grid(3, 4, (10.0, 10.0), (100.0, 50.0))
+    assert read_values(BytesIO(esri), own).shape == (3, 4)
+    assert read_values(BytesIO(esri), Grid(3, 4)).shape == (3, 4)  # without world coordinates
+    with pytest.raises(CCWSIMError, match="cells of 10 × 10 from 100 × 50, but the grid has"):
+        read_values(BytesIO(esri), Grid(3, 4, (10.0, 10.0), (120.0, 50.0)))
+
+
+def test_polygons_have_holes_and_may_overlap():
+    active = read_active(BytesIO(sample.polygons()), Grid(3, 4))
+    assert active.all()  # the second polygon covers the hole of the first
+    ring = [[0, 0], [4, 0], [4, 3], [0, 3], [0, 0]]
+    hole = [[1, 1], [2, 1], [2, 2], [1, 2], [1, 1]]
+    active = read_active(collection({"type": "Polygon", "coordinates": [ring, hole]}), Grid(3, 4))
+    assert np.argwhere(~active).tolist() == [[1, 1]]
+
+
+def test_polygons_that_would_take_minutes_are_refused():
+    many = {"type": "MultiPolygon", "coordinates": [[RING]] * 1001}
+    with pytest.raises(CCWSIMError, match="has 1001 polygons with 3003 corners; 1000 with"):
+        read_active(collection(many), Grid(3, 4))
+    long = {"type": "Polygon", "coordinates": [RING * 40_000]}
+    with (
+        limits.limited(limits.UPLOAD_LIMITS),
+        pytest.raises(CCWSIMError, match="has 1 polygon with 120000 corners"),
+    ):
+        read_active(collection(long), Grid(3, 4))
+
+
+@pytest.mark.parametrize(
+    ("geometry", "said"),
+    [
+        ({"type": "Point", "coordinates": [0, 0]}, "has no polygon"),
+        ({"type": "Polygon", "coordinates": [RING[:2]]}, "at least three corners"),
+        ({"type": "Polygon", "coordinates": [[["a", "b"]] * 3]}, "not valid GeoJSON"),
+        ({"type": "Polygon"}, "not valid GeoJSON|has no polygon"),
+    ],
+)
+def test_other_geometries_are_refused(geometry, said):
+    with pytest.raises(CCWSIMError, match=said):
+        read_active(collection(geometry), Grid(3, 4))
