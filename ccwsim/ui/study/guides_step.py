@@ -9,12 +9,11 @@ import numpy as np
 import streamlit as st
 
 from ccwsim import CCWSIMError, Secondary, TrainingImage
-from ccwsim.figures import map_png, steps_of
+from ccwsim.figures import data_map_png, steps_of
 from ccwsim.metrics import warn_of_probabilities
 from ccwsim.model.bounds import MAX_AUXILIARY_WEIGHT, MAX_SOFT_WEIGHT
 from ccwsim.model.grid import Grid
-from ccwsim.model.missing import UNKNOWN
-from ccwsim.sharing.choices import Choices, Corners, Directions, Gradient, GuideChoice, Upload
+from ccwsim.sharing.choices import Choices, Corners, Directions, Gradient, GuideChoice
 from ccwsim.ui.results.maps import middle_layer
 from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.resolve import image_of, secondary_of, study_of
@@ -25,7 +24,7 @@ from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
 from ccwsim.ui.widgets.text import pair, plain, step_note
 
 _warnings = cached(max_entries=64)(warn_of_probabilities)
-WIDTH = 260  # width in pixels of the picture of a map
+PIXELS = 520  # length in pixels of the longer side of the picture of a map
 AZIMUTH = {"min_value": -360.0, "max_value": 360.0, "step": 15.0, "format": "%g"}
 
 
@@ -81,11 +80,12 @@ def _draw_problem(state: State) -> None:
 def _choice(
     label: str, given: Any, shape: Any, name: str, change: Callable[..., None], attribute: str
 ) -> None:
-    """Draw the choice between no guide, a shape with default values, and an uploaded file."""
+    """Draw the choice between no guide, a shape with default values, and uploaded files."""
     options = {"none": "none", "shape": name}
-    if isinstance(given, Upload):
-        options["file"] = f"file {given.name}"
-    kind = "none" if given is None else "file" if isinstance(given, Upload) else "shape"
+    files = GuideChoice(**{attribute: given}).files
+    if files:
+        options["file"] = f"file {' and '.join(file.name for file in files)}"
+    kind = "none" if given is None else "file" if files else "shape"
 
     def write(kind: str) -> None:
         change(**{attribute: shape if kind == "shape" else None})
@@ -114,17 +114,11 @@ def _probabilities(state: State, guides: GuideChoice, change: Callable[..., None
         azimuth = bound_to(given, "azimuth", write, help="From north, clockwise, in degrees.")
         field(st.number_input, "Towards (azimuth)", key="guides_azimuth", **azimuth, **AZIMUTH)
     tip = "Any grid, with variables named P_facies; for a volume also a table with z and P_facies."
-    _uploader("guides_soft_file", "or a map of probabilities", change, "probabilities", tip)
+    take = {"take": lambda upload: change(probabilities=upload), "help": tip}
+    file_uploader("or a map of probabilities", key="guides_soft_file", **take)
     if given is not None:
         weight = bound_to(guides, "soft_weight", change, min_value=0.0, max_value=MAX_SOFT_WEIGHT)
         field(st.slider, "Weight of the probabilities", key="guides_soft_weight", **weight)
-
-
-def _uploader(key: str, label: str, change: Callable[..., None], attribute: str, tip: str) -> None:
-    def take(upload: Upload) -> None:
-        change(**{attribute: upload})
-
-    file_uploader(label, key=key, take=take, help=tip)
 
 
 def _active(state: State, guides: GuideChoice, change: Callable[..., None]) -> None:
@@ -137,7 +131,8 @@ def _active(state: State, guides: GuideChoice, change: Callable[..., None]) -> N
         corners = {"value": text, "write": lambda new: change(active=corners_of(new)), "help": tip}
         field(st.text_area, "Corners", key="guides_corners", **corners)
     tip = "A grid with 0 or no value in inactive cells, or polygons in GeoJSON."
-    _uploader("guides_mask_file", "or a mask", change, "active", tip)
+    take = {"take": lambda upload: change(active=upload), "help": tip}
+    file_uploader("or a mask", key="guides_mask_file", **take)
 
 
 def octagon(grid: Grid) -> Corners:
@@ -168,31 +163,23 @@ def corners_of(text: str) -> Corners:
 
 def _auxiliary(guides: GuideChoice, change: Callable[..., None]) -> None:
     given = guides.auxiliary
-    files = given if isinstance(given, tuple) else (None, None)
-    options = {"none": "none", "shape": "position along a direction"}
-    if any(files):
-        options["file"] = "files of yours"
-    kind = "none" if given is None else "file" if isinstance(given, tuple) else "shape"
-
-    def write(kind: str) -> None:
-        change(auxiliary=Directions() if kind == "shape" else None)
-
-    choice = {"value": kind, "write": write, **options_of(options)}
-    field(st.selectbox, "Auxiliary variable", key="guides_auxiliary", **choice)
+    image, grid = given if isinstance(given, tuple) else (None, None)
+    name = "position along a direction"
+    _choice("Auxiliary variable", given, Directions(), name, change, "auxiliary")
     if isinstance(given, Directions):
+
+        def write(**changes: Any) -> None:
+            change(auxiliary=replace(given, **changes))
+
         for column, of in zip(pair(), ("image", "grid"), strict=True):
-
-            def turn(azimuth: float, of: str = of) -> None:
-                change(auxiliary=replace(given, **{of: azimuth}))
-
             with column:
-                number = {"value": getattr(given, of), "write": turn, **AZIMUTH}
+                number = bound_to(given, of, write, **AZIMUTH)
                 field(st.number_input, f"Azimuth, {of}", key=f"guides_azimuth_{of}", **number)
-    for k, of in enumerate(("image", "grid")):
-
-        def take(upload: Upload, k: int = k) -> None:
-            change(auxiliary=(upload, files[1]) if k == 0 else (files[0], upload))
-
+    takes = {
+        "image": lambda upload: change(auxiliary=(upload, grid)),
+        "grid": lambda upload: change(auxiliary=(image, upload)),
+    }
+    for of, take in takes.items():
         tip = f"A grid of one variable with the cells of the {of}."
         file_uploader(f"or a map for the {of}", key=f"guides_{of}_file", take=take, help=tip)
     if given is not None:
@@ -211,8 +198,11 @@ def _draw_maps(state: State) -> None:
         return
     facies = min(choices.guides.facies, image.n_facies - 1)
     picture, caption = _picture(secondary, image, facies)
-    st.image(picture, width=WIDTH, caption=plain(caption))
-    for note in _notes(secondary, image, choices):
+    st.image(picture, width="stretch", caption=plain(caption), alt=caption)
+    notes = _warnings(secondary, image, choices.parameters)
+    if n_left := study_of(choices).inactive_data.n:
+        notes = [f"{n_left} hard data are in inactive cells and are left out", *notes]
+    for note in notes:
         st.caption(plain(f"{note[:1].upper()}{note[1:]}."))
 
 
@@ -226,14 +216,6 @@ def _picture(secondary: Secondary, image: TrainingImage, facies: int) -> tuple[b
         values = (values - values.min()) / max(values.max() - values.min(), 1e-300)
     else:
         values, name = np.ones(secondary.active.shape), "Active cells"
-    values = middle_layer(values)
-    steps, colours = steps_of(np.nan_to_num(values))
-    active = np.ones(values.shape, bool) if secondary.active is None else secondary.active
-    steps = np.where(middle_layer(active) & ~np.isnan(values), steps, UNKNOWN).astype(np.uint8)
-    return map_png(steps, colours), name
-
-
-def _notes(secondary: Secondary, image: TrainingImage, choices: Choices) -> list[str]:
-    n_left = study_of(choices).inactive_data.n
-    left = [f"{n_left} hard data are in inactive cells and are left out"] if n_left else []
-    return [*left, *_warnings(secondary, image, choices.parameters)]
+    if secondary.active is not None:
+        values = np.where(secondary.active, values, np.nan)
+    return data_map_png(*steps_of(middle_layer(values)), longest=PIXELS), name
