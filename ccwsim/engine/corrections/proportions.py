@@ -130,8 +130,9 @@ def draw_target(
     first = [int(rng.integers(m - n + 1)) for m, n in zip(image.shape, sides, strict=True)]
     piece = image[tuple(slice(k, k + n) for k, n in zip(first, sides, strict=True))]
     counts = np.bincount(piece.ravel(), minlength=len(proportions))[: len(proportions)]
-    n = max(int(counts.sum()), 1)  # known cells
-    return proportions + (counts - n * proportions) / n * np.sqrt(n / prod(grid_shape))
+    n = int(counts.sum())  # known cells
+    shares = counts / n if n else proportions
+    return proportions + (shares - proportions) * np.sqrt(n / prod(grid_shape))
 
 
 class DataProportions(NamedTuple):
