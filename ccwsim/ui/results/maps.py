@@ -84,13 +84,14 @@ def with_data(
     data: HardData,
     image: TrainingImage,
     realization: NDArray[np.integer] | None = None,
+    wells: CellsOfWells | None = None,
 ) -> CellMap:
-    """Return a map with hard data and the names of their wells on top.
+    """Return a map with hard data and the names of their wells (by default found) on top.
 
     Data that differ from `realization`, an array of facies codes, are marked as wrong.
     """
-    points = points_of(data, image, realization)
-    return replace(shown, points=points, wells=wells_of_data(state, data))
+    wells = wells_of_data(state, data) if wells is None else wells
+    return replace(shown, points=points_of(data, image, realization), wells=wells)
 
 
 def wells_of_data(state: State, data: HardData) -> CellsOfWells:
@@ -102,14 +103,16 @@ def wells_of_data(state: State, data: HardData) -> CellsOfWells:
     return ()
 
 
-def draw_e_type(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
+def draw_e_type(
+    state: State, ensemble: Ensemble, colours: Sequence[str], wells: CellsOfWells | None = None
+) -> None:
     """Draw the uncertainty map or volume, and the field that chooses its statistic."""
     names = ensemble.training_image.facies_names
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="e_type_row"):
         panel_title("E-type")
         e_type_field(state, names, lambda option: choose(state, option))
     shown = uncertainty_map(state, ensemble, colours)
-    shown = with_data(state, shown, ensemble.hard_data, ensemble.training_image)
+    shown = with_data(state, shown, ensemble.hard_data, ensemble.training_image, wells=wells)
     name = f"{state.e_type}_{names[state.facies]}".replace(" ", "_")
     # a map below a realization also has coordinates, so that the edges of the maps are aligned
     own_axes = ensemble.grid.nz is not None or is_wide(ensemble.grid)

@@ -39,7 +39,7 @@ from ccwsim.ui.session.state import State
 from ccwsim.ui.study.data_step import data_fit, minus, numbers, verdict
 from ccwsim.ui.study.image_step import thumbnail
 from ccwsim.ui.validate import statistics
-from ccwsim.ui.validate.slices import slice_of
+from ccwsim.ui.validate.slices import slice_of, wells_on
 from ccwsim.ui.validate.statistics import Validation, panel
 from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.text import numbers_table, page_text, panel_title, step_note
@@ -99,7 +99,7 @@ def draw_e_type_maps(
     for column, (title, note, key, shown) in zip(st.columns(3, gap="medium"), maps, strict=True):
         with column:
             panel_title(title, note)
-            shown = with_data(state, shown, data, image)
+            shown = with_data(state, shown, data, image, wells=wells_on(state, ensemble))
             options: dict[str, Any] = {"scale": f"{prefix}three", "body": False, "max_height": 400}
             draw_cells(shown, f"{prefix}{key}", link="grid", name=key, **options)
 
@@ -232,7 +232,8 @@ def draw_reference(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
         for place, key, (title, drawn) in zip(places, ("truth", "wrong"), maps, strict=True):
             with place:
                 panel_title(title, str(here))
-                drawn = with_data(state, drawn, shown.hard_data, image)
+                wells = wells_on(state, shown)
+                drawn = with_data(state, drawn, shown.hard_data, image, wells=wells)
                 draw_cells(drawn, key, link="grid", scale="truth", name=key, max_height=320)
         with right:
             chart = calibration_chart(table.forecast, table.observed, table.count, chart_theme())

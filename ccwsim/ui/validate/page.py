@@ -45,7 +45,7 @@ from ccwsim.ui.validate.reproduction import (
     draw_patterns,
     draw_transitions,
 )
-from ccwsim.ui.validate.slices import ShownSlice, draw_slice_fields, slice_of
+from ccwsim.ui.validate.slices import ShownSlice, draw_slice_fields, slice_of, wells_on
 from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
 from ccwsim.ui.widgets.text import panel_title, verdict_html
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
@@ -130,7 +130,7 @@ def _draw_first_screen(state: State, colours: Sequence[str], elsewhere: tuple) -
         with left:
             _draw_realization(state, shown, colours, here)
         with middle:
-            maps.draw_e_type(state, shown, colours)
+            maps.draw_e_type(state, shown, colours, wells_on(state, shown))
         with right:
             task, draw = statistics.patterns(ensemble), partial(_draw_mds, state)
             statistics.panel(state, "mds", task, draw)
@@ -151,7 +151,8 @@ def _draw_realization(
         panel_title(f"Realization {ensemble.numbers[r] + 1} of {ensemble.n}", str(here))
         maps.step_buttons("shown", state, ensemble.n)
     shown = facies_map(ensemble.indices[r], image, colours, f"Realization {r + 1}")
-    shown = maps.with_data(state, shown, ensemble.hard_data, image, ensemble.realizations[r])
+    data, wells = ensemble.hard_data, wells_on(state, ensemble)
+    shown = maps.with_data(state, shown, data, image, ensemble.realizations[r], wells)
     file = f"realization_{r + 1}"
     # the E-type below a section has coordinates, so the section needs the same left and right edge
     grid = ensemble.grid if here.axis is not None and maps.is_wide(ensemble.grid) else None

@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 
 from ccwsim import Ensemble, Grid, HardData
 from ccwsim.model.arrays import readonly
+from ccwsim.sharing.choices import CellsOfWells
+from ccwsim.ui.results.maps import wells_of_data
 from ccwsim.ui.session.state import State
 from ccwsim.ui.validate.statistics import Validation
 from ccwsim.ui.widgets.fields import bound_to, field, options_of
@@ -63,6 +65,17 @@ class ShownSlice:
             sources=None,
         )
 
+    def wells(self, wells: CellsOfWells) -> CellsOfWells:
+        """Return the named wells with cells in this slice, with their cells in its map."""
+        if self.axis is None:
+            return wells
+        before, after = slice(self.axis), slice(self.axis + 1, None)
+        found = [
+            (name, tuple((*c[before], *c[after]) for c in path if c[self.axis] == self.at))
+            for name, path in wells
+        ]
+        return tuple((name, path) for name, path in found if path)
+
 
 def middle_layer(shape: tuple[int, ...]) -> ShownSlice:
     """Return the middle layer of a volume; for a map, return the complete map."""
@@ -77,6 +90,14 @@ def slice_of(state: State, ensemble: Ensemble) -> ShownSlice:
     axis = page_state.slice_axis
     chosen = page_state.slice_at.get(axis, shape[axis] // 2)
     return ShownSlice(axis, min(chosen, shape[axis] - 1))
+
+
+def wells_on(state: State, ensemble: Ensemble) -> CellsOfWells:
+    """Return the named wells on maps of an ensemble, which may be the slice of the study's."""
+    whole = state.ensemble
+    assert whole is not None
+    wells = wells_of_data(state, whole.hard_data)
+    return wells if ensemble.grid.nz == whole.grid.nz else slice_of(state, whole).wells(wells)
 
 
 def draw_slice_fields(state: State, ensemble: Ensemble) -> None:

@@ -119,5 +119,7 @@ def test_a_page_with_a_volume_has_no_serious_finding(volume_page, title):
     at_rest(page)
     own = ".st-key-map_realization" if name == "validate" else "[class*=volume_]"
     page.wait_for_selector(f"{own} canvas", timeout=SLOW)
+    if name in FILLED:
+        FILLED[name](page)
     page.wait_for_function(SETTLED, timeout=SLOW)
     assert not looked_through(page)
