@@ -216,16 +216,15 @@ def soak(
 
 
 def _warm_up(server: Server, sessions: int, seed: int, seconds: float) -> None:
-    """Compile kernels and fill the caches that all sessions share."""
-    tally = Tally()
-    _visit(server, min(sessions, 4), seconds, seed + 10_000, tally, whole=True)
+    """Let as many sessions do each kind of work, to load what all sessions share."""
+    _visit(server, sessions, seconds, seed + 10_000, Tally(), whole=True)
 
 
 def _visit(
     server: Server, sessions: int, seconds: float, seed: int, tally: Tally, whole: bool = False
 ) -> None:
     end = time.monotonic() + seconds
-    kinds = [Visitor if whole or k else HostileVisitor for k in range(sessions)]
+    kinds = [Visitor if k else HostileVisitor for k in range(sessions)]
     visitors = [
         kind(server.address, tally, np.random.default_rng([seed, k]), end, k, whole)
         for k, kind in enumerate(kinds)
