@@ -23,8 +23,8 @@ BYTES_A_DATUM = 200
 MAKING = 40  # bytes per image block for 64-bit sums while block energies are computed
 LOOKING_AROUND = 6  # bytes per image cell while thresholds for isolated data are computed
 TOTALS_AND_PLACES = 24  # bytes per location for total scores and for the indices of good locations
-KERNELS = 60_000_000
-"""Bytes of compiled code, which a process loads when it runs a kind of study for the first time."""
+KERNELS = 160_000_000
+"""Bytes of compiled code and its compiler, which a process loads for the first study of a kind."""
 MARGIN = 1.25
 MAPS_BYTES = 16
 """Bytes per grid cell for the maps of a page; `FACIES_BYTES` are added for each facies."""

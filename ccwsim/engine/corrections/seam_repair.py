@@ -46,7 +46,7 @@ from ccwsim.engine.stages.similarity import (
     running_sums,
     score_places,
     score_type,
-    summed_up,
+    summed_squares,
 )
 
 N_BEST = 2  # number of best locations that are tried for a window
@@ -130,7 +130,7 @@ def prepare_repair(
     size = tuple(n // b for n, b in zip(window, block, strict=True))
     wide = tuple(n // b for n, b in zip(ring, block, strict=True))
     inner = tuple(n - b for n, b in zip(size, wide, strict=True))
-    table = summed_up(np.square(sums.astype(np.int64)).sum(axis=0))
+    table = summed_squares(sums)
     energy = box_sums(table, size, (0, 0, 0), size) - box_sums(table, size, wide, inner)  # type: ignore[arg-type]
     both = tuple(2 * n for n in ring)
     kind = score_type(level, window, both)  # type: ignore[arg-type]

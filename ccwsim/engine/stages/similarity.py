@@ -79,7 +79,15 @@ def running_squares(
 
     Running sums may overflow, but sums over boxes of blocks are exact if they fit the type.
     """
-    return summed_up(np.square(sums.astype(np.int64)).sum(axis=0)).astype(kind)
+    return summed_squares(sums).astype(kind)
+
+
+def summed_squares(sums: NDArray[np.number[Any]]) -> NDArray[np.int64]:
+    """Return the running sums of A² along three axes; many planes need no copy of all planes."""
+    squares = np.zeros(sums.shape[1:], np.int64)
+    for plane in sums:
+        squares += np.square(plane, dtype=np.int64)
+    return summed_up(squares)
 
 
 def summed_up(values: NDArray[np.int64]) -> NDArray[np.int64]:
