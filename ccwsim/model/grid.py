@@ -300,7 +300,7 @@ def _numbers(name: str, values: object, n: int, along_z: float) -> tuple[float, 
     """Return two numbers for a map, or three for a volume; a missing third number is `along_z`."""
     try:
         numbers = tuple(float(value) for value in values)  # type: ignore[attr-defined]
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         numbers = ()
     if n == 3 and len(numbers) == 2:
         numbers = *numbers, along_z

@@ -154,16 +154,20 @@ def training_image(source: random.Random) -> Act:
     return act
 
 
+LEGAL = {
+    "template_size": 12, "overlap_size": 2, "wavelet_level": 0, "n_candidates": 3,
+    "method": "ms-ccsim", "similarity": "correlation", "search_fraction": 0.5,
+    "co_template": 1, "random_path": False, "template_variation": 0.4,
+    "match_proportions": True, "location_weight": 2.0, "refine": False, "exact_data": False,
+    "published_draw": True, "repair_seams": False,
+}  # fmt: skip
+"""A valid value of each parameter, other than the default."""
+
+
 def simulation(source: random.Random) -> Act:
     image = image_of(source)
     names = source.sample([f.name for f in fields(Parameters)], 2)
-    legal = {
-        "template_size": 12, "overlap_size": 2, "wavelet_level": 0, "n_candidates": 3,
-        "method": "ms-ccsim", "similarity": "correlation", "search_fraction": 0.5,
-        "co_template": 1, "random_path": False, "template_variation": 0.4,
-        "match_proportions": True, "location_weight": 2.0, "refine": False, "exact_data": False,
-    }  # fmt: skip
-    given = {name: maybe(source, legal[name], 0.1) for name in names}
+    given = {name: maybe(source, LEGAL[name], 0.1) for name in names}
     shape = maybe(source, (maybe(source, source.randint(11, 50), 0.1), source.randint(11, 50)), 0.1)
     options = {
         "n_realizations": maybe(source, source.randint(1, 3), 0.1),

@@ -5,15 +5,17 @@ from __future__ import annotations
 import io
 import os
 import re
+from dataclasses import fields
 from functools import cache
 from pathlib import Path
 
 import pytest
 
 from benchmarks.safety import BEGIN, END, SAFETY
-from ccwsim import CCWSIMError
+from ccwsim import CCWSIMError, Parameters
 from ccwsim.io import opening
 from ccwsim.io.opening import READERS
+from tests.fuzz.arguments import LEGAL
 from tests.fuzz.cases import Case, acts_of, content_of
 from tests.fuzz.evil import EVIL, EVIL_OF, SPRUNG, WORST
 from tests.fuzz.reading import NAMES, WAYS, uploads
@@ -41,6 +43,10 @@ def test_a_spoilt_file_is_read_or_refused(start):
 def test_random_arguments_give_a_result_or_are_refused(start):
     cases = [Case("arguments", 100_000 + k, 1) for k in range(start, start + AT_ONCE)]
     assert troubles([measured(case, acts_of(case)) for case in cases]) == []
+
+
+def test_every_parameter_is_among_the_random_arguments():
+    assert LEGAL.keys() == {field.name for field in fields(Parameters)}
 
 
 @pytest.mark.slow

@@ -191,7 +191,7 @@ class TestGrid:
         with pytest.raises(CCWSIMError, match="cell"):
             Grid(3, 3, cell_size=pair)
 
-    @pytest.mark.parametrize("pair", [1.0, None, ("a", "b"), (None, 1.0)])
+    @pytest.mark.parametrize("pair", [1.0, None, ("a", "b"), (None, 1.0), (10**400, 1)])
     def test_what_is_no_pair_of_numbers_is_refused(self, pair):
         with pytest.raises(CCWSIMError):
             Grid(3, 3, cell_size=pair)
