@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 from ccwsim.experiments.two_point import simulate_two_point
 from ccwsim.figures import LIGHT, Dots, Theme, data_map_png, facies_colours, sparkline, steps_of
+from ccwsim.flow import darcy
+from ccwsim.flow.answers import breakthrough
 from ccwsim.jobs.job import PATIENCE
 from ccwsim.jobs.statistics import Failure, StatisticsWorker, Task
 from ccwsim.metrics import connectivity, variogram
@@ -58,6 +60,8 @@ MAX_DOTS = 1000
 MAX_PIXELS = 600
 """Width of a picture in pixels, twice the width on the page for high-resolution screens."""
 N_LAGS = 80
+N_SOLVED, N_PARTICLES = 5, 100  # realizations through which flow is solved, and particles in each
+SINGLE = {"realization", "second", "data", "layer", "section"}  # pictures of one realization each
 SHEET_HELP = "The lecture as an HTML file to print: tasks with links, and answers on the last page."
 
 
@@ -235,6 +239,8 @@ SHOWN = {
     "two-point realization": "two-point simulation",
     "two-point variogram": "two-point: variogram E–W",
     "two-point connectivity": "two-point: connectivity N–S",
+    "breakthrough": "CCWSIM: arrived in the east",
+    "two-point breakthrough": "two-point: arrived in the east",
     "layer": "realization 1, a layer",
     "section": "realization 1, a section",
 }
@@ -243,9 +249,9 @@ SHOWN = {
 def _drawn(example: Example, choices: Choices, theme: Theme) -> tuple[CardPicture, ...]:
     image, data = image_of(choices.image), data_of(choices)
     colours = facies_colours(image)
-    many = {"probability", "variogram", "connectivity"} & set(example.shows) and not example.others
+    few = set(example.shows) <= SINGLE or example.others
     ensembles = [
-        simulate(image, choices.grid, p, data, N_TOGETHER if many else 2, choices.seed)
+        simulate(image, choices.grid, p, data, 2 if few else N_TOGETHER, choices.seed)
         for p in example.settings
     ]
     first = example.shows[0]
@@ -276,6 +282,9 @@ def _shown(name: str, e: Ensemble, colours: list[str], theme: Theme) -> str:
     if name == "connectivity":
         own, (ref,) = (connectivity(i, code, "N-S", N_LAGS).tau for i in (e, e.training_image))
         return _img(sparkline(own, ref, theme), "Connectivity along N–S", "svg+xml")
+    if name == "breakthrough":
+        *own, ref = map(arrived, [*e.indices[:N_SOLVED], e.training_image.indices])
+        return _img(sparkline(own, ref, theme), "Share of the water that arrived", "svg+xml")
     if name == "data":
         known = np.full(e.grid.shape, len(colours), np.uint8)
         rows, columns = e.hard_data.cells.T
@@ -283,6 +292,16 @@ def _shown(name: str, e: Ensemble, colours: list[str], theme: Theme) -> str:
         ground = [*colours, LIGHT.paper]  # this grey contrasts with the facies in both themes
         return _img(data_map_png(known, ground, longest=MAX_PIXELS), f"{e.hard_data.n} hard data")
     return _realization(e, 1 if name == "second" else 0, colours, name)
+
+
+def arrived(indices: NDArray[np.uint8]) -> NDArray[np.float64]:
+    """Return the share of the water that has flowed from W to E, at times on a logarithmic scale.
+
+    Facies 1 conducts 1000 times as well; the times are 1 to 1000 times that through facies 1 alone.
+    """
+    flow = darcy(np.where(indices == 1, 1.0, 1e-3), west_east=(indices.shape[1] ** 2, 0))
+    times = breakthrough(flow, 1.0, "x", N_PARTICLES)
+    return times.searchsorted(np.logspace(0, 3, N_LAGS)) / N_PARTICLES
 
 
 def _realization(e: Ensemble, r: int, colours: list[str], kind: str = "realization") -> str:

@@ -16,6 +16,7 @@ from PIL import Image
 from streamlit.testing.v1 import AppTest
 
 from ccwsim import Ensemble, Grid, Parameters, datasets, simulate
+from ccwsim.experiments.two_point import simulate_two_point
 from ccwsim.figures import LIGHT
 from ccwsim.jobs.job import Job
 from ccwsim.metrics import copying, etype, unseen_patterns, vertical_proportions
@@ -33,7 +34,15 @@ from ccwsim.ui.examples.catalogue import (
     next_example,
 )
 from ccwsim.ui.examples.opened import Examples, back_to_own, compare_example, open_example
-from ccwsim.ui.examples.page import class_link, expected, pictures_html, pictures_of, small
+from ccwsim.ui.examples.page import (
+    N_LAGS,
+    arrived,
+    class_link,
+    expected,
+    pictures_html,
+    pictures_of,
+    small,
+)
 from ccwsim.ui.examples.quiz import (
     N_PICTURES,
     SIDE,
@@ -238,7 +247,7 @@ def test_one_candidate_copies_longer_pieces():
 
 @pytest.mark.slow
 def test_pictures_are_of_the_study_and_keep_their_room():
-    for name in ("two-point", "unconditional", "variograms", "dense", "candidates"):
+    for name in ("two-point", "breakthrough", "unconditional", "variograms", "dense", "candidates"):
         e = example(name)
         pictures = pictures_of(e, LIGHT).work(lambda share: None)
         assert [(p.label, p.nx, p.ny) for p in pictures] == expected(e)
@@ -249,6 +258,20 @@ def test_pictures_are_of_the_study_and_keep_their_room():
     assert small(Choices()).grid.shape == (300, 300)
     assert [said for said, *_ in expected(EXAMPLES[0])][1:] == ["realization 1", "realization 2"]
     assert pictures_of(e, LIGHT).key != pictures_of(replace(e, others=()), LIGHT).key
+
+
+@pytest.mark.slow
+def test_connected_sand_lets_water_through_about_a_hundred_times_earlier():
+    e = example("breakthrough")
+    image, grid = image_of(e.choices.image), e.choices.grid
+    two_point = simulate_two_point(image, grid, 4, e.choices.seed)
+    channels = simulate(image, grid, e.choices.parameters, n_realizations=4, seed=e.choices.seed)
+    half = [
+        np.median([np.argmax(arrived(one) >= 0.5) for one in indices]) * 3 / (N_LAGS - 1)
+        for indices in (channels.indices, two_point.indices)
+    ]  # decimal logarithms of the median times
+    assert 1.5 < half[1] - half[0] < 2.5
+    assert abs(np.mean(two_point.indices == 1) - np.mean(channels.indices == 1)) < 0.04
 
 
 @pytest.mark.slow
