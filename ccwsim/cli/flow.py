@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from ccwsim.cli.inputs import options_in
 from ccwsim.cli.options import check_writable, quiet
 from ccwsim.model.errors import CCWSIMError
 
@@ -24,56 +24,25 @@ examples:
 
 @click.command(epilog=EPILOG, options_metavar="-k FACIES=K … [OPTIONS]")
 @click.argument("realizations", metavar="FILE")
-@click.option(
-    "-k",
-    "--conductivity",
-    multiple=True,
-    required=True,
-    metavar="FACIES=K",
-    help="conductivity of a facies, by name or code; repeat the option for each facies",
-)
-@click.option(
-    "--unit", type=click.Choice(["m/s", "m/d"]), default="m/s", help="unit of K (default m/s)"
-)
-@click.option("--axis", type=click.Choice(["x", "y", "z"]), default="x", help="direction of flow")
-@click.option(
-    "--anisotropy", type=float, default=1.0, metavar="RATIO", help="vertical / horizontal K"
-)
-@click.option(
-    "--modflow",
-    metavar="FOLDER",
-    help="write a MODFLOW 6 model of the first realization, with heads of 1 and 0 at the sides "
-    "across the axis x or y (needs the extra modflow)",
-)
-@click.option(
-    "--grdecl",
-    metavar="FILE",
-    help="write the grid to FILE, and facies and permeability of each realization to files beside",
-)
-@click.option("-o", "--output", metavar="FILE", help="write the effective conductivities as CSV")
+@options_in({"Other options": ["flow"]})
 @quiet
 def command(
-    realizations: str,
-    conductivity: tuple[str, ...],
-    unit: str,
-    axis: str,
-    anisotropy: float,
-    modflow: str | None,
-    grdecl: str | None,
-    output: str | None,
-    quiet: bool,
-) -> None:
+    realizations: str, conductivity: tuple[tuple[int | str, float], ...], unit: str | None,
+    axis: str | None, anisotropy: float, modflow: str | None, grdecl: str | None,
+    output: str | None, quiet: bool,
+) -> None:  # fmt: skip
     """Solve steady flow through the realizations of FILE, written by `ccwsim simulate`.
 
     Prints the effective conductivity of the realizations along an axis, with its bounds and that
     of the training image.
     """
-    values = dict(map(_value, conductivity))
+    values, unit, axis = dict(conductivity), unit or "m/s", axis or "x"
     if modflow is not None and axis == "z":
         raise CCWSIMError("--modflow writes models with heads along x or y; leave out --axis z")
     for path in filter(None, (output, grdecl)):
         check_writable(path)
     from ccwsim import flow, io
+    from ccwsim.flow.answers import HEADS_ALONG
     from ccwsim.io.atomic import write_bytes
     from ccwsim.io.formats.csv_table import csv_as_bytes
 
@@ -82,30 +51,16 @@ def command(
     if not quiet:
         click.echo(summary(found, unit))
     written = [path for path in (output, modflow) if path is not None]
+    options: dict[str, Any] = {"unit": unit, "anisotropy": anisotropy}
     if output is not None:
         write_bytes(output, csv_as_bytes(*found.table()))
     if modflow is not None:
-        ends: dict[str, Any] = {"west_east" if axis == "x" else "south_north": (1.0, 0.0)}
-        io.to_flopy(e, values, modflow, unit=unit, anisotropy=anisotropy, **ends)
+        io.to_flopy(e, values, modflow, **{HEADS_ALONG[axis]: (1.0, 0.0)}, **options)
     if grdecl is not None:
-        options = {"unit": unit, "anisotropy": anisotropy}
         written += map(str, io.write_grdecl(grdecl, e, values, **options))
     if not quiet:
         for path in written:
             click.echo(f"Written: {path}", err=True)
-
-
-def _value(text: str) -> tuple[int | str, float]:
-    """Convert the text FACIES=K to a name or code and a number."""
-    name, _, number = text.rpartition("=")
-    try:
-        value = float(number)
-    except ValueError:
-        value = float("nan")
-    if not name.strip() or value != value:
-        raise click.BadParameter(f"{text!r} must be a facies and its conductivity: sand=1e-4")
-    name = name.strip()
-    return int(name) if re.fullmatch(r"-?\d{1,15}", name, re.ASCII) else name, value
 
 
 def summary(found: EffectiveK, unit: str) -> str:

@@ -1,8 +1,9 @@
 """Read the inputs of a run (image, grid, data, parameters, or a project) from a command line."""
 
 import csv
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import asdict
+from functools import reduce
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -30,6 +31,8 @@ KINDS: dict[str, dict[str, Any]] = {
     "edges": {"type": types.edges_or_codes},
     "piece": {"type": int, "nargs": 4, "callback": types.piece},
     "codes": {"type": types.code_and_code, "multiple": True},
+    "ratio": {"type": float, "default": 1.0},
+    "facies and number": {"type": types.facies_and_number, "multiple": True, "required": True},
     "name and code": {"type": types.name_and_code, "multiple": True},
 }
 """Arguments of `click.option`, by the kind of value in the table of options."""
@@ -88,24 +91,27 @@ class SimulationInputs(NamedTuple):
 def image_and_data_options(command: Any) -> Any:
     """Add the options for the inputs of a simulation."""
     groups = {
-        "A whole study": _rows("project"),
-        "Reading a training image from a file": _rows("image"),
-        "Hard data": _rows("files", "data"),
-        "Simulation grid": _rows("grid"),
-        "Parameters of the simulation": [*_rows("parameters"), *_parameter_rows()],
-        "Run": _rows("run"),
+        "A whole study": ["project"],
+        "Reading a training image from a file": ["image"],
+        "Hard data": ["files", "data"],
+        "Simulation grid": ["grid"],
+        "Parameters of the simulation": ["parameters"],
+        "Run": ["run"],
     }
-    options = [click.argument("training_image", metavar="[TI]", required=False)]
-    for group, rows in groups.items():
-        for row in rows:
+    argument = click.argument("training_image", metavar="[TI]", required=False)
+    return argument(options_in(groups)(command))
+
+
+def options_in(groups: dict[str, list[str]]) -> Callable[[Any], Any]:
+    """Return a decorator that adds the options of groups of the table, by their headings."""
+    options = []
+    for heading, names in groups.items():
+        for row in [*_rows(*names), *(_parameter_rows() if "parameters" in names else [])]:
             choices = {"type": click.Choice(row.kind.split("|"))}
             how = choices if "|" in row.kind else KINDS[row.kind]
-            names = row.option, row.name
-            metavar = row.metavar or None
-            options.append(in_group(group)(*names, metavar=metavar, help=row.help, **how))
-    for option in reversed(options):
-        command = option(command)
-    return command
+            words, metavar = (*row.option.split(), row.name), row.metavar or None
+            options.append(in_group(heading)(*words, metavar=metavar, help=row.help, **how))
+    return lambda command: reduce(lambda done, option: option(done), reversed(options), command)
 
 
 def _parameter_rows() -> list[OptionRow]:

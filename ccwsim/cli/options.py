@@ -5,7 +5,9 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from difflib import get_close_matches
+from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -126,6 +128,15 @@ def name_and_code(text: str) -> tuple[str, int]:
     if not name.strip() or not re.fullmatch(r"\s*[+-]?\d{1,15}\s*", code, re.ASCII):
         raise _refused(text, "a name and its facies code, such as Sand=1")
     return name.strip(), int(code)
+
+
+def facies_and_number(text: str) -> tuple[int | str, float]:
+    """Convert the text `FACIES=NUMBER` to the name or code of a facies and a number."""
+    name, _, number = text.rpartition("=")
+    with suppress(ValueError):
+        if (name := name.strip()) and not isnan(value := float(number)):
+            return int(name) if re.fullmatch(r"-?\d{1,15}", name, re.ASCII) else name, value
+    raise _refused(text, "a facies and a number, such as sand=1e-4")
 
 
 def code_and_code(text: str) -> tuple[int, int | None]:

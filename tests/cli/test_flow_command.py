@@ -40,7 +40,7 @@ def test_a_model_is_written(file, tmp_path):
     ("options", "words"),
     [
         (["-k", "sand=1e-4"], "mud has no value"),
-        (["-k", "sand"], "must be a facies and its conductivity"),
+        (["-k", "sand"], "must be a facies and a number"),
         (["-k", "sand=1", "-k", "mud=1", "--axis", "z"], "axis"),
         (["-k", "sand=1", "-k", "mud=1", "--axis", "z", "--modflow", "m"], "--modflow"),
     ],
