@@ -31,6 +31,7 @@ KINDS: dict[str, dict[str, Any]] = {
     "edges": {"type": types.edges_or_codes},
     "piece": {"type": int, "nargs": 4, "callback": types.piece},
     "codes": {"type": types.code_and_code, "multiple": True},
+    "needed files": {"multiple": True, "required": True},
     "ratio": {"type": float, "default": 1.0},
     "facies and number": {"type": types.facies_and_number, "multiple": True, "required": True},
     "name and code": {"type": types.name_and_code, "multiple": True},

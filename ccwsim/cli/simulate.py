@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ccwsim.cli.inputs import image_and_data_options, inputs_of
-from ccwsim.cli.options import GroupedCommand, check_writable, in_group, quiet
+from ccwsim.cli.options import GroupedCommand, check_writable, quiet
 from ccwsim.model.errors import Cancelled, CCWSIMError
 
 if TYPE_CHECKING:
@@ -30,29 +30,10 @@ examples:
       --hard-data wells.csv --on-outside drop --template 48 --output out.sgems
   ccwsim simulate --project study.ccwsim --output out.npz
 """
-run_option = in_group("Run")
 
 
 @click.command(cls=GroupedCommand, epilog=EPILOG, options_metavar="[OPTIONS] --output FILE")
 @image_and_data_options
-@run_option("--workers", type=int, metavar="N", help="number of threads (default: number of cores)")
-@run_option(
-    "--scheduler",
-    metavar="ADDRESS",
-    help="address of a Dask scheduler, such as tcp://host:8786; simulate on the cluster's workers "
-    "instead of threads of this machine (needs the extra dask)",
-)
-@run_option(
-    "-o",
-    "--output",
-    multiple=True,
-    required=True,
-    metavar="FILE",
-    help="file for the realizations; the ending gives the format: npz (all results), sgems, gslib "
-    "or dat (one column per realization), vti (VTK), grdecl (Eclipse), tif (GeoTIFF of maps), nc "
-    "(NetCDF), png (all maps side by side), npy (facies codes, written during the run, may be "
-    "larger than memory); repeat the option for several files",
-)
 @quiet
 def command(**given: Any) -> int:
     """Simulate realizations that resemble a training image and honour hard data.
