@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import click
 
-from ccwsim import CCWSIMError, Grid, HardData, Parameters, Secondary, TrainingImage
+from ccwsim import Auxiliary, CCWSIMError, Grid, HardData, Parameters, Secondary, TrainingImage
 from ccwsim.cli import options as types
 from ccwsim.cli.options import in_group, suggestion
 from ccwsim.model.parameters import CHOICES, parameter_table
@@ -31,6 +31,8 @@ KINDS: dict[str, dict[str, Any]] = {
     "edges": {"type": types.edges_or_codes},
     "piece": {"type": int, "nargs": 4, "callback": types.piece},
     "codes": {"type": types.code_and_code, "multiple": True},
+    "texts": {"multiple": True},
+    "pairs of texts": {"nargs": 2, "multiple": True},
     "needed files": {"multiple": True, "required": True},
     "ratio": {"type": float, "default": 1.0},
     "facies and number": {"type": types.facies_and_number, "multiple": True, "required": True},
@@ -74,7 +76,7 @@ IMAGE_ARGUMENTS = [row.argument for row in _rows("image")]
 READING_DATA = {row.name: row.argument for row in _rows("data")}
 """Argument of the hard data reader, for each parameter of the command."""
 _OF_GRID = [row.name for row in _rows("grid")]
-_READ = [row.name for row in _rows("image", "files", "data")]
+_READ = [row.name for row in _rows("image", "files", "data", "guides")]
 OF_PROJECT = ("training_image", *_OF_GRID, *_READ)
 """Inputs that cannot be given beside --project, because a project contains them."""
 
@@ -96,6 +98,7 @@ def image_and_data_options(command: Any) -> Any:
         "Reading a training image from a file": ["image"],
         "Hard data": ["files", "data"],
         "Simulation grid": ["grid"],
+        "Guides": ["guides"],
         "Parameters of the simulation": ["parameters"],
         "Run": ["run"],
     }
@@ -149,7 +152,7 @@ def inputs_of(options: Any) -> SimulationInputs:
     data, notes = hard_data_of(options, grid, image)
     n = 1 if options.n_realizations is None else options.n_realizations
     study = image, grid, parameters_of(options, Parameters()), data
-    return SimulationInputs(study, n, options.seed or 0, notes)
+    return SimulationInputs(study, n, options.seed or 0, notes, secondary_of(options, grid, image))
 
 
 def _of_project(options: Any) -> SimulationInputs:
@@ -280,3 +283,22 @@ def hard_data_of(
     else:
         report = import_wells(collars, name, grid, image, surveys=surveys, **reading)
     return report.hard_data, report.notes
+
+
+def secondary_of(options: Any, grid: Grid, image: TrainingImage) -> Secondary | None:
+    """Return the secondary information given in a command line, or None if there is none."""
+    from ccwsim.io import read_active, read_probabilities, read_values
+
+    weight = 1.0 if options.auxiliary_weight is None else options.auxiliary_weight
+    soft = 1.0 if options.soft_weight is None else options.soft_weight
+    active = None if options.active is None else read_active(options.active, grid)
+    auxiliary, probabilities = [], {}
+    for of_image, of_grid in options.auxiliary:
+        maps = read_values(of_image, Grid.of(image.shape)), read_values(of_grid, grid)
+        auxiliary.append(Auxiliary(*maps, weight=weight))
+    for text in options.probability:
+        name, _, path = ("", "", text) if Path(text).exists() else text.partition("=")
+        facies = int(name) if name.isdecimal() else name or None
+        probabilities |= read_probabilities(path or text, grid, facies)
+    given = Secondary(active, probabilities or None, auxiliary, soft)
+    return None if given.is_empty else given

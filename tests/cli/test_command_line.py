@@ -634,3 +634,42 @@ def test_the_dashboard_is_found_and_its_options_are_passed_on(tmp_path, monkeypa
     monkeypatch.setattr(ccwsim, "__file__", str(tmp_path / "ccwsim" / "__init__.py"))
     with pytest.raises(ccwsim.CCWSIMError, match="no dashboard"):
         app_file()
+
+
+@pytest.mark.slow
+def test_secondary_information_in_files_gives_what_the_same_call_gives(tmp_path):
+    rng = np.random.default_rng(3)
+    active, soft = np.ones((40, 48)), rng.random((40, 48))
+    active[:, :12] = 0
+    wide, ramp = datasets.load("channels").shape, np.linspace(0, 1, 48) + np.zeros((40, 1))
+    own = np.linspace(0, 1, wide[1]) + np.zeros((wide[0], 1))
+    arrays = {"active": active, "soft=1": soft, "own": own, "ramp": ramp}
+    files = {name: tmp_path / f"{name}.npy" for name in arrays}
+    for name, values in arrays.items():
+        np.save(files[name], values)
+    out = tmp_path / "out.npz"
+    line = ["simulate", "channels", "--grid", "48x40", *SMALL, "--seed", 5, "-o", out]
+    line += ["--active", files["active"], "--auxiliary", files["own"], files["ramp"]]
+    line += ["--auxiliary-weight", 2, "--soft-weight", 0.5]
+    for text in (f"1={files['soft=1']}", f"sand={files['soft=1']}"):
+        assert run(*line, "--probability", text) == 0
+        given = ccwsim.Secondary(
+            active=active,
+            probabilities={1: soft},
+            auxiliary=[ccwsim.Auxiliary(own, ramp, weight=2)],
+            soft_weight=0.5,
+        )
+        image = datasets.load("channels")
+        e = ccwsim.simulate(image, (40, 48), PARAMETERS, seed=5, secondary=given)
+        saved = ccwsim.read_realizations(out)
+        np.testing.assert_array_equal(saved.indices, e.indices)
+        assert saved.secondary.digest == e.secondary.digest
+
+
+def test_secondary_information_that_does_not_fit_is_refused(tmp_path, capsys):
+    np.save(tmp_path / "small.npy", np.ones((3, 3)))
+    line = ["simulate", "channels", "--grid", "48x40", "-o", tmp_path / "out.npz"]
+    assert run(*line, "--active", tmp_path / "small.npy") == 2
+    assert "3 × 3" in capsys.readouterr().err
+    assert run(*line, "--probability", f"rock={tmp_path / 'none.npy'}") == 2
+    assert "none.npy" in capsys.readouterr().err
