@@ -1,8 +1,6 @@
 """CCWSIM: wavelet-based cross-correlation simulation of categorical fields.
 
 The method follows Bavandsavadkoohi, Gloaguen, Tokhmechi, Arab-Amiri and Giroux (2024).
-
-Public names and subpackages are imported on first use, so that the command line starts quickly.
 """
 
 from __future__ import annotations
@@ -55,7 +53,7 @@ __all__ = [
     "write_realizations",
 ]
 
-_HOMES = {
+_HOMES = {  # imported on first use, so that the command line starts quickly
     "Auxiliary": "model.secondary",
     "CCWSIMError": "model.errors",
     "Cancelled": "model.errors",

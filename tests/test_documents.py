@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
+import pkgutil
 import re
 import subprocess
 import sys
@@ -15,6 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import ccwsim
 from ccwsim import (
     CCWSIMError,
     Grid,
@@ -186,6 +188,17 @@ def test_the_page_of_parameters_is_their_table():
         line = " | ".join([f"`{row['name']}`", *(row[name] for name in names)])
         assert f"| {line} |" in text, row["name"]
     assert text.count("\n| `") == len(parameter_table())
+
+
+def test_the_reference_contains_all_public_names():
+    pages = (ROOT / "docs/api").glob("*.md")
+    listed = [name for page in pages for name in re.findall(r"(?m)^::: (\S+)$", page.read_text())]
+    assert len(listed) == len(set(listed))
+    assert all(pkgutil.resolve_name(re.sub(r"\.(\w+)$", r":\1", name)) for name in listed)
+    public = [*ccwsim.__all__, *ccwsim._FOLDERS, "experiments.comparison.compare"]
+    public += ["experiments.sweep.sweep", "model.study.Study", "engine.trace.Trace"]
+    public.remove("experiments")  # its modules are listed
+    assert {f"ccwsim.{name}" for name in public} <= set(listed)
 
 
 DOCUMENTS = [
