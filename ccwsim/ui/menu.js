@@ -1,29 +1,3 @@
-// On a narrow screen the menu is one line that scrolls sideways. Scroll the name of the current page into
-// view, and again if the width of the menu changes because of a late style, a late font or another screen.
-(() => {
-  document.leavesMenu?.(); // stop the observers of the previous page
-  let timer = 0, watched = null;
-  const look = () => {
-    const menu = document.querySelector('.st-key-menu');
-    const own = menu && menu.querySelectorAll('a')[PLACE];
-    clearTimeout(timer);
-    if (!own) {
-      timer = setTimeout(look, 100);
-      return;
-    }
-    if (own !== watched) { // the element was drawn again
-      sizes.disconnect();
-      for (const element of [menu, own]) sizes.observe(element);
-      watched = own;
-    }
-    const [row, name] = [menu, own].map((element) => element.getBoundingClientRect());
-    menu.scrollLeft += name.x + name.width / 2 - row.x - row.width / 2;
-  };
-  const sizes = new ResizeObserver(look);
-  document.leavesMenu = () => { clearTimeout(timer); sizes.disconnect(); };
-  look();
-})();
-
 // The address contains every change of the study, but “Back” leads to the previous page.
 (() => {
   if (history.pushesPages) return;

@@ -4,11 +4,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import streamlit as st
-from streamlit.errors import StreamlitAPIException
 
 from ccwsim.jobs.turns import PAGE_TURNS
 from ccwsim.ui.frontend.component import draw_component
-from ccwsim.ui.session.address import take_address
+from ccwsim.ui.session.address import page_link, take_address
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.kept import COOKIE, browser
 from ccwsim.ui.session.server import settle_server
@@ -27,17 +26,26 @@ MENU_SCRIPT = Path(__file__).with_name("menu.js")
 STUDY_WIDTH = 336  # width of the study column in pixels
 PAGES = (
     ("Simulate", SIMULATE_PAGE),
-    ("Examples", "pages/examples.py"),
     ("Hard data", "pages/data.py"),
     ("Validate", "pages/validate.py"),
-    ("Flow", "pages/flow.py"),
     ("Compare", "pages/compare.py"),
     ("Sweep", "pages/sweep.py"),
+    ("Flow", "pages/flow.py"),
+    ("Examples", "pages/examples.py"),
     ("How it works", "pages/how_it_works.py"),
-    ("Benchmark", "pages/benchmark.py"),
     ("Paper", "pages/paper.py"),
+    ("Benchmark", "pages/benchmark.py"),
 )
 """Names and files of the pages in the menu (`st.navigation` hides names in narrow windows)."""
+MENU = {
+    "Simulate": PAGES[:1],
+    "Data": PAGES[1:2],
+    "Check": PAGES[2:5],
+    "Use": PAGES[5:6],
+    "Learn": PAGES[6:],
+    "Menu": PAGES[5:],
+}
+"""Pages by what one does; on phones, “Menu” replaces the groups after the third."""
 OFF_MENU = (("Import", IMPORT_PAGE),)
 """Pages that are not in the menu; steps in the study column link to these pages."""
 
@@ -88,16 +96,18 @@ def _top(title: str, state: State) -> None:
 
 
 def _menu(title: str) -> None:
-    with st.container(horizontal=True, key="menu", gap="medium"):
-        for label, path in PAGES:
-            try:
-                st.page_link(path, label=label)
-            except (StreamlitAPIException, KeyError):
-                if label == title:
-                    st.markdown(f"**{label}**")
-        # the last element of the row scrolls the current page's name into view
-        here = [label for label, _ in PAGES].index(title) if title in dict(PAGES) else 0
-        script = MENU_SCRIPT.read_text("utf-8").replace("PLACE", str(here))
+    """Draw the groups of pages: a group of one page as a link, another group as a menu."""
+    with st.container(horizontal=True, key="menu", gap="small"):
+        for name, pages in MENU.items():
+            if len(pages) == 1:
+                page_link(*reversed(pages[0]))
+                continue
+            here = title in dict(pages)
+            # with the page in its key, the menu is closed on the next page
+            with st.popover(f"**{name}**" if here else name, key=f"menu_{name}_{title}"):
+                for label, path in pages:
+                    page_link(path, label)
+        script = MENU_SCRIPT.read_text("utf-8")
         st.html(f"<script>{script}</script>", unsafe_allow_javascript=True)
 
 

@@ -11,6 +11,8 @@ from pathlib import Path
 from time import monotonic, sleep
 from typing import Any
 
+from ccwsim.ui.page import MENU, PAGES
+
 SOON, SLOW = 30_000, 180_000
 """Milliseconds to wait for an immediate effect, and for the result of a computation."""
 GLANCE = 8_000
@@ -142,6 +144,27 @@ def follow(page, link, to: str) -> None:
     until(
         lambda: None if f"/{to}" in page.url else link.click(timeout=SOON),
         lambda wait: page.wait_for_url(f"**/{to}*", timeout=wait),
+    )
+
+
+def to_page(page, title: str) -> None:
+    """Open a page with the menu at the top of all pages."""
+    row = page.locator(".st-key-menu")
+    lists = page.locator("[data-testid=stPopoverBody]")
+    link = row.or_(lists).get_by_role("link", name=title, exact=True)
+    groups = [name for name, pages in MENU.items() if title in dict(pages) and len(pages) > 1]
+
+    def click() -> None:
+        for name in groups:
+            button = row.get_by_role("button", name=name, exact=True)
+            if button.is_visible() and not link.count():
+                button.click(timeout=GLANCE)
+        link.click(timeout=SOON)
+
+    path = Path(dict(PAGES)[title]).stem
+    until(
+        lambda: None if f"/{path}" in page.url else click(),
+        lambda wait: page.wait_for_url(f"**/{path}*", timeout=wait),
     )
 
 

@@ -13,7 +13,7 @@ import pytest
 from PIL import Image
 
 from ccwsim import Grid, read_hard_data
-from tests.browser.hands import GLANCE, SLOW, SOON, at_rest, follow, settled, soon, until
+from tests.browser.hands import GLANCE, SLOW, SOON, at_rest, settled, soon, to_page, until
 from tests.browser.served import CHROMIUM
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -160,7 +160,7 @@ def opened(page, address, nx, ny) -> Editor:
     page.goto(f"{address}/simulate?data=none&grid={nx}x{ny}&realizations=3")
     page.wait_for_selector(".st-key-results .st-key-map_e_type canvas", timeout=SLOW)
     idle(page)
-    follow(page, page.locator(".st-key-menu").get_by_role("link", name="Hard data"), "data")
+    to_page(page, "Hard data")
     editor = Editor(page, nx, ny)
     ready(editor)
     return editor

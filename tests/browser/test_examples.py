@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from tests.browser.hands import SLOW, SOON, at_rest, choose, follow, soon, until
+from tests.browser.hands import SLOW, SOON, at_rest, choose, soon, to_page, until
 from tests.browser.served import CHROMIUM
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -50,7 +50,7 @@ def told(page):
 def test_an_example_opens_as_the_study_and_the_own_one_comes_back(page, address):
     page.goto(f"{address}/simulate?seed=7&realizations=3&data=none&grid=64x48")
     see(page.locator(".st-key-results .facts", has_text="3 realizations"))
-    follow(page, page.get_by_role("link", name="Examples"), "examples")
+    to_page(page, "Examples")
     see(page.locator(".st-key-card_delta"))
     press(page, "open_delta", page.locator(".opened", has_text="Example 11: A delta"))
     see(page.locator(".st-key-results .facts", has_text="12 realizations"))

@@ -17,17 +17,7 @@ from ccwsim.ui.how_it_works.maps import PatchView
 from ccwsim.ui.how_it_works.resimulation import windows_by_datum
 from ccwsim.ui.how_it_works.words import describe_fate, describe_sides
 from ccwsim.ui.session.resolve import data_of, image_of
-from tests.browser.hands import (
-    GLANCE,
-    SLOW,
-    SOON,
-    at_rest,
-    choose,
-    fill,
-    follow,
-    soon,
-    until,
-)
+from tests.browser.hands import GLANCE, SLOW, SOON, at_rest, choose, fill, soon, to_page, until
 from tests.browser.served import CHROMIUM
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -288,7 +278,7 @@ def test_another_level_changes_the_score_map_and_may_be_used(page, trace):
         lambda wait: expect(page.locator(".st-key-how_use")).to_have_count(0, timeout=wait),
     )
     at_rest(page)
-    follow(page, page.locator(".st-key-menu").get_by_role("link", name="Simulate"), "simulate")
+    to_page(page, "Simulate")
     expect(page.locator(".st-key-wavelet_level input")).to_have_value("1", timeout=SLOW)
     expect(page.locator(".st-key-n_candidates input")).to_have_value("3", timeout=SLOW)
 

@@ -21,6 +21,7 @@ from tests.browser.hands import (
     settled,
     soon,
     switch_on,
+    to_page,
     until,
     upload,
 )
@@ -114,7 +115,7 @@ def test_an_opened_link_shows_the_same_picture(chromium, address, tmp_path):
     page.locator(".st-key-image_flip_ew label").first.wait_for(timeout=SLOW)
     switch_on(page, "image_flip_ew")
     page.wait_for_function("() => location.search.includes('turn=ew')", timeout=SLOW)
-    follow(page, page.get_by_role("link", name="Simulate", exact=True), "simulate")
+    to_page(page, "Simulate")
     page.wait_for_selector(".st-key-map_realization canvas", timeout=SLOW)
     at_rest(page)
     entries = page.evaluate("history.length")
@@ -193,10 +194,8 @@ def test_live_changes_are_in_the_address_and_back_leads_to_the_page_before(chrom
         page.wait_for_function(f"() => location.search.includes('seed={seed}')", timeout=SLOW)
     at_rest(page)
     there = "() => location.pathname.endsWith('validate') && location.search.includes('seed=15')"
-    until(
-        lambda: page.get_by_role("link", name="Validate").click(timeout=SOON),
-        lambda wait: page.wait_for_function(there, timeout=wait),
-    )
+    to_page(page, "Validate")
+    page.wait_for_function(there, timeout=SLOW)
     at_rest(page)
     page.go_back()
     page.wait_for_function("() => location.pathname.endsWith('simulate')", timeout=SLOW)

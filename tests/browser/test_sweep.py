@@ -6,7 +6,17 @@ import re
 
 import pytest
 
-from tests.browser.hands import GLANCE, SLOW, SOON, at_rest, fill, fits_a_phone, follow, until
+from tests.browser.hands import (
+    GLANCE,
+    SLOW,
+    SOON,
+    at_rest,
+    fill,
+    fits_a_phone,
+    follow,
+    to_page,
+    until,
+)
 from tests.browser.served import CHROMIUM
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -158,7 +168,7 @@ def take(page, n: int) -> None:
             ".some((input) => input.value === value)",
             arg=[key, value], timeout=SLOW,
         )  # fmt: skip
-    follow(page, page.get_by_role("link", name="Sweep").first, "sweep")
+    to_page(page, "Sweep")
     expect(page.locator(TILES)).to_have_count(n, timeout=SLOW)
 
 

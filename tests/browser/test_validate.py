@@ -15,9 +15,9 @@ from tests.browser.hands import (
     at_rest,
     fill,
     fits_a_phone,
-    follow,
     run,
     soon,
+    to_page,
     until,
     upload,
 )
@@ -69,7 +69,7 @@ def judged(desktop, address, request):
         page.wait_for_selector(".st-key-results canvas", timeout=SLOW)
         upload(page, "image", files[0], note=files[0].stem)
         upload(page, "data", files[1], note="397 data")
-        follow(page, page.get_by_role("link", name="Validate"), "validate")
+        to_page(page, "Validate")
     else:
         page.goto(f"{address}/validate")
     page.wait_for_selector(".st-key-chart_mds .js-plotly-plot", timeout=SLOW)

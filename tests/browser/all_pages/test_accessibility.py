@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from ccwsim.ui.page import PAGES
-from tests.browser.hands import SLOW, at_rest, follow, soon
+from tests.browser.hands import SLOW, at_rest, soon, to_page
 from tests.browser.screenshots import FILLED, SETTLED, SIZES, fill_with_maps
 from tests.browser.served import CHROMIUM
 
@@ -85,7 +85,7 @@ def looked_through(page) -> list[str]:
 @pytest.mark.parametrize("title", OTHERS)
 def test_a_page_has_no_serious_finding(page, title):
     name = Path(dict(PAGES)[title]).stem
-    follow(page, page.locator(".st-key-menu").get_by_role("link", name=title, exact=True), name)
+    to_page(page, title)
     at_rest(page)
     FILLED.get(name, fill_with_maps)(page)
     page.wait_for_function(SETTLED, timeout=SLOW)
@@ -115,7 +115,7 @@ def volume_page(desktop, address):
 @pytest.mark.parametrize("title", [title for title in OTHERS if title != "Examples"])
 def test_a_page_with_a_volume_has_no_serious_finding(volume_page, title):
     page, name = volume_page, Path(dict(PAGES)[title]).stem
-    follow(page, page.locator(".st-key-menu").get_by_role("link", name=title, exact=True), name)
+    to_page(page, title)
     at_rest(page)
     own = ".st-key-map_realization" if name == "validate" else "[class*=volume_]"
     page.wait_for_selector(f"{own} canvas", timeout=SLOW)

@@ -91,6 +91,8 @@ def test_the_menu_leads_on_with_the_keyboard(phone, address):
     page.goto(f"{address}/paper")
     page.wait_for_selector(".st-key-paper_start button", timeout=SLOW)
     at_rest(page)
+    see_focus_on(page, "BUTTON Menu.*")
+    page.keyboard.press("Enter")
     see_focus_on(page, "A Examples")
     page.keyboard.press("Enter")
     expect(page.locator(".st-key-examples_row")).to_be_visible(timeout=SLOW)

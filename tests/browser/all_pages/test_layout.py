@@ -127,13 +127,13 @@ def test_at_1024_pixels_no_page_leaves_the_menu_and_no_chart_is_cut(tab, address
 
     def no_page_is_left_out() -> None:
         share = box(tab, ".st-key-share")
-        links = tab.locator(".st-key-menu a").all()
+        links = tab.locator(".st-key-menu").locator("a, button").locator("visible=true").all()
         assert links
         for link in links:
             at = link.evaluate(BOX)
             assert at["right"] <= share["x"] or at["y"] >= share["bottom"]
             middle = [at["x"] + at["width"] / 2, at["y"] + at["height"] / 2]
-            on_top = "([x, y]) => document.elementFromPoint(x, y)?.closest('a')?.innerText"
+            on_top = "([x, y]) => document.elementFromPoint(x, y)?.closest('a, button')?.innerText"
             assert tab.evaluate(on_top, middle) == link.inner_text()
 
     soon(no_page_is_left_out)

@@ -20,6 +20,7 @@ from tests.browser.hands import (
     menu,
     run,
     soon,
+    to_page,
     until,
     upload,
 )
@@ -120,7 +121,7 @@ def test_a_published_volume_goes_from_its_file_to_paraview(tab, address, image_f
     tab.keyboard.press("Escape")
 
     at_rest(tab)
-    follow(tab, tab.locator(".st-key-menu").get_by_role("link", name="Validate"), "validate")
+    to_page(tab, "Validate")
     tab.locator(".facts.judged", has_text="all 80 data honoured").first.wait_for(timeout=SLOW)
     tab.locator(".st-key-chart_variogram_v .js-plotly-plot").first.wait_for(timeout=SLOW)
     assert not tab.locator("[data-testid=stException], [data-testid=stAlert]").count()
