@@ -6,10 +6,11 @@ from pathlib import Path
 import streamlit as st
 
 from ccwsim.jobs.turns import PAGE_TURNS
+from ccwsim.sharing.link import link_of
 from ccwsim.ui.frontend.component import draw_component
-from ccwsim.ui.session.address import page_link, take_address
+from ccwsim.ui.session.address import page_link, shown_of, take_address
 from ccwsim.ui.session.fragments import error_boundary
-from ccwsim.ui.session.kept import COOKIE, browser
+from ccwsim.ui.session.kept import cookies, is_new
 from ccwsim.ui.session.server import settle_server
 from ccwsim.ui.session.state import KEY, State, session_state
 from ccwsim.ui.session.uploads import bound_uploads
@@ -17,7 +18,7 @@ from ccwsim.ui.share.menu import draw_open, draw_share
 from ccwsim.ui.study.image_step import IMPORT_PAGE
 from ccwsim.ui.study.run import SIMULATE_PAGE
 from ccwsim.ui.widgets.fields import button
-from ccwsim.ui.widgets.text import how_tos, plain
+from ccwsim.ui.widgets.text import how_tos, page_text, plain
 from ccwsim.ui.widgets.theme import own_colours, theme_name
 
 ASSETS = Path(__file__).parents[1] / "assets"
@@ -52,7 +53,12 @@ OFF_MENU = (("Import", IMPORT_PAGE),)
 
 def show_page(title: str, body: Callable[[State], None]) -> None:
     """Draw a page as soon as it is its turn; `body` is called with the state of the session."""
+    st.html(f"<style>{own_colours()}\n{STYLE.read_text('utf-8')}</style>")
+    place = st.empty()
+    if KEY not in st.session_state:
+        place.html(f'<p class="note" role="status">{page_text("Loading", page=title)}</p>')
     with PAGE_TURNS.turn():
+        place.empty()
         _draw_page(title, body)
 
 
@@ -64,18 +70,20 @@ def _draw_page(title: str, body: Callable[[State], None]) -> None:
         layout="wide",
         initial_sidebar_state=STUDY_WIDTH,
     )
-    st.html(f"<style>{own_colours()}\n{STYLE.read_text('utf-8')}</style>")
     st.logo(str(ASSETS / f"logo-{theme_name()}.svg"), size="large")
     # because the theme is read, Streamlit redraws the page when the user switches the theme
     draw_component("theme", "theme", {"theme": theme_name()}, "theme")
-    draw_component("cookie", "cookie", {"name": COOKIE, "value": browser()})
     settle_server()
     bound_uploads()
     first = KEY not in st.session_state
     state = session_state()
     if first:
+        state.welcome = is_new()
         with error_boundary():
             take_address(state)
+    if title != PAGES[0][0] or link_of(state.choices, shown_of(state)):
+        state.welcome = False
+    draw_component("cookie", "cookie", cookies(used=not state.welcome))
     with error_boundary():
         _top(title, state)
     with error_boundary(whole=True):

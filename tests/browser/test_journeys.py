@@ -88,6 +88,34 @@ def data_file(tmp_path) -> Path:
 
 
 @pytest.mark.slow
+def test_the_first_page_introduces_the_program_until_it_is_used(chromium, address):
+    from playwright.sync_api import expect
+
+    context = chromium.new_context()
+    page = context.new_page()
+
+    def introduced(times: int) -> None:
+        page.goto(f"{address}/simulate")
+        page.wait_for_selector(".st-key-map_e_type canvas", timeout=SLOW)
+        at_rest(page)
+        expect(page.locator(".st-key-welcome")).to_have_count(times, timeout=SOON)
+
+    introduced(1)
+    introduced(1)  # a reload is no use
+    larger = "(e) => parseFloat(getComputedStyle(e).fontSize)"
+    title = page.locator(".panel").first.evaluate(larger)
+    assert page.locator(".facts").first.evaluate(larger) <= title
+    wells = page.get_by_role("button", name="Bring wells")
+    until(
+        lambda: wells.click(timeout=GLANCE) if wells.count() else None,
+        lambda wait: page.wait_for_url("**/import*", timeout=wait),
+    )
+    sees(page.get_by_text("Points or a grid with gaps"))
+    page.wait_for_function("() => document.cookie.includes('ccwsim_used')", timeout=SLOW)
+    introduced(0)
+    context.close()
+
+
 def test_own_image_and_data_to_realizations_and_back_home(page, address, image_file, data_file):
     opened(page, address, "/simulate")
     upload(page, "image", image_file, note=image_file.stem)

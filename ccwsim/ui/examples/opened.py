@@ -9,10 +9,13 @@ import streamlit as st
 
 from ccwsim.ui.compare.settings import ComparePageState, start_comparison
 from ccwsim.ui.examples.catalogue import EXAMPLES, Example, example_named, next_example
+from ccwsim.ui.imports.page import Imports
 from ccwsim.ui.session.address import go_to
 from ccwsim.ui.session.state import State
+from ccwsim.ui.study.image_step import IMPORT_PAGE
 from ccwsim.ui.study.run import start_run, stop_run
 from ccwsim.ui.widgets.fields import button
+from ccwsim.ui.widgets.text import page_text
 
 SIMULATE, COMPARE = "pages/simulate.py", "pages/compare.py"
 TAKEN = "The study is this example now."
@@ -84,7 +87,10 @@ def keep_example(state: State) -> None:
 
 
 def draw_opened(state: State, *, compared: bool = False) -> None:
-    """Draw a line on the open example, on Compare if `compared`, or on the link for a class."""
+    """Draw a line on the open example, on Compare if `compared`, or on the link for a class.
+
+    Without either, the line introduces the program to a new reader.
+    """
     example = example_named(state.page(Examples).opened)
     with st.container(key="opened"):  # always drawn, so that Streamlit keeps the elements below
         if example is not None:
@@ -94,6 +100,20 @@ def draw_opened(state: State, *, compared: bool = False) -> None:
             changed = "" if own == seed else f" The study has {seed} now."
             text = f"<b>Your own seed in this class is {own}.</b>{changed}"
             st.html(f'<p class="opened">{text}</p>')
+        elif state.welcome and not compared:
+            _draw_welcome(state)
+
+
+def _draw_welcome(state: State) -> None:
+    """Say what the program is, with three ways to begin."""
+    st.html(f'<p class="opened">{page_text("Welcome")}</p>')
+    with st.container(horizontal=True, gap="small", key="welcome"):
+        for label, subject in (("Bring a picture", "image"), ("Bring wells", "data")):
+            bring = {"on_click": setattr, "args": (state.page(Imports), "subject", subject)}
+            if button(label, key=f"bring_{subject}", **bring):
+                go_to(IMPORT_PAGE)
+        look = {"on_click": setattr, "args": (state, "welcome", False)}
+        button("Look at this one", key="look", **look)
 
 
 def task_html(example: Example) -> str:

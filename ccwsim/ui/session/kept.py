@@ -21,6 +21,8 @@ from ccwsim.sharing.link import Own, link_of, own_choices
 from ccwsim.system.lru_cache import n_bytes
 
 COOKIE = "ccwsim_browser"
+USED = "ccwsim_used"  # cookie of a browser in which the program has been used
+COOKIE_SECONDS = {COOKIE: 24 * 3600, USED: 365 * 24 * 3600}
 DRAFTS = "ccwsim_drafts"  # key in the session of the names of stored drafts
 KEPT_SECONDS = 4 * 3600
 """Number of seconds for which images and data are stored after they were last on a page."""
@@ -100,6 +102,17 @@ def browser() -> str:
     if COOKIE not in st.session_state:
         st.session_state[COOKIE] = st.context.cookies.get(COOKIE) or token_urlsafe(24)
     return st.session_state[COOKIE]
+
+
+def is_new() -> bool:
+    """Whether the program has not been used in this browser."""
+    return USED not in st.context.cookies
+
+
+def cookies(used: bool) -> dict[str, tuple[str, int]]:
+    """Return the values of the cookies of the browser, and for how many seconds they last."""
+    values = {COOKIE: browser(), **({USED: "1"} if used else {})}
+    return {name: (value, COOKIE_SECONDS[name]) for name, value in values.items()}
 
 
 def kept_for_reload() -> dict[str, Own]:

@@ -162,6 +162,7 @@ class State:
     own_seed: int | None = None  # random seed of a reader of a link for a class
     address: str = ""  # latest query in the address of the page
     notes: tuple[str, ...] = ()  # notes on unusable parts of an address or project
+    welcome: bool = False  # whether to introduce the program to a reader who has not used it
     opened: tuple[str, str] = ("", "")  # the latest project file and the error in it
 
     def page(self, kind: type[PageState]) -> PageState:
