@@ -305,3 +305,17 @@ def test_on_a_phone_the_study_is_a_sheet_and_run_is_in_reach(phone, address):
         lambda: expand.click(timeout=GLANCE) if expand.is_visible() else None,
         lambda wait: sees(page.locator(".st-key-n_realizations input"), wait),
     )
+
+
+def test_ctrl_z_restores_the_study_before_the_change(page, address):
+    opened(page, address)
+    fill(page, "seed", 5)
+    page.wait_for_function("() => location.search.includes('seed=5')", timeout=SLOW)
+    at_rest(page)
+    back = "() => !location.search.includes('seed=')"
+    until(
+        lambda: None if page.evaluate(back) else page.keyboard.press("Control+z"),
+        lambda wait: page.wait_for_function(back, timeout=wait),
+    )
+    sees(page.locator(".st-key-seed input"))
+    page.wait_for_function("() => document.querySelector('.st-key-seed input').value === '0'")

@@ -15,7 +15,6 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.sharing.choices import Choices, DataChoice
 from ccwsim.ui.frontend.component import reported
 from ccwsim.ui.page import show_page
-from ccwsim.ui.session.fragments import LAST_DRAWN
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study.run import collect, start_run
 from ccwsim.ui.widgets.errors import catch_callback_errors
@@ -146,7 +145,7 @@ def test_an_error_of_a_box_is_said_and_the_value_stays(finished, monkeypatch):
 
 def test_a_study_that_cannot_be_drawn_has_a_way_back(finished, monkeypatch):
     app = launched("simulate", finished).run()
-    assert app.session_state[LAST_DRAWN] == SMALL
+    assert app.session_state[KEY].drawn == SMALL
     real = __import__("ccwsim.ui.study.image_step", fromlist=["thumbnail"]).thumbnail
     monkeypatch.setattr("ccwsim.ui.study.image_step.thumbnail", boom)
     app.session_state[KEY].choices = replace(SMALL, seed=9)

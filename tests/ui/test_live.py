@@ -11,7 +11,7 @@ from streamlit.testing.v1 import AppTest
 
 from ccwsim import Cancelled, Grid, Parameters, simulate
 from ccwsim.jobs.job import Job
-from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import KEY, PastRun, PastRuns, State
 from ccwsim.ui.simulate.results import go_back, place_of
@@ -298,3 +298,24 @@ def test_the_page_launches_with_a_history_of_many_runs():
     app.session_state[KEY] = state
     settled(app.run())
     assert "Runs of this session" in html(app)
+
+
+def test_undo_restores_the_study_before_each_change(monkeypatch):
+    app = launched(SMALL)
+    named(app.number_input, "seed").set_value(8).run()
+    named(app.number_input, "n_realizations").set_value(3).run()
+    state = app.session_state[KEY]
+    assert state.choices == replace(SMALL, seed=8, n_realizations=3)
+    for before in (replace(SMALL, seed=8), SMALL, SMALL):  # without earlier studies nothing changes
+        state.undo()
+        app.run()
+        assert state.choices == before
+        assert named(app.number_input, "seed").value == before.seed
+
+
+def test_undo_keeps_no_files_that_neither_the_study_nor_the_one_before_uses():
+    state, files = State(), [Upload(f"{k}.png", bytes([k])) for k in range(3)]
+    for file in files:
+        state.choices = Choices(ImageChoice(upload=file))
+        state.note_drawn()
+    assert [choices.image.upload for choices in state.earlier] == [files[1]]

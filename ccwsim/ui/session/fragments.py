@@ -8,7 +8,6 @@ import streamlit as st
 
 from ccwsim.jobs.job import POLL_SECONDS, Job
 from ccwsim.jobs.statistics import StatisticsWorker, Task
-from ccwsim.sharing.choices import Choices
 from ccwsim.system.log import logged
 from ccwsim.ui.session.address import follow_study
 from ccwsim.ui.session.progress import progress_text
@@ -16,8 +15,6 @@ from ccwsim.ui.session.state import KEY, session_state, start_afresh
 from ccwsim.ui.widgets.errors import PENDING_ERROR, is_control_flow, user_message
 from ccwsim.ui.widgets.fields import button
 
-LAST_DRAWN = "ccwsim_last_drawn"
-"""Session key of the latest choices with which a page was drawn without an error."""
 FAILED = "ccwsim_failed"  # session key that is present while a part of the page cannot be drawn
 DRAW_SECONDS = 0.5  # seconds between two checks of a job whose partial results are drawn
 TOGETHER = 1.0  # maximum seconds to wait for further values before finished values are drawn
@@ -37,7 +34,7 @@ def error_boundary(whole: bool = False, way_back: bool = False) -> Iterator[None
     try:
         yield
         if whole and KEY in st.session_state and FAILED not in st.session_state:
-            st.session_state[LAST_DRAWN] = session_state().choices
+            session_state().note_drawn()
     except Exception as error:
         if is_control_flow(error):
             raise
@@ -45,22 +42,17 @@ def error_boundary(whole: bool = False, way_back: bool = False) -> Iterator[None
         first = FAILED not in st.session_state
         st.session_state[FAILED] = True
         if first and (whole or way_back):
-            drawn, choices = st.session_state.get(LAST_DRAWN), session_state().choices
+            state = session_state()
             with st.container(horizontal=True, gap="small"):
-                if drawn is not None and drawn != choices:
-                    back = {"key": "way_back", "type": "primary", "args": (drawn,)}
-                    button("Back to the study before", on_click=_go_back, **back)
+                if state.drawn not in (None, state.choices):
+                    back = {"key": "way_back", "type": "primary", "args": (state.drawn,)}
+                    button("Back to the study before", on_click=state.go_back, **back)
                 button("Start afresh", key="afresh_now", on_click=start_afresh)
     if KEY in st.session_state:
         try:
             follow_study(session_state())
         except Exception as error:  # the page is complete, but the address is not updated
             logged(error)
-
-
-def _go_back(drawn: Choices) -> None:
-    state = session_state()
-    state.choices, state.image_draft, state.data_draft = drawn, None, None
 
 
 def follow(

@@ -74,6 +74,7 @@ def start_page_run(page_state: Any, name: str, make: Callable[[], PageRun]) -> b
 
 KEY = "ccwsim"
 MAX_RUNS = 12
+MAX_UNDO = 30  # changes of the study that can be taken back; old files are not kept for them
 PageState = TypeVar("PageState")
 
 
@@ -102,8 +103,13 @@ class PastRun:
     @property
     def files(self) -> list[bytes]:
         """Contents of the files uploaded for the study; runs of a study share these objects."""
-        c = self.choices
-        return [file.content for file in (*c.image.files, *c.data.files, *c.guides.files)]
+        return files_of(self.choices)
+
+
+def files_of(choices: Choices) -> list[bytes]:
+    """Return the contents of the files uploaded for a study."""
+    parts = choices.image, choices.data, choices.guides
+    return [file.content for part in parts for file in part.files]
 
 
 @dataclass
@@ -162,6 +168,8 @@ class State:
     own_seed: int | None = None  # random seed of a reader of a link for a class
     address: str = ""  # latest query in the address of the page
     notes: tuple[str, ...] = ()  # notes on unusable parts of an address or project
+    earlier: list[Choices] = field(default_factory=list)  # studies before changes, newest last
+    drawn: Choices | None = None  # the latest study with which a page was drawn without an error
     welcome: bool = False  # whether to introduce the program to a reader who has not used it
     opened: tuple[str, str] = ("", "")  # the latest project file and the error in it
 
@@ -172,6 +180,24 @@ class State:
     def change(self, **changes: Any) -> None:
         """Replace some choices of the study."""
         self.choices = replace(self.choices, **changes)
+
+    def note_drawn(self) -> None:
+        """Store the study of a drawn page; the study before can be restored with `undo`."""
+        if self.drawn not in (None, self.choices):
+            self.earlier = [*self.earlier, self.drawn][-MAX_UNDO:]
+            used = {*map(id, files_of(self.choices)), *map(id, files_of(self.drawn))}
+            self.earlier = [c for c in self.earlier if used.issuperset(map(id, files_of(c)))]
+        self.drawn = self.choices
+
+    def undo(self) -> None:
+        """Restore the study before the last change, if any."""
+        if self.earlier:
+            self.go_back(self.earlier.pop())
+
+    def go_back(self, drawn: Choices) -> None:
+        """Restore a study without drafts; this is not a change that `undo` can take back."""
+        self.choices = self.drawn = drawn
+        self.image_draft = self.data_draft = None
 
 
 def session_state() -> State:
