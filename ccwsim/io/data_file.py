@@ -176,7 +176,8 @@ def named_lines(counted: str, lines: NDArray[np.integer]) -> str:
     if len(numbers) < 2:
         return f"{counted} {''.join(numbers)}"
     last = f"{len(different) - 6} more" if len(different) > 6 else numbers.pop()
-    return f"{counted}s {', '.join(numbers)} and {last}"
+    many = "data" if counted == "datum" else f"{counted}s"
+    return f"{many} {', '.join(numbers)} and {last}"
 
 
 def _full_shape(name: str, shape: tuple[int, ...], n: int) -> tuple[int, int, int]:

@@ -304,7 +304,7 @@ def draw_maps(
         panel_title(f"Realization {page_state.shown + 1} of {n}")
         maps.step_buttons("shown", page_state, n, " of all settings")
         st.html('<div class="panel below">E-type below</div>', width="content")
-        maps.e_type_field(state, image.facies_names, write)
+        maps.e_type_field(state, image.facies_names, write, n)
     share = min(max(image.shape[-1] / grid.nx, MIN_IMAGE_SHARE), 1.0)
     with st.container(key="maps"):
         first, *others = st.columns([share] + [1.0] * len(request.names), gap="medium")

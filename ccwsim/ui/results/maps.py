@@ -110,7 +110,7 @@ def draw_e_type(
     names = ensemble.training_image.facies_names
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="e_type_row"):
         panel_title("E-type")
-        e_type_field(state, names, lambda option: choose(state, option))
+        e_type_field(state, names, lambda option: choose(state, option), ensemble.n)
     shown = uncertainty_map(state, ensemble, colours)
     shown = with_data(state, shown, ensemble.hard_data, ensemble.training_image, wells=wells)
     name = f"{state.e_type}_{names[state.facies]}".replace(" ", "_")
@@ -120,17 +120,21 @@ def draw_e_type(
     draw_cells(shown, "e_type", grid=grid, link="grid", scale="maps", name=name)
 
 
-def e_type_field(state: State, names: Sequence[str], write: Callable[[int | str], None]) -> None:
-    """Draw the field that chooses the statistic of the uncertainty map."""
+def e_type_field(
+    state: State, names: Sequence[str], write: Callable[[int | str], None], n: int
+) -> None:
+    """Draw the field that chooses the statistic of the uncertainty map of `n` realizations."""
     shown = state.facies if state.e_type == "probability" else state.e_type
     options: list[int | str] = [*range(len(names)), *OTHERS]
-    choice = options_of({option: map_name(option, names) for option in options})
+    choice = options_of({option: map_name(option, names, n) for option in options})
     choice |= {"value": shown, "write": write, "label_visibility": "collapsed", "width": 220}
     field(st.selectbox, "What the uncertainty map shows", key="e_type", **choice)
 
 
-def map_name(option: int | str, names: Sequence[str]) -> str:
-    """Return the name of a statistic in the uncertainty map."""
+def map_name(option: int | str, names: Sequence[str], n: int) -> str:
+    """Return the name of a statistic of `n` realizations; one alone gives no probability."""
+    if isinstance(option, int) and n == 1:
+        return f"{names[option]} in the realization"
     if isinstance(option, int):
         return f"probability of {names[option]}"
     return "most likely facies" if option == "most likely" else option
@@ -153,8 +157,9 @@ def uncertainty_map(state: State, ensemble: Ensemble, colours: Sequence[str]) ->
         options = {"colours": ENTROPY, "point_colours": colours}
         return share_map(e_type.entropy, "entropy", "Entropy", **options)
     name, shares = image.facies_names[state.facies], e_type.probability[state.facies]
-    alt = f"Probability of {name}"
-    return share_map(shares, f"P({name}) =", alt, point_colours=colours)
+    alt = f"Probability of {name}" if ensemble.n > 1 else f"Occurrence of {name}"
+    word = f"P({name}) =" if ensemble.n > 1 else f"{name}:"
+    return share_map(shares, word, alt, point_colours=colours)
 
 
 def draw_training_image(image: TrainingImage, colours: Sequence[str]) -> None:

@@ -1,6 +1,6 @@
 """The study column: five numbered steps and the guides; this module draws Grid and Method."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
@@ -100,13 +100,15 @@ def method_step(state: State) -> None:
     step_title(4, "Method")
     p, shape = state.choices.parameters, resolve.image_of(state.choices.image).shape
     change = partial(set_parameters, state)
-    with size_fields(p, shape, change) or nullcontext():
+    with size_fields(p, shape, change, along_z=(False,)) or nullcontext():
         parameter_field(p, "n_candidates", change, "", st.number_input)
     if not problem_of_data(state.choices):
         grid, n_data = state.choices.grid, resolve.data_of(state.choices).n
         if warning := warn_of_level(p, grid.shape, n_data):
             st.warning(plain(warning))
     with st.popover("Advanced", key="method_menu"):
+        if len(shape) == 3:
+            size_fields(p, shape, change, along_z=(True,))
         for name in PARAMETERS:
             if name not in ON_TOP:
                 parameter_field(p, name, change)
@@ -118,39 +120,43 @@ def method_step(state: State) -> None:
 
 
 def size_fields(
-    p: Parameters, shape: Shape, change: Callable[..., None], prefix: str = ""
+    p: Parameters,
+    shape: Shape,
+    change: Callable[..., None],
+    prefix: str = "",
+    along_z: Sequence[bool] = (False, True),
 ) -> DeltaGenerator | None:
     """Draw template, overlap and level in two columns; return the container for a fourth field.
 
     Each parameter has one number for maps, and two numbers (horizontal and along z) for volumes.
-    `change` is called with the parameter that the user changes; keys start with `prefix`.
+    `change` is called with the parameter that the user changes; keys start with `prefix`. `along_z`
+    selects the horizontal numbers, those along z, or both.
     """
     volume, ccsim = len(shape) == 3, p.method == "ccsim"
     lengths = p.along(shape)
     along: dict[str, tuple[int, int, int]] = dict(zip(PER_AXIS, lengths, strict=True))
-    sides = [(name, along_z) for name in PER_AXIS for along_z in (False, True)[: 1 + volume]]
+    sides = [(name, z) for name in PER_AXIS for z in along_z[: 1 + volume]]
     places = [place for _ in sides[::2] for place in pair()]
-    for place, (name, along_z) in zip(places, sides, strict=False):
-        sizes, axis = along[name], 0 if along_z else -1
+    for place, (name, z) in zip(places, sides, strict=False):
+        sizes, axis = along[name], 0 if z else -1
         level, template = lengths.level[axis], lengths.template[axis]
         offered: dict[str, list[int]] = {
-            "template_size": resolve.template_sizes(level, shape, along_z),
-            "overlap_size": resolve.overlap_sizes(level, template, along_z),
-            "wavelet_level": [0] if ccsim else resolve.levels(shape, along_z),
+            "template_size": resolve.template_sizes(level, shape, z),
+            "overlap_size": resolve.overlap_sizes(level, template, z),
+            "wavelet_level": [0] if ccsim else resolve.levels(shape, z),
         }
 
-        def write(value: int, name=name, sizes=sizes, along_z=along_z) -> None:
-            z, y, x = sizes
-            triple = (value, y, x) if along_z else (z, value, value)
+        def write(value: int, name=name, sizes=sizes, z=z) -> None:
+            triple = (value, *sizes[1:]) if z else (sizes[0], value, value)
             change(**{name: triple if volume else value})
 
         chosen: dict[str, Any] = {"value": sizes[axis], "write": write, "options": offered[name]}
         chosen["disabled"] = ccsim and name == "wavelet_level"
-        label = f"{SIZES[name]}{' along z' if along_z else ''}"
+        label = f"{SIZES[name]}{' along z' if z else ''}"
         if not volume and name != "wavelet_level":
             label = f"{label} (cells)"
         with place:
-            key = f"{prefix}{name}{'_z' if along_z else ''}"
+            key = f"{prefix}{name}{'_z' if z else ''}"
             field(st.selectbox, label, key=key, help=help_of(name), **chosen)
     return places[-1] if len(places) > len(sides) else None
 

@@ -48,8 +48,9 @@ UTM = Grid(512, 256, cell_size=(10.0, 10.0), origin=(436000.0, 4505000.0))
         (maps.is_wide(Grid(100, 300)), True),
         (maps.is_wide(Grid(512, 512)), False),
         (maps.middle_layer(np.arange(12).reshape(3, 2, 2)).tolist(), [[4, 5], [6, 7]]),
-        (maps.map_name(1, ["mud", "sand"]), "probability of sand"),
-        (maps.map_name("entropy", []), "entropy"),
+        (maps.map_name(1, ["mud", "sand"], 2), "probability of sand"),
+        (maps.map_name(1, ["mud", "sand"], 1), "sand in the realization"),
+        (maps.map_name("entropy", [], 2), "entropy"),
         (image_part(TrainingImage([[0, 1]], name="my ../wall")), "my_.._wall"),
         (
             grid_part(TrainingImage([[0, 1]], name="channels"), Grid(100, 200)),
