@@ -159,14 +159,10 @@ class ReferenceBand:
         largest = MAX_OWN[len(self.crop_shape) - 2] * spread
         spread = np.maximum(spread, np.minimum(np.nan_to_num(own), largest))
         k, m = np.minimum(self.n_independent, np.maximum(n, 1)), n_pieces or len(each)
-        error = spread * np.sqrt(1 / k + 1 / m) * _uncertainty(k + m - 2)
+        few = stdtrit(np.maximum(k + m - 2, 1.0), 1 - RARE / 2) / ndtri(1 - RARE / 2)
+        error = spread * np.sqrt(1 / k + 1 / m) * few  # the spread of few crops is uncertain
         tolerance = np.maximum(self.n_errors * error, self.min_gap)
         return Fit(self.at, found, mean, tolerance, self.crop_shape, self.one_sided)
-
-
-def _uncertainty(freedom: Floats) -> Floats:
-    """Return the factor of a limit whose standard deviation has few degrees of freedom."""
-    return stdtrit(np.maximum(freedom, 1.0), 1 - RARE / 2) / ndtri(1 - RARE / 2)
 
 
 def _moments(values: Floats) -> tuple[Floats, Floats]:

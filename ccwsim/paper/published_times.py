@@ -44,21 +44,13 @@ class PublishedTime:
 def _read_times() -> tuple[PublishedTime, ...]:
     """Read the table of times in the folder of this module; empty fields are unknown values."""
     text = files("ccwsim.paper").joinpath("published_times.csv").read_text("utf-8")
-    return tuple(
-        PublishedTime(
-            source=SOURCES[row["source"]],
-            where=row["where"],
-            image=row["image"],
-            n_cells=int(row["n_cells"]) if row["n_cells"] else None,
-            n_data=int(row["n_data"]) if row["n_data"] else None,
-            method=row["method"],
-            level=int(row["level"]) if row["level"] else None,
-            cpu_seconds=float(row["cpu_seconds"]) if row["cpu_seconds"] else None,
-            wrong_share=float(row["wrong_percent"]) / 100 if row["wrong_percent"] else None,
-            note=row["note"],
-        )
-        for row in csv.DictReader(text.splitlines())
-    )
+    kinds = dict.fromkeys(("n_cells", "n_data", "level"), int)
+    kinds |= dict.fromkeys(("cpu_seconds", "wrong_share"), float)
+    times = []
+    for row in csv.DictReader(text.splitlines()):
+        numbers = {key: kind(row[key]) if row[key] else None for key, kind in kinds.items()}
+        times.append(PublishedTime(**row | numbers | {"source": SOURCES[row["source"]]}))
+    return tuple(times)
 
 
 ALL_TIMES = _read_times()

@@ -177,13 +177,9 @@ def _environment() -> Environment:
     for kind in get_args(Block):
         environment.tests[kind.__name__.lower()] = lambda one, kind=kind: isinstance(one, kind)
     environment.filters["base64"] = lambda png: b64encode(png).decode()
-    environment.filters["figure"] = _figure
-    return environment
-
-
-def _figure(figure: Any) -> Markup:
     # a name such as "</script>" must not end the script that contains the figure
-    return Markup(figure_json(figure).replace("<", "\\u003c"))
+    environment.filters["figure"] = lambda f: Markup(figure_json(f).replace("<", "\\u003c"))
+    return environment
 
 
 def _own(name: str) -> Markup:
