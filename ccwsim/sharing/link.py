@@ -11,15 +11,25 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from difflib import get_close_matches
 from functools import lru_cache
+from itertools import chain
 from typing import Any
 
 import numpy as np
 
 from ccwsim import CCWSIMError, Grid, HardData, Parameters, datasets
 from ccwsim.io.data_file import printable
-from ccwsim.model.arrays import digest
+from ccwsim.model import bounds
+from ccwsim.model.arrays import check_number, digest
 from ccwsim.model.bounds import MAX_LINK_DATA, MAX_LINK_LETTERS, MAX_LINK_VALUES
-from ccwsim.sharing.choices import Choices, DataChoice, GuideChoice, ImageChoice, Shown
+from ccwsim.sharing.choices import (
+    Choices,
+    DataChoice,
+    Directions,
+    Gradient,
+    GuideChoice,
+    ImageChoice,
+    Shown,
+)
 from ccwsim.sharing.codec import FIELDS, MAX_LETTERS, FieldSpec, fields_of, parts_of
 
 MAX_PACKED_LETTERS = 8000  # maximum number of characters for hard data in an address
@@ -47,6 +57,8 @@ def link_of(choices: Choices, shown: Shown | None = None) -> dict[str, list[str]
     """Return the names and values by which an address describes a study, except default values."""
     names = own_choices(choices)
     query = {**_image_query(choices.image), **_data_query(choices)}
+    if not choices.guides.is_empty:
+        query[GUIDES] = [_guides_word(choices.guides)]
     for key, choice in names.items():
         query[KEY_OF[type(choice)]] = [key]
     own, usual = parts_of(choices, shown or Shown()), parts_of(Choices(), Shown())
@@ -94,8 +106,9 @@ def own_choices(choices: Choices) -> dict[str, Own]:
         found[f"{OWN}-{digest(placed.digest, data.answers)}"] = replace(
             data, upload=None, tables=None
         )
-    if not choices.guides.is_empty:
-        found[f"{OWN}-{choices.guides.digest}"] = choices.guides
+    guides = choices.guides
+    if guides.files or guides.saved is not None or len(guides.active or ()) > MAX_LINK_DATA:
+        found[f"{OWN}-{guides.digest}"] = guides
     return found
 
 
@@ -311,7 +324,12 @@ class _Reader:
         name = self.text(GUIDES)
         if isinstance(kept := self._own.get(name or ""), GuideChoice):
             return kept
-        if name is not None:
+        if name is not None and not _is_own(name):
+            try:
+                return guides_of(name or "?")
+            except (CCWSIMError, ValueError):
+                self.refuse(GUIDES, "does not describe secondary information", "none is used")
+        elif name is not None:
             self.notes.append(
                 "The secondary information of this link is the sender's own, which is not on this "
                 "server. None is used. Open the project file or the maps again."
@@ -361,6 +379,44 @@ class _Reader:
 
 def _is_own(name: str | None) -> bool:
     return name == OWN or (name or "").startswith(f"{OWN}-")
+
+
+def _guides_word(guides: GuideChoice) -> str:
+    """Return shapes that guide a simulation as words and numbers, such as along_90_0_1."""
+    given: list[tuple[Any, ...]] = []
+    if isinstance(soft := guides.probabilities, Gradient):
+        size = soft.start, soft.end, soft.azimuth
+        given.append(("gradient", *size, guides.facies, guides.soft_weight))
+    if isinstance(guides.active, tuple):
+        given.append(("polygon", *chain(*guides.active)))
+    if isinstance(ways := guides.auxiliary, Directions):
+        given.append(("along", ways.image, ways.grid, guides.auxiliary_weight))
+    return "~".join("_".join(map(str, words)) for words in given)
+
+
+def guides_of(text: str) -> GuideChoice:
+    """Return the guides of a word; raise `CCWSIMError` or `ValueError` for another text."""
+    guides = GuideChoice()
+    for kind, *words in (part.split("_") for part in text.split("~") if text):
+        numbers = [float(word) for word in words]
+        if not np.isfinite(numbers).all():
+            raise ValueError(text)
+        if kind == "polygon" and 6 <= len(numbers) <= 2 * MAX_LINK_DATA:
+            corners = zip(numbers[::2], numbers[1::2], strict=True)
+            guides = replace(guides, active=tuple(corners))
+        elif kind == "gradient":
+            start, end, azimuth, _, weight = numbers
+            soft = Gradient(azimuth, *(check_number(kind, p, 0.0, 1.0) for p in (start, end)))
+            facies = int(check_number(kind, int(words[3]), 0, bounds.MAX_FACIES - 1))
+            weight = check_number(kind, weight, 0.0, bounds.MAX_SOFT_WEIGHT)
+            guides = replace(guides, probabilities=soft, facies=facies, soft_weight=weight)
+        elif kind == "along":
+            image, grid, weight = numbers
+            weight = check_number(kind, weight, 0.0, bounds.MAX_AUXILIARY_WEIGHT)
+            guides = replace(guides, auxiliary=Directions(image, grid), auxiliary_weight=weight)
+        else:
+            raise ValueError(text)
+    return guides
 
 
 def packed(data: HardData) -> str:

@@ -24,6 +24,7 @@ from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
 from ccwsim.ui.widgets.text import pair, plain, step_note
 
 _warnings = cached(max_entries=64)(warn_of_probabilities)
+MAX_CORNERS = 1000  # maximum number of typed corners
 PIXELS = 520  # length in pixels of the longer side of the picture of a map
 AZIMUTH = {"min_value": -360.0, "max_value": 360.0, "step": 15.0, "format": "%g"}
 
@@ -156,8 +157,8 @@ def corners_of(text: str) -> Corners:
                 "two numbers a line"
             ) from None
         corners.append((x, y))
-    if len(corners) < 3:
-        raise CCWSIMError(f"{len(corners)} corners are not a polygon; give at least three")
+    if not 3 <= len(corners) <= MAX_CORNERS:
+        raise CCWSIMError(f"{len(corners)} corners: give 3 to {MAX_CORNERS}, or a mask as file")
     return tuple(corners)
 
 

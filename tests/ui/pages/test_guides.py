@@ -11,7 +11,15 @@ import pytest
 
 from ccwsim import Grid, Parameters
 from ccwsim.io import write_maps
-from ccwsim.sharing.choices import Choices, DataChoice, Directions, Gradient, GuideChoice, Upload
+from ccwsim.sharing.choices import (
+    Choices,
+    DataChoice,
+    Directions,
+    Gradient,
+    GuideChoice,
+    Shown,
+    Upload,
+)
 from ccwsim.sharing.link import left_out, link_of, own_choices, read_link
 from ccwsim.sharing.project import project_as_bytes
 from ccwsim.ui.session.resolve import same_realizations, secondary_of, study_of
@@ -86,15 +94,46 @@ def test_a_project_keeps_the_guides_exactly():
     assert "From the project" in html(opened("simulate", State(choices=other.choices)).run())
 
 
-def test_a_link_names_the_guides_and_a_reload_keeps_them():
-    choices = replace(STUDY, guides=GUIDES)
-    assert left_out(choices) == ("the secondary information",)
+def test_a_link_names_files_of_guides_and_a_reload_keeps_them():
+    choices = replace(STUDY, guides=replace(GUIDES, active=grid_file(mask=np.ones((60, 80)))))
+    assert left_out(choices) == ("the secondary information map.gslib",)
     back, _, notes = read_link(link_of(choices))
     assert back.guides.is_empty
     assert "project file" in " ".join(notes)
     back, _, notes = read_link(link_of(choices), own_choices(choices))
     assert back == choices
     assert not notes
+
+
+@pytest.mark.parametrize(
+    "guides",
+    [
+        GUIDES,
+        GuideChoice(Gradient(-37.5, 0.1, 1 / 3), facies=0, soft_weight=2.5),
+        GuideChoice(active=((1e6 + 0.1, -5.0), (2e6, 1e-7), (3.0, 4e20))),
+        GuideChoice(auxiliary=Directions(90.0, -15.0), auxiliary_weight=3.0),
+    ],
+)
+def test_a_link_contains_shapes_that_guide(guides):
+    choices = replace(STUDY, guides=guides)
+    assert not left_out(choices)
+    assert read_link(link_of(choices)) == (choices, Shown(), ())
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "", "gradient", "gradient_0_1_90_1", "gradient_0_2_90_1_1", "gradient_0_1_90_1_9",
+        "gradient_0_1_90_1.5_1", "gradient_0_1_90_999_1", "along_0_90_11", "along_0_nan_1",
+        "along_0_1_2_3", "polygon_0_0_1_1", "polygon_0_0_1_1_2", "polygon_inf_0_1_1_2_2",
+        "circle_1", "along_0_90_1~", "polygon" + "_1" * 5000,
+    ],
+)  # fmt: skip
+def test_other_words_guide_nothing_and_are_named(text):
+    back, _, notes = read_link({"guides": [text]})
+    assert back.guides.is_empty
+    assert len(notes) == 1
+    assert "secondary information" in notes[0]
 
 
 def test_files_become_maps():
