@@ -12,7 +12,7 @@ from ccwsim.model.grid import Grid
 from ccwsim.model.parameters import Parameters
 from ccwsim.report.document import Document, Section, Text
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
-from ccwsim.sharing.link import link_of
+from ccwsim.sharing.link import guides_of, link_of
 
 CATALOGUE = Path(__file__).with_name("catalogue.toml")
 
@@ -68,6 +68,7 @@ def _example(row: dict[str, Any]) -> Example:
         Grid.of(shape),
         _parameters(row.pop("parameters", {})),
         row.pop("n_realizations", 12),
+        guides=guides_of(row.pop("guides", "")),
     )
     others = tuple(map(_parameters, row.pop("others", [])))
     shows = tuple(row.pop("shows", Example.shows))

@@ -44,7 +44,7 @@ from ccwsim.ui.examples.quiz import draw_quiz
 from ccwsim.ui.results.maps import middle_layer
 from ccwsim.ui.session.address import CLASS, go_to
 from ccwsim.ui.session.fragments import follow_tasks
-from ccwsim.ui.session.resolve import data_of, image_of
+from ccwsim.ui.session.resolve import data_of, image_of, secondary_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.errors import problem_in
 from ccwsim.ui.widgets.fields import bound_to, button, download, field
@@ -251,7 +251,10 @@ def _drawn(example: Example, choices: Choices, theme: Theme) -> tuple[CardPictur
     colours = facies_colours(image)
     few = set(example.shows) <= SINGLE or example.others
     ensembles = [
-        simulate(image, choices.grid, p, data, 2 if few else N_TOGETHER, choices.seed)
+        simulate(
+            *(image, choices.grid, p, data, 2 if few else N_TOGETHER, choices.seed),
+            secondary=secondary_of(choices),
+        )
         for p in example.settings
     ]
     first = example.shows[0]
