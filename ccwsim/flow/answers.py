@@ -141,8 +141,12 @@ def with_bounds(
 
 def _k_of(indices: NDArray[np.uint8], k: Floats, grid: Grid, axis: str, anisotropy: float) -> float:
     """Return the effective conductivity of facies indices; a function that executors can send."""
-    ends: dict[str, Any] = {HEADS_ALONG[axis]: (1.0, 0.0)}
-    return darcy(cell_values(k, indices), grid, anisotropy=anisotropy, **ends).effective_k
+    return _along(axis, cell_values(k, indices), grid, anisotropy=anisotropy).effective_k
+
+
+def _along(axis: str, k: Floats, grid: Grid | None = None, heads: Any = (1, 0), **how: Any) -> Flow:
+    """Return the flow between two heads at the ends of an axis."""
+    return darcy(k, grid, **{HEADS_ALONG[axis]: heads}, **how)
 
 
 def flow_efficiency(inside: NDArray[np.bool_], axis: int, contrast: float = CONTRAST) -> float:
@@ -160,8 +164,7 @@ def flow_efficiency(inside: NDArray[np.bool_], axis: int, contrast: float = CONT
     """
     k = np.where(inside, 1.0, 1 / contrast)
     name = "xyz"[inside.ndim - 1 - axis]
-    ends: dict[str, Any] = {HEADS_ALONG[name]: (1.0, 0.0)}
-    return darcy(k, tolerance=1e-8, **ends).effective_k / float(k.mean())
+    return _along(name, k, tolerance=1e-8).effective_k / float(k.mean())
 
 
 def travel_times(
@@ -215,10 +218,8 @@ def breakthrough(flow: Flow, porosity: Floats | float, axis: str, n: int) -> Flo
 def _times_of(
     indices: NDArray[np.uint8], k: Floats, shares: Floats, grid: Grid, axis: str, heads: Any, n: int
 ) -> Floats:
-    ends: dict[str, Any] = {HEADS_ALONG[axis]: heads}
-    return breakthrough(
-        darcy(cell_values(k, indices), grid, **ends), cell_values(shares, indices), axis, n
-    )
+    flow = _along(axis, cell_values(k, indices), grid, heads)
+    return breakthrough(flow, cell_values(shares, indices), axis, n)
 
 
 def capture_probability(
@@ -343,12 +344,11 @@ def _coarse_k(indices: NDArray[np.uint8], k: Floats, grid: Grid, axis: str, fact
         own = min(factor, n)
         logs = np.moveaxis(logs, number, -1)[..., : n // own * own]
         logs = np.moveaxis(logs.reshape(*logs.shape[:-1], -1, own).mean(axis=-1), -1, number)
-    ends: dict[str, Any] = {HEADS_ALONG[axis]: (1.0, 0.0)}
     sizes = np.array(_cell(grid))[: grid.n_dimensions] * factor
     nz = logs.shape[0] if logs.ndim == 3 else None
     ny, nx = logs.shape[-2:]
     coarse = Grid(ny, nx, tuple(sizes.tolist()), nz=nz)
-    return darcy(np.exp(logs), coarse, tolerance=1e-6, **ends).effective_k
+    return _along(axis, np.exp(logs), coarse, tolerance=1e-6).effective_k
 
 
 def _values(ensemble: Ensemble, values: FaciesValues, axis: str) -> Floats:

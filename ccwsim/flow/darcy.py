@@ -56,15 +56,11 @@ class Flow:
     @property
     def balance(self) -> float:
         """Inflow minus outflow, relative to the larger of both; 0 for an exact solution."""
-        rates = [*(f for flux in self._boundary for f in flux), *self.wells.values()]
+        rates = list(self.wells.values())
+        for axis, flux in enumerate(self.fluxes):
+            rates += [*flux.take(0, axis).ravel(), *-flux.take(-1, axis).ravel()]
         inflow, outflow = (sum(max(sign * r, 0.0) for r in rates) for sign in (1, -1))
-        return (inflow - outflow) / max(inflow, outflow, 1e-300)
-
-    @property
-    def _boundary(self) -> list[list[float]]:
-        """Return the inflow through each face at the sides."""
-        ends = [(a, q, end) for a, q in enumerate(self.fluxes) for end in (0, -1)]
-        return [((1 if end == 0 else -1) * q.take(end, a)).ravel().tolist() for a, q, end in ends]
+        return float((inflow - outflow) / max(inflow, outflow, 1e-300))
 
     @property
     def effective_k(self) -> float:

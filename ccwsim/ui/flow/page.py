@@ -205,7 +205,7 @@ def _draw_flow(state: State, ensemble: Ensemble, found: Solution, settings: Flow
     inflow = max(flow.through[low], flow.through[high]) * solving.DAY
     facts = [f"{three_digits(inflow)} m³/d flow in"]
     if not settings.pumps:
-        k = solving.in_unit(page_state, flow.effective_k)
+        k = flow.effective_k * solving.UNITS[page_state.unit]
         facts.insert(0, f"effective K {k:.3g} {page_state.unit}")
     facts.append(f"half of the water needs more than {solving.duration(median)}")
     facts.append(f"balance {flow.balance:.0e}, {plural(flow.iterations, 'iteration')}")
@@ -436,20 +436,17 @@ def _draw_representatives(state: State, run: solving.AnswersRun, result: Answers
     colours = maps.colours_of_ran(state)
     for column, percentile, r in zip(columns, PERCENTILES, chosen, strict=True):
         with column:
-            k = solving.in_unit(page_state, float(result.k.each[r]))
+            k = result.k.each[r] * solving.UNITS[page_state.unit]
             with st.container(**ROW, key=f"flow_p_{percentile}"):
                 panel_title(f"P{percentile}", f"realization {r + 1}, K {k:.3g} {page_state.unit}")
-                if button("Open", key=f"flow_open_{percentile}", on_click=_show, args=(state, r)):
+                show = partial(setattr, state, "shown", r)
+                if button("Open", key=f"flow_open_{percentile}", on_click=show):
                     go_to("pages/simulate.py", f"Realization {r + 1} is shown now.")
             indices = maps.middle_layer(ensemble.indices[r])
             image, alt = ensemble.training_image, f"Realization {r + 1}"
             shown = facies_map(indices, image, colours, alt)
             options: dict[str, Any] = {"max_height": MAP_HEIGHT, "tools": False}
             draw_cells(shown, f"flow_p{percentile}", name=f"p{percentile}", **options)
-
-
-def _show(state: State, r: int) -> None:
-    state.shown = r
 
 
 def _draw_capture(state: State, run: solving.AnswersRun, result: Answers) -> None:

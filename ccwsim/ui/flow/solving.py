@@ -260,8 +260,3 @@ def captured_in(state: State, run: AnswersRun) -> NDArray[np.bool_] | None:
         return None
     starts = result.capture.starts
     return _answer(reference.indices, run.ensemble, run.settings, starts)[2]
-
-
-def in_unit(page_state: FlowState, k: float) -> float:
-    """Return a conductivity in the unit of the page."""
-    return k * UNITS[page_state.unit]
