@@ -220,7 +220,7 @@ def _draw_flow(state: State, ensemble: Ensemble, found: Solution, settings: Flow
     with right:
         _draw_heads(ensemble, found, settings)
     options = bound_to(page_state, "particles", min_value=0, max_value=200, step=5, width=420)
-    if np.isfinite(median):
+    if np.isfinite(median) and ensemble.grid.nz is None:  # volumes show whole tracks
         label = f"Particles after this share of {solving.duration(median)} (%)"
         field(st.slider, label, key="flow_particles", **options)
     step_note(page_text("Flow of the shown realization"))
