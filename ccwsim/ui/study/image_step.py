@@ -14,7 +14,7 @@ from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED
 from ccwsim.sharing.choices import DataChoice, ImageChoice, Upload
 from ccwsim.ui.frontend.component import draw_component
-from ccwsim.ui.results.maps import colours_of, middle_layer, pretty
+from ccwsim.ui.results.maps import colours_of, pretty
 from ccwsim.ui.session.address import go_to, page_link
 from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.resolve import fitted, fitted_grid, geometry_of, image_of, refitted
@@ -90,8 +90,8 @@ def problem_of_image(choice: ImageChoice) -> str:
 
 @cached(max_entries=64)
 def thumbnail(image: TrainingImage, colours: list[str], pixels: int = 2 * THUMB) -> bytes:
-    """Return a picture of an image, or its middle layer, with the largest cells that fit."""
-    cells = middle_layer(image.indices)
+    """Return a picture of an image, or its fullest layer, with the largest cells that fit."""
+    cells = _fullest_layer(image)
     return map_png(cells, colours, scale=max(1, pixels // max(cells.shape)))
 
 
@@ -175,7 +175,7 @@ def _menu(state: State) -> None:
         st.caption(plain(f"From your file {current.upload.name}"))
     preview = thumbnail(image_of(state.choices.image), colours_of(state), 320)
     name = image_of(state.choices.image).name
-    of = "Preview" if state.choices.grid.nz is None else "The middle layer"
+    of = "Preview" if state.choices.grid.nz is None else "The fullest layer"
     st.image(preview, width="stretch", alt=f"{of} of {name}, north at the top")
     page_link(IMPORT_PAGE, "Facies, colours, turns, advice")
 

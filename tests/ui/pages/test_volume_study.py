@@ -10,9 +10,10 @@ from urllib.parse import parse_qs, urlencode
 
 import numpy as np
 import pytest
+from PIL import Image
 from streamlit.testing.v1 import AppTest
 
-from ccwsim import Grid, Parameters, datasets
+from ccwsim import Grid, Parameters, TrainingImage, datasets
 from ccwsim.io import read_realizations, training_image_as_bytes
 from ccwsim.report.document import report_html
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Shown, Upload
@@ -34,7 +35,7 @@ from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.share.menu import open_project, project_of
 from ccwsim.ui.simulate.results import download_groups, go_back
 from ccwsim.ui.study.data_step import problem_of_data, use_data
-from ccwsim.ui.study.image_step import import_image, use_image
+from ccwsim.ui.study.image_step import import_image, thumbnail, use_image
 from ccwsim.ui.study.run import collect, demand_of_run, estimated_seconds, problem_of, start_run
 from tests.some import some
 from tests.ui.widgets import PAGES as FOLDER
@@ -298,7 +299,6 @@ def test_the_script_gives_the_same_cells(ran: State, tmp_path: Path, monkeypatch
 
 def sgems(image: np.ndarray) -> bytes:
     """Return a volume as an SGeMS file."""
-    from ccwsim import TrainingImage
 
     return training_image_as_bytes(TrainingImage(image), "sgems")
 
@@ -375,3 +375,12 @@ def test_a_report_of_a_volume_says_which_slices_it_shows_and_judges_all_axes(ran
     assert "Realization 1, layer 6, from the bottom" in page
     charts = (f"{way}: " in page for way in ("E–W", "N–S", "vertical"))
     assert all(charts), re.findall(r"Variogram of [^<]*", page)
+
+
+def test_the_thumbnail_of_a_volume_shows_its_fullest_layer() -> None:
+    cells = np.zeros((5, 12, 12), int)
+    cells[0, 3:9, 3:9] = 1  # the middle layer is empty
+    picture = Image.open(BytesIO(thumbnail(TrainingImage(cells), COLOURS))).convert("RGB")
+    colours = picture.getcolors()
+    assert colours is not None
+    assert len(colours) == 2
