@@ -76,7 +76,7 @@ IMAGE_ARGUMENTS = [row.argument for row in _rows("image")]
 READING_DATA = {row.name: row.argument for row in _rows("data")}
 """Argument of the hard data reader, for each parameter of the command."""
 _OF_GRID = [row.name for row in _rows("grid")]
-_READ = [row.name for row in _rows("image", "files", "data", "guides")]
+_READ = [row.name for row in _rows("image", "files", "data", "guides") if row.kind != "ratio"]
 OF_PROJECT = ("training_image", *_OF_GRID, *_READ)
 """Inputs that cannot be given beside --project, because a project contains them."""
 
@@ -289,16 +289,14 @@ def secondary_of(options: Any, grid: Grid, image: TrainingImage) -> Secondary | 
     """Return the secondary information given in a command line, or None if there is none."""
     from ccwsim.io import read_active, read_probabilities, read_values
 
-    weight = 1.0 if options.auxiliary_weight is None else options.auxiliary_weight
-    soft = 1.0 if options.soft_weight is None else options.soft_weight
     active = None if options.active is None else read_active(options.active, grid)
     auxiliary, probabilities = [], {}
     for of_image, of_grid in options.auxiliary:
         maps = read_values(of_image, Grid.of(image.shape)), read_values(of_grid, grid)
-        auxiliary.append(Auxiliary(*maps, weight=weight))
+        auxiliary.append(Auxiliary(*maps, weight=options.auxiliary_weight))
     for text in options.probability:
         name, _, path = ("", "", text) if Path(text).exists() else text.partition("=")
         facies = int(name) if name.isdecimal() else name or None
         probabilities |= read_probabilities(path or text, grid, facies)
-    given = Secondary(active, probabilities or None, auxiliary, soft)
+    given = Secondary(active, probabilities or None, auxiliary, options.soft_weight)
     return None if given.is_empty else given

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim.engine import tiles
 from ccwsim.engine.corrections.guidance import score_bound
 from ccwsim.engine.corrections.proportions import GAIN, Steering, draw_between, draw_target
 from ccwsim.engine.corrections.trend_of_data import expected_before, rake
@@ -18,14 +19,7 @@ from ccwsim.engine.corrections.unseen_patterns import NO_PATTERNS
 from ccwsim.engine.guides import make_guide
 from ccwsim.engine.lengths import ScaledLengths, lengths_of, templates
 from ccwsim.engine.prepared_image import OrientedImage, PreparedImage, n_planes, steers
-from ccwsim.engine.stages.conditioning import (
-    DENSE,
-    SPARSE,
-    PlacedData,
-    place_data,
-    split_tiles,
-    total_type,
-)
+from ccwsim.engine.stages import conditioning
 from ccwsim.engine.stages.path import (
     FROM_ABOVE,
     N_ORIENTATIONS,
@@ -46,14 +40,6 @@ from ccwsim.engine.stages.path import (
     to_path,
 )
 from ccwsim.engine.stages.pyramid import upgrid_data
-from ccwsim.engine.tiles import (
-    PatchInputs,
-    PatchWorkspace,
-    Search,
-    Simulated,
-    make_workspace,
-    simulate_patches,
-)
 from ccwsim.jobs.workers import Watch
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
@@ -95,13 +81,13 @@ class Plan(NamedTuple):
 
     path: RasterPath
     lengths: tuple[ScaledLengths, ...]  # lengths along the path at each scale, the finest first
-    data: tuple[PlacedData, ...]  # data at each scale
-    inputs: PatchInputs  # inputs at the coarsest scale
+    data: tuple[conditioning.PlacedData, ...]  # data at each scale
+    inputs: tiles.PatchInputs  # inputs at the coarsest scale
     totals: type[np.signedinteger]  # from `totals_of`
 
-    def workspace(self) -> PatchWorkspace:
+    def workspace(self) -> tiles.PatchWorkspace:
         """Return the workspace to simulate the patches."""
-        return make_workspace(self.inputs, self.totals)
+        return tiles.make_workspace(self.inputs, self.totals)
 
 
 def make_plan(
@@ -128,27 +114,29 @@ def make_plan(
     totals = image.part(("totals",), lambda: totals_of(image))
     patterns = image.patterns(orientation) if search.by_unseen else NO_PATTERNS
     guide = make_guide(image, oriented, path, lengths[-1], patches)
-    inputs = PatchInputs(patches, before, oriented, data[-1], search, steering, patterns, guide)
+    inputs = tiles.PatchInputs(
+        patches, before, oriented, data[-1], search, steering, patterns, guide
+    )
     return Plan(path, lengths, data, inputs, totals)
 
 
 def simulate_tiles(
     study: Study, plan: Plan, keep_sources: bool, rng: np.random.Generator, watch: Watch
-) -> Simulated:
+) -> tiles.Simulated:
     """Simulate all patches of a realization, at its coarsest scale."""
     inputs, work, n = plan.inputs, plan.workspace(), len(plan.inputs.patches)
     simulated = empty_grid(study, plan, study.parameters.scale, keep_sources)
     at_once = _patches_per_call(inputs.oriented, inputs.search)
     for first in reported_calls(study, 0, n, at_once, watch):
-        simulate_patches(first, min(first + at_once, n), inputs, work, simulated, rng)
+        tiles.simulate_patches(first, min(first + at_once, n), inputs, work, simulated, rng)
     return simulated
 
 
-def empty_grid(study: Study, plan: Plan, scale: int, keep_sources: bool) -> Simulated:
+def empty_grid(study: Study, plan: Plan, scale: int, keep_sources: bool) -> tiles.Simulated:
     """Return the grid of a scale before its first patch."""
     shape, inputs = _scaled(plan.path.full, plan.lengths[scale]), plan.inputs
     counted = inputs.search.match or inputs.steering.is_on
-    return Simulated(
+    return tiles.Simulated(
         np.full(shape, UNKNOWN, np.uint8),
         np.zeros(shape if keep_sources and scale == 0 else (0, 0, 0), np.int32),
         np.zeros(study.training_image.n_facies if counted else 0, np.int64),
@@ -172,7 +160,7 @@ def reported_calls(
         yield first
 
 
-def _patches_per_call(oriented: OrientedImage, search: Search) -> int:
+def _patches_per_call(oriented: OrientedImage, search: tiles.Search) -> int:
     cells = overlap_cells(search.template, search.overlap) * len(oriented.pyramid.sums)
     terms = max(cells // prod(search.block), 1) * oriented.n_places
     return min(max(TERMS_PER_CALL // terms, 1), MAX_PATCHES_PER_CALL)
@@ -184,7 +172,7 @@ def _patches(
     lengths: tuple[ScaledLengths, ...],
     oriented: OrientedImage,
     n_places: int,
-    data: PlacedData,
+    data: conditioning.PlacedData,
     active: NDArray[np.bool_] | None,
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return the patches in the order of the path, and the earlier neighbours of each patch.
@@ -212,7 +200,9 @@ def _patches(
     else:
         legal = [(z, y, x) for z, y, x in splits.tolist()]
         sizes = fine.template, fine.overlap
-        patches, before = make(split_tiles(legal, data, path, *sizes, fine.max_data, fine.volume))
+        patches, before = make(
+            conditioning.split_tiles(legal, data, path, *sizes, fine.max_data, fine.volume)
+        )
     if fine.volume and p.random_path and not p.draws_as_published:
         patches = clip_patches(patches, path, coarse.overlap, coarse.block, coarse.cell_size)
         before = before[: len(patches)]
@@ -275,11 +265,13 @@ def totals_of(image: PreparedImage) -> type[np.signedinteger]:
     study, p = image.study, image.study.parameters
     search = _search(image, image.lengths, 1, 0)
     cells = prod(t * search.co_template for t in search.template)
-    missed = min(study.hard_data.n, cells) * max(SPARSE.missed, DENSE.missed)
+    missed = min(study.hard_data.n, cells) * max(
+        conditioning.SPARSE.missed, conditioning.DENSE.missed
+    )
     overlap = prod(search.template) * prod(search.block)
     overlap += score_bound(study, image.lengths[-1], n_planes(study))
     bound = 2 * overlap + missed * search.datum_cost + 3 * search.location_cost
-    return total_type(bound * (1 + p.template_variation) ** 4)
+    return conditioning.total_type(bound * (1 + p.template_variation) ** 4)
 
 
 def _data_at(
@@ -288,7 +280,7 @@ def _data_at(
     path: RasterPath,
     lengths: tuple[ScaledLengths, ...],
     scale: int,
-) -> PlacedData:
+) -> conditioning.PlacedData:
     """Return the data of a scale in path coordinates; empty if the scale does not use data.
 
     If `exact_data` is off, only the coarsest scale uses data, and each datum is placed in the first
@@ -298,18 +290,18 @@ def _data_at(
     if not study.hard_data.n or (not p.exact_data and scale < p.scale):
         none = np.empty((0, 3), np.int64), np.empty(0, np.uint8), shape
         if prod(shape) > MAX_KEPT:
-            return place_data(*none)
-        return image.part(("no data", shape), lambda: place_data(*none))
+            return conditioning.place_data(*none)
+        return image.part(("no data", shape), lambda: conditioning.place_data(*none))
     cells = in_three(cells_to_path(study.hard_data.cells, study.grid.shape, path.orientation))
     cells = cells + np.array(path.offset)
     block = (1, 1, 1) if p.exact_data else lengths[scale].block
     z, y, x = np.multiply(block, lengths[scale].cell_size).tolist()
     blocks, facies = upgrid_data(cells, study.facies_of_data, (z, y, x))
-    return place_data(blocks * np.array(block), facies, shape, keep=p.exact_data)
+    return conditioning.place_data(blocks * np.array(block), facies, shape, keep=p.exact_data)
 
 
 def to_grid(
-    simulated: Simulated, path: RasterPath, study: Study
+    simulated: tiles.Simulated, path: RasterPath, study: Study
 ) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:
     """Return facies and sources in grid coordinates; sources are flat indices in the TI."""
     grid, sources, shape = simulated.grid, simulated.sources, in_layers(study.training_image.shape)
@@ -328,7 +320,7 @@ def to_grid(
 
 def _search(
     image: PreparedImage, lengths: tuple[ScaledLengths, ...], n_places: int, orientation: int
-) -> Search:
+) -> tiles.Search:
     """Return the parameters of the search, with lengths in cells of the coarsest grid."""
     p, coarse = image.study.parameters, lengths[-1]
     planes = min(n_planes(image.study), 2)  # number of planes a wrong cell changes
@@ -349,7 +341,7 @@ def _search(
     may_try = not (draws_once or coarse.volume or p.scale)
     by_unseen = may_try and max(coarse.template) >= LARGE_TEMPLATE and image.has_thin_facies
     axes = (z / location, y / location, x / location) if location else (0.0, 0.0, 0.0)
-    return Search(
+    return tiles.Search(
         template=coarse.template,
         overlap=coarse.overlap,
         block=coarse.block,
@@ -361,7 +353,7 @@ def _search(
         cell_cost=cell_cost,
         datum_cost=cell_cost * weight_of_data * (1 if p.exact_data else DATUM_FACTOR),
         slack_cost=cell_cost * weight_of_data,
-        missed=round(SPARSE.missed * weight_of_data),
+        missed=round(conditioning.SPARSE.missed * weight_of_data),
         location_cost=location * cell_cost * far,
         location_axes=axes,
         exact=p.exact_data,

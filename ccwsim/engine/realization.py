@@ -8,21 +8,13 @@ from math import prod
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim.engine import raster
 from ccwsim.engine.compilation import SOON, ask_for, await_all
 from ccwsim.engine.corrections.cell_repair import repair_cells
 from ccwsim.engine.corrections.resimulation import OnWindow, Target, resimulate
 from ccwsim.engine.corrections.seam_repair import WINDOWS_A_TILE, WINDOWS_A_TILE_DATA, repair_seams
 from ccwsim.engine.multiscale import place_at_finer_scales
 from ccwsim.engine.prepared_image import PreparedImage
-from ccwsim.engine.raster import (
-    RASTER_SHARE,
-    REPAIR_SHARE,
-    draw_template,
-    make_plan,
-    simulate_tiles,
-    to_grid,
-    totals_of,
-)
 from ccwsim.engine.stages.conditioning import data_grid
 from ccwsim.engine.stages.path import UNKNOWN, Triple, in_layers, in_three
 from ccwsim.engine.stages.pyramid import block_sum_type
@@ -64,7 +56,7 @@ def simulate_realization(
     """
     before = time.thread_time()
     rng = random_numbers(study.seed, number)
-    template = draw_template(study.parameters, study.training_image.shape, rng)
+    template = raster.draw_template(study.parameters, study.training_image.shape, rng)
     indices, sources = simulate_raster(study, template, image, keep_sources, rng, watch)
     changed = study, image, template, indices, sources, rng
     data_status = honour_data(*changed, watch.report)
@@ -86,10 +78,10 @@ def simulate_raster(
     watch: Watch,
 ) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:
     """Return a realization after the raster pass, and the sources of its cells."""
-    plan = make_plan(study, template, image, rng)
-    simulated = simulate_tiles(study, plan, keep_sources, rng, watch)
+    plan = raster.make_plan(study, template, image, rng)
+    simulated = raster.simulate_tiles(study, plan, keep_sources, rng, watch)
     simulated = place_at_finer_scales(study, plan, image, simulated, keep_sources, watch)
-    return to_grid(simulated, plan.path, study)
+    return raster.to_grid(simulated, plan.path, study)
 
 
 def honour_data(
@@ -112,7 +104,7 @@ def honour_data(
         return np.where(missed, WRONG, 0).astype(np.int16)
 
     def part(share: float) -> None:
-        report(RASTER_SHARE + (REPAIR_SHARE - RASTER_SHARE) * share)
+        report(raster.RASTER_SHARE + (raster.REPAIR_SHARE - raster.RASTER_SHARE) * share)
 
     target, thresholds = target_of(study, image, indices, sources), image.isolated_datum_thresholds
     return resimulate(target, in_three(cells), template, rng, thresholds, part, on_window)
@@ -159,8 +151,8 @@ def repair(
     inputs = image.repair(template)
 
     def part(first: float, last: float) -> Report:
-        low = REPAIR_SHARE + (1 - REPAIR_SHARE) * first
-        return lambda share: report(low + (1 - REPAIR_SHARE) * (last - first) * share)
+        low = raster.REPAIR_SHARE + (1 - raster.REPAIR_SHARE) * first
+        return lambda share: report(low + (1 - raster.REPAIR_SHARE) * (last - first) * share)
 
     cells = target, inputs.side_by_side, rng
     n_trials = TRIALS_A_CELL_DATA if n_data else TRIALS_A_CELL
@@ -239,7 +231,7 @@ def _specialization(study: Study, image: PreparedImage) -> tuple[object, ...]:
     p, coarse = study.parameters, image.lengths[-1]
     sizes = coarse.level, coarse.template, coarse.overlap
     scores = score_type(*sizes, p.similarity == "correlation")
-    types = block_sum_type(coarse.block), scores, totals_of(image)
+    types = block_sum_type(coarse.block), scores, raster.totals_of(image)
     is_guided = study.secondary is not None and study.secondary.guides
     has_gaps = study.training_image.known is not None
     kinds = study.hard_data.n > 0, p.exact_data, p.scale > 0, repairs(study), is_guided, has_gaps

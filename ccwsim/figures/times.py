@@ -8,16 +8,7 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
-from ccwsim.figures.style import (
-    Theme,
-    as_written,
-    blank_chart,
-    dots,
-    line,
-    name_rows,
-    with_opacity,
-    written,
-)
+from ccwsim.figures import style
 
 Floats = NDArray[np.float64]
 ROW = 40  # height in pixels of a bar including the space above and below the bar
@@ -28,13 +19,15 @@ EMPTY_DECADES = 4.0
 """Number of decades shown below the published times while no time has been measured."""
 
 
-def times_chart(milliseconds: Floats, mean: float, theme: Theme, *, height: int = 196) -> go.Figure:
+def times_chart(
+    milliseconds: Floats, mean: float, theme: style.Theme, *, height: int = 196
+) -> go.Figure:
     """Return a chart with the CPU time of each realization as a dot, and the mean as a line."""
     n, ends = len(milliseconds), [0.5, len(milliseconds) + 0.5]
-    chart = blank_chart(theme, height=height, x_title="realization", y_title="CPU time (ms)")
-    chart.add_trace(line("mean", ends, [mean, mean], theme.quiet, 1, dash="dot"))
+    chart = style.blank_chart(theme, height=height, x_title="realization", y_title="CPU time (ms)")
+    chart.add_trace(style.line("mean", ends, [mean, mean], theme.quiet, 1, dash="dot"))
     numbers, size = np.arange(1, n + 1), 7 if n <= 30 else 4
-    each = dots("realization", numbers, milliseconds, theme.ink, size)
+    each = style.dots("realization", numbers, milliseconds, theme.ink, size)
     each.update(hovertemplate="realization %{x}: %{y:.3r} ms<extra></extra>")
     chart.add_trace(each)
     chart.update_xaxes(range=ends, nticks=min(n + 1, 6), tickformat="d")
@@ -44,21 +37,21 @@ def times_chart(milliseconds: Floats, mean: float, theme: Theme, *, height: int 
 
 
 def compared_times_chart(
-    settings: Mapping[str, Floats], means: Floats, labels: Sequence[str], theme: Theme
+    settings: Mapping[str, Floats], means: Floats, labels: Sequence[str], theme: style.Theme
 ) -> go.Figure:
     """Return a chart with a bar for the mean time (ms) of each setting, a dot per realization."""
     n, x_title = len(settings), "CPU time of a realization (ms)"
-    chart = blank_chart(theme, height=64 + ROW * n, x_title=x_title, y_title="")
+    chart = style.blank_chart(theme, height=64 + ROW * n, x_title=x_title, y_title="")
     colours = theme.settings[:n]
     bars = go.Bar(x=means, y=list(range(n)), orientation="h", width=0.6, name="mean")
     bars.update(
-        marker_color=[with_opacity(colour, 0.35) for colour in colours],
+        marker_color=[style.with_opacity(colour, 0.35) for colour in colours],
         marker_line={"color": list(colours), "width": 1},
         hovertemplate="mean: %{x:.3r} ms<extra></extra>",
     )
     chart.add_trace(bars)
     for row, (name, each) in enumerate(settings.items()):
-        trace = dots(name, each, [row] * len(each), colours[row], 6, cliponaxis=False)
+        trace = style.dots(name, each, [row] * len(each), colours[row], 6, cliponaxis=False)
         trace.update(
             marker_opacity=0.7, hovertemplate=f"{trace.name}: %{{x:.3g}} ms<extra></extra>"
         )
@@ -66,8 +59,8 @@ def compared_times_chart(
     for row, (label, each) in enumerate(zip(labels, settings.values(), strict=True)):
         place = {"x": float(each.max(initial=0)), "y": row, "xanchor": "left", "xshift": 8}
         font = {"size": 13, "color": theme.ink}
-        chart.add_annotation(text=written(label), showarrow=False, font=font, **place)
-    name_rows(chart, theme, as_written(settings), (n - 0.4, -0.6))
+        chart.add_annotation(text=style.written(label), showarrow=False, font=font, **place)
+    style.name_rows(chart, theme, style.as_written(settings), (n - 0.4, -0.6))
     largest = max(float(each.max(initial=1e-9)) for each in settings.values())
     chart.update_xaxes(range=[0, 1.45 * largest], nticks=5, exponentformat="none")
     return chart.update_layout(hovermode="closest")
@@ -93,7 +86,7 @@ def timings_chart(
     measured: Sequence[TimeSeries],
     published: Sequence[TimeSeries],
     ticks: Mapping[int, str],
-    theme: Theme,
+    theme: style.Theme,
     *,
     y_title: str,
     unit: str,
@@ -104,19 +97,19 @@ def timings_chart(
     A slope of one means that the time is proportional to the number of cells. `ticks` maps numbers
     of cells to tick labels. `unit` is the unit of the times in hover texts.
     """
-    chart = blank_chart(theme, height=height, x_title="cells of the grid", y_title=y_title)
+    chart = style.blank_chart(theme, height=height, x_title="cells of the grid", y_title=y_title)
     for series in measured:
         dash = "dash" if series.dashed else "solid"
-        trace = line(series.name, series.cells, series.values, theme.ink, 1.5, dash=dash)
+        trace = style.line(series.name, series.cells, series.values, theme.ink, 1.5, dash=dash)
         trace.update(mode="lines+markers", marker={"symbol": series.symbol, "size": 8})
         chart.add_trace(_hovered(trace, unit))
     for series in published:
-        trace = dots(series.name, series.cells, series.values, theme.reference, 11)
+        trace = style.dots(series.name, series.cells, series.values, theme.reference, 11)
         trace.update(marker={"symbol": f"{series.symbol}-open", "line": {"width": 2}})
         chart.add_trace(_hovered(trace.update(cliponaxis=False), unit))
     ends = np.log10([min(ticks) * 0.7, max(ticks) * 1.5]).tolist()
     chart.update_xaxes(type="log", range=ends, tickmode="array", tickangle=0)
-    chart.update_xaxes(tickvals=list(ticks), ticktext=as_written(ticks.values()))
+    chart.update_xaxes(tickvals=list(ticks), ticktext=style.as_written(ticks.values()))
     values = [v for series in (*measured, *published) for v in series.values]
     low, high = (np.log10(f(values)) for f in (min, max)) if values else (-2.0, 1.0)
     low = min(low, high - EMPTY_DECADES) if not measured else low
@@ -130,12 +123,12 @@ def timings_chart(
 
 
 def _hovered(trace: Any, unit: str) -> Any:
-    hover = f"{trace.name}, %{{x:,.0f}} cells: %{{y:.3g}} {written(unit)}<extra></extra>"
+    hover = f"{trace.name}, %{{x:,.0f}} cells: %{{y:.3g}} {style.written(unit)}<extra></extra>"
     return trace.update(hoverinfo=None, hovertemplate=hover)
 
 
 def _label_lines(
-    chart: go.Figure, measured: Sequence[TimeSeries], theme: Theme, pixels: float
+    chart: go.Figure, measured: Sequence[TimeSeries], theme: style.Theme, pixels: float
 ) -> None:
     """Write the name of each line at its end; move a name down if it overlaps another name."""
     lowest = np.inf
@@ -146,7 +139,7 @@ def _label_lines(
         _label(chart, series, series.name, theme.ink, xanchor="left", xshift=9, yshift=at - own)
 
 
-def _label_published(chart: go.Figure, published: Sequence[TimeSeries], theme: Theme) -> None:
+def _label_published(chart: go.Figure, published: Sequence[TimeSeries], theme: style.Theme) -> None:
     """Label the slowest marker from above; give the other, nearly equal markers one label below."""
     top, *others = sorted(published, key=lambda series: -series.values[-1])
     place = {"xanchor": "right", "xshift": 24}
@@ -160,4 +153,4 @@ def _label_published(chart: go.Figure, published: Sequence[TimeSeries], theme: T
 def _label(chart: go.Figure, series: TimeSeries, text: str, colour: str, **place: object) -> None:
     x, y = float(np.log10(series.cells[-1])), float(np.log10(series.values[-1]))
     font = {"size": 13, "color": colour}
-    chart.add_annotation(x=x, y=y, text=written(text), showarrow=False, font=font, **place)
+    chart.add_annotation(x=x, y=y, text=style.written(text), showarrow=False, font=font, **place)

@@ -16,19 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile, broken, printable
+from ccwsim.io.formats import pictures
 from ccwsim.io.formats.gis import GIS_FILES, is_geojson, is_shapefile_zip, read_geojson, read_gis
 from ccwsim.io.formats.grdecl import is_grdecl, is_irap, read_grdecl, read_irap
 from ccwsim.io.formats.labelled import read_hdf5, read_netcdf
 from ccwsim.io.formats.matlab import is_matlab4, read_matlab, read_matlab4
 from ccwsim.io.formats.numpy_files import read_npy, read_npz
-from ccwsim.io.formats.pictures import (
-    MAX_COLOURS,
-    PICTURE_OF_NUMBERS,
-    PictureFile,
-    distinct_colours,
-    grey_of,
-    read_picture,
-)
 from ccwsim.io.formats.rasters import DRIVERS, is_map, read_raster
 from ccwsim.io.formats.sgems import read_sgems
 from ccwsim.io.formats.tables import is_excel, read_excel, read_memory_table
@@ -131,8 +124,8 @@ def _of_object(file: Any) -> tuple[bytes, str]:
     return bytes(content), name
 
 
-READERS: dict[str, Callable[..., DataFile | PictureFile]] = {
-    "picture": read_picture,
+READERS: dict[str, Callable[..., DataFile | pictures.PictureFile]] = {
+    "picture": pictures.read_picture,
     "npy": read_npy,
     "npz": read_npz,
     "matlab": read_matlab,
@@ -167,7 +160,7 @@ _TEXTS = {
 
 def open_file(
     path_or_file: PathOrFile, part: FilePart | None = None, **how: Any
-) -> DataFile | PictureFile:
+) -> DataFile | pictures.PictureFile:
     """Return variables, colours or columns of a file, or of a part, to which the limit applies."""
     options: tuple[Any, ...] = () if part is None else (part, tuple(how.items()))
     if isinstance(path_or_file, IsolatedFile):
@@ -177,7 +170,7 @@ def open_file(
 
 def _open_file(
     path_or_file: PathOrFile, part: FilePart | None = None, how: tuple[tuple[str, Any], ...] = ()
-) -> DataFile | PictureFile:
+) -> DataFile | pictures.PictureFile:
     known = dict(how)
     with nullcontext() if part is None else limited_to_whole():
         if is_table(path_or_file):
@@ -186,16 +179,18 @@ def _open_file(
             file = open_content(*read_bytes(path_or_file), part, up=known.get("up"))
         if part is None:
             return file
-        if isinstance(file, DataFile) and file.kind != PICTURE_OF_NUMBERS:
+        if isinstance(file, DataFile) and file.kind != pictures.PICTURE_OF_NUMBERS:
             file = part_of_grid(as_grid(file, known.get("shape")), part, **known)
-    arrays = [file.rgb[..., 0]] if isinstance(file, PictureFile) else file.variables.values()
+    arrays = (
+        [file.rgb[..., 0]] if isinstance(file, pictures.PictureFile) else file.variables.values()
+    )
     check_cells(file.name, *(array.shape for array in arrays))
     return file
 
 
 def open_content(
     content: bytes, name: str, part: FilePart | None = None, *, up: bool | None = None
-) -> DataFile | PictureFile:
+) -> DataFile | pictures.PictureFile:
     """Return the variables or the colours in the content of a file."""
     kind, content = _recognized(content, name)
     if kind in _LAST and (said := refusal(content)):
@@ -308,19 +303,19 @@ def inspect(path_or_file: PathOrFile, part: FilePart | None = None) -> FileSumma
     ('SGeMS/GSLIB grid', 1, True)
     """
     file = open_file(path_or_file, part)
-    if isinstance(file, PictureFile):
+    if isinstance(file, pictures.PictureFile):
         return _of_picture(file)
     variables = tuple(_variable(file, key) for key in file.variables)
     place = file.cell_size, file.origin
     return FileSummary(file.kind, file.name, variables, file.is_table, False, file.asks_up, *place)
 
 
-def _of_picture(picture: PictureFile) -> FileSummary:
-    colours, _ = distinct_colours(picture.rgb)
-    n, grey = len(colours), grey_of(colours)
+def _of_picture(picture: pictures.PictureFile) -> FileSummary:
+    colours, _ = pictures.distinct_colours(picture.rgb)
+    n, grey = len(colours), pictures.grey_of(colours)
     ny, nx, _ = picture.rgb.shape
     counts = ny * nx, min(n, MAX_COUNTED)
-    continuous = n > MAX_COLOURS and not picture.says_codes
+    continuous = n > pictures.MAX_COLOURS and not picture.says_codes
     bounds = float(grey.min()), float(grey.max())
     variable = VariableSummary("grey", (1, ny, nx), *counts, *bounds, continuous)
     return FileSummary("picture", picture.name, (variable,), False, True, False, None, None)

@@ -17,14 +17,7 @@ from ccwsim.io.formats.numpy_files import npz_arrays, place_arrays, read_npy
 from ccwsim.io.formats.pictures import PictureFile, picture_as_bytes
 from ccwsim.io.maps import maps_as_bytes
 from ccwsim.io.opening import PathOrFile, kind_of, open_content, read_bytes
-from ccwsim.model.arrays import (
-    LazyStack,
-    as_integers,
-    check_int,
-    codes_of,
-    readonly,
-    smallest_integers,
-)
+from ccwsim.model import arrays
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
@@ -202,7 +195,7 @@ def _of_npz(members: Mapping[str, NDArray], image: TrainingImage | None) -> Ense
         ensemble,
         hard_data=data,
         parameters=parameters_from_json(str(_one(members, "parameters", "{}"))),
-        seed=check_int("seed", _one(members, "seed", 0), 0),
+        seed=arrays.check_int("seed", _one(members, "seed", 0), 0),
         cpu_seconds=_of_shape(members, "cpu_seconds", ensemble.cpu_seconds),
         wall_seconds=float(_one(members, "wall_seconds", np.nan)),
         data_status=_of_shape(members, "met_by", np.zeros((n, data.n), np.int16)),
@@ -268,8 +261,8 @@ def _ensemble(stack: NDArray, grid: Grid, image: TrainingImage | None) -> Ensemb
             )
         active = None if active.all() else active
     cells = [one if active is None else one[active] for one in stack]
-    integers = [as_integers(one, "realizations") for one in cells]
-    there = {int(code) for one in integers for code in codes_of(one)}
+    integers = [arrays.as_integers(one, "realizations") for one in cells]
+    there = {int(code) for one in integers for code in arrays.codes_of(one)}
     image = image or _stand_in(np.array(sorted(there)), grid.n_dimensions)
     if image.n_dimensions != grid.n_dimensions:
         held, given = ("volumes", "a map") if grid.nz is not None else ("maps", "a volume")
@@ -283,8 +276,8 @@ def _ensemble(stack: NDArray, grid: Grid, image: TrainingImage | None) -> Ensemb
         )
     n = len(stack)
     if active is None:
-        whole = np.stack([smallest_integers(one) for one in integers])
-        indices = LazyStack(whole, image.codes).copy()
+        whole = np.stack([arrays.smallest_integers(one) for one in integers])
+        indices = arrays.LazyStack(whole, image.codes).copy()
     else:
         indices = np.full(stack.shape, UNKNOWN, np.uint8)
         indices[:, active] = np.searchsorted(image.codes, np.stack(integers))
@@ -294,11 +287,11 @@ def _ensemble(stack: NDArray, grid: Grid, image: TrainingImage | None) -> Ensemb
         parameters=Parameters(),
         hard_data=HardData(),
         seed=0,
-        indices=readonly(indices),
-        cpu_seconds=readonly(np.full(n, np.nan)),
+        indices=arrays.readonly(indices),
+        cpu_seconds=arrays.readonly(np.full(n, np.nan)),
         wall_seconds=np.nan,
-        data_status=readonly(np.zeros((n, 0), np.int16)),
-        numbers=readonly(np.arange(n)),
+        data_status=arrays.readonly(np.zeros((n, 0), np.int16)),
+        numbers=arrays.readonly(np.arange(n)),
         revised=True,
         secondary=None if active is None else Secondary(active=active).fitted(grid, image),
     )
@@ -322,8 +315,8 @@ def _of_shape(members: Mapping[str, NDArray], key: str, default: NDArray) -> NDA
     if default.dtype.kind == "i":
         bounds = np.iinfo(default.dtype)
         low = 0 if key == "numbers" else int(bounds.min)
-        values = as_integers(values, key, low, int(bounds.max) - 1)
-    return readonly(values.astype(default.dtype))
+        values = arrays.as_integers(values, key, low, int(bounds.max) - 1)
+    return arrays.readonly(values.astype(default.dtype))
 
 
 def _npz(ensemble: Ensemble) -> bytes:

@@ -12,19 +12,8 @@ from numpy.typing import NDArray
 
 from ccwsim.io.atomic import format_of, write_bytes
 from ccwsim.io.data_file import DataFile
+from ccwsim.io.formats import pictures
 from ccwsim.io.formats.grdecl import grdecl_as_bytes
-from ccwsim.io.formats.pictures import (
-    MAX_COLOURS,
-    PictureFile,
-    colours_for,
-    distinct_colours,
-    facies_colours_of,
-    grey_of,
-    is_grey,
-    main_colours,
-    picture_as_bytes,
-    picture_facies,
-)
 from ccwsim.io.formats.text_grids import grid_as_bytes
 from ccwsim.io.gridding import Crop, FilePart, Layers, as_grid, largest_without_gaps, thinning
 from ccwsim.io.limits import TooManyCells
@@ -117,12 +106,12 @@ def read_training_image(
     answers = {"crop": crop, "every": every, "layers": layers, "shape": shape, "z_up": z_up}
     answers |= {"variable": variable, "up": up, "slice_index": slice_index, "volume": volume}
     file, key, values = _read(path_or_file, answers)
-    if isinstance(file, PictureFile):
+    if isinstance(file, pictures.PictureFile):
         if volume:
             raise CCWSIMError(f"{file.name} is a picture with one layer; leave out volume=")
         note, codes = (
             file.unknown_note(),
-            picture_facies(file, threshold=threshold, classes=classes),
+            pictures.picture_facies(file, threshold=threshold, classes=classes),
         )
         known = None if file.known is None or file.known.all() else file.known
         if not up:
@@ -171,11 +160,13 @@ def read_colours(path_or_file: PathOrFile, **answers: Any) -> dict[int, str]:
     {}
     """
     file = open_file(path_or_file, FilePart.answered(answers), up=answers.get("up"))
-    if not isinstance(file, PictureFile) or is_grey(file.rgb):
+    if not isinstance(file, pictures.PictureFile) or pictures.is_grey(file.rgb):
         return {}
     how = {name: answers.get(name) for name in ("threshold", "classes")}
-    codes = picture_facies(file, **how)
-    return dict(zip(np.unique(codes).tolist(), facies_colours_of(file, codes), strict=True))
+    codes = pictures.picture_facies(file, **how)
+    return dict(
+        zip(np.unique(codes).tolist(), pictures.facies_colours_of(file, codes), strict=True)
+    )
 
 
 def read_geometry(path_or_file: PathOrFile, **answers: Any) -> Grid | None:
@@ -198,7 +189,7 @@ def read_geometry(path_or_file: PathOrFile, **answers: Any) -> Grid | None:
     Grid(ny=1, nx=2, cell_size=(10.0, 10.0), origin=(500.0, 0.0))
     """
     file, key, values = _read(path_or_file, answers)
-    if isinstance(file, PictureFile) or file.cell_size is None or answers.get("transpose"):
+    if isinstance(file, pictures.PictureFile) or file.cell_size is None or answers.get("transpose"):
         return None
     is_section = file.variables[key].shape[1:] != values.shape[-2:]
     return None if is_section else file.placed(values.shape)
@@ -206,12 +197,12 @@ def read_geometry(path_or_file: PathOrFile, **answers: Any) -> Grid | None:
 
 def _read(
     path_or_file: PathOrFile, answers: Mapping[str, Any]
-) -> tuple[DataFile | PictureFile, str, NDArray]:
+) -> tuple[DataFile | pictures.PictureFile, str, NDArray]:
     """Return a file, and name and values of the variable; of a picture, only the file."""
     part, shape = FilePart.answered(answers), answers.get("shape")
     how: dict[str, Any] = {name: answers.get(name) for name in ("up", "z_up")}
     file = open_file(path_or_file, part, shape=shape, **how)
-    if isinstance(file, PictureFile):
+    if isinstance(file, pictures.PictureFile):
         return file, "", np.empty(0)
     shape = shape if part is None else None  # a part is a grid already
     file = as_grid(file, shape)
@@ -239,8 +230,8 @@ def read_grid(path_or_file: PathOrFile, **answers: Any) -> NDArray[np.float64]:
     array([[0.25,  nan]])
     """
     file, _, values = _read(path_or_file, answers)
-    if isinstance(file, PictureFile):
-        grey = grey_of(file.rgb)
+    if isinstance(file, pictures.PictureFile):
+        grey = pictures.grey_of(file.rgb)
         grey = grey if file.known is None else np.where(file.known, grey, np.nan)
         return grey if answers.get("up") else grey[::-1]
     return np.where(file.known(values), values, np.nan).astype(np.float64)
@@ -311,11 +302,13 @@ def training_image_as_bytes(
 def _png(training_image: TrainingImage, colours: Sequence[str] | None) -> bytes:
     codes = training_image.codes.astype(np.int64)
     if codes[0] < 0 or codes[-1] > 254:
-        return picture_as_bytes(training_image.indices, len(codes), colours, are_codes=True)
+        return pictures.picture_as_bytes(
+            training_image.indices, len(codes), colours, are_codes=True
+        )
     palette = ["#ffffff"] * (int(codes[-1]) + 1)
-    for code, rgb in zip(codes, colours_for(len(codes), colours), strict=True):
+    for code, rgb in zip(codes, pictures.colours_for(len(codes), colours), strict=True):
         palette[code] = "#" + rgb.tobytes().hex()
-    return picture_as_bytes(training_image.array, len(palette), palette, are_codes=True)
+    return pictures.picture_as_bytes(training_image.array, len(palette), palette, are_codes=True)
 
 
 QUESTIONS = {
@@ -377,18 +370,21 @@ def guess_answers(
         part = FilePart.of_answers(known)
         how = {name: known.get(name) for name in ("shape", "up", "z_up")}
         file = open_file(path_or_file, part, **how)
-    if isinstance(file, PictureFile):
+    if isinstance(file, pictures.PictureFile):
         if file.known is not None and "part" not in asked:
             _ask_gaps(file.name, file.known if known.get("up") else file.known[::-1], known, asked)
             file = open_file(path_or_file, FilePart.answered(known), up=known.get("up"))
-            assert isinstance(file, PictureFile)
-        if not file.says_codes and len(distinct_colours(file.rgb)[0]) > MAX_COLOURS:
+            assert isinstance(file, pictures.PictureFile)
+        if (
+            not file.says_codes
+            and len(pictures.distinct_colours(file.rgb)[0]) > pictures.MAX_COLOURS
+        ):
             asked.append("values")
             if not {"threshold", "classes"} & set(known):
-                if is_grey(file.rgb, percent=99.0):
-                    known["threshold"] = otsu(grey_of(file.rgb))
+                if pictures.is_grey(file.rgb, percent=99.0):
+                    known["threshold"] = otsu(pictures.grey_of(file.rgb))
                 else:
-                    known["classes"] = max(2, len(main_colours(file.rgb)))
+                    known["classes"] = max(2, len(pictures.main_colours(file.rgb)))
         return known, tuple(asked)
     file = file if part else as_grid(file, known.get("shape"))
     values = _layer(file, known, asked)

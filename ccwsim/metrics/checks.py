@@ -5,16 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ccwsim.metrics import reference_band
 from ccwsim.metrics.bands import STATISTICS
 from ccwsim.metrics.lags import DirectionName, axes_of
 from ccwsim.metrics.measures import fit_measures, measures_of
-from ccwsim.metrics.reference_band import (
-    Fit,
-    fit_curve,
-    fit_geobodies,
-    fit_patterns,
-    fit_proportions,
-)
 from ccwsim.metrics.stack import Fraction
 from ccwsim.model.ensemble import Ensemble
 
@@ -31,7 +25,7 @@ class Check(NamedTuple):
     """Index of the facies; None if the check comprises all facies."""
     direction: DirectionName | None
     """Direction of a curve, otherwise None."""
-    fit: Fit
+    fit: reference_band.Fit
 
 
 def check_ensemble(ensemble: Ensemble, progress: Fraction | None = None) -> list[Check]:
@@ -54,9 +48,9 @@ def check_ensemble(ensemble: Ensemble, progress: Fraction | None = None) -> list
         [m for m in measures_of(image) if m.checked == what] for what in ("facies", "image")
     )
     facies = sorted(np.argsort(-image.proportions, kind="stable")[:MAX_CHECKED].tolist())
-    found: list[tuple[str, int | None, DirectionName | None, Fit | None]] = [
-        ("proportions", None, None, fit_proportions(ensemble)),
-        ("patterns", None, None, fit_patterns(ensemble)),
+    found: list[tuple[str, int | None, DirectionName | None, reference_band.Fit | None]] = [
+        ("proportions", None, None, reference_band.fit_proportions(ensemble)),
+        ("patterns", None, None, reference_band.fit_patterns(ensemble)),
         ("measures", None, None, fit_measures(ensemble, int(image.codes[0]), of_image)),
     ]
     for done, k in enumerate(facies):
@@ -64,8 +58,10 @@ def check_ensemble(ensemble: Ensemble, progress: Fraction | None = None) -> list
         for statistic, way in product(STATISTICS, ways):
             if statistic == "variogram" and image.n_facies == 2 and k == 0:
                 continue
-            found.append((statistic, k, way, fit_curve(ensemble, statistic, code, way)))
-        found.append(("geobodies", k, None, fit_geobodies(ensemble, code)))
+            found.append(
+                (statistic, k, way, reference_band.fit_curve(ensemble, statistic, code, way))
+            )
+        found.append(("geobodies", k, None, reference_band.fit_geobodies(ensemble, code)))
         found.append(("measures", k, None, fit_measures(ensemble, code, of_facies)))
         if progress:
             progress((done + 1) / len(facies))

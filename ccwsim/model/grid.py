@@ -9,16 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.model.arrays import (
-    AXES,
-    Shape,
-    as_array,
-    as_floats,
-    as_integers,
-    check_int,
-    describe_shape,
-    listing,
-)
+from ccwsim.model import arrays
 from ccwsim.model.bounds import MAX_CRS_LETTERS, MAX_GRID_SIDE
 from ccwsim.model.errors import CCWSIMError, shown
 
@@ -62,7 +53,7 @@ class Grid:
 
     def __post_init__(self) -> None:
         for name in ("ny", "nx") if self.nz is None else ("ny", "nx", "nz"):
-            n_cells = check_int(f"grid {name}", getattr(self, name), 1, MAX_GRID_SIDE)
+            n_cells = arrays.check_int(f"grid {name}", getattr(self, name), 1, MAX_GRID_SIDE)
             object.__setattr__(self, name, n_cells)
         for name, along_z in (("cell_size", 1.0), ("origin", 0.0)):
             numbers = _numbers(name, getattr(self, name), self.n_dimensions, along_z)
@@ -90,7 +81,7 @@ class Grid:
         """
         if isinstance(shape, Grid):
             return shape
-        if as_array(shape, "grid_shape").shape not in ((2,), (3,)):
+        if arrays.as_array(shape, "grid_shape").shape not in ((2,), (3,)):
             raise CCWSIMError(
                 f"grid_shape = {shown(shape)} must be two numbers, rows and columns, or three: "
                 "layers, rows and columns"
@@ -128,7 +119,7 @@ class Grid:
         >>> Grid.fit([[436120.0, 4505250.0], [439880.0, 4509100.0]], shape=(512, 512))
         Grid(ny=512, nx=512, cell_size=(10.0, 10.0), origin=(435400.0, 4504600.0))
         """
-        points = as_floats(places, "points")
+        points = arrays.as_floats(places, "points")
         if points.ndim != 2 or points.shape[1] not in (2, 3) or not len(points):
             raise CCWSIMError(
                 f"points of shape {points.shape} must be (n, 2) for x and y, or (n, 3) for x, y "
@@ -137,13 +128,15 @@ class Grid:
         n = points.shape[1]
         if not np.isfinite(points).all() or np.abs(points).max() > _MAX_PLACE:
             raise CCWSIMError(
-                f"{listing(AXES[:n])} of every point must be finite numbers up to {_MAX_PLACE:g}"
+                f"{arrays.listing(arrays.AXES[:n])} of every point must be finite numbers up to "
+                f"{_MAX_PLACE:g}"
             )
         low, high = points.min(axis=0), points.max(axis=0)
         asked = None if shape is None else cls.of(shape).shape[::-1]
         if asked is not None and len(asked) != n:
             raise CCWSIMError(
-                f"grid shape {shown(shape)} does not suit points of {listing(AXES[:n])}; give "
+                f"grid shape {shown(shape)} does not suit points of "
+                f"{arrays.listing(arrays.AXES[:n])}; give "
                 f"{'rows and columns' if n == 2 else 'layers, rows and columns'}"
             )
         sizes = cell_size if isinstance(cell_size, (Sequence, np.ndarray)) else (cell_size,) * n
@@ -153,14 +146,14 @@ class Grid:
         grid = _fitting(low, high, asked, given)
         if not grid.holds(grid.cells_of(*points.T)).all():
             raise CCWSIMError(
-                f"{describe_shape(grid.shape)} cells of "
+                f"{arrays.describe_shape(grid.shape)} cells of "
                 f"{' × '.join(f'{size:g}' for size in grid.cell_size)} do not "
                 f"cover points from {low.tolist()} to {high.tolist()}; give more or larger cells"
             )
         return grid
 
     @property
-    def shape(self) -> Shape:
+    def shape(self) -> arrays.Shape:
         """Rows and columns of a map; layers, rows and columns of a volume."""
         return (self.ny, self.nx) if self.nz is None else (self.nz, self.ny, self.nx)
 
@@ -188,7 +181,7 @@ class Grid:
         map, and if z is missing for a volume.
         """
         given = (x, y) if z is None else (x, y, z)
-        names = AXES[: len(given)]
+        names = arrays.AXES[: len(given)]
         if len(given) != self.n_dimensions:
             raise CCWSIMError(
                 "the grid is a map: leave out z of points, or give the grid nz"
@@ -196,11 +189,11 @@ class Grid:
                 else f"the grid has {self.nz} layers: z of points is needed as well"
             )
         named = zip(given, names, strict=True)
-        points = [np.atleast_1d(as_floats(p, f"{name} of points")) for p, name in named]
+        points = [np.atleast_1d(arrays.as_floats(p, f"{name} of points")) for p, name in named]
         if any(p.ndim != 1 or p.shape != points[0].shape for p in points):
-            raise CCWSIMError(f"{listing(names)} of points must be lists of the same length")
+            raise CCWSIMError(f"{arrays.listing(names)} of points must be lists of the same length")
         if not all(np.isfinite(p).all() for p in points):
-            raise CCWSIMError(f"{listing(names)} of every point must be finite numbers")
+            raise CCWSIMError(f"{arrays.listing(names)} of every point must be finite numbers")
         with np.errstate(over="ignore"):
             places = (np.column_stack(points) - self.origin) / self.cell_size
         if not (np.abs(places) < 2.0**62).all():
@@ -222,11 +215,12 @@ class Grid:
 
     def _checked(self, cells: NDArray[np.integer]) -> NDArray[np.int64]:
         """Return cells as an array, or raise `CCWSIMError` for a wrong number of dimensions."""
-        places = as_integers(cells, "cells")
+        places = arrays.as_integers(cells, "cells")
         if places.ndim == 2 and places.shape[1] == self.n_dimensions:
             return places
         raise CCWSIMError(
-            f"cells of shape {places.shape} do not suit a grid of {describe_shape(self.shape)}: "
+            f"cells of shape {places.shape} do not suit a grid of "
+            f"{arrays.describe_shape(self.shape)}: "
             f"(n, {self.n_dimensions}) is needed, "
             f"{'row and column' if self.nz is None else 'layer, row and column'}"
         )
@@ -260,7 +254,7 @@ _FITTED_LAYERS = 50  # approximate number of layers of a fitted grid; small beca
 def _fitting(
     low: NDArray[np.float64],
     high: NDArray[np.float64],
-    shape: Shape | None,
+    shape: arrays.Shape | None,
     cell_size: tuple[float, ...] | None,
 ) -> Grid:
     """Return a grid that contains the box from `low` to `high`; arguments are ordered x, y, z."""

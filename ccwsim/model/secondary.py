@@ -9,15 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.model.arrays import (
-    as_array,
-    as_floats,
-    check_number,
-    describe_shape,
-    digest,
-    frozen,
-    listing,
-)
+from ccwsim.model import arrays
 from ccwsim.model.bounds import MAX_AUXILIARY_WEIGHT, MAX_SOFT_WEIGHT
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
@@ -56,16 +48,16 @@ class Auxiliary:
     weight: float = 1.0
 
     def __post_init__(self) -> None:
-        weight = check_number("weight", self.weight, 0.0, MAX_AUXILIARY_WEIGHT)
+        weight = arrays.check_number("weight", self.weight, 0.0, MAX_AUXILIARY_WEIGHT)
         object.__setattr__(self, "weight", weight)
         for name in ("image", "grid"):
-            values = as_floats(getattr(self, name), f"auxiliary variable of the {name}")
+            values = arrays.as_floats(getattr(self, name), f"auxiliary variable of the {name}")
             if not np.isfinite(values).all():
                 raise CCWSIMError(
                     f"auxiliary variable of the {name}: some cells have no finite value; fill the "
                     "gaps"
                 )
-            object.__setattr__(self, name, frozen(values))
+            object.__setattr__(self, name, arrays.frozen(values))
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +95,7 @@ class Secondary:
     is_fitted: bool = field(default=False, repr=False)
 
     def __post_init__(self) -> None:
-        weight = check_number("soft_weight", self.soft_weight, 0.0, MAX_SOFT_WEIGHT)
+        weight = arrays.check_number("soft_weight", self.soft_weight, 0.0, MAX_SOFT_WEIGHT)
         several = (self.auxiliary,) if isinstance(self.auxiliary, Auxiliary) else self.auxiliary
         if not all(isinstance(each, Auxiliary) for each in several):
             raise CCWSIMError("auxiliary: a list of ccwsim.Auxiliary(image, grid) is needed")
@@ -130,7 +122,7 @@ class Secondary:
     def digest(self) -> str:
         """Hash of the content of fitted secondary information."""
         parts = [array for a in self.auxiliary for array in (a.image, a.grid, a.weight)]
-        return digest(self.active, self.probabilities, self.soft_weight, *parts)
+        return arrays.digest(self.active, self.probabilities, self.soft_weight, *parts)
 
     def describe(self) -> str:
         """Return what is given, in words.
@@ -165,12 +157,12 @@ class Secondary:
             return self
         probabilities = self.probabilities
         if probabilities is not None and not self.is_fitted:
-            probabilities = frozen(_probabilities(probabilities, grid, image))
+            probabilities = arrays.frozen(_probabilities(probabilities, grid, image))
         if self.soft_weight == 0:
             probabilities = None
         fitted = replace(
             self,
-            active=None if self.active is None else frozen(_active(self.active, grid)),
+            active=None if self.active is None else arrays.frozen(_active(self.active, grid)),
             probabilities=probabilities,
             auxiliary=[each for each in self.auxiliary if each.weight],
             is_fitted=True,
@@ -194,8 +186,8 @@ class Secondary:
         soft = self.probabilities
         return replace(
             self,
-            active=None if self.active is None else frozen(self.active[part]),
-            probabilities=None if soft is None else frozen(soft[(slice(None), *part)]),
+            active=None if self.active is None else arrays.frozen(self.active[part]),
+            probabilities=None if soft is None else arrays.frozen(soft[(slice(None), *part)]),
             auxiliary=[replace(each, grid=each.grid[part]) for each in self.auxiliary],
         )
 
@@ -213,8 +205,8 @@ class Secondary:
 def _check_shape(what: str, array: NDArray, shape: tuple[int, ...], of: str) -> None:
     if array.shape != shape:
         raise CCWSIMError(
-            f"{what}: {describe_shape(array.shape)} cells, but {of} has {describe_shape(shape)}; "
-            f"give one value for each cell of {of}"
+            f"{what}: {arrays.describe_shape(array.shape)} cells, but {of} has "
+            f"{arrays.describe_shape(shape)}; give one value for each cell of {of}"
         )
 
 
@@ -222,26 +214,23 @@ def _active(given: ArrayLike, grid: Grid) -> NDArray[np.bool_]:
     """Return the active cells of a grid, from an array or polygons."""
     several = isinstance(given, (list, tuple)) and given and np.ndim(given[0]) == 2
     polygons = list(given) if several else [given]  # type: ignore[arg-type]
-    values = [as_array(each, "active") for each in polygons]
+    values = [arrays.as_array(each, "active") for each in polygons]
     first = values[0]
     if first.shape != grid.shape and first.ndim == 2 and first.shape[1] == 2 and len(first) > 2:
-        inside = [cells_in_polygon(as_floats(each, "polygon"), grid) for each in values]
+        inside = [cells_in_polygon(arrays.as_floats(each, "polygon"), grid) for each in values]
         active = np.logical_or.reduce(inside)
         outside = "the polygon contains no centre of a cell of the grid: check its coordinates"
     else:
         _check_shape("active", first, grid.shape, "the grid")
         if first.dtype.kind not in "buif":
             raise CCWSIMError(f"active: {shown(given)} is not an array of True and False")
-        active = known_values(first) & (first != 0 if _is_binary(first) else True)
+        known = known_values(first)
+        is_binary = np.isin(first[known], (0, 1)).all()  # then 0 means inactive
+        active = known & (first != 0) if is_binary else known
         outside = "no cell of the grid is active"
     if not active.any():
         raise CCWSIMError(f"active: {outside}")
     return active
-
-
-def _is_binary(values: NDArray) -> bool:
-    """Return whether an array has only 0 and 1 (and unknown cells), so that 0 means inactive."""
-    return bool(np.isin(values[known_values(values)], (0, 1)).all())
 
 
 @np.errstate(over="ignore", invalid="ignore")  # of corners far from all cells
@@ -266,7 +255,7 @@ def _probabilities(
     names = image.facies_names
     missing = [k for k in range(image.n_facies) if k not in maps]
     if len(missing) > 1 or not maps:
-        left = listing(names[k] for k in missing)
+        left = arrays.listing(names[k] for k in missing)
         raise CCWSIMError(
             f"probabilities: {left} have no map; give all facies of the training image but one"
         )
@@ -292,7 +281,7 @@ def _probabilities(
 def _map_of(key: Any, given: ArrayLike, grid: Grid) -> NDArray[np.float64]:
     """Return the map of a facies, of the shape of the grid, NaN where nothing is known."""
     what = f"probability of {shown(key)}"
-    values = as_floats(given, what)
+    values = arrays.as_floats(given, what)
     values = np.where(known_values(values), values, np.nan)
     if values.ndim == 1 and grid.nz is not None and len(values) == grid.nz:
         values = values[:, None, None]

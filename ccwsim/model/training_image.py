@@ -10,17 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from ccwsim.model.arrays import (
-    Shape,
-    as_array,
-    as_integers,
-    codes_of,
-    describe_shape,
-    digest,
-    frozen,
-    is_whole,
-    smallest_integers,
-)
+from ccwsim.model import arrays
 from ccwsim.model.backends import notebook
 from ccwsim.model.bounds import MAX_FACIES
 from ccwsim.model.classes import Classes, classify
@@ -81,11 +71,11 @@ class TrainingImage:
                 f"not {raw.shape}"
             )
         if known is None:
-            integers = as_integers(raw, "training image", remedy=_CONTINUOUS)
-            codes = codes_of(integers)
+            integers = arrays.as_integers(raw, "training image", remedy=_CONTINUOUS)
+            codes = arrays.codes_of(integers)
         else:
-            some = as_integers(raw[known], "training image", remedy=_CONTINUOUS)
-            codes = codes_of(some)
+            some = arrays.as_integers(raw[known], "training image", remedy=_CONTINUOUS)
+            codes = arrays.codes_of(some)
             integers = np.full(raw.shape, some[0])
             integers[known] = some
         if len(codes) > MAX_FACIES:
@@ -93,11 +83,11 @@ class TrainingImage:
                 f"training image: {len(codes)} different codes look like a continuous variable; "
                 f"{_CONTINUOUS}"
             )
-        array, indices = smallest_integers(integers), _indices_in(codes, integers)
-        self.codes = frozen(codes.astype(array.dtype))
+        array, indices = arrays.smallest_integers(integers), _indices_in(codes, integers)
+        self.codes = arrays.frozen(codes.astype(array.dtype))
         if known is not None:
             array, indices = np.where(known, integers, np.nan), np.where(known, indices, UNKNOWN)
-        self.array, self.indices = frozen(array), frozen(indices.astype(np.uint8))
+        self.array, self.indices = arrays.frozen(array), arrays.frozen(indices.astype(np.uint8))
         self.known = known
         if not isinstance(name, str):
             raise CCWSIMError(f"name = {shown(name)} must be a text")
@@ -193,7 +183,7 @@ class TrainingImage:
         return tuple(names)
 
     @property
-    def shape(self) -> Shape:
+    def shape(self) -> arrays.Shape:
         """Rows and columns of a map; layers, rows and columns of a volume."""
         return self.array.shape
 
@@ -233,7 +223,7 @@ class TrainingImage:
     @cached_property
     def digest(self) -> str:
         """Hash of the content, equal for equal images."""
-        return digest(self.array.shape, self.codes.tolist(), self.indices)
+        return arrays.digest(self.array.shape, self.codes.tolist(), self.indices)
 
     def index_of(self, code: int | str) -> int:
         """Return the index in `codes` of a facies, given by code or name (in any case).
@@ -248,7 +238,7 @@ class TrainingImage:
                 f"facies {shown(code)} is not in the training image, which has "
                 f"{', '.join(self.facies_names)}"
             )
-        indices = np.flatnonzero(self.codes == code) if is_whole(code) else np.empty(0, int)
+        indices = np.flatnonzero(self.codes == code) if arrays.is_whole(code) else np.empty(0, int)
         if not len(indices):
             there = ", ".join(map(str, self.codes))
             raise CCWSIMError(
@@ -264,7 +254,7 @@ class TrainingImage:
         return notebook().image_html(self)
 
     def __repr__(self) -> str:
-        name, size = self.name or "unnamed", describe_shape(self.shape)
+        name, size = self.name or "unnamed", arrays.describe_shape(self.shape)
         return f"TrainingImage({name!r}, {size}, {self.n_facies} facies)"
 
 
@@ -276,14 +266,14 @@ def _values_and_known(values: ArrayLike) -> tuple[NDArray, NDArray[np.bool_] | N
     mask = None
     if isinstance(values, np.ma.MaskedArray) and np.ma.is_masked(values):
         mask, values = np.ma.getmaskarray(values), values.data
-    array = as_array(values, "training image")
+    array = arrays.as_array(values, "training image")
     missing = np.isnan(array) if array.dtype.kind == "f" else np.zeros(array.shape, bool)
     missing = missing if mask is None else missing | mask
     if not missing.any():
         return array, None
     if missing.all():
         raise CCWSIMError("training image: no cell has a value; give facies codes")
-    return array, frozen(~missing)
+    return array, arrays.frozen(~missing)
 
 
 def _indices_in(codes: NDArray[np.int64], integers: NDArray[np.int64]) -> NDArray[np.uint8]:

@@ -7,7 +7,7 @@ within one source (of two levels, methods or numbers of data) can be compared.
 import csv
 from dataclasses import dataclass
 from importlib.resources import files
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from ccwsim.paper.experiment import TEXTS
 
@@ -48,8 +48,9 @@ def _read_times() -> tuple[PublishedTime, ...]:
     kinds |= dict.fromkeys(("cpu_seconds", "wrong_share"), float)
     times = []
     for row in csv.DictReader(text.splitlines()):
-        numbers = {key: kind(row[key]) if row[key] else None for key, kind in kinds.items()}
-        times.append(PublishedTime(**row | numbers | {"source": SOURCES[row["source"]]}))
+        known: dict[str, Any] = {**row, "source": SOURCES[row["source"]]}
+        known |= {key: kind(row[key]) if row[key] else None for key, kind in kinds.items()}
+        times.append(PublishedTime(**known))
     return tuple(times)
 
 

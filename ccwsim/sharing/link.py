@@ -107,7 +107,8 @@ def own_choices(choices: Choices) -> dict[str, Own]:
             data, upload=None, tables=None
         )
     guides = choices.guides
-    if guides.files or guides.saved is not None or len(guides.active or ()) > MAX_LINK_DATA:
+    corners = guides.active if isinstance(guides.active, tuple) else ()
+    if guides.files or guides.saved is not None or len(corners) > MAX_LINK_DATA:
         found[f"{OWN}-{guides.digest}"] = guides
     return found
 

@@ -14,20 +14,7 @@ from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.numbers import seconds, three_digits
 from ccwsim.model.parameters import parameter_table
-from ccwsim.report import verdicts
-from ccwsim.report.document import (
-    Block,
-    Chart,
-    Code,
-    Document,
-    Facts,
-    Picture,
-    Row,
-    Section,
-    Table,
-    Text,
-    surroundings,
-)
+from ccwsim.report import document, verdicts
 from ccwsim.report.pictures import bundle_chart, bundle_of, map_picture, share_picture
 from ccwsim.report.settings import caption_of
 from ccwsim.sharing.choices import Choices, Shown
@@ -51,7 +38,7 @@ def study_report(
     facts: Sequence[str],
     link: str,
     how: Recipe,
-) -> Document:
+) -> document.Document:
     """Return the report of a study and of its results.
 
     `shown` selects the realization and the facies; `colours` has one colour per facies. `facts` are
@@ -76,18 +63,18 @@ def study_report(
         ("Parameters", (_parameters(ensemble),), ""),
         ("Reproduction", _reproduction(ensemble, choices, link, how), ""),
     )
-    opening = Text(". ".join(fact[:1].upper() + fact[1:] for fact in facts) + ".")
+    opening = document.Text(". ".join(fact[:1].upper() + fact[1:] for fact in facts) + ".")
     digest = ("Realizations", f"digest {ensemble.digest}")
-    return Document(
+    return document.Document(
         f"{ensemble.n} realizations of {name}",
-        tuple(Section(title, blocks, gist=gist) for title, blocks, gist in sections),
+        tuple(document.Section(title, blocks, gist=gist) for title, blocks, gist in sections),
         "A study with CCWSIM",
         (opening,),
-        Facts((*surroundings(), ("Seed", str(ensemble.seed)), digest)),
+        document.Facts((*document.surroundings(), ("Seed", str(ensemble.seed)), digest)),
     )
 
 
-def _study(ensemble: Ensemble) -> Facts:
+def _study(ensemble: Ensemble) -> document.Facts:
     image, grid, n = ensemble.training_image, ensemble.grid, ensemble.hard_data.n
     ti = f"{image.name or 'unnamed'}, {describe_shape(image.shape)} cells"
     ti += f", {image.n_facies} facies"
@@ -100,7 +87,7 @@ def _study(ensemble: Ensemble) -> Facts:
         ("Hard data", f"{n}, digest {ensemble.hard_data.digest}" if n else "none"),
         ("Realizations", f"{ensemble.n}, seed {ensemble.seed}"),
     )
-    return Facts((*rows, *_secondary(ensemble)))
+    return document.Facts((*rows, *_secondary(ensemble)))
 
 
 def _secondary(ensemble: Ensemble) -> tuple[tuple[str, str], ...]:
@@ -109,7 +96,7 @@ def _secondary(ensemble: Ensemble) -> tuple[tuple[str, str], ...]:
     return (("Secondary information", f"{given.describe()}, digest {given.digest}"),)
 
 
-def _facies(ensemble: Ensemble) -> Table:
+def _facies(ensemble: Ensemble) -> document.Table:
     image, mean = ensemble.training_image, ensemble.proportions.mean(axis=0)
     rows = []
     for k, code in enumerate(image.codes.tolist()):
@@ -118,10 +105,10 @@ def _facies(ensemble: Ensemble) -> Table:
         off = verdicts.relative_text(float(mean[k]), float(image.proportions[k]))
         rows.append((image.facies_names[k], str(code), *shares, off, str(n)))
     header = ("facies", "code", "in the training image", "in the realizations", "off", "hard data")
-    return Table(header, tuple(rows))
+    return document.Table(header, tuple(rows))
 
 
-def _data(ensemble: Ensemble) -> tuple[Block, ...]:
+def _data(ensemble: Ensemble) -> tuple[document.Block, ...]:
     data = ensemble.hard_data
     if not 0 < data.n <= MAX_LISTED:
         return ()
@@ -132,10 +119,10 @@ def _data(ensemble: Ensemble) -> tuple[Block, ...]:
         rows.append((*(f"{at:g}" for at in place), *map(str, cell), str(code)))
     n = ensemble.grid.n_dimensions
     header = (*("x", "y", "z")[:n], *("layer", "row", "column")[-n:], "facies")
-    return (Table(header, tuple(rows), "Hard data"),)
+    return (document.Table(header, tuple(rows), "Hard data"),)
 
 
-def _first_maps(ensemble: Ensemble, colours: Sequence[str], number: int) -> Row:
+def _first_maps(ensemble: Ensemble, colours: Sequence[str], number: int) -> document.Row:
     """Return pictures of the training image and of a realization, with equal scales if possible."""
     image, data = ensemble.training_image, ensemble.hard_data
     share = min(max(image.shape[-1] / ensemble.grid.nx, 0.5), 2.0)
@@ -143,10 +130,10 @@ def _first_maps(ensemble: Ensemble, colours: Sequence[str], number: int) -> Row:
     ti = map_picture(image.indices, image, colours, caption, share=share)
     caption = f"Realization {number + 1} of {ensemble.n}"
     caption += f", with {data.n} hard data" if data.n else ""
-    return Row((ti, map_picture(ensemble.indices[number], image, colours, caption, data)))
+    return document.Row((ti, map_picture(ensemble.indices[number], image, colours, caption, data)))
 
 
-def _small_maps(ensemble: Ensemble, colours: Sequence[str]) -> Row:
+def _small_maps(ensemble: Ensemble, colours: Sequence[str]) -> document.Row:
     shown = ensemble.indices[:MAX_MAPS]
     layer, said = "", ""
     if ensemble.grid.nz is not None:
@@ -154,28 +141,30 @@ def _small_maps(ensemble: Ensemble, colours: Sequence[str]) -> Row:
         shown, said = shown[:, middle], f"layer {middle}, from the bottom"
         layer = f", {said}"
     items = tuple(
-        Picture(map_png(one, colours), str(r), f"Realization {r}{layer}", 0.6, pixelated=True)
+        document.Picture(
+            map_png(one, colours), str(r), f"Realization {r}{layer}", 0.6, pixelated=True
+        )
         for r, one in enumerate(shown, start=1)
     )
     words = "; ".join(filter(None, [_first(len(shown), ensemble), said]))
-    return Row(items, words[:1].upper() + words[1:], columns=6)
+    return document.Row(items, words[:1].upper() + words[1:], columns=6)
 
 
 def _first(n: int, ensemble: Ensemble) -> str:
     return "" if n == ensemble.n else f"The first {n} of {ensemble.n} realizations"
 
 
-def _e_type_maps(ensemble: Ensemble, facies: int) -> Row:
+def _e_type_maps(ensemble: Ensemble, facies: int) -> document.Row:
     """Return pictures of a facies' probability and of the entropy in each cell."""
     image = ensemble.training_image
     found = etype(ensemble)
     probability = f"Probability of {image.facies_names[facies]}: dark blue 0, yellow 1"
     entropy = "Entropy: dark blue 0 (all realizations agree), yellow maximum"
     likely = share_picture(found.probability[facies], probability)
-    return Row((likely, share_picture(found.entropy, entropy)))
+    return document.Row((likely, share_picture(found.entropy, entropy)))
 
 
-def _curve_charts(ensemble: Ensemble, facies: int) -> tuple[Row, ...]:
+def _curve_charts(ensemble: Ensemble, facies: int) -> tuple[document.Row, ...]:
     """Return charts of the variograms and connectivity functions of a facies along each axis."""
     image = ensemble.training_image
     name, code, rows = image.facies_names[facies], int(image.codes[facies]), []
@@ -191,20 +180,20 @@ def _curve_charts(ensemble: Ensemble, facies: int) -> tuple[Row, ...]:
         top = 1.1 * float(np.nanmax(each)) or 1.0
         charts = [bundle_chart(b, statistic, way, name, top, 240) for way, b in bundles.items()]
         caption = f"{statistic.capitalize()} of {name}. {'. '.join(said)}. {caption_of(ensemble)}."
-        rows.append(Row(tuple(charts), caption))
+        rows.append(document.Row(tuple(charts), caption))
     return tuple(rows)
 
 
-def _measures(ensemble: Ensemble, facies: int) -> Table:
+def _measures(ensemble: Ensemble, facies: int) -> document.Table:
     found = measure(ensemble, int(ensemble.training_image.codes[facies]))
     rows = [
         (row.title, row.image, row.realizations, row.verdict)
         for row in verdicts.describe_measures(found)
     ]
-    return Table(verdicts.MEASURES_HEAD, tuple(rows), verdicts.HOW_MEASURED)
+    return document.Table(verdicts.MEASURES_HEAD, tuple(rows), verdicts.HOW_MEASURED)
 
 
-def _times_and_proportions(ensemble: Ensemble, colours: Sequence[str]) -> Row:
+def _times_and_proportions(ensemble: Ensemble, colours: Sequence[str]) -> document.Row:
     image, milliseconds = ensemble.training_image, 1000 * ensemble.cpu_seconds
     times = times_chart(milliseconds, float(milliseconds.mean()), LIGHT, height=240)
     shares = proportions_chart(
@@ -213,11 +202,11 @@ def _times_and_proportions(ensemble: Ensemble, colours: Sequence[str]) -> Row:
     title, alt = "Facies proportions", "Facies proportions of image and realizations"
     legend = (("training image", LIGHT.reference),)
     time = "CPU time of each realization"
-    charts = Chart(times, time, time), Chart(shares, title, alt, legend)
-    return Row(charts, f"{caption_of(ensemble)}.")
+    charts = document.Chart(times, time, time), document.Chart(shares, title, alt, legend)
+    return document.Row(charts, f"{caption_of(ensemble)}.")
 
 
-def _table_of_realizations(ensemble: Ensemble) -> Table:
+def _table_of_realizations(ensemble: Ensemble) -> document.Table:
     shares, wrong = 100 * ensemble.proportions[:MAX_LISTED], ensemble.n_mismatched
     rows = []
     for r, row in enumerate(shares):
@@ -225,28 +214,28 @@ def _table_of_realizations(ensemble: Ensemble) -> Table:
         rows.append((str(r + 1), milliseconds, str(wrong[r]), *(f"{share:.1f}" for share in row)))
     names = (f"{name} (%)" for name in ensemble.training_image.facies_names)
     header = ("realization", "CPU time (ms)", "data wrong", *names)
-    return Table(header, tuple(rows), _first(len(rows), ensemble))
+    return document.Table(header, tuple(rows), _first(len(rows), ensemble))
 
 
-def _parameters(ensemble: Ensemble) -> Table:
+def _parameters(ensemble: Ensemble) -> document.Table:
     rows = []
     for row, setting in zip(parameter_table(), fields_of("parameters"), strict=True):
         value = setting.value_in({"parameters": ensemble.parameters})
         changed = "" if str(value) == row["default"] else "changed"
         rows.append((row["name"], row["symbol"], setting.write(value), changed))
-    return Table(("parameter", "in the paper", "value", ""), tuple(rows))
+    return document.Table(("parameter", "in the paper", "value", ""), tuple(rows))
 
 
 def _reproduction(
     ensemble: Ensemble, choices: Choices, link: str, how: Recipe
-) -> tuple[Block, ...]:
-    blocks: list[Block] = [Text(REVISED)] if ensemble.revised else []
-    blocks.append(Code(link, "The link"))
+) -> tuple[document.Block, ...]:
+    blocks: list[document.Block] = [document.Text(REVISED)] if ensemble.revised else []
+    blocks.append(document.Code(link, "The link"))
     missing = left_out(choices)
     if missing:
         words = f"The link does not contain {' and '.join(missing)}. Use the project file instead."
-        blocks.append(Text(words))
+        blocks.append(document.Text(words))
     beside = "; the project file must be in the same folder"
     python = f"In Python{beside if how.python_needs_project else ''}"
     command = f"On the command line{beside if how.command_needs_project else ''}"
-    return (*blocks, Code(how.python, python), Code(how.command, command))
+    return (*blocks, document.Code(how.python, python), document.Code(how.command, command))

@@ -6,17 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.engine.stages.path import (
-    BELOW,
-    FROM_ABOVE,
-    LEFT,
-    TOP,
-    cells_from_path,
-    cells_to_path,
-    from_path,
-    in_layers,
-    in_three,
-)
+from ccwsim.engine.stages import path
 
 OPPOSITE = {"east": "west", "west": "east", "north": "south", "south": "north"}
 
@@ -45,13 +35,15 @@ class Frame(NamedTuple):
 
     def turned(self, part: NDArray) -> NDArray:
         """Return a copy of a part of a map or volume, in the orientation of the grid."""
-        return np.ascontiguousarray(from_path(part, self.orientation))
+        return np.ascontiguousarray(path.from_path(part, self.orientation))
 
     def cells_to_grid(self, cells: ArrayLike) -> NDArray[np.int64]:
         """Return the grid coordinates of cells in path coordinates, shape (n, 2) or (n, 3)."""
         n = len(self.shape)
         inside = np.asarray(cells, np.int64).reshape(-1, n) - self._offset
-        return cells_from_path(in_three(inside), in_layers(self.shape), self.orientation)[:, -n:]
+        return path.cells_from_path(
+            path.in_three(inside), path.in_layers(self.shape), self.orientation
+        )[:, -n:]
 
     def box_to_grid(self, first: Sequence[int], lengths: Sequence[int]) -> tuple[slice, ...]:
         """Return a box in grid coordinates, restricted to cells in the map or volume."""
@@ -63,21 +55,21 @@ class Frame(NamedTuple):
 
     def cell_to_path(self, *cell: int) -> tuple[int, ...]:
         """Return the path coordinates of a grid cell, (layer,) row and column."""
-        at = cells_to_path(np.array([cell]), self.original_shape, self.orientation)[0]
+        at = path.cells_to_path(np.array([cell]), self.original_shape, self.orientation)[0]
         return tuple((at + self._offset).tolist())
 
-    def faces(self, sides: int = LEFT | TOP | BELOW) -> list[str]:
+    def faces(self, sides: int = path.LEFT | path.TOP | path.BELOW) -> list[str]:
         """Return the names of `sides`, by default of those where the path begins."""
         way = self.orientation
         ew, ns = ("west", "east"), ("south", "north")
         across, along = (ns, ew) if way & 4 else (ew, ns)
-        names = {across[bool(way & 2)]: LEFT, along[bool(way & 1)]: TOP}
+        names = {across[bool(way & 2)]: path.LEFT, along[bool(way & 1)]: path.TOP}
         if len(self.shape) == 3:
-            names["above" if way & FROM_ABOVE else "below"] = BELOW
+            names["above" if way & path.FROM_ABOVE else "below"] = path.BELOW
         order = ("below", "above", *ns, *ew)
         return [name for name in order if sides & names.get(name, 0)]
 
     @property
     def direction(self) -> str:
         """Direction of the path along its rows: "east", "west", "north" or "south"."""
-        return OPPOSITE[self.faces(LEFT)[0]]
+        return OPPOSITE[self.faces(path.LEFT)[0]]

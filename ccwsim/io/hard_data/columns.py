@@ -357,7 +357,8 @@ def value_column(file: DataFile, taken: Collection[str], variable: str | None) -
     if named:
         return named
     likely = [name for name in rest if not _is(name, "z", "label")]
-    if len(likely) == 2 and len(file.names) == 4 and _unnamed(file):
+    unnamed = all(re.match(r"(col|column|var)[ _]?\d", name.lower()) for name in file.names)
+    if len(likely) == 2 and len(file.names) == 4 and unnamed:
         return likely[1]  # four columns with generic names are x, y, z and the value
     if len(likely) == 1:
         return likely[0]
@@ -368,10 +369,6 @@ def value_column(file: DataFile, taken: Collection[str], variable: str | None) -
         )
     said = f"{file.name} has {len(likely)} variables: {listed(likely)}"
     raise CCWSIMError(f"{said}; pick one (facies=)")
-
-
-def _unnamed(file: DataFile) -> bool:
-    return all(re.match(r"(col|column|var)[ _]?\d", name.lower()) for name in file.names)
 
 
 def height_column(rest: list[str], key: str) -> str | None:

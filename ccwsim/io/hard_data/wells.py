@@ -11,20 +11,13 @@ from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile, first_of
 from ccwsim.io.formats.pictures import PictureFile
+from ccwsim.io.hard_data import placing
 from ccwsim.io.hard_data.columns import (
     GUESSED_WELLS,
     SURVEYS,
     WELL_TABLES,
     WellColumns,
     assign_well_columns,
-)
-from ccwsim.io.hard_data.placing import (
-    ROW_CHOICES,
-    STRICT,
-    Conversion,
-    HardDataImport,
-    place_points,
-    resolve_points,
 )
 from ccwsim.io.hard_data.points import (
     ImportedPoints,
@@ -60,7 +53,7 @@ def import_wells(
     *,
     surveys: PathOrFile | None = None,
     **options: Any,
-) -> HardDataImport:
+) -> placing.HardDataImport:
     """Read the hard data of wells and return them with a report of the import.
 
     Raises `CCWSIMError`, with line numbers, for tables that cannot be read or contradict each
@@ -107,12 +100,14 @@ def import_wells(
     >>> import_wells(collars, BytesIO(log), (8, 8, 16)).hard_data.triples
     ((4, 2, 10, 0), (5, 2, 10, 1), (6, 2, 10, 1))
     """
-    grid, conversion = Grid.of(grid), Conversion.taken_from(options)
+    grid, conversion = Grid.of(grid), placing.Conversion.taken_from(options)
     columns = WellColumns(**options)
     points = read_well_points(
         collars, intervals, grid, columns, surveys=surveys, conversion=conversion
     )
-    return resolve_points(place_points(points, grid, training_image, conversion), conversion)
+    return placing.resolve_points(
+        placing.place_points(points, grid, training_image, conversion), conversion
+    )
 
 
 def read_wells(
@@ -143,7 +138,7 @@ def read_well_points(
     columns: WellColumns = GUESSED_WELLS,
     *,
     surveys: PathOrFile | None = None,
-    conversion: Conversion = STRICT,
+    conversion: placing.Conversion = placing.STRICT,
 ) -> ImportedPoints:
     """Read the data of wells as points: one per single depth, or one per cell of each interval.
 
@@ -171,7 +166,7 @@ def read_well_points(
     grid = Grid.of(grid)
     if grid.nz is None:
         raise CCWSIMError(f"wells need a grid with layers, but {grid} is a map; give nz")
-    decisions = {name: getattr(conversion, name) for name in ROW_CHOICES}
+    decisions = {name: getattr(conversion, name) for name in placing.ROW_CHOICES}
     problems = RowProblems(_table(collars), decisions, [])
     wells = _collars(problems, columns)
     if surveys is not None:

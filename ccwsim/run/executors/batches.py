@@ -7,15 +7,8 @@ from typing import Any
 
 from ccwsim.jobs.workers import POLL_SECONDS, Cancel, Progress
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.run.executors import worker
 from ccwsim.run.executors.threads import Take, Work
-from ccwsim.run.executors.worker import (
-    BatchRequest,
-    FileFlag,
-    Reply,
-    serialized,
-    simulate_batch,
-    study_key,
-)
 
 BATCH_SECONDS = 0.25
 """Intended duration of a batch in seconds, which is long compared with the transfer of a batch."""
@@ -40,20 +33,20 @@ class BatchBackend:
 
     def open(self, work: Work) -> None:
         """Prepare to send batches of the study of `work`."""
-        self._content, self._key = serialized(work.study), study_key(work.study)
+        self._content, self._key = worker.serialized(work.study), worker.study_key(work.study)
         self._keep_sources = work.keep_sources
-        self._flag: Any = FileFlag()
+        self._flag: Any = worker.FileFlag()
 
     def n_workers(self) -> int:
         """Number of batches that run at a time."""
         return self._n_workers
 
-    def submit(self, numbers: tuple[int, ...], with_study: bool) -> Future[Reply]:
+    def submit(self, numbers: tuple[int, ...], with_study: bool) -> Future[worker.Reply]:
         """Send a batch; if requested, send its study too."""
         request = self._request(numbers)
         content = self._content if with_study else None
         try:
-            return self._executor.submit(simulate_batch, request, content)
+            return self._executor.submit(worker.simulate_batch, request, content)
         except BrokenExecutor:
             raise
         except RuntimeError as error:
@@ -81,8 +74,8 @@ class BatchBackend:
         """Ask the workers to stop."""
         self._flag.set()
 
-    def _request(self, numbers: tuple[int, ...]) -> BatchRequest:
-        return BatchRequest(self._key, numbers, self._keep_sources, self._flag)
+    def _request(self, numbers: tuple[int, ...]) -> worker.BatchRequest:
+        return worker.BatchRequest(self._key, numbers, self._keep_sources, self._flag)
 
 
 class BatchRunner:
@@ -93,7 +86,7 @@ class BatchRunner:
         self._finished: list[int] = []
         self._left = deque(range(work.first, work.first + work.n))
         self._with_study: deque[tuple[int, ...]] = deque()
-        self._out: dict[Future[Reply], tuple[int, ...]] = {}
+        self._out: dict[Future[worker.Reply], tuple[int, ...]] = {}
         self._seconds = 0.0
 
     def prepare(self, progress: Progress | None, cancel: Cancel | None) -> bool:
@@ -165,7 +158,7 @@ class BatchRunner:
         size = max(min(int(fit), share), 1)
         return tuple(self._left.popleft() for _ in range(min(size, len(self._left))))
 
-    def _keep(self, take: Take, batch: tuple[int, ...], reply: Reply) -> None:
+    def _keep(self, take: Take, batch: tuple[int, ...], reply: worker.Reply) -> None:
         for number, realization in zip(batch, reply.realizations, strict=False):
             self._finished.append(number - self._work.first)
             take(self._finished[-1], realization)

@@ -11,7 +11,7 @@ import numpy as np
 import streamlit as st
 
 from ccwsim import datasets, figures
-from ccwsim.experiments.comparison import STATISTICS, Comparison
+from ccwsim.experiments.comparison import MAX_SETTINGS, MIN_SETTINGS, STATISTICS, Comparison
 from ccwsim.jobs.job import PATIENCE
 from ccwsim.jobs.limits import Demand, limits_of_environment
 from ccwsim.metrics.lags import axes_of
@@ -26,15 +26,9 @@ from ccwsim.report.settings import describe_inputs, describe_parameters, describ
 from ccwsim.report.verdicts import SIGNS, curve_title, describe_curves, describe_scaling
 from ccwsim.sharing.choices import ImageChoice, Upload
 from ccwsim.ui.compare import findings, settings
-from ccwsim.ui.compare.settings import LETTERS, MAX_SETTINGS, TWO_POINT, Beside, ComparePageState
+from ccwsim.ui.compare.settings import LETTERS, TWO_POINT, Beside, ComparePageState
 from ccwsim.ui.frontend.cells import draw_cells, facies_map
-from ccwsim.ui.results import maps
-from ccwsim.ui.results.charts import (
-    draw_caption,
-    draw_clickable_chart,
-    draw_curve_key,
-    titled_chart,
-)
+from ccwsim.ui.results import charts, maps
 from ccwsim.ui.session.address import go_to
 from ccwsim.ui.session.file_names import grid_part
 from ccwsim.ui.session.fragments import error_boundary
@@ -162,7 +156,7 @@ def _draw_actions(state: State, k: int, n: int) -> None:
                     key = f"copy_{letter}_from_{other}"
                     button(f"Setting {other}", key=key, width="stretch", **act)
         if k:
-            few = n == settings.MIN_SETTINGS
+            few = n == MIN_SETTINGS
             act = {"on_click": settings.remove_setting, "args": (state, k), "disabled": few}
             help_ = "Two settings are needed." if few else None
             button("Remove", key=f"remove_{letter}", help=help_, **act)
@@ -256,7 +250,7 @@ def _draw_found(
     state.facies = min(state.facies, image.n_facies - 1)
     said = "; ".join(f"{name}: {note}" for name, note in _notes(request).items())
     inputs, n = describe_inputs(found.ensembles[0]), plural(request.n, "realization")
-    draw_caption(f"{inputs}; {said}; {n} each, seed {request.seed}")
+    charts.draw_caption(f"{inputs}; {said}; {n} each, seed {request.seed}")
     with st.container(key="said"):  # always drawn, so that elements below do not move
         if len(found.names) == len(request.names) or page_state.run is None:
             left, right = st.columns(2, gap="medium")
@@ -367,11 +361,13 @@ def _draw_times_and_proportions(found: Comparison) -> None:
     each = dict(zip(names, (1000 * e.cpu_seconds for e in found.ensembles), strict=True))
     labels = [seconds(mean) for mean in found.cpu_seconds]
     chart = figures.compared_times_chart(each, 1000 * found.cpu_seconds, labels, theme)
-    titled_chart("CPU time", "", chart, "compared_times", "CPU time of a realization by setting")
+    charts.titled_chart(
+        "CPU time", "", chart, "compared_times", "CPU time of a realization by setting"
+    )
     shares = dict(zip(names, found.proportions, strict=True))
     chart = figures.compared_proportions_chart(image.facies_names, image.proportions, shares, theme)
     alt = "Facies proportions of the realizations by setting, and of the training image"
-    titled_chart("Proportions", "", chart, "compared_proportions", alt)
+    charts.titled_chart("Proportions", "", chart, "compared_proportions", alt)
 
 
 def draw_curves(state: State, found: Comparison) -> None:
@@ -390,7 +386,7 @@ def draw_curves(state: State, found: Comparison) -> None:
         (f"2px {BORDERS[dash]} {findings.colour_of(k)}", f"{name}, median and 5–95 %")
         for k, (name, dash) in enumerate(zip(found.names, figures.DASHES, strict=False))
     ]
-    draw_curve_key(lines)
+    charts.draw_curve_key(lines)
     code = settings.code_of(found, facies)
     ways = axes_of(found.ensembles[0].grid.shape)
     each = [found.curves[code, "variogram", way] for way in ways]
@@ -418,7 +414,7 @@ def draw_curves(state: State, found: Comparison) -> None:
         note = describe_curves(fits, statistic)
         alt = f"{title} of {name}: training image and the band of each setting"
         with column:
-            titled_chart(title, note, chart, f"{statistic}_{way[0]}", alt)
+            charts.titled_chart(title, note, chart, f"{statistic}_{way[0]}", alt)
 
 
 def draw_patterns(state: State, found: Comparison) -> None:
@@ -457,7 +453,7 @@ def _draw_mds(state: State, found: Comparison) -> None:
             for k, (name, glyph) in enumerate(zip(names, GLYPHS.values(), strict=False))
         )
         st.html(f'<div class="curve-key points">{entries}</div>')
-        draw_clickable_chart(chart, key, alt, choose, n_series=len(names))
+        charts.draw_clickable_chart(chart, key, alt, choose, n_series=len(names))
 
     theme, positions, groups = chart_theme(), found.scaling.positions, []
     for k, name in enumerate(names):
@@ -470,4 +466,4 @@ def _draw_mds(state: State, found: Comparison) -> None:
     alt = "MDS plot: realizations of all settings and the training image"
     stress = found.scaling.stress
     note = describe_scaling(stress, "click a point to see it")
-    titled_chart(figures.mds_title(stress), note, chart, "compared_mds", alt, draw)
+    charts.titled_chart(figures.mds_title(stress), note, chart, "compared_mds", alt, draw)

@@ -6,13 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ccwsim.experiments.comparison import (
-    MAX_SETTINGS,
-    MIN_SETTINGS,
-    Comparison,
-    add_curves,
-    compare,
-)
+from ccwsim.experiments import comparison
 from ccwsim.experiments.two_point import simulate_two_point
 from ccwsim.jobs.job import NOTHING, Job
 from ccwsim.jobs.limits import Demand
@@ -73,7 +67,7 @@ class ComparisonRequest:
 
 
 @dataclass
-class ComparisonRun(PageRun[Comparison]):
+class ComparisonRun(PageRun[comparison.Comparison]):
     """A run that compares settings, or adds curves of `facies` (a code) to a known comparison.
 
     `second` is the study of setting A with the second training image, if there is one;
@@ -84,8 +78,8 @@ class ComparisonRun(PageRun[Comparison]):
     training_image: TrainingImage
     hard_data: HardData
     facies: int
-    known: Comparison | None = None
-    partial: Comparison | None = None
+    known: comparison.Comparison | None = None
+    partial: comparison.Comparison | None = None
     n_parts: int = 0
     second: Study | None = None
     of_second: Ensemble | None = None
@@ -110,17 +104,17 @@ class ComparisonRun(PageRun[Comparison]):
             n_bytes += BYTES_OF_FIELD * prod(n + side // 2 for n, side in sides)
         return Demand(sum(demand.n_cells for demand in each), data.n, n_bytes)
 
-    def work(self, job: Job[Comparison]) -> Comparison:
+    def work(self, job: Job[comparison.Comparison]) -> comparison.Comparison:
         """Run the comparison, publish partial results, and return the comparison."""
         r, options = self.request, (job.report, job.is_cancelled)
         if self.known is not None:
-            return add_curves(self.known, self.facies, *options)
+            return comparison.add_curves(self.known, self.facies, *options)
         image, settings = self.training_image, dict(zip(LETTERS, r.settings, strict=False))
         if r.beside == TWO_POINT:
             settings |= {TWO_POINT: simulate_two_point(image, r.grid, r.n, r.seed)}
         run = (self.hard_data, r.n, r.seed, *options)
         how: Any = {"facies": self.facies, "on_partial": self._take, "secondary": self.secondary}
-        found = compare(image, r.grid, settings, *run, **how)
+        found = comparison.compare(image, r.grid, settings, *run, **how)
         if (s := self.second) is not None:
             study = s.training_image, s.grid, s.parameters, s.hard_data
             self.of_second = simulate(
@@ -128,7 +122,7 @@ class ComparisonRun(PageRun[Comparison]):
             )
         return found
 
-    def _take(self, partial: Comparison) -> None:
+    def _take(self, partial: comparison.Comparison) -> None:
         self.partial = partial
         self.n_parts += 1
 
@@ -147,7 +141,7 @@ class ComparePageState:
     n: int | None = None
     beside: Beside = ""
     run: ComparisonRun | None = None
-    found: Comparison | None = None
+    found: comparison.Comparison | None = None
     of_second: Ensemble | None = None
     request: ComparisonRequest | None = None
     message: str = ""
@@ -200,7 +194,7 @@ def copy_setting(state: State, k: int, source: int) -> None:
 def add_setting(state: State) -> None:
     """Add a default setting that is not in the list yet."""
     present = settings_of(state)
-    if len(present) < MAX_SETTINGS:
+    if len(present) < comparison.MAX_SETTINGS:
         usual = usual_others(present[0], image_of(state.choices.image).shape)
         new = next((p for p in usual if p not in present), present[0])
         state.page(ComparePageState).others.append(new)
@@ -209,7 +203,7 @@ def add_setting(state: State) -> None:
 def remove_setting(state: State, k: int) -> None:
     """Remove setting `k`; the letters of later settings move up by one."""
     present = list(settings_of(state))
-    if 0 < k < len(present) and len(present) > MIN_SETTINGS:
+    if 0 < k < len(present) and len(present) > comparison.MIN_SETTINGS:
         del present[k]
         state.page(ComparePageState).others[:] = present[1:]
 
@@ -291,13 +285,13 @@ def want_curves(state: State) -> None:
     page_state.run = run.start()
 
 
-def has_curves(found: Comparison, facies: int) -> bool:
+def has_curves(found: comparison.Comparison, facies: int) -> bool:
     """Return whether the comparison contains the curves of a facies."""
     code = code_of(found, facies)
     return any(key[0] == code for key in found.curves)
 
 
-def code_of(found: Comparison, facies: int) -> int:
+def code_of(found: comparison.Comparison, facies: int) -> int:
     """Return the code of a facies by its index."""
     return int(found.ensembles[0].training_image.codes[facies])
 
@@ -312,7 +306,7 @@ def collect_comparison(state: State) -> None:
     found = run.result
     if isinstance(run.error, Cancelled):
         found = run.partial
-        if found is not None and len(found.names) < MIN_SETTINGS:
+        if found is not None and len(found.names) < comparison.MIN_SETTINGS:
             found = None
         n = len(run.request.names)
         page_state.message = _stopped(found, n, page_state.found is not None)
@@ -323,7 +317,7 @@ def collect_comparison(state: State) -> None:
         page_state.of_second = run.of_second
 
 
-def _stopped(found: Comparison | None, n: int, has_older: bool) -> str:
+def _stopped(found: comparison.Comparison | None, n: int, has_older: bool) -> str:
     if found is not None:
         all_ = "all" if len(found.names) == n else f"{len(found.names)} of {n}"
         return f"Stopped after {all_} settings were simulated; the results so far are shown."

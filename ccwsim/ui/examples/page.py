@@ -28,18 +28,8 @@ from ccwsim.sharing.choices import Choices
 from ccwsim.sharing.link import left_out, link_of
 from ccwsim.system.lru_cache import LruCache
 from ccwsim.ui.compare.settings import LETTERS
+from ccwsim.ui.examples import opened
 from ccwsim.ui.examples.catalogue import PARTS, Example, lecture_sheet, study_address
-from ccwsim.ui.examples.opened import (
-    BACK_HELP,
-    COMPARE,
-    SIMULATE,
-    TAKEN,
-    Examples,
-    back_to_own,
-    compare_example,
-    open_example,
-    task_html,
-)
 from ccwsim.ui.examples.quiz import draw_quiz
 from ccwsim.ui.results.maps import middle_layer
 from ccwsim.ui.session.address import CLASS, go_to
@@ -68,7 +58,7 @@ SHEET_HELP = "The lecture as an HTML file to print: tasks with links, and answer
 def draw_examples(state: State) -> None:
     """Draw the example studies, or the quiz."""
     draw_style("examples/examples.css")
-    page_state = state.page(Examples)
+    page_state = state.page(opened.Examples)
     views = {"options": list(VIEWS), "format_func": lambda view: VIEWS[view]}
     views |= {"key": "examples_view", "label_visibility": "collapsed"}
     with st.container(horizontal=True, vertical_alignment="center", key="examples_row"):
@@ -88,7 +78,7 @@ def draw_examples(state: State) -> None:
             "Lecture sheet", sheet, "ccwsim_lecture.html", key="lecture_sheet", help=SHEET_HELP
         )
         if page_state.kept is not None:
-            back = {"on_click": back_to_own, "args": (state,), "help": BACK_HELP}
+            back = {"on_click": opened.back_to_own, "args": (state,), "help": opened.BACK_HELP}
             button("Back to my study", key="back_to_own", **back)
     with st.container(key="results"):
         if page_state.view == "quiz":
@@ -130,7 +120,7 @@ def _draw_card(state: State, number: int, example: Example, deadline: float) -> 
     st.html(
         f"{pictures_html(example, found)}"
         f'<h3 class="example"><b>{number}</b>{escape(example.title)}{source}</h3>'
-        f"{task_html(example)}"
+        f"{opened.task_html(example)}"
     )
     if isinstance(found, Failure):
         step_note(f"No pictures: {found.reason}.")
@@ -143,12 +133,12 @@ def _draw_card(state: State, number: int, example: Example, deadline: float) -> 
 
     with st.container(horizontal=True, gap="small", key=f"actions_{example.name}"):
         note = "Makes this example the study and runs it."
-        is_opened = action("Open", f"open_{example.name}", open_example, note)
+        is_opened = action("Open", f"open_{example.name}", opened.open_example, note)
         note = "Compares the settings of this example side by side."
-        compare = "Compare", f"compare_{example.name}", compare_example
+        compare = "Compare", f"compare_{example.name}", opened.compare_example
         is_compared = bool(example.others) and action(*compare, note)
     if is_opened or is_compared:
-        go_to(COMPARE if is_compared else SIMULATE, TAKEN)
+        go_to(opened.COMPARE if is_compared else opened.SIMULATE, opened.TAKEN)
     return found is not None
 
 

@@ -32,15 +32,8 @@ from ccwsim.ui.session.file_names import study_part
 from ccwsim.ui.session.fragments import follow, follow_tasks
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import draw_news, draw_out_of_date, start_run_if_needed
+from ccwsim.ui.widgets import text
 from ccwsim.ui.widgets.fields import bound_to, button, download, field, options_of
-from ccwsim.ui.widgets.text import (
-    numbers_table,
-    page_text,
-    panel_title,
-    plain,
-    step_note,
-    step_title,
-)
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 PATIENCE = 1.5  # seconds for which the page waits for a solution before it draws the earlier one
@@ -70,12 +63,12 @@ def draw_page(state: State) -> None:
     draw_news(state, parts=False)
     with st.container(key="results"):
         if state.ensemble is None:
-            maps.ghost_panel(page_text("Flow without realizations"), "height: 392px", "Flow")
+            maps.ghost_panel(text.page_text("Flow without realizations"), "height: 392px", "Flow")
             return
         settings = solving.settings_of(state.page(FlowState), state.ensemble)
         draw_caption(caption_of(state.ensemble))
         if problem := solving.problem_of(settings):
-            st.warning(plain(problem))
+            st.warning(text.plain(problem))
             return
         _draw_solution(state, state.ensemble, settings)
         _draw_answers(state, state.ensemble, settings)
@@ -84,13 +77,13 @@ def draw_page(state: State) -> None:
 def _draw_controls(state: State, ensemble: Ensemble) -> None:
     """Draw the steps: rocks, heads and well, all realizations."""
     page_state, image = state.page(FlowState), ensemble.training_image
-    step_title(1, "Rocks")
+    text.step_title(1, "Rocks")
     options = bound_to(page_state, "unit", options=list(solving.UNITS))
     field(st.segmented_control, "Unit of conductivity", key="flow_unit", **options)
     for k, name in enumerate(image.facies_names):
         with st.container(key=f"rock_{k}"):
             _draw_rock(page_state, ensemble, k, name)
-    step_title(2, "Heads and well")
+    text.step_title(2, "Heads and well")
     axes = {"x": "W–E", "y": "S–N", "z": "vertical"}
     offered = {axis: axes[axis] for axis in "xyz"[: ensemble.grid.n_dimensions]}
     settings = solving.settings_of(page_state, ensemble)
@@ -104,16 +97,16 @@ def _draw_controls(state: State, ensemble: Ensemble) -> None:
         options = bound_to(page_state, "anisotropy", min_value=0.001, max_value=1.0)
         field(st.number_input, "Vertical / horizontal K", key="flow_anisotropy", **options)
     _draw_well(page_state, ensemble, settings)
-    step_title(3, "All realizations")
+    text.step_title(3, "All realizations")
     run = page_state.run
-    step_note(page_text("Answers of all realizations"))
+    text.step_note(text.page_text("Answers of all realizations"))
     going = run is not None and run.going
     label = f"Solve all {plural(ensemble.n, 'realization')}"
     problem = solving.problem_of(settings)
     options = {"type": "primary", "width": "stretch", "disabled": going or bool(problem)}
     button(label, key="flow_all", on_click=solving.start_answers, args=(state,), **options)
     if page_state.message:
-        st.warning(plain(page_state.message))
+        st.warning(text.plain(page_state.message))
 
 
 def _draw_rock(page_state: FlowState, ensemble: Ensemble, k: int, name: str) -> None:
@@ -130,17 +123,17 @@ def _draw_rock(page_state: FlowState, ensemble: Ensemble, k: int, name: str) -> 
 
     options: dict[str, Any] = {"options": sorted({*CONDUCTIVITIES, at}), "value": at}
     options |= {"format_func": lambda value: f"{value:g}", "write": write_k}
-    label = plain(f"K of {name} ({page_state.unit})")
+    label = text.plain(f"K of {name} ({page_state.unit})")
     field(st.select_slider, label, key=f"flow_k_{k}", **options)
     options = {"min_value": 0.01, "max_value": 1.0, "step": 0.01, "value": porosity}
-    label = plain(f"Porosity of {name}")
+    label = text.plain(f"Porosity of {name}")
     field(st.number_input, label, key=f"flow_porosity_{k}", write=write_porosity, **options)
 
 
 def _draw_well(page_state: FlowState, ensemble: Ensemble, settings: FlowSettings) -> None:
     """Draw the cell and the rate of the well."""
     if ensemble.grid.nz is None and settings.well is None:
-        step_note("No well. Click the realization to place one.")
+        text.step_note("No well. Click the realization to place one.")
         return
     if settings.well is None:
         middle = tuple(n // 2 for n in ensemble.grid.shape)
@@ -150,7 +143,7 @@ def _draw_well(page_state: FlowState, ensemble: Ensemble, settings: FlowSettings
     names = ("layer", "row", "column")[-len(settings.well) :]
     if ensemble.grid.nz is None:
         row, column = settings.well
-        step_note(f"Well in row {row}, column {column}. Click the map to move it.")
+        text.step_note(f"Well in row {row}, column {column}. Click the map to move it.")
     else:
         for axis, (name, n) in enumerate(zip(names, ensemble.grid.shape, strict=True)):
 
@@ -179,7 +172,7 @@ def _draw_solution(state: State, ensemble: Ensemble, settings: FlowSettings) -> 
     worker.ask(task)
     found = worker.wait_for(task, PATIENCE)
     if isinstance(found, Failure):
-        st.warning(plain(f"{found.reason[:1].upper()}{found.reason[1:]}."))
+        st.warning(text.plain(f"{found.reason[:1].upper()}{found.reason[1:]}."))
         _draw_map(state, ensemble, None, settings)
         return
     if found is not None:
@@ -192,7 +185,7 @@ def _draw_solution(state: State, ensemble: Ensemble, settings: FlowSettings) -> 
             _draw_flow(state, ensemble, latest[2], settings)
         else:
             _draw_map(state, ensemble, None, settings)
-    step_note("Solving …")
+    text.step_note("Solving …")
     follow_tasks(worker, [task], time.monotonic())
 
 
@@ -223,7 +216,7 @@ def _draw_flow(state: State, ensemble: Ensemble, found: Solution, settings: Flow
     if np.isfinite(median) and ensemble.grid.nz is None:  # volumes show whole tracks
         label = f"Particles after this share of {solving.duration(median)} (%)"
         field(st.slider, label, key="flow_particles", **options)
-    step_note(page_text("Flow of the shown realization"))
+    text.step_note(text.page_text("Flow of the shown realization"))
 
 
 def _draw_map(
@@ -231,7 +224,9 @@ def _draw_map(
 ) -> None:
     page_state, r = state.page(FlowState), state.shown
     with st.container(**ROW, key="shown_row"):
-        panel_title(f"Realization {ensemble.numbers[r] + 1} of {ensemble.n}", "tracks of particles")
+        text.panel_title(
+            f"Realization {ensemble.numbers[r] + 1} of {ensemble.n}", "tracks of particles"
+        )
         maps.step_buttons("flow", state, ensemble.n)
     colours = maps.colours_of_ran(state)
     alt = f"Realization {r + 1} with tracks of particles"
@@ -248,7 +243,7 @@ def _draw_heads(ensemble: Ensemble, found: Solution, settings: FlowSettings) -> 
     heads = found.flow.heads
     low, high = np.nanmin(heads), np.nanmax(heads)
     with st.container(**ROW, key="heads_row"):
-        panel_title("Head", "each change of colour is a line of equal head")
+        text.panel_title("Head", "each change of colour is a line of equal head")
     span = max(high - low, 1e-300)
     bands = np.nan_to_num(np.floor((heads - low) / span * N_BANDS), nan=N_BANDS)
     bands = np.where(np.isnan(heads), N_BANDS, np.minimum(bands, N_BANDS - 1)).astype(np.uint8)
@@ -325,7 +320,7 @@ def _draw_downloads(
     r, grid = state.shown, ensemble.grid
     k = dict(zip(ensemble.training_image.codes.tolist(), settings.conductivity, strict=True))
     with st.popover("Download", key="flow_downloads"):
-        step_note(f"Heads and conductivity of realization {r + 1}")
+        text.step_note(f"Heads and conductivity of realization {r + 1}")
         conductivity = cell_values(np.array(settings.conductivity), ensemble.indices[r])
         fields = {"head": found.flow.heads, "conductivity": conductivity}
         with st.container(**ROW):
@@ -334,7 +329,7 @@ def _draw_downloads(
                 download(label, content, f"{name}_heads.{kind}", key=f"flow_heads_{kind}")
             content = partial(tracks_csv, found.tracks)
             download("Tracks, CSV", content, f"{name}_tracks.csv", key="flow_tracks")
-        step_note("Models for other programs")
+        text.step_note("Models for other programs")
         with st.container(**ROW):
             ends: dict[str, Any] = {HEADS_ALONG[settings.axis]: settings.heads}
             wells = {settings.well: -settings.rate} if settings.pumps else None
@@ -348,7 +343,7 @@ def _draw_downloads(
         run = page_state.run
         if run is not None and run.result is not None:
             result = run.result
-            step_note("All realizations")
+            text.step_note("All realizations")
             with st.container(**ROW):
                 content = partial(csv_as_bytes, *result.k.table())
                 download("Effective K, CSV", content, f"{name}_k.csv", key="flow_k_csv")
@@ -384,14 +379,14 @@ def _draw_answers(state: State, ensemble: Ensemble, settings: FlowSettings) -> N
         st.html('<h2 class="part">All realizations</h2>')
         if run is None:
             shape = f"height: {CHART_HEIGHT}px"
-            maps.ghost_panel(page_text("Answers of all realizations"), shape)
+            maps.ghost_panel(text.page_text("Answers of all realizations"), shape)
             return
         if run.going:
             assert run.job is not None
             follow(run.job, keys=("flow_progress", "flow_cancel"))
             return
         if run.error is not None:
-            st.warning(plain(f"Not solved: {reason(run.error)}."))
+            st.warning(text.plain(f"Not solved: {reason(run.error)}."))
         if run.result is None:
             return
         if not solving.is_current(run, ensemble, settings):
@@ -425,7 +420,7 @@ def _draw_result(state: State, run: solving.AnswersRun, result: Answers) -> None
         _draw_representatives(state, run, result)
         if result.capture is not None:
             _draw_capture(state, run, result)
-    step_note(page_text("Diagonal contacts"))
+    text.step_note(text.page_text("Diagonal contacts"))
 
 
 def _draw_representatives(state: State, run: solving.AnswersRun, result: Answers) -> None:
@@ -438,7 +433,9 @@ def _draw_representatives(state: State, run: solving.AnswersRun, result: Answers
         with column:
             k = result.k.each[r] * solving.UNITS[page_state.unit]
             with st.container(**ROW, key=f"flow_p_{percentile}"):
-                panel_title(f"P{percentile}", f"realization {r + 1}, K {k:.3g} {page_state.unit}")
+                text.panel_title(
+                    f"P{percentile}", f"realization {r + 1}, K {k:.3g} {page_state.unit}"
+                )
                 show = partial(setattr, state, "shown", r)
                 if button("Open", key=f"flow_open_{percentile}", on_click=show):
                     go_to("pages/simulate.py", f"Realization {r + 1} is shown now.")
@@ -455,14 +452,14 @@ def _draw_capture(state: State, run: solving.AnswersRun, result: Answers) -> Non
     assert capture is not None
     left, right = st.columns(2, gap="medium")
     with left:
-        panel_title("Probability of capture", "share of the realizations, by start")
+        text.panel_title("Probability of capture", "share of the realizations, by start")
         shown = share_map(capture.probability, "P(captured) =", "Probability of capture")
         draw_cells(shown, "capture", name="capture", max_height=MAP_HEIGHT, tools=False)
     with right:
-        panel_title("What it is worth")
+        text.panel_title("What it is worth")
         area = 100 * float(capture.probability.mean())
         rows = [("captured area, mean", f"{area:.1f} %")]
         sure = 100 * float(np.isin(capture.probability, (0.0, 1.0)).mean())
         rows.append(("same answer in all realizations", f"{sure:.1f} %"))
-        st.html(numbers_table(rows))
-        step_note(solving.worth(capture, solving.captured_in(state, run)))
+        st.html(text.numbers_table(rows))
+        text.step_note(solving.worth(capture, solving.captured_in(state, run)))

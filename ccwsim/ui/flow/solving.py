@@ -9,14 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim import CCWSIMError, Ensemble, TrainingImage
-from ccwsim.flow import Capture, EffectiveK, Flow, Tracks, darcy, over, tracks
-from ccwsim.flow.answers import (
-    HEADS_ALONG,
-    breakthrough,
-    captured_by_wells,
-    starts_on_grid,
-    with_bounds,
-)
+from ccwsim.flow import Capture, EffectiveK, Flow, Tracks, answers, darcy, over, tracks
 from ccwsim.flow.tracks import starts_at_inflow
 from ccwsim.jobs.job import Job
 from ccwsim.jobs.limits import Demand
@@ -50,7 +43,7 @@ class FlowSettings:
 
     def solve(self, ensemble: Ensemble, indices: NDArray[np.uint8], *, well: bool = True) -> Flow:
         """Return the flow through facies indices, without the well if `well` is false."""
-        ends: dict[str, Any] = {HEADS_ALONG[self.axis]: self.heads}
+        ends: dict[str, Any] = {answers.HEADS_ALONG[self.axis]: self.heads}
         wells = {self.well: -self.rate} if well and self.well and self.rate else {}
         k = cell_values(np.array(self.conductivity), indices)
         return darcy(k, ensemble.grid, wells=wells, anisotropy=self.anisotropy, **ends)
@@ -128,13 +121,15 @@ class AnswersRun(PageRun[Answers]):
         n = int(np.prod(ensemble.grid.shape[-2:]))
         step = max(4, int(np.ceil(np.sqrt(n / MAX_STARTS))))
         layer = settings.well[0] if settings.well and ensemble.grid.nz is not None else None
-        starts, shape = starts_on_grid(ensemble.grid, step, layer)
+        starts, shape = answers.starts_on_grid(ensemble.grid, step, layer)
         solve = partial(_answer, ensemble=ensemble, settings=settings, starts=starts)
         each = over(ensemble, solve, progress=job.report, cancel=job.is_cancelled)
         k, times, captured = zip(*each, strict=True)
         capture = Capture(starts, shape, np.array(captured)) if settings.pumps else None
         of_facies = np.array(settings.conductivity)
-        found = with_bounds(ensemble, of_facies, settings.axis, np.array(k), settings.anisotropy)
+        found = answers.with_bounds(
+            ensemble, of_facies, settings.axis, np.array(k), settings.anisotropy
+        )
         return Answers(found, np.array(times), capture)
 
 
@@ -144,11 +139,11 @@ def _answer(
     """Return effective K and breakthrough without the well, and whether each start is captured."""
     shares = cell_values(np.array(settings.porosity), indices)
     flow = settings.solve(ensemble, indices, well=False)
-    times = breakthrough(flow, shares, settings.axis, N_PARTICLES)
+    times = answers.breakthrough(flow, shares, settings.axis, N_PARTICLES)
     captured = np.zeros(len(starts), bool)
     if settings.pumps:
         pumped = settings.solve(ensemble, indices)
-        captured = captured_by_wells(pumped, starts, shares)
+        captured = answers.captured_by_wells(pumped, starts, shares)
     return flow.effective_k, times, captured
 
 

@@ -18,16 +18,8 @@ from ccwsim.metrics.lags import DirectionName, axes_of, max_lag
 from ccwsim.metrics.stack import Stack
 from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.numbers import seconds
+from ccwsim.report import verdicts
 from ccwsim.report.pictures import bundle_of_curves, layers_bundle, layers_chart
-from ccwsim.report.verdicts import (
-    HOW_JUDGED,
-    LAYERS_NOT_JUDGED,
-    SIGNS,
-    Verdict,
-    curve_title,
-    describe_curve,
-    way_name,
-)
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.session.cached import cached
 from ccwsim.ui.widgets.errors import catch_callback_errors
@@ -66,7 +58,7 @@ def draw_clickable_chart(
 
 def titled_chart(
     title: str,
-    note: str | Verdict,
+    note: str | verdicts.Verdict,
     chart: Any,
     key: str,
     alt: str,
@@ -161,7 +153,7 @@ def draw_rows(rows: Sequence[Sequence[Callable[[], None]]]) -> None:
         for draw, place in zip(row, columns, strict=False):
             with place:
                 draw()
-    step_note(HOW_JUDGED)
+    step_note(verdicts.HOW_JUDGED)
 
 
 def _variograms(ensemble: Ensemble, facies: int) -> list[Callable[[], None]]:
@@ -179,15 +171,15 @@ def _titled_curve(
     facies: int,
     way: DirectionName,
     y_range: tuple[float, float] = (0.0, 1.04),
-    note: Verdict | None = None,
+    note: verdicts.Verdict | None = None,
     key: str = "",
 ) -> None:
     name = ensemble.training_image.facies_names[facies]
-    note = note or describe_curve(fit_of(ensemble, statistic, facies, way), statistic)
+    note = note or verdicts.describe_curve(fit_of(ensemble, statistic, facies, way), statistic)
     curve = _Curve(ensemble, statistic, facies, way, name, y_range, chart_theme())
     kind, prefix = KINDS[statistic]
-    alt = f"{kind} {way_name(way)} of {name}"
-    title = curve_title(statistic, way)
+    alt = f"{kind} {verdicts.way_name(way)} of {name}"
+    title = verdicts.curve_title(statistic, way)
     titled_chart(title, note, curve, key or f"{prefix}_{way[0]}", alt, _draw_curve)
 
 
@@ -207,7 +199,7 @@ class _Curve(NamedTuple):
 def _draw_curve(curve: _Curve, key: str, alt: str) -> None:
     """Draw a curve; Streamlit stores the message and reuses it for equal curves in all sessions."""
     bundle = curve_bundle(curve.ensemble, curve.statistic, curve.facies, curve.direction)
-    title = f"{SIGNS[curve.statistic]} of {curve.name}"
+    title = f"{verdicts.SIGNS[curve.statistic]} of {curve.name}"
     judged = judged_curves(fit_of(curve.ensemble, curve.statistic, curve.facies, curve.direction))
     options: Any = {"y_title": title, "y_range": curve.y_range, "judged": judged}
     draw_chart(curves_chart(bundle, curve.theme, **options), key, alt)
@@ -221,11 +213,11 @@ def judged_curves(fit: Fit | None) -> tuple[NDArray[np.float64], ...] | None:
 def _connectivity_both_ways(ensemble: Ensemble, facies: int) -> None:
     """Draw the connectivity E–W; a note mentions connectivity N–S if it is outside the band."""
     along, across = (fit_of(ensemble, "connectivity", facies, way) for way in ("E-W", "N-S"))
-    said, other = (describe_curve(fit, "connectivity") for fit in (along, across))
+    said, other = (verdicts.describe_curve(fit, "connectivity") for fit in (along, across))
     if other.good is False:
         words = f"{'' if said.good else f'E–W {said.words}; '}N–S {other.words}"
         numbers = f"E–W {said.numbers}; N–S {other.numbers}"
-        said = Verdict(words, numbers, False)
+        said = verdicts.Verdict(words, numbers, False)
     options: Any = {"note": said, "key": "connection"}
     _titled_curve(ensemble, "connectivity", facies, "E-W", **options)
 
@@ -237,7 +229,7 @@ def draw_layers(
     bundle = bundle or vertical_proportions_bundle(ensemble, facies)
     image, grid = ensemble.training_image, ensemble.grid
     name = image.facies_names[facies]
-    note = LAYERS_NOT_JUDGED
+    note = verdicts.LAYERS_NOT_JUDGED
     if image.shape[0] != grid.nz:
         note = f"training image ({image.shape[0]} layers) scaled to the grid"
     chart = layers_chart(ensemble, facies, bundle, chart_theme(), height=height)

@@ -17,14 +17,7 @@ from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.numbers import seconds
 from ccwsim.report.settings import caption_of
 from ccwsim.ui.frontend.component import draw_component
-from ccwsim.ui.results import maps
-from ccwsim.ui.results.charts import (
-    curve_bundle,
-    draw_caption,
-    draw_curves,
-    draw_proportions,
-    vertical_proportions_bundle,
-)
+from ccwsim.ui.results import charts, maps
 from ccwsim.ui.results.maps import MAP_WIDTHS, SMALLEST_IMAGE, middle_layers
 from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.file_names import study_part
@@ -66,7 +59,7 @@ def _results(state: State, ensemble: Ensemble) -> None:
     state.shown = min(state.shown, ensemble.n - 1)
     state.facies = min(state.facies, ensemble.training_image.n_facies - 1)
     colours = maps.colours_of_ran(state)
-    draw_caption(caption_of(ensemble))
+    charts.draw_caption(caption_of(ensemble))
     with st.container(horizontal=True, vertical_alignment="center", key="facts_row"):
         draw_facts(ensemble)
         draw_downloads(state, ensemble, colours)
@@ -92,8 +85,8 @@ def _results(state: State, ensemble: Ensemble) -> None:
         maps.draw_training_image(ensemble.training_image, colours)
     if shares is not None:
         with shares:
-            draw_proportions(ensemble, colours)
-    draw_curves(ensemble, state.facies, colours if shares is None else None)
+            charts.draw_proportions(ensemble, colours)
+    charts.draw_curves(ensemble, state.facies, colours if shares is None else None)
 
 
 def image_width(ensemble: Ensemble) -> float:
@@ -182,7 +175,7 @@ def curves_csv(ensemble: Ensemble, facies: int) -> bytes:
     ways, is_volume = axes_of(ensemble.grid.shape), ensemble.grid.nz is not None
     names: dict[Statistic, str] = {"variogram": "variogram", "connectivity": "connection"}
     curves = [
-        (name, way, curve_bundle(ensemble, statistic, facies, way))
+        (name, way, charts.curve_bundle(ensemble, statistic, facies, way))
         for statistic, name in names.items()
         for way in ways
     ]
@@ -191,7 +184,7 @@ def curves_csv(ensemble: Ensemble, facies: int) -> bytes:
         at = [[int(lag), *([""] if is_volume else [])] for lag in bundle.lags]
         lines += _lines([statistic, way], at, bundle)
     if is_volume:
-        layers = vertical_proportions_bundle(ensemble, facies)
+        layers = charts.vertical_proportions_bundle(ensemble, facies)
         at = [["", k] for k in range(max(len(layers.lags), len(layers.reference)))]
         lines += _lines(["proportion", VERTICAL], at, layers)
     head = ["statistic", "direction", "lag_cells", *(["layer"] if is_volume else [])]

@@ -18,16 +18,10 @@ from ccwsim.metrics.data_fit import MIN_PLACES
 from ccwsim.model.bounds import MAX_SAMPLED
 from ccwsim.sharing.choices import Choices, DataChoice, DataSource, Upload, WellTables
 from ccwsim.ui.results.maps import colours_of, pretty
+from ccwsim.ui.session import resolve
 from ccwsim.ui.session.address import page_link
 from ccwsim.ui.session.cached import as_task, cached, shared_values
 from ccwsim.ui.session.fragments import follow_tasks
-from ccwsim.ui.session.resolve import (
-    data_of,
-    facies_by_code,
-    image_of,
-    imported_data,
-    wells_of,
-)
 from ccwsim.ui.session.state import State
 from ccwsim.ui.session.uploads import file_uploader
 from ccwsim.ui.study.image_step import IMPORT_PAGE, THUMB
@@ -69,7 +63,7 @@ def data_step(state: State) -> None:
     if problem:
         st.error(plain(problem))
     elif state.choices.data.source != "none":
-        if said := facies_by_code(state.choices):
+        if said := resolve.facies_by_code(state.choices):
             st.warning(page_text("Names of facies", taken=plain(said)))
         draw_data_fit(state)
     if state.data_draft is not None:
@@ -83,7 +77,7 @@ def _draft(state: State, draft: DataChoice) -> None:
     if problem and not draft.waits:
         say_open(tried, problem)
     elif not draft.waits:
-        n, name = data_of(tried).n, names_of_files(draft) or "placed by hand"
+        n, name = resolve.data_of(tried).n, names_of_files(draft) or "placed by hand"
         step_note(f"Your {n} data ({name}) fit the study but are not in the study yet.")
         with st.container(horizontal=True, gap="small"):
             button("Use them", key="data_keep", on_click=use_data, args=(state, draft))
@@ -92,13 +86,13 @@ def _draft(state: State, draft: DataChoice) -> None:
 
 def problem_of_data(choices: Choices) -> str:
     """Return the reason why the hard data of a study cannot be used, or an empty text."""
-    return problem_in(lambda: data_of(choices))
+    return problem_in(lambda: resolve.data_of(choices))
 
 
 def thumbnail(state: State, longest: int) -> bytes:
     """Return the hard data of the study as a small picture."""
     choices = state.choices
-    data, image = data_of(choices), image_of(choices.image)
+    data, image = resolve.data_of(choices), resolve.image_of(choices.image)
     return _thumbnail(data, image, choices.grid, tuple(colours_of(state)), longest)
 
 
@@ -179,7 +173,7 @@ def _summary(choices: Choices, problem: str) -> str:
     choice = choices.data
     if choice.source == "none":
         return "none: unconditional"
-    n = "" if problem else f"{data_of(choices).n} data\n"
+    n = "" if problem else f"{resolve.data_of(choices).n} data\n"
     if choice.source == "file":
         return n + names_of_files(choice)
     if choice.source == "bundled":
@@ -198,8 +192,8 @@ def _menu(state: State) -> None:
     def switch(source: DataSource) -> None:
         choice = replace(current, source=source)
         if source == "placed" and not problem_of_data(state.choices):
-            wells = wells_of(state.choices)
-            choice = replace(choice, placed=data_of(state.choices), wells=wells)
+            wells = resolve.wells_of(state.choices)
+            choice = replace(choice, placed=resolve.data_of(state.choices), wells=wells)
         if source == "bundled" and choice.bundled not in bundled_data(state):
             choice = replace(choice, bundled=bundled_data(state)[0])
         use_data(state, choice)
@@ -254,7 +248,7 @@ def _report(state: State, current: DataChoice) -> None:
     """Show a preview of the data, and ask the open questions about the data."""
     tried = replace(state.choices, data=current)
     try:
-        report = imported_data(tried)
+        report = resolve.imported_data(tried)
     except CCWSIMError as error:
         if state.data_draft is None:  # this step already reports the problem of the study
             st.error(plain(str(error)))
@@ -319,8 +313,8 @@ def numbers(fit: DataFit) -> str:
 
 def draw_data_fit(state: State) -> None:
     """Draw the verdict in the study column if no run is in progress and the verdict is known."""
-    data, grid = data_of(state.choices), state.choices.grid
-    image = image_of(state.choices.image)
+    data, grid = resolve.data_of(state.choices), state.choices.grid
+    image = resolve.image_of(state.choices.image)
     if state.job is not None or not is_judged(data, grid):
         return
     worker = state.page(DataFitState).worker

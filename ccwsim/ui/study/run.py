@@ -24,18 +24,11 @@ from ccwsim.sharing.choices import Choices
 from ccwsim.system.log import reason
 from ccwsim.system.machine import n_cores
 from ccwsim.system.memory import format_bytes
+from ccwsim.ui.session import resolve
 from ccwsim.ui.session.address import go_to
 from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.progress import format_duration
-from ccwsim.ui.session.resolve import (
-    data_of,
-    image_of,
-    same_realizations,
-    secondary_of,
-    study_of,
-    what_decides,
-)
 from ccwsim.ui.session.state import PastRun, State
 from ccwsim.ui.study.changes import changes_between
 from ccwsim.ui.widgets.errors import problem_in
@@ -100,7 +93,7 @@ def problem_of(state: State) -> str:
     choices = state.choices
 
     def check() -> None:
-        n_data = study_of(choices).hard_data.n
+        n_data = resolve.study_of(choices).hard_data.n
         limits_of_environment().check(Demand(choices.grid.n_cells * choices.n_realizations, n_data))
 
     return problem_in(check)
@@ -160,7 +153,7 @@ def question_of(state: State) -> str:
 
 def estimated_seconds(choices: Choices) -> float:
     """Return the estimated seconds of a run that shares the cores with the runs of others."""
-    image, n_data = image_of(choices.image), data_of(choices).n
+    image, n_data = resolve.image_of(choices.image), resolve.data_of(choices).n
     sizes = image.shape, choices.grid.shape, image.n_facies, n_data
     each = typical_seconds(choices.parameters, *sizes, disorder=image.disorder)
     cores = n_cores() / (1 + server_queue().n_of_others)
@@ -170,13 +163,13 @@ def estimated_seconds(choices: Choices) -> float:
 def _is_changed(state: State) -> bool:
     """Return whether the study differs from the latest run, including a run that failed."""
     known = (state.job.about if state.job else state.ensemble_choices), state.last_attempt
-    return not any(study and same_realizations(study, state.choices) for study in known)
+    return not any(study and resolve.same_realizations(study, state.choices) for study in known)
 
 
 def is_current(state: State) -> bool:
     """Return whether the results belong to the present study."""
     simulated = state.ensemble_choices
-    return simulated is not None and same_realizations(simulated, state.choices)
+    return simulated is not None and resolve.same_realizations(simulated, state.choices)
 
 
 def take_names(state: State) -> None:
@@ -184,7 +177,7 @@ def take_names(state: State) -> None:
     if state.ensemble is None or state.ensemble_choices == state.choices or not is_current(state):
         return
     state.ensemble_choices = state.choices
-    state.ensemble = replace(state.ensemble, training_image=image_of(state.choices.image))
+    state.ensemble = replace(state.ensemble, training_image=resolve.image_of(state.choices.image))
 
 
 def _begun(state: State, simulate_range: SimulateRange, after: float) -> Job[Ensemble]:
@@ -192,8 +185,8 @@ def _begun(state: State, simulate_range: SimulateRange, after: float) -> Job[Ens
     choices, n = state.choices, state.choices.n_realizations
     state.realization_to_restore = state.shown
     waits_for_kernels = state.ensemble is None and not is_ready() and choices == Choices()
-    runs, image = shared_runs(), image_of(choices.image)
-    key = *what_decides(choices), image.name, image.facies_names  # the page shows the names
+    runs, image = shared_runs(), resolve.image_of(choices.image)
+    key = *resolve.what_decides(choices), image.name, image.facies_names  # the page shows the names
 
     if (kept := runs.kept(key)) is not None:
         return Job(lambda job: kept, choices, n=n)
@@ -279,7 +272,7 @@ def part_size(left: int, fits: float) -> int:
 def demand_of_run(state: State, copies: int = 1) -> Demand:
     """Return the resources for a run of the study whose results are in memory `copies` times."""
     choices = state.choices
-    return demand_of(study_of(choices), choices.n_realizations, copies=copies)
+    return demand_of(resolve.study_of(choices), choices.n_realizations, copies=copies)
 
 
 def stop_run(state: State) -> None:
@@ -291,8 +284,8 @@ def stop_run(state: State) -> None:
 
 def part_of(choices: Choices) -> SimulateRange:
     """Return a function f(first, n, progress, cancel) that simulates realizations of a study."""
-    image, data = image_of(choices.image), data_of(choices)
-    secondary = secondary_of(choices)
+    image, data = resolve.image_of(choices.image), resolve.data_of(choices)
+    secondary = resolve.secondary_of(choices)
 
     def simulate_range(first: int, n: int, progress: Progress, cancel: Cancel) -> Ensemble:
         executor = executor_of_environment()

@@ -23,29 +23,15 @@ from ccwsim.model.numbers import three_digits
 from ccwsim.report import verdicts
 from ccwsim.report.pictures import bundle_of_curves
 from ccwsim.ui.frontend.cells import CellMap, draw_cells
-from ccwsim.ui.results.charts import (
-    draw_band_key,
-    draw_chart,
-    draw_layers,
-    draw_rows,
-    judged_curves,
-    titled_chart,
-)
+from ccwsim.ui.results import charts
 from ccwsim.ui.session.file_names import study_part
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.diagnosis_panel import draw_diagnosis
 from ccwsim.ui.study.image_step import use_advice
 from ccwsim.ui.validate import statistics
 from ccwsim.ui.validate.slices import middle_layer, slice_of
+from ccwsim.ui.widgets import text
 from ccwsim.ui.widgets.fields import bound_to, download, field, options_of
-from ccwsim.ui.widgets.text import (
-    numbers_table,
-    page_text,
-    panel_title,
-    scrolled,
-    step_note,
-    verdict_html,
-)
 from ccwsim.ui.widgets.theme import chart_theme
 
 CURVE_HEIGHT = 190
@@ -62,7 +48,7 @@ MAX_USES = 100  # number of uses of a cell above which all cells have the same c
 
 def draw_curves_row(state: State, ensemble: Ensemble) -> None:
     """Draw variograms and connectivity; for volumes, add proportions of layers and new patterns."""
-    draw_band_key(ensemble)
+    charts.draw_band_key(ensemble)
     pairs = product(STATISTICS, axes_of(ensemble.grid.shape))  # variograms are first
     curves = [partial(draw_curve, state, ensemble, *pair) for pair in pairs]
     rows = [curves]
@@ -70,12 +56,12 @@ def draw_curves_row(state: State, ensemble: Ensemble) -> None:
         n = len(curves) // 2
         layers, unseen = (partial(draw, state, ensemble) for draw in (_draw_layers, _draw_unseen))
         rows = [[*curves[:n], layers], [*curves[n:], unseen]]
-    draw_rows(rows)
+    charts.draw_rows(rows)
 
 
 def _draw_layers(state: State, ensemble: Ensemble) -> None:
     k = state.facies
-    draw = partial(draw_layers, ensemble, k, height=CURVE_HEIGHT)
+    draw = partial(charts.draw_layers, ensemble, k, height=CURVE_HEIGHT)
     statistics.panel(state, "layers", statistics.layers(ensemble, k), draw)
 
 
@@ -86,11 +72,13 @@ def _draw_unseen(state: State, ensemble: Ensemble) -> None:
         strips = [("unseen", "of all patterns (%)", found.unseen)]
         if found.unseen_at_data is not None:
             strips.append(("unseen_at_data", "of patterns at hard data (%)", found.unseen_at_data))
-        panel_title("Unseen patterns", describe_unseen_of(found))
+        text.panel_title("Unseen patterns", describe_unseen_of(found))
         for key, title, shares in strips:
             strip = Strip(title, 100 * shares, np.nan)
             chart = figures.strip_chart(strip, chart_theme(), colour=chart_theme().ink)
-            draw_chart(chart, key, f"Patterns that the training image does not contain, {title}")
+            charts.draw_chart(
+                chart, key, f"Patterns that the training image does not contain, {title}"
+            )
 
     statistics.panel(state, "unseen", statistics.volume_patterns(ensemble), draw)
 
@@ -123,11 +111,11 @@ def draw_curve(
         y_range = (0, 1.04) if statistic == "connectivity" else (0, max(top, 1.05 * float(highest)))
         y_title = f"{verdicts.SIGNS[statistic]} of {name}"
         options: dict[str, Any] = {"y_range": y_range, "height": height}
-        options["judged"] = judged_curves(found.fit)
+        options["judged"] = charts.judged_curves(found.fit)
         chart = figures.curves_chart(bundle, chart_theme(), y_title=y_title, **options)
         note = verdicts.describe_curve(found.fit, statistic)
         alt = f"{title} of {name}: training image, realizations, median and 5–95 % band"
-        titled_chart(title, note, chart, key, alt)
+        charts.titled_chart(title, note, chart, key, alt)
 
     statistics.panel(state, key, statistics.curves(ensemble, statistic, state.facies, way), draw)
 
@@ -144,7 +132,7 @@ def draw_directions(state: State, ensemble: Ensemble, colours: Sequence[str]) ->
         with column:
             draw_curve(state, ensemble, statistic, azimuth, height=220)
     if ensemble.grid.nz is not None:
-        step_note("Directions are horizontal. Variogram maps are drawn only for maps.")
+        text.step_note("Directions are horizontal. Variogram maps are drawn only for maps.")
         return
     name = ensemble.training_image.facies_names[state.facies]
     task = statistics.lag_maps(ensemble, state.facies)
@@ -167,7 +155,7 @@ def _draw_lag_maps(found: statistics.LagMaps, name: str, azimuth: float) -> None
         with column:
             chart = figures.lag_map_chart(found.lags, values, chart_theme(), **options)
             alt = f"{title}: variogram map of {name}, lags east and north"
-            titled_chart(title, note, chart, key, alt)
+            charts.titled_chart(title, note, chart, key, alt)
 
 
 def draw_transitions(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
@@ -192,11 +180,11 @@ def draw_transitions(state: State, ensemble: Ensemble, colours: Sequence[str]) -
         )
         note = "probability of the second facies at a lag from a cell of the first facies"
         alt = "Transition probabilities between facies against the lag"
-        titled_chart("Transiograms", note, chart, "transiograms", alt)
+        charts.titled_chart("Transiograms", note, chart, "transiograms", alt)
 
     statistics.panel(state, "transitions", statistics.transitions(ensemble, page_state.along), draw)
     if n > MAX_HEADS:
-        step_note(f"Only the first {MAX_HEADS} of {n} facies are shown.")
+        text.step_note(f"Only the first {MAX_HEADS} of {n} facies are shown.")
 
 
 def draw_geobodies(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
@@ -210,7 +198,7 @@ def draw_geobodies(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
         )
         note = verdicts.describe_proportion(ensemble, k)
         alt = "Facies proportions of each realization and of the training image"
-        titled_chart("Facies proportions", note, chart, "proportions", alt)
+        charts.titled_chart("Facies proportions", note, chart, "proportions", alt)
 
     def draw_strips(found: statistics.GeobodiesCompared) -> None:
         columns = st.columns(2, gap="large") + st.columns(2, gap="large")
@@ -218,10 +206,10 @@ def draw_geobodies(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
             with column:
                 chart = figures.strip_chart(strip, chart_theme(), colour=colours[k])
                 alt = f"{title} of {names[k]}: {strip.title}"
-                titled_chart(title, f"of {names[k]}", chart, key, alt)
-        step_note(describe_percolation(found, names[k]))
+                charts.titled_chart(title, f"of {names[k]}", chart, key, alt)
+        text.step_note(describe_percolation(found, names[k]))
         for verdict in verdicts.describe_geobodies(found.fit, names[k]):
-            st.html(f'<p class="note">{verdict_html(verdict)}</p>')
+            st.html(f'<p class="note">{text.verdict_html(verdict)}</p>')
 
     is_volume, page_state = ensemble.grid.nz is not None, state.page(statistics.Validation)
     task = statistics.geobodies(ensemble, k, page_state.neighbours if is_volume else None)
@@ -242,10 +230,10 @@ def _draw_sizes(found: statistics.GeobodiesCompared, name: str) -> None:
     chart = figures.geobody_sizes_chart(sizes_of(found), chart_theme(), y_title="share")
     alt = f"Share of {name} in geobodies of at least this size"
     note = f"share of {name} in geobodies of this size or larger"
-    titled_chart("Sizes of geobodies", note, chart, "sizes", alt)
+    charts.titled_chart("Sizes of geobodies", note, chart, "sizes", alt)
     if found.n_cells != found.n_cells_reference:
         numbers = {"image": f"{found.n_cells_reference:,}", "grid": f"{found.n_cells:,}"}
-        step_note(page_text("Sizes of geobodies", **numbers))
+        text.step_note(text.page_text("Sizes of geobodies", **numbers))
 
 
 def sizes_of(found: statistics.GeobodiesCompared) -> Bundle:
@@ -289,7 +277,7 @@ def describe_percolation(found: statistics.GeobodiesCompared, name: str) -> str:
     own = [way for way, (_, of_image) in ways.items() if of_image[0]]
     of_image = f"in the training image {listing(own)}" if own else "not in the training image"
     values = {"name": f"{name[:1].upper()}{name[1:]}", "counts": counts, "image": of_image}
-    return page_text("Percolation", n=n, touching=touching, **values)
+    return text.page_text("Percolation", n=n, touching=touching, **values)
 
 
 def draw_measures(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
@@ -298,15 +286,17 @@ def draw_measures(state: State, ensemble: Ensemble, colours: Sequence[str]) -> N
 
     def draw(found: Measured) -> None:
         n = len(found.each)
-        panel_title(f"Measures of {name}", f"{'first ' if n < ensemble.n else ''}{n} realizations")
+        text.panel_title(
+            f"Measures of {name}", f"{'first ' if n < ensemble.n else ''}{n} realizations"
+        )
         rows = []
         for row in verdicts.describe_measures(found):
             title = f'<span title="{escape(row.definition)}">{escape(row.title)}</span>'
             verdict = f'<span class="{"fact" if row.good else "fact odd"}">{row.verdict}</span>'
             rows.append([title, row.image, row.realizations, verdict])
-        table = numbers_table(rows, verdicts.MEASURES_HEAD, "measures")
-        st.html(scrolled(table, f"Measures of {name}"))
-        step_note(verdicts.HOW_MEASURED)
+        table = text.numbers_table(rows, verdicts.MEASURES_HEAD, "measures")
+        st.html(text.scrolled(table, f"Measures of {name}"))
+        text.step_note(verdicts.HOW_MEASURED)
         content, file = partial(measures_csv, found), f"{study_part(ensemble)}_measures.csv"
         download("Measures as CSV", content, file, key="download_measures", width="content")
 
@@ -326,8 +316,8 @@ def draw_flow(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
                 chart = figures.strip_chart(strip, chart_theme(), colour=colours[k])
                 verdict = verdicts.describe_flow(found, axis)
                 key, alt = f"flow_{axis}", f"Flow efficiency {way} of {name}"
-                titled_chart(f"Flow efficiency {way}", verdict, chart, key, alt)
-        step_note(page_text("Flow efficiency"))
+                charts.titled_chart(f"Flow efficiency {way}", verdict, chart, key, alt)
+        text.step_note(text.page_text("Flow efficiency"))
 
     statistics.panel(state, "flow", statistics.flow_fit(ensemble, k), draw)
 
@@ -355,11 +345,11 @@ def draw_patterns(state: State, ensemble: Ensemble, colours: Sequence[str]) -> N
 
 def _draw_distances(found: statistics.PatternsCompared) -> None:
     """Draw the pattern distances of realizations, and of crops, from the training image."""
-    panel_title("Distance from the training image", "Jensen–Shannon divergence, bits")
+    text.panel_title("Distance from the training image", "Jensen–Shannon divergence, bits")
     for verdict in verdicts.describe_patterns(found.fit):
-        st.html(f"<p>{verdict_html(verdict, 'fact')}</p>")
+        st.html(f"<p>{text.verdict_html(verdict, 'fact')}</p>")
     if found.fit is not None:
-        step_note(page_text("Pieces and crops", size=verdicts.size_text(found.fit)))
+        text.step_note(text.page_text("Pieces and crops", size=verdicts.size_text(found.fit)))
 
 
 def _draw_anodi(found: Anodi, n_axes: int) -> None:
@@ -370,16 +360,16 @@ def _draw_anodi(found: Anodi, n_axes: int) -> None:
         note = "" if np.isnan(ratio) else f"between / within = {three_digits(ratio)}"
         chart = figures.divergence_chart(found.factors, between, within, chart_theme())
         alt = "Divergence between realizations, and from the training image, by resolution"
-        titled_chart("Distance of patterns", note, chart, "anodi", alt)
+        charts.titled_chart("Distance of patterns", note, chart, "anodi", alt)
     with right:
         rows = [
             ["full" if factor == 1 else f"1 / {factor}", *(three_digits(v) for v in values)]
             for factor, *values in zip(found.factors, between, within, ratios, strict=True)
         ]
-        st.html(numbers_table(rows, ("resolution", "between", "within", "ratio")))
+        st.html(text.numbers_table(rows, ("resolution", "between", "within", "ratio")))
         size = describe_shape((found.pattern_size,) * n_axes)
         weights = ", ".join(three_digits(w) for w in found.weights)
-        step_note(page_text("ANODI", size=size, weights=weights))
+        text.step_note(text.page_text("ANODI", size=size, weights=weights))
 
 
 def draw_copying(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
@@ -391,22 +381,22 @@ def draw_copying(state: State, ensemble: Ensemble, colours: Sequence[str]) -> No
         here, of_image = slice_of(state, ensemble), middle_layer(ensemble.training_image.shape)
         with left:
             share = three_digits(100 * found.seams.mean())
-            panel_title("Seams", f"{share} % of the cells are at a seam{here.words}")
+            text.panel_title("Seams", f"{share} % of the cells are at a seam{here.words}")
             seams = found.seams if here.axis is None else found.seams_within(here.axis)
             cut = replace(found, seams=here.of(seams))
             shown = seam_map(cut, here.ensemble(ensemble), r, colours, chart_theme().reference)
             draw_cells(shown, "seams", link="grid", name="seams", max_height=COPYING_HEIGHT)
         with middle:
             note = f"uses of each cell of the training image{of_image.words}"
-            panel_title("Source of the cells", note)
+            text.panel_title("Source of the cells", note)
             uses = use_map(replace(found, uses=of_image.of(found.uses)))
             draw_cells(uses, "uses", name="uses", max_height=COPYING_HEIGHT)
         with right:
-            panel_title("Copy meter", f"realization {ensemble.numbers[r] + 1}")
-            st.html(numbers_table(meter_of(found)))
-            step_note(page_text("Copy meter"))
+            text.panel_title("Copy meter", f"realization {ensemble.numbers[r] + 1}")
+            st.html(text.numbers_table(meter_of(found)))
+            text.step_note(text.page_text("Copy meter"))
             if here.axis is not None:
-                step_note("The share of seams refers to the volume; the map shows a slice.")
+                text.step_note("The share of seams refers to the volume; the map shows a slice.")
 
     statistics.panel(state, "reuse", statistics.copied(ensemble, r), draw)
 

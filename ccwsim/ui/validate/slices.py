@@ -67,11 +67,10 @@ class ShownSlice:
 
     def wells(self, wells: CellsOfWells) -> CellsOfWells:
         """Return the named wells with cells in this slice, with their cells in its map."""
-        if self.axis is None:
+        if (k := self.axis) is None:
             return wells
-        before, after = slice(self.axis), slice(self.axis + 1, None)
         found = [
-            (name, tuple((*c[before], *c[after]) for c in path if c[self.axis] == self.at))
+            (name, tuple((*c[:k], *c[k + 1 :]) for c in path if c[k] == self.at))
             for name, path in wells
         ]
         return tuple((name, path) for name, path in found if path)
