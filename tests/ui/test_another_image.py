@@ -64,7 +64,7 @@ def test_the_uncertainty_map_calls_facies_as_the_results_do():
     named(app.button, "run").click().run()
     names = settled(app).session_state[KEY].ensemble.training_image.facies_names
     menu = named(app.selectbox, "e_type")
-    assert menu.options[: len(names)] == [f"probability of {name}" for name in names]
+    assert menu.options[: len(names)] == [f"{name} in the realization" for name in names]
     # a menu keeps its first name in the browser, so a new name needs a new menu
     assert menu.id != before.id
 

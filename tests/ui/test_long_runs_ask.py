@@ -168,7 +168,7 @@ def test_an_image_without_structure_lengthens_the_estimate(monkeypatch):
     assert (noise.disorder > 0.9, blocks.disorder) == (True, 0.0)
     seconds = []
     for image in (noise, blocks):
-        monkeypatch.setattr(run, "image_of", lambda _, image=image: image)
+        monkeypatch.setattr(run.resolve, "image_of", lambda _, image=image: image)
         seconds.append(estimated_seconds(LONG))
     assert seconds[0] > 2 * seconds[1]
 
