@@ -197,3 +197,22 @@ def test_on_a_phone_the_history_scrolls_in_its_own_row(page):
     soon(starts_in_view)
     soon(brings_the_last_into_view)
     page.set_viewport_size(size)
+
+
+def test_a_source_of_data_that_is_chosen_while_live_stays(desktop, address):
+    page = desktop.new_page()
+    page.goto(f"{address}/simulate")
+    page.wait_for_selector(".st-key-map_e_type canvas", timeout=SLOW)
+    switch_on(page, "live")
+    menu(page, "data_row")  # the menu also draws the list of surveys, with its present value
+    choose(page, "data_source", "none")
+    close_menu(page)
+    fill(page, "grid_nx", SIDE)
+
+    def stays() -> None:
+        assert f"grid={SIDE}x" in page.url
+        assert "data=none" in page.url
+        assert "none: unconditional" in page.locator(".st-key-data_row").inner_text()
+
+    soon(stays)
+    page.close()

@@ -53,12 +53,13 @@ def field(
     name = key + " " * version
 
     def changed() -> None:
-        new = st.session_state[name]
-        replaced = _versions()[key][0] != version
+        new, (now, *start, latest) = st.session_state[name], _versions()[key]
         chosen = new if isinstance(new, list) else [new]
-        offered = options.get("options", chosen)
-        own = options.get("accept_new_options")
-        if not replaced and new is not None and (own or all(one in offered for one in chosen)):
+        offered = chosen if options.get("accept_new_options") else options.get("options", chosen)
+        # a browser may send a value that it was told, as if the user had chosen it
+        is_new = now == version and new not in (None, latest)
+        if is_new and all(one in offered for one in chosen):
+            _versions()[key] = now, *start, new
             write(new)
 
     options = starting_at(widget, value, within(value, options))
@@ -79,15 +80,15 @@ def _version(key: str, value: Any, labels: tuple[str, ...]) -> int:
     stale browser values are dropped. The version also changes when labels change. Keys of new
     versions end in more spaces, so their CSS class is the same.
     """
-    version, start, called = _versions().get(key, (0, value, labels))
+    version, start, called, _ = _versions().get(key, (0, value, labels, value))
     if called != labels or st.session_state.get(key + " " * version, start) != value:
         version, start = (version + 1) % MAX_VERSIONS, value
-    _versions()[key] = version, start, labels
+    _versions()[key] = version, start, labels, value
     return version
 
 
-def _versions() -> dict[str, tuple[int, Any, tuple[str, ...]]]:
-    """Return the version, value and labels of each widget of the session."""
+def _versions() -> dict[str, tuple[Any, ...]]:
+    """Return the version, first value, labels and latest value of each widget of the session."""
     return st.session_state.setdefault("field_versions", {})
 
 
