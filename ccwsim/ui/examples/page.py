@@ -240,11 +240,9 @@ def _drawn(example: Example, choices: Choices, theme: Theme) -> tuple[CardPictur
     image, data = image_of(choices.image), data_of(choices)
     colours = facies_colours(image)
     few = set(example.shows) <= SINGLE or example.others
+    n, secondary = 2 if few else N_TOGETHER, secondary_of(choices)
     ensembles = [
-        simulate(
-            *(image, choices.grid, p, data, 2 if few else N_TOGETHER, choices.seed),
-            secondary=secondary_of(choices),
-        )
+        simulate(image, choices.grid, p, data, n, choices.seed, secondary=secondary)
         for p in example.settings
     ]
     first = example.shows[0]
