@@ -40,7 +40,7 @@ def test_a_report_draws_itself_without_a_network(chromium, tmp_path, width):
 
 
 @pytest.mark.slow
-def test_the_answers_of_the_lecture_are_on_the_last_page_of_a4(chromium, tmp_path):
+def test_the_answers_of_the_lecture_begin_on_a_new_page_of_a4(chromium, tmp_path):
     sheet, sizes = lecture_sheet("http://localhost:8501/examples"), []
     for name, printed in (("all", sheet), ("tasks", replace(sheet, sections=sheet.sections[:-1]))):
         path = tmp_path / f"{name}.html"
@@ -51,4 +51,4 @@ def test_the_answers_of_the_lecture_are_on_the_last_page_of_a4(chromium, tmp_pat
         assert set(re.findall(rb"MediaBox \[0 0 (\d+)\.\d+ (\d+)", pdf)) == {(b"594", b"841")}
         sizes.append(len(re.findall(rb"/Type /Page\b", pdf)))
         page.close()
-    assert sizes[0] == sizes[1] + 1
+    assert sizes[0] > sizes[1]

@@ -111,7 +111,7 @@ def lecture_sheet(page: str) -> Document:
     return Document(
         f"A lecture of {sum(part.minutes for part in PARTS)} minutes on CCWSIM",
         (*sections, Section("Answers", answers, on_new_page=True)),
-        "Write down what you predict before you open a study. The answers are on the last page.",
+        "Write down what you predict before you open a study. The answers are on the last pages.",
     )
 
 

@@ -52,7 +52,7 @@ MAX_PIXELS = 600
 N_LAGS = 80
 N_SOLVED, N_PARTICLES = 5, 100  # realizations through which flow is solved, and particles in each
 SINGLE = {"realization", "second", "data", "layer", "section"}  # pictures of one realization each
-SHEET_HELP = "The lecture as an HTML file to print: tasks with links, and answers on the last page."
+SHEET_HELP = "The lecture as an HTML file to print: tasks with links, and then the answers."
 
 
 def draw_examples(state: State) -> None:
