@@ -29,6 +29,7 @@ from ccwsim.ui.study.guides_step import problem_of_guides, use_guides
 from ccwsim.ui.study.run import collect, start_run
 from ccwsim.ui.validate.statistics import Validation
 from tests.ui.widgets import html, named, opened
+from tests.waiting import wait_until
 
 GRID = Grid(60, 80)
 STUDY = Choices(data=DataChoice(), grid=GRID, parameters=Parameters(16, 4, 1), n_realizations=4)
@@ -196,5 +197,6 @@ def test_validate_shows_the_given_map_and_its_reliability():
     assert e is not None
     assert e.secondary is not None
     mean = e.secondary.probabilities[1][e.active].mean()
-    assert f"given {100 * mean:.1f} %" in html(app)
+    given = f"given {100 * mean:.1f} %"
+    wait_until(lambda: given in html(app.run()), "the headline", every=0.1)
     assert "Match proportions" not in html(app)
