@@ -292,7 +292,7 @@ CALLS = {**IMAGES, **OTHERS, **FREE}
 def arguments(module: ModuleType) -> set[str]:
     """Return the names of arguments that may be arrays of integers, according to annotations."""
     found = set()
-    for name in module.__all__:
+    for name in getattr(module, "__all__", vars(module)):
         own = getattr(module, name)
         functions = {name: own} if inspect.isfunction(own) else {}
         if own in CLASSES:
