@@ -1,4 +1,20 @@
-"""Read and write files: training images, hard data, realizations, parameters."""
+"""Read and write files: training images, hard data, realizations, parameters.
+
+Arguments shared by several functions are explained only here:
+
+- `path_or_file`: a path or a binary file. The format of a file is detected from its content, not
+  from its name. A path is written completely or not at all.
+- `format`: the format to write; by default the ending of the path. A file object needs it.
+- `grid`: a `Grid`, or (rows, columns) or (layers, rows, columns) of cells of size 1 from (0, 0).
+- `training_image`: defines the known facies and their names.
+- `grid_shape`: shape of the simulation grid, (ny, nx) or (nz, ny, nx).
+- `colours`: the colours of a PNG, one `#rrggbb` per facies.
+- `columns`: names of columns, which are guessed by default.
+- `n_rows`: the number of rows to show, at least 1.
+
+Row 0 of an array is in the south, and layer 0 at the bottom. Functions raise `CCWSIMError`, with
+line numbers if there are any, for files that cannot be read or written, and data that do not fit.
+"""
 
 from ccwsim.io.flow_models import flopy_as_zip as flopy_as_zip
 from ccwsim.io.flow_models import grdecl_files as grdecl_files

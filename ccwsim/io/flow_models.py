@@ -70,26 +70,12 @@ def write_grdecl(
 ) -> list[Path]:
     """Write the grid once, and facies and permeability of each realization, for Eclipse or OPM.
 
-    Raises `CCWSIMError` for a facies without a value, an unknown unit, or a path that cannot be
-    written.
+    The path, which ends in `.grdecl`, is that of the geometry. Realization 1 is in `…_1.inc` beside
+    it, with the keywords FACIES, PERMX, PERMY and PERMZ in millidarcy, and so on; the paths of all
+    files are returned. `values` has the hydraulic conductivity of each facies, by name or code, in
+    the `unit` "m/s", "m/d" or "mD"; `anisotropy` is PERMZ / PERMX. Raises `CCWSIMError` for a
+    facies without a value, or an unknown unit.
 
-    Parameters
-    ----------
-    path : path
-        File of the geometry, ending in `.grdecl`. Realization 1 is in `…_1.inc` beside it, with the
-        keywords FACIES, PERMX, PERMY and PERMZ in millidarcy, and so on.
-    ensemble : Ensemble
-    values : mapping
-        Hydraulic conductivity of each facies, by name or code.
-    unit : {"m/s", "m/d", "mD"}
-        Unit of the values.
-    anisotropy : float
-        PERMZ / PERMX.
-
-    Returns
-    -------
-    list of Path
-        The files written.
     Examples
     --------
     >>> from ccwsim import simulate
@@ -131,15 +117,13 @@ def to_flopy(
 
     Parameters
     ----------
-    ensemble : Ensemble
     values : mapping
         Hydraulic conductivity of each facies, by name or code.
     workspace : path
         Folder of the model; created if it does not exist.
-    realization : int
-        Index of the realization.
     unit : {"m/s", "m/d"}
         Unit of the conductivities, which sets the unit of time of the model.
+
     Examples
     --------
     >>> from ccwsim import simulate

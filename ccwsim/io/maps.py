@@ -50,23 +50,11 @@ def write_maps(
 ) -> None:
     """Write maps or volumes of a grid to a file, with cell size and origin in world units.
 
-    Raises `CCWSIMError` for an unknown format, a wrong shape, a missing package, or a path that
-    cannot be written.
-
-    Parameters
-    ----------
-    path_or_file : str, Path or binary file
-        A path is written completely or not at all; a file object needs `format`.
-    maps : mapping of str to array_like, shape of the grid
-        Values (real numbers or integers) by map name, row 0 at the south, layer 0 at the bottom. An
-        example is `metrics.etype(e).maps` for an ensemble e.
-    grid : Grid
-        The grid of the maps; its cell size and origin are in world units.
-    format : str, optional
-        One of `MAP_FORMATS`; by default, the ending of the path. `npz` has one array per map and
-        arrays `cell_size`, `origin` and `crs`. `gslib`, `sgems` and `dat` have one column per map,
-        and `grdecl` one keyword, with 6 decimals. `vti` has one array of cell data per map, `tif`
-        one band per map, north up (needs rasterio), and `nc` one variable per map (needs xarray).
+    `maps` has real numbers or integers, shape of the grid, by the name of the map, such as
+    `metrics.etype(e).maps` for an ensemble e. Of `MAP_FORMATS`, `npz` has one array per map and
+    arrays `cell_size`, `origin` and `crs`. `gslib`, `sgems` and `dat` have one column per map, and
+    `grdecl` one keyword, with 6 decimals. `vti` has one array of cell data per map, `tif` one band
+    per map, north up (needs rasterio), and `nc` one variable per map (needs xarray).
 
     Examples
     --------

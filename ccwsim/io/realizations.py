@@ -43,20 +43,7 @@ def write_realizations(
     format: str | None = None,
     colours: Sequence[str] | None = None,
 ) -> None:
-    """Write realizations to a file.
-
-    Raises `CCWSIMError` for an unknown format, a missing package, or a path that cannot be written.
-
-    Parameters
-    ----------
-    path_or_file : str, Path or binary file
-        A path is written completely or not at all; a file object needs `format`.
-    ensemble : Ensemble
-        The realizations.
-    format : str, optional
-        One of `FORMATS`; by default, the ending of the path.
-    colours : sequence of str, optional
-        Colours for PNG, one `#rrggbb` per facies.
+    """Write realizations to a file in one of `FORMATS`.
 
     Examples
     --------
@@ -86,7 +73,7 @@ def realizations_as_bytes(
     (needs rasterio). `nc` is `Ensemble.to_xarray` as a file (needs xarray).
     `png` is one map or a contact sheet, north up. `tif` and `png` cannot contain volumes.
 
-    Raises `CCWSIMError` for an unknown format, no realizations, or too many realizations for a PNG.
+    Raises `CCWSIMError` for no realizations, or too many for a PNG.
 
     Examples
     --------
@@ -129,8 +116,7 @@ def read_realizations(
 ) -> Ensemble:
     """Return the realizations of a file.
 
-    Raises `CCWSIMError` if the file is broken, is too large, has no realizations, or has facies
-    that the training image lacks.
+    Raises `CCWSIMError` if the file has no realizations, or facies that the training image lacks.
 
     Parameters
     ----------

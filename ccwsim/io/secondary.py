@@ -33,24 +33,12 @@ def read_probabilities(
 ) -> dict[str | int, NDArray[np.float64]]:
     """Read probabilities of facies for `Secondary(probabilities=...)`.
 
-    Raises `CCWSIMError` if the file cannot be read, or if its shape, geometry or names of variables
-    do not fit.
+    The file is a grid in any format, or a table with the centres of the cells, with a variable
+    `P_<name or code of the facies>` for each facies; or for a volume a vertical curve: a table with
+    a column `z` or `layer` and one row for each layer. The only variable of a file belongs to
+    `facies`, whatever its name. The arrays have the shape of the simulation grid, or (nz,) for a
+    vertical curve, and NaN in cells without a value.
 
-    Parameters
-    ----------
-    path_or_file : str, Path or binary file
-        A grid in any format, or a table with the centres of the cells, with a variable
-        `P_<name or code of the facies>` for each facies; or for a volume a vertical curve: a table
-        with a column `z` or `layer` and one row for each layer.
-    grid : Grid
-        The grid of the simulation.
-    facies : str or int, optional
-        Facies to which the only variable of a file belongs, whatever its name.
-
-    Returns
-    -------
-    dict of str or int to ndarray, shape of the grid, or (nz,) for a vertical curve
-        NaN in cells without a value.
     Examples
     --------
     >>> from io import BytesIO
@@ -72,7 +60,7 @@ def read_probabilities(
 def read_values(path_or_file: PathOrFile, grid: Grid) -> NDArray[np.float64]:
     """Read the only variable of a grid, such as an auxiliary variable; the shape is that of `grid`.
 
-    Cells without a value are NaN. Raises `CCWSIMError` as `read_probabilities` does.
+    Cells without a value are NaN.
 
     Examples
     --------

@@ -54,13 +54,10 @@ def read_training_image(
     ESRI ASCII grids, tables and matrices in text, VTK ImageData, and NumPy and MATLAB files.
 
     Cells without a value are unknown (`TrainingImage.known`), and a warning gives their number;
-    `crop` can cut out a piece without gaps. Raises `CCWSIMError` if the file cannot be read; a
-    missing argument is named in the message.
+    `crop` can cut out a piece without gaps. An error names the argument that is missing.
 
     Parameters
     ----------
-    path_or_file : str, Path or binary file
-        The format is detected from the content, not from the name.
     variable : str, optional
         Name of the variable or array; not needed if a file has only one variable or one named `ti`.
     up : bool, optional
@@ -144,15 +141,8 @@ def _filled(codes: NDArray[np.int64], known: NDArray[np.bool_]) -> NDArray[np.in
 def read_colours(path_or_file: PathOrFile, **answers: Any) -> dict[int, str]:
     """Return the colour of each facies in a picture; for other files, return an empty dict.
 
-    Parameters
-    ----------
-    path_or_file, **answers
-        Parameters of `read_training_image`; the errors are the same.
-
-    Returns
-    -------
-    dict of int to str
-        For each facies code, the median colour of its pixels, `#rrggbb`; empty for grey pictures.
+    Answers are arguments of `read_training_image`. The colour of a facies code is the median colour
+    of its pixels, `#rrggbb`. The dict is empty for grey pictures.
 
     Examples
     --------
@@ -172,16 +162,9 @@ def read_colours(path_or_file: PathOrFile, **answers: Any) -> dict[int, str]:
 def read_geometry(path_or_file: PathOrFile, **answers: Any) -> Grid | None:
     """Return the grid of a training image in world coordinates; None if the file does not have it.
 
-    Parameters
-    ----------
-    path_or_file, **answers
-        Parameters of `read_training_image`; the errors are the same.
-
-    Returns
-    -------
-    Grid or None
-        Shape, cell size, origin and coordinate system of the image that `read_training_image`
-        returns. None for pictures, vertical sections and files without cell size.
+    The grid has the shape, cell size, origin and coordinate system of the image that
+    `read_training_image` returns with these answers. It is None for pictures, vertical sections and
+    files without cell size.
 
     Examples
     --------
@@ -214,15 +197,8 @@ def _read(
 def read_grid(path_or_file: PathOrFile, **answers: Any) -> NDArray[np.float64]:
     """Return the values of a grid before conversion to facies; for a picture, the grey values.
 
-    Parameters
-    ----------
-    path_or_file, **answers
-        Parameters of `read_training_image` that select cells; the errors are the same.
-
-    Returns
-    -------
-    ndarray, shape (ny, nx) or, for a volume, (nz, ny, nx)
-        Row 0 at the south, layer 0 at the bottom, NaN in unknown cells.
+    Answers are arguments of `read_training_image` that select cells. The result has the shape
+    (ny, nx) or, for a volume, (nz, ny, nx), with NaN in unknown cells.
 
     Examples
     --------
@@ -246,19 +222,8 @@ def write_training_image(
 ) -> None:
     """Write a training image as `npy`, `sgems` (also `gslib`, `dat`), `grdecl` or `png`.
 
-    Raises `CCWSIMError` for an unknown format, or a path that cannot be written.
-
-    Parameters
-    ----------
-    path_or_file : str, Path or binary file
-        A path is written completely or not at all; a file object needs `format`.
-    training_image : TrainingImage
-        Only maps can be written as PNG. In a PNG, codes from 0 to 254 are indices of the palette;
-        if a code is outside this range, all codes are renumbered from 0.
-    format : str, optional
-        The format; by default, the ending of the path.
-    colours : sequence of str, optional
-        One `#rrggbb` per facies.
+    Only maps can be written as PNG. In a PNG, codes from 0 to 254 are indices of the palette; if a
+    code is outside this range, all codes are renumbered from 0.
 
     Examples
     --------
@@ -329,13 +294,8 @@ def guess_answers(
 ) -> tuple[dict[str, Any], tuple[str, ...]]:
     """Guess the arguments needed to read a file as a training image, and list open questions.
 
-    Raises `CCWSIMError` for a file that cannot be opened, or answers that do not fit the file.
-
-    Parameters
-    ----------
-    path_or_file : str, Path or binary file
-    answers : mapping, optional
-        Known arguments of `read_training_image`, which are returned unchanged.
+    `answers` has known arguments of `read_training_image`, which are returned unchanged. Raises
+    `CCWSIMError` for answers that do not fit the file.
 
     Returns
     -------

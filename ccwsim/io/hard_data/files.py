@@ -24,22 +24,10 @@ def import_hard_data(
 ) -> HardDataImport:
     """Read hard data from a file and return them with a report of the import.
 
-    Raises `CCWSIMError` for a file that cannot be read, or data that do not fit.
-
-    Parameters
-    ----------
-    path_or_file : str, Path, binary file or table
-        As in `read_points`. A table in memory is a DataFrame, a dict of columns, or a structured
-        array.
-    grid : Grid, pair or triple of int, optional
-        A pair is (rows, columns) and a triple is (layers, rows, columns); cells then have size 1,
-        and the origin is (0, 0). In a volume, an interval in a well gives a datum in each cell
-        whose centre is in the interval.
-    training_image : TrainingImage, optional
-        Defines the known facies and their names.
-    **options
-        Fields of `PointColumns`, such as `x="Easting"`, and of `Conversion`, such as
-        `on_outside="drop"`.
+    Files are those of `read_points`, and tables in memory: a DataFrame, a dict of columns, or a
+    structured array. In a volume, an interval in a well gives a datum in each cell whose centre is
+    in the interval. Options are fields of `PointColumns`, such as `x="Easting"`, and of
+    `Conversion`, such as `on_outside="drop"`.
 
     Examples
     --------
@@ -63,8 +51,7 @@ def read_hard_data(
 ) -> HardData:
     """Read hard data from a file, without the report of `import_hard_data`.
 
-    Parameters and errors are the same as in `import_hard_data`. Options are fields of
-    `PointColumns` (`x`, `y`, `facies`, `z`, …) and of `Conversion` (`facies_names`, …).
+    Options are those of `import_hard_data`.
 
     Examples
     --------
@@ -81,19 +68,9 @@ FORMATS = ("csv", "gslib", "dat")
 def write_hard_data(
     path_or_file: Any, hard_data: HardData, grid: Grid | None = None, *, format: str | None = None
 ) -> None:
-    """Write hard data as points at the centres of their cells.
+    """Write hard data as `csv`, `gslib` or `dat`: points at the centres of their cells.
 
-    Raises the errors of `hard_data_as_bytes`, and `CCWSIMError` if a path cannot be written.
-
-    Parameters
-    ----------
-    path_or_file : path or binary file
-        A path is written completely or not at all.
-    hard_data : HardData
-    grid : Grid, optional
-        Defines cell size and origin. By default, cells have size 1 and the origin is (0, 0).
-    format : "csv", "gslib" or "dat", optional
-        The format; by default, the ending of the path.
+    By default, cells have size 1 and the origin is (0, 0).
 
     Examples
     --------
@@ -111,9 +88,8 @@ def hard_data_as_bytes(hard_data: HardData, format: str, grid: Grid | None = Non
     """Return the file content that `write_hard_data` writes, for a download.
 
     `csv` has the columns x, y, facies (for volumes x, y, z, facies). `gslib` and `dat` have x, y, z
-    (0 for maps) and facies in a Geo-EAS table, the format of point sets in SGeMS and GSLIB.
-
-    Raises `CCWSIMError` for an unknown format, or if there are no data.
+    (0 for maps) and facies in a Geo-EAS table, the format of point sets in SGeMS and GSLIB. Raises
+    `CCWSIMError` if there are no data.
 
     Examples
     --------

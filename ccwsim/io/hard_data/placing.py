@@ -142,18 +142,9 @@ def place_points(
 ) -> PlacedPoints:
     """Place imported points in the cells of a grid and find the problems with them.
 
-    Raises `CCWSIMError` for cells that are not integers, or values that are not facies codes.
-
-    Parameters
-    ----------
-    points : ImportedPoints
-        The result of `read_points` or `read_well_points`.
-    grid : Grid, optional
-        By default, cells have size 1, the origin is (0, 0), and there are no upper bounds.
-    training_image : TrainingImage, optional
-        Defines the known facies and their names; upper and lower case are not distinguished.
-    conversion : Conversion
-        Options for converting values to facies.
+    `points` is the result of `read_points` or `read_well_points`. Without a grid, there are no
+    upper bounds. Names of facies may be in upper or lower case. Raises `CCWSIMError` for cells that
+    are not integers, or values that are not facies codes.
 
     Examples
     --------
@@ -204,15 +195,9 @@ def fit_grid(
     """Return a grid that contains all points of a file, except those that are far away.
 
     Far away are points in world coordinates that are farther from the others than the extent of the
-    others, as in `far_away`. Raises the errors of `Grid.fit`.
-
-    Parameters
-    ----------
-    points : ImportedPoints
-        The result of `read_points`. If points have (layer,) row and column, the maximum indices
-        define the grid. If the file is a grid with gaps, this grid is returned.
-    shape, cell_size
-        As in `Grid.fit`, for points in world coordinates.
+    others, as in `far_away`. If points have (layer,) row and column, the maximum indices define
+    the grid. If the file is a grid with gaps, this grid is returned. `shape` and `cell_size` of
+    points in world coordinates, and errors, are those of `Grid.fit`.
 
     Examples
     --------
@@ -375,13 +360,6 @@ def resolve_points(placed: PlacedPoints, conversion: Conversion = STRICT) -> Har
     """Return hard data, with conflicts resolved by the options of the conversion.
 
     Raises one `CCWSIMError`, with line numbers, for all conflicts whose option is "error".
-
-    Parameters
-    ----------
-    placed : PlacedPoints
-        The result of `place_points`.
-    conversion : Conversion
-        Options for data that do not fit.
 
     Examples
     --------

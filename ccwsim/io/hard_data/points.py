@@ -176,17 +176,8 @@ def read_points(
     text of three unnamed columns is read as a list of data, unless it has the size of the grid. The
     columns are row, col, facies in an array, and x, y, facies (or x, y, z, facies) in a text.
 
-    Raises `CCWSIMError` for a file that cannot be read or has no columns of coordinates and facies.
-
-    Parameters
-    ----------
-    path_or_file : str, Path or binary file
-        The format is detected from the content, not from the name.
-    columns : PointColumns
-        Names of columns (guessed if not given), and options for files that are grids.
-    grid_shape : (ny, nx) or (nz, ny, nx), optional
-        Shape of the simulation grid; a file that is a grid must have this shape. Data in a
-        volume need heights, which are z or the layer of a cell.
+    A file that is a grid must have the shape `grid_shape`. Data in a volume need heights, which are
+    z or the layer of a cell. Raises `CCWSIMError` without columns of coordinates and facies.
 
     Examples
     --------
@@ -251,13 +242,6 @@ def preview_points(
     """Return the first rows of a table of hard data and the roles of its columns.
 
     Raises `CCWSIMError` if the file cannot be read, but not if columns cannot be guessed.
-
-    Parameters
-    ----------
-    path_or_file, columns, grid_shape
-        As in `read_points`.
-    n_rows : int
-        The number of rows to show, at least 1.
 
     Examples
     --------

@@ -56,8 +56,7 @@ def import_wells(
 ) -> placing.HardDataImport:
     """Read the hard data of wells and return them with a report of the import.
 
-    Raises `CCWSIMError`, with line numbers, for tables that cannot be read or contradict each
-    other.
+    Raises `CCWSIMError` for tables that contradict each other.
 
     Parameters
     ----------
@@ -67,10 +66,6 @@ def import_wells(
     intervals : path or binary file
         A table with one row per interval: the name of the well, `from` and `to` (or one `depth`)
         along the well, and the facies.
-    grid : Grid or triple of int
-        The grid of the volume.
-    training_image : TrainingImage, optional
-        Defines the known facies and their names.
     surveys : path or binary file, optional
         A table with one row per station of a deviated well: name of the well, `depth` along it,
         `azimuth` (degrees from north, clockwise), and `inclination` (degrees from straight down) or
@@ -119,8 +114,6 @@ def read_wells(
 ) -> HardData:
     """Read the hard data of wells, without the report of `import_wells`.
 
-    Parameters and errors are the same as in `import_wells`.
-
     Examples
     --------
     >>> from io import BytesIO
@@ -142,17 +135,8 @@ def read_well_points(
 ) -> ImportedPoints:
     """Read the data of wells as points: one per single depth, or one per cell of each interval.
 
-    Rows that need a decision are noted in `problems`; `resolve_points` raises an error for those
-    without a decision.
-
-    Parameters
-    ----------
-    collars, intervals, grid, surveys
-        As in `import_wells`; the errors are the same.
-    columns : WellColumns
-        Names of columns, which are guessed by default.
-    conversion : Conversion
-        Decisions on rows, such as `on_overlap="upper"`.
+    Tables are those of `import_wells`. Rows that need a decision, such as `on_overlap="upper"` of
+    the conversion, are noted in `problems`; `resolve_points` raises an error for those without one.
 
     Examples
     --------
@@ -184,16 +168,8 @@ def preview_wells(
 ) -> PointsPreview:
     """Return the first rows of a table of wells and the roles of its columns.
 
-    Raises `CCWSIMError` if the file is not a table, but not if columns cannot be guessed.
-
-    Parameters
-    ----------
-    path_or_file : path or binary file
-    table : "collars", "intervals" or "surveys"
-    columns : WellColumns
-        Names of columns, which are guessed by default; columns of other tables are ignored.
-    n_rows : int
-        The number of rows to show, at least 1.
+    `table` is "collars", "intervals" or "surveys"; columns of other tables are ignored. Raises
+    `CCWSIMError` if the file is not a table, but not if columns cannot be guessed.
 
     Examples
     --------
