@@ -161,7 +161,7 @@ def compare(
     on_partial: Callable[[Comparison], None] | None = None,
     secondary: Secondary | None = None,
 ) -> Comparison:
-    """Simulate two to four settings with the same seeds and compare them.
+    """Simulate two to four settings with the same seeds, as by `simulate`, and compare them.
 
     Realization r has the same random numbers in all settings. Bands of variograms and connectivity
     functions are compared with the training image's curve; pattern histograms are compared by ANODI
@@ -171,13 +171,9 @@ def compare(
 
     Parameters
     ----------
-    training_image, grid_shape, hard_data, n_realizations, seed, cancel, secondary
-        As in `simulate`.
     settings : mapping of str to Parameters or Ensemble
         Two to four settings by name. An ensemble with the same image and grid, from another method,
         is compared as it is.
-    progress : callable, optional
-        Called as progress(fraction of all work, number of finished realizations).
     facies : int, optional
         Code of the facies whose curves are compared; by default the last.
     on_partial : callable, optional

@@ -49,16 +49,9 @@ def plan_sweep(
 ) -> SweepPlan:
     """Return all valid combinations of parameter ranges.
 
-    Raises `CCWSIMError` if a name is not in `RANGED`, or a range has no value.
-
-    Parameters
-    ----------
-    base : Parameters
-        Values of the parameters without a range.
-    ranges : mapping of str to sequence
-        Values to try, by parameter name (a key of `RANGED`).
-    image_shape : tuple of int, optional
-        Shape of the training image; larger templates are excluded.
+    `base` has the parameters without a range; `ranges` maps the others, keys of `RANGED`, to the
+    values to try. Templates larger than `image_shape` are excluded. Raises `CCWSIMError` if a name
+    is not in `RANGED`, or a range has no value.
     """
     for name, values in ranges.items():
         if name not in RANGED:

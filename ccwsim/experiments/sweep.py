@@ -118,20 +118,14 @@ def sweep(
 ) -> Sweep:
     """Simulate and judge each setting with the same seed, on one thread for comparable times.
 
-    Raises `CCWSIMError` if there is no setting, or the training image lacks the facies.
+    Settings, such as the result of `plan_sweep`, are simulated as by `simulate`. If `cancel`
+    returns True, the sweep stops and returns the finished settings. Raises `CCWSIMError` if there
+    is no setting, or the training image lacks the facies.
 
     Parameters
     ----------
-    training_image, grid_shape, hard_data, seed, secondary
-        As in `simulate`.
-    settings : sequence of Parameters
-        The settings to try, such as the result of `plan_sweep`.
-    n_realizations : int
-        Number of realizations of each setting.
     progress : callable, optional
         Called with the fraction of the expected time and the number of finished settings.
-    cancel : callable, optional
-        Returns True to stop; the sweep then returns the finished settings.
     found : callable, optional
         Called with each finished `SweepRow`.
     n_kept : int

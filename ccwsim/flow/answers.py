@@ -94,24 +94,7 @@ def effective_k(
 ) -> EffectiveK:
     """Return the effective conductivity of each realization and of the image, with bounds.
 
-    Parameters
-    ----------
-    ensemble : Ensemble
-    values : mapping
-        Conductivity of each facies, by name or code.
-    axis : {"x", "y", "z"}
-        Direction of the flow, between fixed heads on two sides.
-    anisotropy : float
-        Ratio of vertical to horizontal conductivity.
-    **run
-        The arguments `n_workers`, `progress`, `cancel` and `executor` of `simulate`.
-
-    Raises
-    ------
-    CCWSIMError
-        For a facies without a conductivity, and an axis that the grid lacks.
-    Cancelled
-        If `cancel` returned True.
+    Raises `CCWSIMError` for a facies without a conductivity, and an axis that the grid lacks.
 
     Examples
     --------
@@ -180,8 +163,7 @@ def travel_times(
     """Return the breakthrough of each realization: sorted travel times, shape (n, n_particles).
 
     Particles start on the inflow side, each with the same share of the inflow. Those that do not
-    arrive have the time inf. `porosity` is a number, or a value of each facies; other arguments are
-    those of `effective_k`.
+    arrive have the time inf.
 
     Examples
     --------
@@ -235,22 +217,10 @@ def capture_probability(
     step: int = 4,
     **run: Any,
 ) -> Capture:
-    """Return the starts from which particles reach a well, in each realization.
+    """Return the starts from which particles reach a well in time, in each realization.
 
-    Parameters
-    ----------
-    ensemble, values, porosity, **run
-        As in `travel_times`.
-    well : tuple of int
-        Cell ((layer,) row, column) of the well.
-    rate : float
-        Volume per time that the well pumps, above 0.
-    west_east, south_north : pair, optional
-        Fixed heads, as in `darcy`.
-    within : float
-        Maximum travel time of captured particles.
-    step : int
-        Distance of starts in cells; volumes have starts in the layer of the well.
+    The well in a cell ((layer,) row, column) pumps `rate` (above 0) volumes per time. Starts are
+    `step` cells apart, in volumes in the layer of the well.
 
     Examples
     --------
@@ -314,7 +284,7 @@ def representatives(
     """Return the indices of the realizations at percentiles of the effective conductivity.
 
     Realizations are ranked on a grid `coarser` times as coarse, with geometric means; 1 ranks on
-    the full grid. `run` has the other arguments of `effective_k`.
+    the full grid.
 
     Examples
     --------
@@ -369,7 +339,7 @@ def over(
 ) -> list[Result]:
     """Return function(indices) of each realization, on threads or on the given executor.
 
-    Arguments are those of `effective_k`; an executor of processes needs a function of a module.
+    An executor of processes needs a function of a module.
 
     Examples
     --------

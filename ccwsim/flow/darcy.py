@@ -110,16 +110,9 @@ def darcy(
         Positive numbers, such as m/s; NaN in inactive cells, through which nothing flows.
     grid : Grid, optional
         Cell sizes in the same unit of length; the default has cells of size 1. A map is 1 thick.
-    west_east, south_north, bottom_top : pair, optional
-        Heads at two opposite sides: numbers, arrays over the faces of the side, or None.
-    wells : mapping, optional
-        Rate of the well in each cell ((layer,) row, column), negative for pumping.
-    anisotropy : float
-        Ratio of vertical to horizontal conductivity.
-    active : array_like of bool, optional
-        Mask of the active cells.
     tolerance : float
         Relative residual at which iterations end.
+
     Examples
     --------
     >>> flow = darcy([[1.0, 1.0, 4.0]], west_east=(1.0, 0.0))

@@ -43,17 +43,9 @@ def tracks(
     `CCWSIMError` if a start is outside the grid or in an inactive cell, or a porosity is out of
     range.
 
-    Parameters
-    ----------
-    flow : Flow
-    starts : array_like, shape (n, 2) or (n, 3)
-        Starts in world units, columns x, y (and z).
-    porosity : float or array_like, shape of the grid
-        Share of the volume through which water flows, above 0 and at most 1.
-    backward : bool
-        Follow the particles upstream.
-    keep_paths : bool
-        Whether to store the points at which particles enter cells.
+    `starts` in world units have the columns x, y (and z). `backward` follows the particles
+    upstream, and `keep_paths` stores the points at which they enter cells.
+
     Examples
     --------
     >>> from ccwsim.flow import darcy

@@ -26,14 +26,10 @@ def can_start() -> bool:
 
 
 class ChildProcess:
-    """A process of the same Python that runs a function of this package.
+    """A process of the same Python that runs a function of a module of this package.
 
-    Parameters
-    ----------
-    function : callable
-        A function of a module; it calls `connect_to_parent`.
-    environment : mapping of str to str, optional
-        Variables to set in addition to those of this process.
+    The function calls `connect_to_parent`. `environment` has variables to set in addition to those
+    of this process.
     """
 
     def __init__(

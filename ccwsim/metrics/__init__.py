@@ -7,7 +7,9 @@ Arguments shared by several functions are explained only here:
 - `image`, `training_image`: a single image; an array has shape (ny, nx) or (nz, ny, nx).
 - `codes`: all facies codes, needed if some do not occur in an array. The default is the codes of
   the training image or, for an array, the codes that occur.
-- `facies`: the code of one facies.
+- `facies`: the code of one facies; where it has a default, the last one or all of them.
+- `probability`: an `EType`, or probabilities of shape (n_facies, ny, nx) or (n_facies, nz, ny, nx).
+- `hard_data`, `data`, `study`, `parameters`, `seed`, `cancel`: as of `ccwsim.simulate`.
 - `direction`: "E-W", "N-S", "NE-SW", "NW-SE", an azimuth in degrees clockwise from north, or one
   step as (rows, columns); in volumes also "vertical" or one step as (layers, rows, columns).
 - `lags`: the largest lag, or a list of lags, in steps of the direction. The default is 0 … 100, or

@@ -220,13 +220,8 @@ def anodi(
 
     Patterns are counted exactly at each resolution of a pyramid (see `coarsened`). Section 5.5 of
     the paper uses 8 × 8 windows. Here the default is 4 × 4, as in the public code of ANODI, because
-    nearly every exact 8 × 8 pattern occurs only once.
-
-    Parameters
-    ----------
-    ensembles : images, or mapping of names to images
-    weights : sequence of float, optional
-        Weights of the resolutions, scaled to sum to 1; by default 2^−g for resolution g.
+    nearly every exact 8 × 8 pattern occurs only once. Several ensembles have names. `weights` of
+    the resolutions are scaled to sum to 1; by default 2^−g for resolution g.
 
     Examples
     --------

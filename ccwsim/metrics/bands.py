@@ -179,18 +179,9 @@ class RunningStatistics:
     E-type, entropy, means and extremes are exact; quantiles of curves are accurate to 1/2048 (γ) or
     1/1024 (proportions, τ). An object must not be used by several threads at a time.
 
-    Parameters
-    ----------
-    shape : tuple of int
-        (Layers,) rows and columns of the realizations.
-    codes : array_like of int
-        The codes of all facies.
-    facies : sequence of int, optional
-        Codes of the facies with curves; by default all facies, or the second of two facies.
-    directions : sequence of str, optional
-        Directions of the curves; by default "E-W", "N-S" and, in volumes, "vertical".
-    max_lag : int
-        Largest lag of the curves, reduced to fit the images.
+    Curves are those of the codes `facies`, by default all facies, or the second of two; along
+    `directions`, by default "E-W", "N-S" and, in volumes, "vertical"; and up to the lag `max_lag`,
+    reduced to fit realizations of (layers,) rows and columns `shape`.
 
     Examples
     --------

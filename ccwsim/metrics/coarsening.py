@@ -23,12 +23,8 @@ def coarsened(
     The share of each facies results from anti-aliased resizing. The indicator of each facies is
     mirrored at the edges and smoothed by a Gaussian of standard deviation (factor − 1) / 2 cells.
     The smoothed indicator is then interpolated linearly at the centres of ⌊ny / factor⌋ × ⌊nx /
-    factor⌋ new cells. In a tie, the cell gets the smallest code.
-
-    Parameters
-    ----------
-    factor : int, or three ints along layers, rows and columns of a volume
-        Factor from 1 to the side of the image; factor 1 returns a copy.
+    factor⌋ new cells. In a tie, the cell gets the smallest code. A factor is from 1 (a copy) to the
+    side of the image; a volume may have three, along layers, rows and columns.
 
     Examples
     --------

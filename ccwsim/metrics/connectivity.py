@@ -44,13 +44,7 @@ class Connectivity:
 def connected_geobodies(
     image: Images, facies: int, neighbours: int | None = None
 ) -> tuple[NDArray[np.int32], int]:
-    """Label the cells of a facies by geobody.
-
-    Returns
-    -------
-    labels : ndarray of int32, shape of the image
-        Number (1, 2, …) of the geobody of each cell; 0 outside the facies.
-    n_geobodies : int
+    """Return the number (1, 2, …) of each cell's geobody, 0 outside the facies, and their number.
 
     Examples
     --------

@@ -53,13 +53,9 @@ class Copying:
 def copying(positions: ArrayLike, ti_shape: tuple[int, ...]) -> Copying:
     """Return the copied pieces of a realization, computed from the source of each cell.
 
-    Parameters
-    ----------
-    positions : array_like of int, shape (ny, nx) or (nz, ny, nx)
-        Source of each cell in the training image: row · nx + column, or in a volume
-        (layer · ny + row) · nx + column. Cells without a source have a negative number.
-    ti_shape : tuple of int
-        (Layers,) rows and columns of the training image.
+    `positions` has the source of each cell in the training image of (layers,) rows and columns
+    `ti_shape`: row · nx + column, or in a volume (layer · ny + row) · nx + column. Cells without a
+    source have a negative number.
 
     Examples
     --------

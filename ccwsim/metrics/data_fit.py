@@ -120,18 +120,12 @@ def fit_data(
 
     Parameters
     ----------
-    image : TrainingImage
-    data : HardData
     shape : Grid or tuple of int
         Grid of the data.
     n_null : int
         Number of unconditional realizations, each read at the places of the data.
-    seed : int
-        Seed of the realizations and of the choice of pairs.
     parameters : Parameters, optional
         Parameters of the realizations; by default, a template of 32 cells if it fits.
-    progress, cancel : callable, optional
-        As of `simulate`.
 
     Examples
     --------
@@ -211,21 +205,9 @@ def rank_images(
 ) -> tuple[ImageRank, ...]:
     """Rank training images by how well they predict each hard datum from its neighbours.
 
-    Nothing is simulated. Images without a facies of the data come last, with the score −∞. Raises
-    `CCWSIMError` for no image, images of other dimensions than the data, or fewer than 3 data.
-
-    Parameters
-    ----------
-    images : sequence of TrainingImage
-        Maps, or volumes for data in a volume.
-    data : HardData
-    progress : callable, optional
-        Called with the share of the images done.
-
-    Returns
-    -------
-    tuple of ImageRank
-        From the best to the worst.
+    The result is from the best to the worst; images without a facies of the data come last, with
+    the score −∞. Nothing is simulated. Raises `CCWSIMError` for no image, images of other
+    dimensions than the data, or fewer than 3 data.
 
     Examples
     --------

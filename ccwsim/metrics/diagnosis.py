@@ -98,19 +98,10 @@ def granulometry(
 ) -> Granulometry:
     """Compute morphological openings of a facies with growing squares (Matheron 1975).
 
-    Squares are inside the image and, in volumes, within layers. A geobody cut by the edge has the
-    thickness of the visible part, unless the image is extended.
-
-    Parameters
-    ----------
-    max_size : int
-        Side of the largest square in cells.
-    down_to : float
-        Stop after the first size at which less than this share of the facies remains.
-    extend : bool
-        Extend the image by repeating its edge cells.
-    vertical : bool
-        In volumes, use vertical columns of 1, 2, … layers instead of squares.
+    Squares have sides of up to `max_size` cells, inside the image and, in volumes, within layers;
+    `vertical` takes vertical columns of 1, 2, … layers instead. `down_to` stops after the first
+    size at which less than this share of the facies remains. A geobody cut by the edge has the
+    thickness of the visible part, unless `extend` repeats the edge cells of the image.
 
     Examples
     --------
@@ -183,8 +174,7 @@ class Advice:
 def templates_that_fit(shape: tuple[int, ...], template_size: int | tuple[int, int, int]) -> int:
     """Return the number of templates that fit into an image without overlap.
 
-    `shape` is the number of (layers,) rows and columns of the image. `template_size` is the side of
-    the template in cells, or its layers, rows and columns.
+    `template_size` is the side of the template in cells, or its layers, rows and columns.
 
     Examples
     --------

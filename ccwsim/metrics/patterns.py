@@ -186,13 +186,8 @@ def unseen_patterns(
     """Return the share of the patterns of each image that do not occur in the training image.
 
     Patterns of volumes have `size` layers, or all layers of the thinner image. The result has shape
-    (n,), and is NaN if the mask is empty.
-
-    Parameters
-    ----------
-    mask : ndarray of bool, shape of one image, optional
-        Count only patterns that contain a cell of the mask, such as a mask of the cells with hard
-        data.
+    (n,). Only patterns that contain a cell of `mask` (shape of one image), such as a cell with hard
+    data, are counted; the share is NaN if the mask is empty.
 
     Examples
     --------

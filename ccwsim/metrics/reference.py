@@ -69,22 +69,12 @@ def score_reference(
     scored: NDArray[np.bool_] | None = None,
     codes: Codes | None = None,
 ) -> ReferenceScores:
-    """Score probabilities, such as the result of `etype`, against a reference field.
+    """Score probabilities, such as the result of `etype`, against the reference field `truth`.
 
-    Raises `CCWSIMError` for different shapes, no realization, or no scored cell.
-
-    Parameters
-    ----------
-    probability : EType or array_like, shape (n_facies, ny, nx) or (n_facies, nz, ny, nx)
-        Probabilities, whose sum in each cell is 1.
-    truth : image
-        The reference field.
-    n_realizations : int, optional
-        Number of realizations; not needed for an `EType`, which contains this number.
-    scored : ndarray of bool, shape of `truth`, optional
-        Mask of the scored cells; exclude cells with hard data, which every realization honours.
-    codes : array_like of int, shape (n_facies,), optional
-        Facies codes of an array of probabilities; the default is 0 … n_facies − 1.
+    An `EType` contains the number of realizations. `scored` is a mask of the scored cells; exclude
+    cells with hard data, which every realization honours. The codes of an array of probabilities
+    are 0 … n_facies − 1 by default. Raises `CCWSIMError` for different shapes, no realization, or
+    no scored cell.
 
     Examples
     --------
@@ -262,19 +252,9 @@ def leave_out(
 ) -> LeaveOut:
     """Simulate without a fifth of the hard data, and compare the probabilities with these data.
 
-    Raises `CCWSIMError` for fewer data or wells than folds, n < 2, or another value of `by`.
-
-    Parameters
-    ----------
-    study : Study
-    folds : int
-        Number of parts; each part is left out once.
-    n : int
-        Number of realizations for each part.
-    by : str
-        "well" leaves out whole vertical wells of a volume, "datum" single data.
-    progress, cancel : callable, optional
-        As of `simulate`.
+    Each of the `folds` parts is left out once, and `n` realizations are simulated. `by` "well"
+    leaves out whole vertical wells of a volume, "datum" single data. Raises `CCWSIMError` for fewer
+    data or wells than folds, n < 2, or another value of `by`.
 
     Examples
     --------

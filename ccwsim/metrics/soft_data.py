@@ -22,17 +22,10 @@ def reliability(ensemble: Ensemble, facies: int | None = None, n_bins: int = 10)
     """Return the share of each facies in the cells for which similar probabilities were given.
 
     In the result, `forecast` is the mean given probability of a bin and `observed` the share of the
-    facies in all realizations. A reliable ensemble has equal numbers. Raises `CCWSIMError` if the
-    ensemble was simulated without probabilities, or the facies is unknown.
+    facies in all realizations. A reliable ensemble has equal numbers. By default, all facies are
+    pooled; bins have equal width. Raises `CCWSIMError` if the ensemble was simulated without
+    probabilities.
 
-    Parameters
-    ----------
-    ensemble : Ensemble
-        Realizations that were simulated with `Secondary(probabilities=...)`.
-    facies : int, optional
-        Code of a facies; by default all facies are pooled.
-    n_bins : int
-        Number of bins of equal width.
     Examples
     --------
     >>> from ccwsim import Grid, HardData, Secondary, simulate
