@@ -6,10 +6,12 @@ symbols of compared settings, and converts charts to JSON.
 
 import colorsys
 import re
+import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from html import escape
+from pathlib import Path
 from typing import Any
 
 import plotly.colors
@@ -50,27 +52,10 @@ class Theme:
     difference: tuple[str, str, str]  # negative, zero and positive differences
 
 
-LIGHT = Theme(
-    ink="#1B1F24",
-    quiet="#5B646E",
-    hairline="#DCD9D2",
-    paper="#FBFAF7",
-    reference="#C8321F",
-    each="rgba(60, 68, 78, 0.30)",
-    band="rgba(60, 68, 78, 0.13)",
-    settings=("#1B1F24", "#0072B2", "#00805C", "#9A5CB4"),
-    difference=("#2C6FB0", "#F4F2ED", "#B5452C"),
-)
-DARK = Theme(
-    ink="#ECE9E2",
-    quiet="#A3A9B1",
-    hairline="#333A43",
-    paper="#12161B",
-    reference="#FF7A5C",
-    each="rgba(214, 218, 224, 0.26)",
-    band="rgba(214, 218, 224, 0.13)",
-    settings=("#ECE9E2", "#56B4E9", "#2FC39B", "#D39BE6"),
-    difference=("#6FB1EE", "#232A33", "#FF8A6B"),
+_LOOK = tomllib.loads(Path(__file__).with_name("look.toml").read_text("utf-8"))
+LIGHT, DARK = (
+    Theme(**{part: tuple(c) if isinstance(c, list) else c for part, c in _LOOK[name].items()})
+    for name in ("light", "dark")
 )
 
 
@@ -138,32 +123,19 @@ def as_written(texts: Iterable[str]) -> list[str]:
 
 def blank_chart(theme: Theme, *, height: int, x_title: str, y_title: str) -> go.Figure:
     """Return an empty chart with a transparent background; titles are shown as written."""
-    axis = {
-        "showgrid": False,
-        "zeroline": False,
-        "linecolor": theme.quiet,
-        "linewidth": 1,
-        "ticks": "outside",
-        "ticklen": 4,
-        "tickcolor": theme.quiet,
-        "tickfont": {"size": 12, "color": theme.quiet},
-        "title": {"font": {"size": 12, "color": theme.quiet}, "standoff": 6},
-        "fixedrange": True,
-        "automargin": True,
-    }
-    label = {"bgcolor": theme.paper, "bordercolor": theme.hairline, "font": {"size": 13}}
+    quiet = {"size": 12, "color": theme.quiet}
+    axis = {**_LOOK["axis"], "linecolor": theme.quiet, "tickcolor": theme.quiet, "tickfont": quiet}
+    titles = ({"text": written(t), "font": quiet, "standoff": 6} for t in (x_title, y_title))
+    x_axis, y_axis = ({**axis, "title": title} for title in titles)
     layout = {
+        **_LOOK["chart"],
         "height": height,
         "margin": {"l": 8, "r": 12, "t": 8, "b": 8},
-        "paper_bgcolor": CLEAR,
-        "plot_bgcolor": CLEAR,
         "font": {"family": FONT, "size": 13, "color": theme.ink},
-        "showlegend": False,
         "modebar": {"bgcolor": CLEAR, "color": theme.quiet, "activecolor": theme.ink},
-        "hovermode": "x unified",
-        "hoverlabel": label,
-        "xaxis": {**axis, "title": {**axis["title"], "text": written(x_title)}},
-        "yaxis": {**axis, "nticks": 5, "title": {**axis["title"], "text": written(y_title)}},
+        "hoverlabel": {"font": {"size": 13}, "bgcolor": theme.paper, "bordercolor": theme.hairline},
+        "xaxis": x_axis,
+        "yaxis": {**y_axis, "nticks": 5},
     }
     # skip plotly's validation, which would take ten times as long as the chart itself
     return go.Figure(layout=layout, _validate=False)
