@@ -7,22 +7,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ccwsim.cli.inputs import options_in
-from ccwsim.cli.options import check_writable, quiet
+from ccwsim.cli.options import EPILOGS, check_writable, quiet
 from ccwsim.model.errors import CCWSIMError
 
 if TYPE_CHECKING:
     from ccwsim.flow import EffectiveK
 
-EPILOG = """\
-\b
-examples:
-  ccwsim flow out.npz -k sand=1e-4 -k mud=1e-8
-  ccwsim flow out.npz -k sand=1e-4 -k mud=1e-8 --axis y --output k.csv
-  ccwsim flow out.npz -k 1=1e-4 -k 0=1e-8 --modflow model --grdecl grid.grdecl
-"""
 
-
-@click.command(epilog=EPILOG, options_metavar="-k FACIES=K … [OPTIONS]")
+@click.command(epilog=EPILOGS["flow"], options_metavar="-k FACIES=K … [OPTIONS]")
 @click.argument("realizations", metavar="FILE")
 @options_in({"Other options": ["flow"]})
 @quiet

@@ -11,7 +11,7 @@ import click
 
 from ccwsim import Auxiliary, CCWSIMError, Grid, HardData, Parameters, Secondary, TrainingImage
 from ccwsim.cli import options as types
-from ccwsim.cli.options import in_group, suggestion
+from ccwsim.cli.options import GroupedOption, suggestion
 from ccwsim.model.parameters import CHOICES, parameter_table
 from ccwsim.sharing.codec import fields_of
 
@@ -33,6 +33,7 @@ KINDS: dict[str, dict[str, Any]] = {
     "codes": {"type": types.code_and_code, "multiple": True},
     "texts": {"multiple": True},
     "pairs of texts": {"nargs": 2, "multiple": True},
+    "needed file": {"required": True},
     "needed files": {"multiple": True, "required": True},
     "ratio": {"type": float, "default": 1.0},
     "facies and number": {"type": types.facies_and_number, "multiple": True, "required": True},
@@ -113,8 +114,8 @@ def options_in(groups: dict[str, list[str]]) -> Callable[[Any], Any]:
         for row in [*_rows(*names), *(_parameter_rows() if "parameters" in names else [])]:
             choices = {"type": click.Choice(row.kind.split("|"))}
             how = choices if "|" in row.kind else KINDS[row.kind]
-            words, metavar = (*row.option.split(), row.name), row.metavar or None
-            options.append(in_group(heading)(*words, metavar=metavar, help=row.help, **how))
+            how = {**how, "metavar": row.metavar or None, "help": row.help, "group": heading}
+            options.append(click.option(*row.option.split(), row.name, cls=GroupedOption, **how))
     return lambda command: reduce(lambda done, option: option(done), reversed(options), command)
 
 

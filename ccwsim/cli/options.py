@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Iterable
+import tomllib
+from collections.abc import Iterable
 from contextlib import suppress
 from difflib import get_close_matches
 from math import isnan
@@ -19,6 +20,8 @@ from ccwsim.system.whole_files import check_replaceable
 if TYPE_CHECKING:
     from ccwsim.model.classes import Classes
 
+EPILOGS = tomllib.loads(Path(__file__).with_name("epilogs.toml").read_text("utf-8"))
+"""Last part of the help of commands, by name."""
 quiet = click.option("-q", "--quiet", is_flag=True, help="Print only errors.")
 
 
@@ -44,15 +47,6 @@ class GroupedCommand(click.Command):
         for heading, records in sections.items():
             with formatter.section(heading):
                 formatter.write_dl(records)
-
-
-def in_group(group: str) -> Callable[..., Callable[[Any], Any]]:
-    """Return a variant of `click.option` that puts options under the heading `group`."""
-
-    def option(*names: str, **how: Any) -> Callable[[Any], Any]:
-        return click.option(*names, cls=GroupedOption, group=group, **how)
-
-    return option
 
 
 def suggestion(word: str, known: Iterable[str]) -> str:

@@ -5,42 +5,21 @@ from pathlib import Path
 
 import click
 
-from ccwsim.cli.options import check_writable, quiet
+from ccwsim.cli.inputs import options_in
+from ccwsim.cli.options import EPILOGS, check_writable, quiet
 from ccwsim.model.errors import CCWSIMError
 
-EPILOG = """\
-\b
-examples:
-  ccwsim paper --output report.html
-  ccwsim paper --data DIR --output report.html --largest-grid 5000
-  ccwsim paper --quick --output quick.html
-"""
 
-
-@click.command(epilog=EPILOG)
-@click.option(
-    "--data",
-    metavar="DIR",
-    help="Folder whose subfolders paper and reference contain the authors' files (default: "
-    "the bundled training images and data).",
-)
-@click.option("-o", "--output", required=True, metavar="FILE", help="HTML file for the report.")
-@click.option(
-    "--quick",
-    is_flag=True,
-    help="Use fewer realizations and smaller grids, to run for seconds instead of minutes.",
-)
-@click.option(
-    "--largest-grid",
-    type=int,
-    metavar="N",
-    help="Time simulations of grids up to N × N cells (default: 2500; largest grid of the paper: "
-    "5000).",
-)
-@click.option("--seed", type=int, default=0, metavar="N", help="Default: 0.")
+@click.command(epilog=EPILOGS["paper"])
+@options_in({"Other options": ["paper"]})
 @quiet
 def command(
-    data: str | None, output: str, quick: bool, largest_grid: int | None, seed: int, quiet: bool
+    data: str | None,
+    output: str,
+    quick: bool,
+    largest_grid: int | None,
+    seed: int | None,
+    quiet: bool,
 ) -> int:
     """Run the paper's experiments and write a report.
 
@@ -64,7 +43,8 @@ def command(
 
     with stop_on_signals() as stopped:
         try:
-            found = paper.reproduce(inputs, extent, seed, progress, stopped, on_finished=report)
+            run = inputs, extent, seed or 0, progress, stopped
+            found = paper.reproduce(*run, on_finished=report)
         finally:
             if progress:
                 progress.close()

@@ -8,7 +8,7 @@ from io import TextIOWrapper
 import click
 
 import ccwsim
-from ccwsim.cli.options import suggestion
+from ccwsim.cli.options import EPILOGS, suggestion
 from ccwsim.model.errors import CCWSIMError
 
 COMMANDS = ("simulate", "flow", "dashboard", "datasets", "paper", "warm-up")
@@ -19,14 +19,6 @@ OK, BAD_INPUT, STOPPED = 0, 2, 130
 
 PROGRAM = "program"
 """Context of a command that runs as a program: the process ends after the command."""
-
-EPILOG = (
-    "'ccwsim COMMAND --help' explains a command. Exit codes: 0 success, 2 invalid input, 130 "
-    "stopped by Ctrl-C, 143 by SIGTERM, 129 by closing the terminal. A stopped run writes its "
-    "finished realizations. Completion by Tab: put "
-    'eval "$(_CCWSIM_COMPLETE=bash_source ccwsim)" into ~/.bashrc (zsh_source into ~/.zshrc, '
-    "fish_source for fish)."
-)
 
 
 class Commands(click.Group):
@@ -52,7 +44,7 @@ class Commands(click.Group):
 
 @click.group(
     cls=Commands,
-    epilog=EPILOG,
+    epilog=EPILOGS["program"],
     no_args_is_help=False,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
 )

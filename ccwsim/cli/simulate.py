@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ccwsim.cli.inputs import image_and_data_options, inputs_of
-from ccwsim.cli.options import GroupedCommand, check_writable, quiet
+from ccwsim.cli.options import EPILOGS, GroupedCommand, check_writable, quiet
 from ccwsim.model.errors import Cancelled, CCWSIMError
 
 if TYPE_CHECKING:
@@ -20,19 +20,10 @@ if TYPE_CHECKING:
 
 STREAMED = "npy"  # file ending of the only format that is written during the run, not after the run
 
-EPILOG = """\
-\b
-examples:
-  ccwsim simulate channels --grid 512x512 --output out.npz
-  ccwsim simulate channels --hard-data channels_400_data --realizations 20 \\
-      --workers 2 --output out.npz --output out.png
-  ccwsim simulate ti.png --grid 640x480 --cell-size 10 10 --origin 5000 0 \\
-      --hard-data wells.csv --on-outside drop --template 48 --output out.sgems
-  ccwsim simulate --project study.ccwsim --output out.npz
-"""
 
-
-@click.command(cls=GroupedCommand, epilog=EPILOG, options_metavar="[OPTIONS] --output FILE")
+@click.command(
+    cls=GroupedCommand, epilog=EPILOGS["simulate"], options_metavar="[OPTIONS] --output FILE"
+)
 @image_and_data_options
 @quiet
 def command(**given: Any) -> int:

@@ -23,10 +23,10 @@ import ccwsim
 from ccwsim import HardData, Parameters, TrainingImage, datasets, read_training_image
 from ccwsim.cli import inputs
 from ccwsim.cli.dashboard import app_file, command_line
-from ccwsim.cli.options import classes, sizes
+from ccwsim.cli.options import EPILOGS, classes, sizes
 from ccwsim.cli.program import COMMANDS, main
 from ccwsim.cli.progress import SIGNALS, STARTING, ProgressLine, duration, stop_on_signals
-from ccwsim.cli.simulate import EPILOG, command, summary
+from ccwsim.cli.simulate import command, summary
 from ccwsim.io import parameters_to_json, realizations, write_training_image
 from ccwsim.model.parameters import CHOICES, PER_AXIS
 from ccwsim.sharing.codec import fields_of
@@ -60,7 +60,7 @@ def test_a_command_line_gives_what_the_same_call_gives(tmp_path):
 def test_every_parameter_has_its_option_and_its_help(capsys):
     assert run("simulate", "--help") == 0
     shown = "".join(capsys.readouterr().out.split())
-    table = [row for row in inputs._TABLE if row.group != "flow"]
+    table = [row for row in inputs._TABLE if row.group not in ("flow", "paper")]
     rows = [*table, *inputs._parameter_rows()]
     assert {spec.fields[0] for spec in fields_of("parameters")} < {row.argument for row in rows}
     for row in rows:
@@ -577,7 +577,7 @@ def commands() -> list[str]:
     documents = ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))
     text = "\n".join(document.read_text("utf-8") for document in documents)
     shown = "\n".join(re.findall(r"```sh\n(.*?)```", text, re.DOTALL))
-    return re.findall(r"ccwsim (simulate .*)", shown + EPILOG.replace("\\\n", " "))
+    return re.findall(r"ccwsim (simulate .*)", shown + EPILOGS["simulate"].replace("\\\n", " "))
 
 
 def test_the_command_lines_of_documents_and_of_the_help_are_understood():

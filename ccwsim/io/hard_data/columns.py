@@ -16,10 +16,12 @@ from ccwsim.io.data_file import DataFile, listed
 from ccwsim.io.formats.text_tables import PETREL
 from ccwsim.model.errors import CCWSIMError, shown
 
-_FILE = Path(__file__).parents[2] / "assets" / "column_names.toml"
-WORDS = {
-    kind: tuple(text.split()) for kind, text in tomllib.loads(_FILE.read_text("utf-8")).items()
-}
+
+def _asset(name: str) -> dict[str, Any]:
+    return tomllib.loads((Path(__file__).parents[2] / "assets" / name).read_text("utf-8"))
+
+
+WORDS = {kind: tuple(text.split()) for kind, text in _asset("column_names.toml").items()}
 """For each kind of column, the words that identify a column of this kind."""
 
 
@@ -35,31 +37,13 @@ class Role(NamedTuple):
 
 Asked = Mapping[str, Any]
 """The columns that a user names, by role; an empty text means that there is no such column."""
-DEPTHS = {
-    "depth_from": Role("from", "starts of intervals", "from", optional=True),
-    "depth_to": Role("to", "ends of intervals", "to", optional=True),
-    "depth": Role("depth", "depths", "from and to, or depth", optional=True),
+_ROLES = {
+    table: {role: Role(**about) for role, about in roles.items()}
+    for table, roles in _asset("column_roles.toml").items()
 }
-_NAMES_OF_WELLS = Role("well", "the names of the wells", "well")
-_WELL_OF_POINTS = {"well": Role("hole", "the names of the wells", "well", optional=True)}
-HEIGHTS = {"z": Role("collar", "heights of points or collars", "z"), **DEPTHS}
-LAYERS = {"z": Role("layer", "layers", "layer")}
-COLLARS = {
-    "collar_well": _NAMES_OF_WELLS,
-    "x": Role("x", "x of the collars", "x", 4),
-    "y": Role("y", "y of the collars", "y", 4),
-    "z": Role("collar", "the elevations of the collars", "z"),
-    "collar_length": Role("length", "the lengths of the wells", "length", optional=True),
-}
-INTERVALS = {"well": _NAMES_OF_WELLS, **DEPTHS}
-SURVEYS = {
-    "survey_well": _NAMES_OF_WELLS,
-    "survey_depth": Role("survey_depth", "depths", "depth"),
-    "survey_azimuth": Role("azimuth", "directions", "azimuth"),
-    "survey_inclination": Role("inclination", "the tilt of wells", "inclination", optional=True),
-    "survey_dip": Role("dip", "the tilt of wells", "inclination or dip", optional=True),
-}
-WELL_TABLES = {"collars": COLLARS, "intervals": INTERVALS, "surveys": SURVEYS}
+DEPTHS, LAYERS, SURVEYS = _ROLES["depths"], _ROLES["layers"], _ROLES["surveys"]
+HEIGHTS, INTERVALS = {**_ROLES["heights"], **DEPTHS}, {**_ROLES["intervals"], **DEPTHS}
+WELL_TABLES = {"collars": _ROLES["collars"], "intervals": INTERVALS, "surveys": SURVEYS}
 """The roles of columns in each table of wells."""
 ALTERNATIVE_ROLES = {"depth": ("depth_from", "depth_to"), "survey_dip": ("survey_inclination",)}
 """By role, the roles that are preferred by default if a table also has columns of these roles."""
@@ -175,7 +159,7 @@ def assign_columns(file: DataFile, asked: PointColumns, *, volume: bool) -> Assi
     unclear = bool(notes or problems)
     with _collected(problems):
         heights = {} if not volume else HEIGHTS if world else LAYERS
-        roles = {**heights, **_WELL_OF_POINTS}
+        roles = {**heights, **_ROLES["points"]}
         taken = [*columns.values(), *([named["facies"]] if "facies" in named else [])]
         columns |= columns_of(file, roles, vars(asked), taken)
         if not world:
