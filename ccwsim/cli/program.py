@@ -14,11 +14,9 @@ from ccwsim.model.errors import CCWSIMError
 COMMANDS = ("simulate", "flow", "dashboard", "datasets", "paper", "warm-up")
 """Names of commands. Each command is the function `command` of a module, loaded on demand."""
 
-OK, BAD_INPUT, STOPPED = 0, 2, 130
-"""Exit codes, as in click (2 for bad input) and in shells (130 for Ctrl-C)."""
+OK, BAD_INPUT, STOPPED = 0, 2, 130  # exit codes, as in click (2) and in shells (130 for Ctrl-C)
 
-PROGRAM = "program"
-"""Context of a command that runs as a program: the process ends after the command."""
+PROGRAM = "program"  # context of a command that runs as a program, which ends after it
 
 
 class Commands(click.Group):

@@ -14,8 +14,7 @@ from tqdm import tqdm
 
 from ccwsim.cli.program import PROGRAM
 
-SECONDS_A_LINE = 5.0
-"""Seconds between progress lines if there is no terminal, as in the log of a batch system."""
+SECONDS_A_LINE = 5.0  # between progress lines without a terminal, as in the log of a batch system
 STARTING = "starting …"
 BAR = "{bar:24} {percentage:3.0f} %  {desc}  {remaining} left"
 

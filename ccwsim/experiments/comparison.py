@@ -25,11 +25,9 @@ from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
 
 MIN_SETTINGS, MAX_SETTINGS = 2, 4
-SIMULATED, CURVES_DONE = 0.7, 0.85
-"""Fraction of the work that is finished after the simulation, and after the curves."""
+SIMULATED, CURVES_DONE = 0.7, 0.85  # finished work after the simulation, and after the curves
 LOW, HIGH = 0.05, 0.95  # quantiles that bound the bands of curves of a setting
-MIN_ERRORS = 2.0
-"""A difference between settings counts if it exceeds this number of standard errors."""
+MIN_ERRORS = 2.0  # a difference between settings counts if it exceeds these standard errors
 
 
 @dataclass(frozen=True, eq=False)

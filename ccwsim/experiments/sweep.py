@@ -41,16 +41,14 @@ SPREADS = {
 TOLERANCES = {"proportions": 0.1, "patterns": 0.1, "connection": 0.03}
 """Maximum difference between two errors that count as equal; of patterns, relative to the smallest
 error. Settings are compared in this order."""
-MAX_COPIED = 4
-"""Maximum size of a copied piece in templates; usual are 5 to 13 for K = 1, 3 for K = 5."""
+MAX_COPIED = 4  # largest copied piece in templates; usual are 5 to 13 for K = 1, 3 for K = 5
 EQUALLY_GOOD = (
     f"differ by less than {100 * TOLERANCES['patterns']:.0f} % in patterns, "
     f"{TOLERANCES['connection']} in τ(h) and {100 * TOLERANCES['proportions']:.0f} % in "
     "proportions, or by less than their spread"
 )
 MAX_NAMED = 4  # maximum number of settings that a sentence names
-DOUBT = 2.0
-"""Two settings count as different if they differ by at least this number of standard errors."""
+DOUBT = 2.0  # two settings are different if they differ by at least these standard errors
 
 
 @dataclass(frozen=True, eq=False)
@@ -240,8 +238,7 @@ def recommended(sweep: Sweep) -> Recommendation:
     return Recommendation(int(among[0]), " ".join([first, *why]), tuple(among.tolist()))
 
 
-Narrowed = tuple[NDArray[np.int64], str]
-"""The settings that remain, and a sentence on the excluded settings."""
+Narrowed = tuple[NDArray[np.int64], str]  # remaining settings, a sentence on the others
 
 
 def _without_large_templates(sweep: Sweep, among: NDArray[np.int64]) -> Narrowed:

@@ -20,10 +20,8 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
 
-CELLS_AT_ONCE = 32_000_000
-"""Maximum total number of cells of the realizations in memory; a cell takes one byte."""
-LINEAR = (0.9, 1.1)
-"""Growth is called linear if the exponent of the number of cells is in this range."""
+CELLS_AT_ONCE = 32_000_000  # cells of realizations in memory at a time; a cell takes one byte
+LINEAR = (0.9, 1.1)  # growth is called linear if the exponent of the cells is in this range
 
 
 @dataclass(frozen=True)

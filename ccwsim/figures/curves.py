@@ -21,8 +21,7 @@ from ccwsim.figures.style import (
 )
 
 Floats = NDArray[np.float64]
-BAND_OPACITY = 0.13
-"""Opacity of the bands of compared settings; low enough to see four overlapping bands."""
+BAND_OPACITY = 0.13  # opacity of the bands of settings; low enough to see four overlapping bands
 ROW_HEIGHT = 172  # height in pixels of a row of transiograms
 MAX_DISC = 6  # maximum diameter in pixels of the discs that show the hard data of a layer
 SIDE, MARGIN = 100, 4  # side and margin of a sparkline in SVG units

@@ -25,8 +25,7 @@ WRONG = "#C8321F"
 STEPS = 101  # number of colours in a map of shares, one for each percent from 0 to 100
 GAP, LABEL, TEXT = 12, 22, 13
 """Gap between two slices, height of the labels above slices, and size of letters, in pixels."""
-GREY = "#6B737C"
-"""Colour of the labels, legible in both themes."""
+GREY = "#6B737C"  # colour of the labels, legible in both themes
 INK = "#1B1F24"
 AXES = ("layer", "row", "column")
 

@@ -26,15 +26,13 @@ FACIES = ("#173F6B", "#F0AD2E", "#3A9E7E", "#A63A26", "#A78BD0", "#D5D8DC")
 the three common types of colour blindness and, except green and violet, in grey-scale print."""
 GOLDEN_ANGLE = 0.381966
 HEX = re.compile(r"#[0-9a-fA-F]{6}")
-CIVIDIS = tuple(plotly.colors.sequential.Cividis)
-"""Colours of the cividis ramp, used for probabilities."""
+CIVIDIS = tuple(plotly.colors.sequential.Cividis)  # the cividis ramp, used for probabilities
 ENTROPY = ("#F3EEF8", "#C9B4DE", "#8E6BB5", "#5B3788", "#33145C")
 """Colours of the one-hue ramp for entropy; cells without uncertainty are pale."""
 FONT = '"Source Sans", "Source Sans 3", "Source Sans Pro", "Segoe UI", sans-serif'
 CLEAR = "rgba(0,0,0,0)"
 DASHES = ("solid", "dash", "dot", "dashdot")
-SYMBOLS = ("circle", "square", "triangle-up", "cross")
-"""Dashes and symbols of four compared settings."""
+SYMBOLS = ("circle", "square", "triangle-up", "cross")  # with `DASHES`: four compared settings
 
 
 @dataclass(frozen=True)

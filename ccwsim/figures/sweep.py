@@ -23,8 +23,7 @@ SIDES = {
     "top left": (-1, -1),
     "bottom left": (-1, 1),
 }
-NARROW = 400.0
-"""Chart width in pixels assumed when labels are placed (the smallest width on a usual screen)."""
+NARROW = 400.0  # assumed width of a chart in pixels when labels are placed, the smallest usual one
 SPREAD = 4.0  # minimum ratio of the largest to the smallest value for which an axis is logarithmic
 
 

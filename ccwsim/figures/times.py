@@ -15,8 +15,7 @@ ROW = 40  # height in pixels of a bar including the space above and below the ba
 LEVEL_SYMBOLS = ("x", "circle", "square", "diamond", "triangle-up", "star", "pentagon")
 """Symbols of measured and published times, by wavelet level."""
 LABEL_GAP = 15  # minimum distance between two labels in pixels
-EMPTY_DECADES = 4.0
-"""Number of decades shown below the published times while no time has been measured."""
+EMPTY_DECADES = 4.0  # decades shown below the published times while no time has been measured
 
 
 def times_chart(

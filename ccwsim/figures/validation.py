@@ -21,10 +21,8 @@ from ccwsim.figures.style import (
 )
 
 Floats = NDArray[np.float64]
-MAX_DOT, MIN_DOT = 22, 5
-"""Maximum and minimum diameter in pixels of the dots of a calibration chart."""
-EDGE = 0.4
-"""Maximum |x| of a point whose name is centred; centred names of points farther out do not fit."""
+MAX_DOT, MIN_DOT = 22, 5  # largest and smallest diameter in pixels of the dots of a calibration
+EDGE = 0.4  # largest |x| of a point whose name is centred; farther out it does not fit
 
 
 @dataclass(frozen=True, eq=False)

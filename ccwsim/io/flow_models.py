@@ -21,8 +21,7 @@ from ccwsim.model.facies_property import FaciesValues, cell_values, values_by_fa
 VISCOSITY, DENSITY, GRAVITY = 1.002e-3, 998.2, 9.80665
 """Viscosity (Pa s) and density (kg/m³) of water at 20 °C, and gravity (m/s²)."""
 MILLIDARCY = 9.869233e-16  # one millidarcy in m²
-TIGHT = 1e-10
-"""Closure of heads and residuals; looser defaults of MODFLOW lose some percent of the flow."""
+TIGHT = 1e-10  # closure of heads and residuals; MODFLOW's defaults lose some percent of the flow
 MODEL = "flow"  # name of the MODFLOW model and of its files
 TIME_UNITS = {"m/s": "seconds", "m/d": "days"}
 

@@ -24,10 +24,8 @@ from ccwsim.io.limits import limits
 from ccwsim.model.arrays import check_int, is_whole
 from ccwsim.model.errors import CCWSIMError, shown
 
-Crop = tuple[int, int, int, int] | None
-"""First row from the south, first column, number of rows, number of columns."""
-Layers = tuple[int, int] | None
-"""First layer from the bottom, number of layers."""
+Crop = tuple[int, int, int, int] | None  # first row from the south and column, numbers of both
+Layers = tuple[int, int] | None  # first layer from the bottom, number of layers
 
 
 @dataclass(frozen=True)
@@ -115,8 +113,7 @@ def largest_without_gaps(known: NDArray[np.bool_]) -> tuple[int, int, int, int]:
     return rectangle
 
 
-MIN_FILLED = 0.5
-"""Minimum share of the cells of a grid that have a row; a table with fewer rows has points."""
+MIN_FILLED = 0.5  # share of the cells of a grid with a row; a table with fewer rows has points
 MIN_ROWS = 16  # minimum number of rows of a table that is taken for a grid
 MAX_STEPS = 2**31  # maximum number of cells along an axis
 TOLERANCE = 1e-3  # maximum deviation of a coordinate from the centre of its cell, in cells

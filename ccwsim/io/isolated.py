@@ -31,8 +31,7 @@ Result = TypeVar("Result")
 
 MAX_PROCESSES = 8  # maximum number of files that are read at the same time
 N_WARM = 2  # number of processes that are kept for the next files
-WALL_FACTOR = 6
-"""Wall time limit / processor time limit; above 1 because a process may wait for a core."""
+WALL_FACTOR = 6  # limits of wall time / processor time; above 1 because a process may wait
 LOST = (OSError, EOFError, pickle.UnpicklingError, MemoryError)
 """Errors of a parent that does not receive the answer, or has no memory for it."""
 KEPT_RESULTS, KEPT_BYTES = 256, 256 * MIB
@@ -110,8 +109,7 @@ def _places(memory: int) -> threading.Semaphore:
     return threading.Semaphore(min(max(n, 2), MAX_PROCESSES))
 
 
-_warm: list[ChildProcess] = []
-"""Processes that wait for a request."""
+_warm: list[ChildProcess] = []  # processes that wait for a request
 
 
 def _forget_processes() -> None:

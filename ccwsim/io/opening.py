@@ -145,8 +145,7 @@ READERS: dict[str, Callable[..., DataFile | pictures.PictureFile]] = {
     "table": read_delimited,
 }
 """For each kind of file, the function that reads its content; the kinds in `_TEXTS` are texts."""
-_LAST = ("table", "npz", "unknown")
-"""Kinds of files that may have a format that is recognized but not read."""
+_LAST = ("table", "npz", "unknown")  # kinds that may have a format that is recognized but not read
 _TEXTS = {
     "esri": is_esri,
     "irap": is_irap,

@@ -30,8 +30,7 @@ from ccwsim.model.training_image import TrainingImage
 FORMATS = ("npz", "gslib", "sgems", "dat", "grdecl", "png", "vti", "tif", "nc")
 """Formats of realizations, named by file ending."""
 
-MAX_PIXELS = 50_000_000
-"""Maximum number of pixels in a contact sheet; many viewers reject larger pictures."""
+MAX_PIXELS = 50_000_000  # pixels in a contact sheet; many viewers reject larger pictures
 
 GAP = 4  # width of the white gap between the maps of a contact sheet, in cells
 

@@ -20,10 +20,8 @@ from ccwsim.model.grid import Grid
 from ccwsim.model.numbers import plural
 from ccwsim.model.secondary import cells_in_polygon
 
-PREFIX = "p_"
-"""First letters, in lower case, of variables with probabilities of facies, such as `P_sand`."""
-HEIGHTS = ("z", "layer")
-"""Names of the first column of a vertical curve, which has one row for each layer."""
+PREFIX = "p_"  # begin, in lower case, of variables with probabilities, such as `P_sand`
+HEIGHTS = ("z", "layer")  # first columns of a vertical curve, which has one row for each layer
 MAX_DEPTH = 8  # maximum number of collections inside each other in GeoJSON
 MAX_POLYGONS = 1000  # each is compared with all rows of a grid
 

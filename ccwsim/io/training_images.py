@@ -23,11 +23,9 @@ from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
 from ccwsim.model.training_image import TrainingImage
 
-FORMATS = ("npy", "sgems", "gslib", "dat", "grdecl", "png")
-"""Formats of training images, named by file ending."""
+FORMATS = ("npy", "sgems", "gslib", "dat", "grdecl", "png")  # named by file ending
 
-PREFERRED = ("ti", "training_image")
-"""Names of variables that are preferred if a file has several variables."""
+PREFERRED = ("ti", "training_image")  # variables that are preferred if a file has several
 
 
 def read_training_image(

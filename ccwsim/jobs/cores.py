@@ -13,8 +13,7 @@ from contextlib import contextmanager
 from threading import Event, Lock
 
 SLICE_SECONDS = 0.05  # seconds that a task may compute while other tasks wait
-CREDIT_SECONDS = 1.0
-"""Head start of a new user in core seconds; with the head start, quick work starts at once."""
+CREDIT_SECONDS = 1.0  # head start of a new user in core seconds, so that quick work starts at once
 
 
 class Usage:

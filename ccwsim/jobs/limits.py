@@ -21,8 +21,7 @@ RESERVE = 128 * 10**6  # bytes of memory reserved for the pages
 UNASKED_SECONDS, UNASKED_CELLS, UNASKED_BYTES = 120.0, 500_000_000, 10**9
 """A study from a link or a project needs confirmation if its run takes more seconds, simulates more
 cells, or takes more bytes of memory than this."""
-UNASKED_SHARE = 0.5
-"""It also needs confirmation if it takes more than this share of the memory that is free now."""
+UNASKED_SHARE = 0.5  # or takes more than this share of the memory that is free now
 
 
 @dataclass(frozen=True)

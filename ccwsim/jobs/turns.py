@@ -10,10 +10,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from threading import Event, Lock, local
 
-MAX_AT_ONCE = 2
-"""Number of pages that are drawn at a time: while one waits for the disk, the other continues."""
-MAX_COUNTED_SECONDS = 2.0
-"""Seconds after which a page that is still being drawn lets another one begin."""
+MAX_AT_ONCE = 2  # pages drawn at a time: while one waits for the disk, the other continues
+MAX_COUNTED_SECONDS = 2.0  # after these, a page that is still being drawn lets another begin
 
 
 class Turns:

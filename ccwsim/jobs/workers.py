@@ -13,10 +13,8 @@ from ccwsim.system.machine import n_cores
 
 POLL_SECONDS = 0.05  # seconds between two checks of progress and cancel
 
-Progress = Callable[[float, int], None]
-"""Callback with the finished share of the work and the number of finished tasks."""
-Cancel = Callable[[], bool]
-"""Callback that returns True if the work should stop."""
+Progress = Callable[[float, int], None]  # called with the finished share and the finished tasks
+Cancel = Callable[[], bool]  # returns True if the work should stop
 
 _shared_cores: Cores | None = None
 

@@ -14,12 +14,9 @@ from ccwsim.model.arrays import as_floats, check_int, ratio
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.training_image import TrainingImage
 
-HISTOGRAM_SHARE = 0.5
-"""Share of the progress bar for counting patterns; the rest is for comparing histograms."""
-MAX_STEPS, SMALL_STEP = 200, 1e-5
-"""Maximum number of SMACOF steps, and the relative improvement at which they end."""
-MIN_JACKKNIFE = 3
-"""Minimum number of realizations for a jackknife: two must remain when one is omitted."""
+HISTOGRAM_SHARE = 0.5  # share of the progress bar for counting; the rest is for comparing
+MAX_STEPS, SMALL_STEP = 200, 1e-5  # number of SMACOF steps, and relative gain at which they end
+MIN_JACKKNIFE = 3  # realizations for a jackknife: two must remain when one is omitted
 Means = tuple[NDArray[np.float64], NDArray[np.float64]]
 """Mean divergences between realizations, and of realizations from the training image."""
 

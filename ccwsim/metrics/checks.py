@@ -12,8 +12,7 @@ from ccwsim.metrics.measures import fit_measures, measures_of
 from ccwsim.metrics.stack import Fraction
 from ccwsim.model.ensemble import Ensemble
 
-MAX_CHECKED = 8
-"""Maximum number of facies that are checked; with more facies, those with the largest shares."""
+MAX_CHECKED = 8  # maximum number of checked facies; of more, those with the largest shares
 
 
 class Check(NamedTuple):

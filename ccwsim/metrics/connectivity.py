@@ -23,8 +23,7 @@ from ccwsim.model.errors import CCWSIMError, shown
 
 NEIGHBOURS = {2: (8, 4), 3: (26, 18, 6)}
 """Allowed numbers of neighbours of a cell, by number of axes; the first number is the default."""
-_SHARED_AXES = {4: 1, 6: 1, 18: 2, 8: 3, 26: 3}
-"""Maximum number of axes along which neighbours differ, by number of neighbours."""
+_SHARED_AXES = {4: 1, 6: 1, 18: 2, 8: 3, 26: 3}  # most axes along which neighbours differ
 
 
 @dataclass(frozen=True, eq=False)

@@ -33,24 +33,19 @@ Ints = NDArray[np.int64]
 Bytes = NDArray[np.uint8]
 
 MAX_NEIGHBOURS = 5  # maximum number of data in the event of a datum
-MAX_EVENT_TABLE = 2**18
-"""Maximum number of facies combinations of an event; more facies leave fewer neighbours."""
+MAX_EVENT_TABLE = 2**18  # facies combinations of an event; more facies leave fewer neighbours
 BACK_OFF = 100.0  # weight, in placements, of the probability that is given by one neighbour less
-MAX_LABELS = 8
-"""Maximum number of facies that `fit_data` distinguishes; the rarest facies count as one."""
+MAX_LABELS = 8  # facies that `fit_data` distinguishes; the rarest facies count as one
 MIN_PLACES = 3  # minimum number of data
-MAX_DATA = 2000
-"""Maximum number of data that `fit_data` compares; of more data, a random part is compared."""
+MAX_DATA = 2000  # data that `fit_data` compares; of more data, a random part is compared
 MAX_EVENTS = 400  # maximum number of data whose events are counted in the image
-MAX_LAG = 64
-"""Maximum distance of a pair along each axis in cells; also at most a third of the image."""
+MAX_LAG = 64  # maximum distance of a pair along each axis; also at most a third of the image
 MAX_PAIRS = 40_000
 PAIRS_PER_BIN, BINS_PER_AXIS = 20, 4
 """Minimum number of pairs in a bin of distance, and maximum number of bins along each axis."""
 LEAST = 1e-4  # smallest probability in a logarithm
 REJECTED = 0.025  # largest p value of data that contradict the image
-MIN_GAIN = 0.02
-"""Smallest expected gain in nats per datum; below it, too few data are near each other."""
+MIN_GAIN = 0.02  # smallest expected gain in nats per datum; below it, too few data are near
 MIN_Z = 2.0  # smallest difference of two mean scores in standard errors that is reported
 MIN_DATA = 10  # minimum number of data, or of wells in a volume, for a verdict
 MIN_RANKED = 200  # minimum number of data for naming the image that predicts them best

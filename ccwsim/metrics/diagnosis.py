@@ -23,8 +23,7 @@ from ccwsim.model.training_image import TrainingImage
 
 SILL_SHARE = 0.95
 PROMINENCE = 0.1  # minimum prominence of a peak of the correlation; lower peaks are noise
-THICK_SHARE = 0.95
-"""Minimum share of a facies covered by squares whose side is the thickness of the facies."""
+THICK_SHARE = 0.95  # share of a facies covered by squares whose side is its thickness
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,17 +147,13 @@ def _combined(
     return np.moveaxis(mask, 0, axis)
 
 
-MIN_ACROSS = 6
-"""Minimum number of templates along an image's smaller side, to avoid copies of the image."""
+MIN_ACROSS = 6  # templates along an image's smaller side, to avoid copies of the image
 MIN_ACROSS_PERIOD = 4  # minimum number of templates along the smaller side of a periodic image
 MAX_ADVISED_LEVEL = 3
-COARSE_LEVEL = 3
-"""Minimum wavelet level at which dense data break shapes (measured in `docs/quality.md`)."""
-MIN_HALVED_LAYERS = 16
-"""Templates have half the layers of a volume with at least this many layers, otherwise all."""
+COARSE_LEVEL = 3  # level at which dense data break shapes (measured in `docs/quality.md`)
+MIN_HALVED_LAYERS = 16  # layers of a volume in which templates have half the layers, not all
 MIN_LAYERS = 8  # minimum height of a template in layers, if the image has enough layers
-TREND_WEIGHT = 0.5
-"""Location weight along z for volumes with a vertical trend; larger weights add little effect."""
+TREND_WEIGHT = 0.5  # location weight along z for a vertical trend; larger weights add little
 PERIODIC = 0.5  # minimum `Spacing.strength` at which an image is considered periodic
 
 

@@ -10,8 +10,7 @@ from ccwsim.metrics.reference_band import Fit, fit_values
 from ccwsim.metrics.stack import Fraction, Stack, map_parallel
 from ccwsim.model.ensemble import Ensemble
 
-MAX_SOLVED = 12
-"""Maximum number of realizations that are solved as a whole; a solution takes up to seconds."""
+MAX_SOLVED = 12  # realizations that are solved as a whole; a solution takes up to seconds
 MIN_EFFICIENCY_GAP, MIN_EFFICIENCY_SPREAD = 0.05, 0.02
 """Smallest reported difference of E, and smallest standard deviation between crops."""
 

@@ -20,8 +20,7 @@ STEPS: dict[DirectionName, tuple[int, int]] = {
 }
 """Offset of one step in each named direction: rows to the north, columns to the east."""
 
-VERTICAL: DirectionName = "vertical"
-"""Name of the upward direction in volumes; one step is one layer."""
+VERTICAL: DirectionName = "vertical"  # name of the upward direction in volumes, one layer a step
 
 MAX_STEPS = 1_000_000  # maximum lag in steps
 

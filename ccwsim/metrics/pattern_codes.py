@@ -11,8 +11,7 @@ from ccwsim.jobs.workers import check_stop
 from ccwsim.model.missing import UNKNOWN
 
 CELLS_OF_STRIP = 4_000_000  # number of cells whose patterns are counted at a time
-MAX_TABLE = 2**20
-"""Maximum number of possible patterns that are counted in a table; otherwise codes are sorted."""
+MAX_TABLE = 2**20  # possible patterns that are counted in a table; otherwise codes are sorted
 
 
 def count_patterns(

@@ -14,8 +14,7 @@ from ccwsim.model.arrays import as_array, as_integers, check_int
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.training_image import TrainingImage
 
-PATTERN_SIZE, VOLUME_PATTERN_SIZE = 4, 3
-"""Default side of patterns in cells, for maps and for volumes."""
+PATTERN_SIZE, VOLUME_PATTERN_SIZE = 4, 3  # default side of patterns in maps and in volumes
 FACTORS = (1, 2, 3)  # coarsening factors of full, half and third resolution
 
 

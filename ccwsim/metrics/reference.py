@@ -206,8 +206,7 @@ def data_match(realizations: Images, hard_data: HardData) -> DataMatch:
     return DataMatch(wrong, np.count_nonzero(wrong, axis=1), times, where)
 
 
-TOO_SURE = 0.5
-"""Slope of observed on predicted probabilities below which probabilities are too sure."""
+TOO_SURE = 0.5  # slope of observed on predicted probabilities, below which they are too sure
 MIN_DATA = 200  # minimum number of data for a verdict on the slope
 
 

@@ -38,10 +38,8 @@ MIN_SIDE, MAX_SIDE = 8, 512
 MAX_CROP_CELLS = 2_000_000  # maximum number of cells in a crop from a volume
 MAX_CROPS_ALONG = 4  # maximum number of crops along an axis; crops overlap by about half or less
 MAX_CROPS_ABOVE = 2  # maximum number of crops along z in a volume
-MIN_CROPS = 3
-"""Minimum number of crops in which a value is not NaN; otherwise the value is not judged."""
-MAX_PIECES = 32
-"""Maximum number of pieces; more would not help because the crops limit the precision."""
+MIN_CROPS = 3  # crops in which a value is not NaN; otherwise the value is not judged
+MAX_PIECES = 32  # more pieces would not help, because the crops limit the precision
 ERRORS = {
     "proportions": (2.5, 3.0),
     "variogram": (3.5, 4.0),
@@ -53,20 +51,15 @@ ERRORS = {
 RARE = 0.001
 """Limits are wider for few crops and pieces, in the ratio of quantiles of Student's t distribution
 to the normal distribution at this two-sided probability."""
-MAX_OWN = (2.0, 3.0)
-"""The spread of pieces counts up to this multiple of the crops' spread, in maps and volumes."""
-MIN_GAP = 0.1
-"""Smallest reported difference of a curve, in units of τ or, for γ, in sills p (1 − p)."""
-MIN_PROPORTION_GAP = 0.05
-"""Smallest reported difference of a proportion, relative to the training image's proportion."""
-PATTERN_SIZES = (2, 3)
-"""Sides of the compared patterns in cells; patterns are squares, or cubes in volumes."""
+MAX_OWN = (2.0, 3.0)  # most that the spread of pieces counts, in spreads of crops; maps, volumes
+MIN_GAP = 0.1  # smallest reported difference of a curve, in τ or, for γ, in sills p (1 − p)
+MIN_PROPORTION_GAP = 0.05  # smallest reported difference, relative to the image's proportion
+PATTERN_SIZES = (2, 3)  # sides of compared patterns, which are squares, or cubes in volumes
 MIN_GAMMA_GAP, MIN_PERCOLATION_GAP = 0.1, 0.25
 """Smallest reported differences of Γ and of the share of pieces that percolate."""
 MIN_TAU_SPREAD, MIN_GEOBODY_SPREAD = 0.05, 0.1
 """Smallest standard deviation between crops of τ, and of Γ and the share that percolates."""
-MIN_PATTERN_SPREAD = 0.5
-"""Smallest standard deviation of pattern distances, relative to their mean over crops."""
+MIN_PATTERN_SPREAD = 0.5  # smallest deviation of pattern distances, relative to their mean
 Floats = NDArray[np.float64]
 Shape = tuple[int, ...]
 ValuesOf = Callable[[Stack], Floats]

@@ -20,8 +20,7 @@ N_AXES = 3  # axes of a volume: layers from the bottom, rows from the south, col
 CELLS_A_PIECE = 200_000_000
 """Number of cells compared between two checks for cancellation (some tenths of a second)."""
 Result = TypeVar("Result")
-Fraction = Callable[[float], None]
-"""Progress function, called as progress(fraction) in the caller's thread."""
+Fraction = Callable[[float], None]  # progress function, called as progress(fraction)
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,8 +68,7 @@ def index_of(codes: NDArray[np.integer], code: int, name: str = "facies") -> int
 
 Images = Stack | Ensemble | TrainingImage | ArrayLike
 """Types of images; by default, the codes of an array are the values that occur in it."""
-Codes = ArrayLike
-"""Codes of all facies, including absent facies."""
+Codes = ArrayLike  # codes of all facies, including absent facies
 
 
 def as_stack(images: Images, codes: Codes | None = None, n_axes: int = 2) -> Stack:

@@ -25,15 +25,13 @@ WEIGHTS = (
 )
 """Weights of the quarters' means in (mean of each part − mean of the image), shape (8, 4)."""
 PROPORTION_LIMIT = 0.15  # allowed difference of a part's proportion, in units of √(p (1 − p))
-VARIOGRAM_LIMIT = 0.2
-"""Allowed root mean square of (γ of a quarter − γ of the image) over lags, in sills."""
+VARIOGRAM_LIMIT = 0.2  # allowed root mean square of (γ of a quarter − γ of the image), in sills
 PROPORTION_DOUBT, VARIOGRAM_DOUBT = 3.0, 4.0
 """Minimum significant difference in standard errors. At least 90 % of stationary images then pass,
 even if features are as long as an eighth of the image."""
 LEAST = 0.1  # minimum correlation in sums of a covariance over lags; smaller values are noise
 BLOCKS = 32  # maximum number of blocks along a side of a quarter when its covariance is computed
-SLOPES = 0.5
-"""Degrees of freedom of the common plane per quarter: two slopes divided by four quarters."""
+SLOPES = 0.5  # degrees of freedom of the common plane per quarter: two slopes, four quarters
 
 
 @dataclass(frozen=True, eq=False)

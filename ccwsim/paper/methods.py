@@ -19,8 +19,7 @@ from ccwsim.report.pictures import map_picture
 from ccwsim.report.settings import describe_inputs
 
 TITLES = {"ccwsim": "CCWSIM", "ms-ccsim": "MS-CCSIM", "ccsim": "CCSIM"}
-SETTINGS = "T 32, OR 8, 20 candidates, search fraction 0.1, CT 2"
-"""Settings in the authors' script, as text."""
+SETTINGS = "T 32, OR 8, 20 candidates, search fraction 0.1, CT 2"  # as in the authors' script
 DEFAULT = "by default"
 DEFAULT_WORDS = Text(TEXTS["by_default"], quiet=True)
 """Sentence that explains the settings "by default", in contrast to "as published"."""

@@ -29,8 +29,7 @@ LEVELS = (1, 2, 3)
 LEVELS_OF_TABLE_2 = (1, 3)
 PAPER_SIDE = 5000
 N_TIMED = 3
-LINEAR = 0.15
-"""Growth of time is called linear if the exponent differs from 1 by at most this value."""
+LINEAR = 0.15  # growth of time is called linear if the exponent differs from 1 by at most this
 PAPER_CELLS = 512 * 512
 
 Times = dict[tuple[str, int, bool, int], Timing]

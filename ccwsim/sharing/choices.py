@@ -60,8 +60,7 @@ class WellTables:
     surveys: Upload | None = None  # deviation surveys; None if all wells are vertical
 
 
-CellsOfWells = tuple[tuple[str, tuple[tuple[int, ...], ...]], ...]
-"""Wells of hard data, as (name, cells) pairs."""
+CellsOfWells = tuple[tuple[str, tuple[tuple[int, ...], ...]], ...]  # (name, cells) pairs
 
 
 @dataclass(frozen=True)
@@ -112,8 +111,7 @@ class Directions:
     grid: float = 0.0
 
 
-Corners = tuple[tuple[float, float], ...]
-"""Corners (x, y) of a polygon in world coordinates."""
+Corners = tuple[tuple[float, float], ...]  # corners (x, y) of a polygon in world coordinates
 
 
 @dataclass(frozen=True)

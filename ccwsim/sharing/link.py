@@ -47,8 +47,7 @@ KEY_OF = {ImageChoice: "ti", DataChoice: "data", GuideChoice: GUIDES}
 """Name, in an address, of each part of a study that can be the user's own."""
 TOGETHER = ("method", "wavelet_level", "template_size", "overlap_size")
 """Parameters whose values must be consistent with each other."""
-LIKENESS = 0.75
-"""Minimum similarity, from 0 to 1, at which a known name is suggested for an unknown name."""
+LIKENESS = 0.75  # similarity, from 0 to 1, at which a known name is suggested for an unknown one
 MAX_NAME = round(max(map(len, KEYS)) * (2 / LIKENESS - 1))
 """Maximum length of an unknown name; longer names cannot resemble any known name."""
 

@@ -38,10 +38,8 @@ STUDY, IMAGE, DATA = "study.json", "training_image.npy", "hard_data.npy"
 SECONDARY = "secondary_"  # first letters of the members with arrays of secondary information
 MAX_STUDY_BYTES = 2**20
 MAX_PROJECT_MEMBERS = 16
-MAX_LINK_LETTERS = 10_000
-"""Maximum length of a link's value in a project file; packed hard data are the longest values."""
-MADE = (2020, 1, 1, 0, 0, 0)
-"""Date of all members of the zip archive; a fixed date makes files of equal studies equal."""
+MAX_LINK_LETTERS = 10_000  # letters of a link's value; packed hard data are the longest values
+MADE = (2020, 1, 1, 0, 0, 0)  # fixed date of all members: files of equal studies are equal
 
 
 @dataclass(frozen=True, eq=False)

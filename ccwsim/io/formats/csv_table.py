@@ -6,8 +6,7 @@ from io import StringIO
 
 from ccwsim.io.formats.text_tables import is_number
 
-FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
-"""Beginnings of a text that a spreadsheet takes for a formula."""
+FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")  # a spreadsheet takes such a text for a formula
 
 
 def csv_as_bytes(head: Iterable[object], lines: Iterable[Iterable[object]]) -> bytes:

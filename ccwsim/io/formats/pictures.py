@@ -142,8 +142,7 @@ def _on_white(image: Image.Image) -> tuple[NDArray[np.uint8], NDArray[np.bool_] 
     return np.array(image.convert("RGB")), None
 
 
-MAX_COLOURS = 16
-"""Maximum number of colours that count as facies; more colours indicate blur or shading."""
+MAX_COLOURS = 16  # most colours that count as facies; more indicate blur or shading
 
 GREY = 24  # maximum difference between red, green and blue for a colour to count as grey
 

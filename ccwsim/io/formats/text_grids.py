@@ -181,8 +181,7 @@ def _line_numbers(content: bytes, name: str, start: int, n: int) -> NDArray[np.i
 
 MAX_ESRI_HEADER = 4096  # maximum number of bytes of a line
 MAX_HEADER_LINES = 100
-_ALIASES = {"xdim": "dx", "ydim": "dy", "nodata": "nodata_value"}
-"""Other names of entries of an ESRI header."""
+_ALIASES = {"xdim": "dx", "ydim": "dy", "nodata": "nodata_value"}  # entries of ESRI headers
 
 
 def is_esri(content: bytes) -> bool:

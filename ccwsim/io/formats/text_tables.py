@@ -22,8 +22,7 @@ CHUNK = 2**20  # number of bytes that are split into words at a time, to limit m
 MAX_WORD = 80  # maximum number of characters in one number
 
 _SPACE = re.compile(rb"\s")
-_EXPONENT = re.compile(rb"(?<=\d)(\.?)[dD](?=[+-]?\d)")
-"""The exponent letter of Fortran, as in 1.5D+02."""
+_EXPONENT = re.compile(rb"(?<=\d)(\.?)[dD](?=[+-]?\d)")  # as Fortran writes it in 1.5D+02
 
 
 def is_number(word: str) -> bool:
@@ -73,8 +72,7 @@ def _parsed(chunk: bytes, name: str, line: int) -> NDArray[np.float64]:
 
 SEPARATORS = (";", "\t", ",", None)  # possible separators; None means white space
 
-UNKNOWN = frozenset({"", "nan", "na", "n/a", "null", "none", "-"})
-"""Fields that mean a missing value, in lower case."""
+UNKNOWN = frozenset({"", "nan", "na", "n/a", "null", "none", "-"})  # missing, in lower case
 
 BOOLEANS = {
     **dict.fromkeys(["true", "yes", "wahr", "ja", "vrai", "oui", "verdadero"], 1.0),
@@ -291,8 +289,7 @@ class _Marks(NamedTuple):
         return split_fields(line.decode("utf-8", "replace"), self.separator)
 
 
-MIN_NUMBERED = 8
-"""Minimum number of numbers in a row that are taken as numbers of the rows or columns."""
+MIN_NUMBERED = 8  # fewest numbers in a row that are taken as numbers of rows or columns
 MAX_SAMPLED = 20  # number of lines at the start of a text from which its structure is told
 
 

@@ -35,8 +35,7 @@ class Role(NamedTuple):
     optional: bool = False
 
 
-Asked = Mapping[str, Any]
-"""The columns that a user names, by role; an empty text means that there is no such column."""
+Asked = Mapping[str, Any]  # columns that a user names, by role; an empty text: no such column
 _ROLES = {
     table: {role: Role(**about) for role, about in roles.items()}
     for table, roles in _asset("column_roles.toml").items()

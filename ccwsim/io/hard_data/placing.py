@@ -37,8 +37,7 @@ _DECIDED = {
     "neighbour": "the other depth is that of the neighbouring row",
     "above": "the facies is that of the interval above",
 }
-FaciesNames = Mapping[str, int] | Sequence[tuple[str, int]]
-"""Facies codes by name."""
+FaciesNames = Mapping[str, int] | Sequence[tuple[str, int]]  # facies codes by name
 
 
 @dataclass(frozen=True)
@@ -97,8 +96,7 @@ ROW_CHOICES = {name: CHOICES[name] for name in KINDS_OF_ROWS}
 """Those for rows of tables of wells; the first is the default."""
 
 
-STRICT = Conversion()
-"""Accept only facies codes or known names; raise an error for data that do not fit."""
+STRICT = Conversion()  # only facies codes or known names; an error for data that do not fit
 
 
 @dataclass(frozen=True, eq=False)

@@ -39,10 +39,8 @@ from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.training_image import TrainingImage
 
-STEPS_A_CELL = 16
-"""Number of points on a deviated well's path within the length of the shortest cell side."""
-MAX_BEND = np.radians(179.0)
-"""Maximum bend between stations; near 180°, the plane of the arc is undefined."""
+STEPS_A_CELL = 16  # points on a deviated well's path within the length of the shortest side
+MAX_BEND = np.radians(179.0)  # between stations; near 180°, the plane of the arc is undefined
 
 
 def import_wells(
@@ -402,8 +400,7 @@ def _along_path(
     return replace(points, places=grid.centers_of(cells[begins[inside]]), spans=None)
 
 
-STRAIGHT = 1e-6
-"""Minimum bend between two stations in radians; with a smaller bend, the path is straight."""
+STRAIGHT = 1e-6  # with a smaller bend between two stations in radians, the path is straight
 
 
 class Stations(NamedTuple):

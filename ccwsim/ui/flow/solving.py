@@ -21,8 +21,7 @@ from ccwsim.ui.session.cached import as_task, shared_values
 from ccwsim.ui.session.state import PageRun, State, start_page_run
 
 BYTES_PER_CELL = 1200  # memory per cell of a solution in bytes, mostly the levels of the solver
-ROCKS = (1e-4, 1e-7)
-"""Conductivity in m/s of all other facies, and of the most frequent facies, at first."""
+ROCKS = (1e-4, 1e-7)  # first conductivity in m/s of all other, and of the most frequent facies
 POROSITY = 0.25
 DAY = 86400.0
 N_TRACKS, N_PARTICLES, MAX_STARTS = 32, 200, 1024
