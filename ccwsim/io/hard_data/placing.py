@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
+from pathlib import Path
 from typing import Any, Literal, get_args, get_type_hints
 
 import numpy as np
@@ -22,21 +24,9 @@ from ccwsim.model.training_image import TrainingImage
 _LISTED = 6  # maximum number of problems of a kind that a message lists
 Treatment = Literal["error", "drop"]
 CollisionTreatment = Literal["error", "drop", "majority", "nearest"]
-KINDS_OF_ROWS = {
-    "on_overlap": "Pairs of intervals that overlap",
-    "on_no_collar": "Wells without a collar",
-    "on_bad_row": "Rows that cannot be used",
-    "on_one_depth": "Intervals with only one depth",
-    "on_no_facies": "Intervals without a facies",
-}
-"""The problems with rows of tables of wells, by the option that decides."""
-_DECIDED = {
-    "upper": "the lower one begins where the upper one ends",
-    "lower": "the upper one ends where the lower one begins",
-    "drop": "left out",
-    "neighbour": "the other depth is that of the neighbouring row",
-    "above": "the facies is that of the interval above",
-}
+_FILE = Path(__file__).parents[2] / "assets" / "hard_data_notes.toml"
+_NOTES: dict[str, dict[str, str]] = tomllib.loads(_FILE.read_text("utf-8"))
+KINDS_OF_ROWS = _NOTES["rows"]  # problems with rows of tables of wells, by the option that decides
 FaciesNames = Mapping[str, int] | Sequence[tuple[str, int]]  # facies codes by name
 
 
@@ -409,7 +399,7 @@ def _on_rows(
         elif there and (option, choice) != ("on_no_facies", "drop"):  # these rows are counted
             where = "; ".join(problem.where for problem in there[:_LISTED])
             where += "; …" if more > 0 else ""
-            notes.append(f"{kind}: {len(there)} ({where}); {_DECIDED[choice]}.")
+            notes.append(f"{kind}: {len(there)} ({where}); {_NOTES['decided'][choice]}.")
     return errors, tuple(notes)
 
 
@@ -448,32 +438,14 @@ def _report(
     n_clashing = sum(len(members) for members in placed.collisions)
     n_dropped = int(np.count_nonzero(~keep))
     n_repeated = points.n - n_dropped - hard_data.n
-    sentences = (
-        (points.n_missing, f"Rows without a value, left out: {points.n_missing}."),
-        (
-            n_outside,
-            f"{n_outside} of {points.n} data lie outside the grid and were left out "
-            f"({points.named(placed.outside)}).",
-        ),
-        (
-            n_unknown,
-            f"{n_unknown} of {points.n} data have a facies that the training image does not have "
-            f"and were left out ({points.named(placed.unknown)}).",
-        ),
-        (
-            n_clashing,
-            f"Cells with data of more than one facies: {len(placed.collisions)}; "
-            f"{n_dropped - n_outside - n_unknown} of these {n_clashing} data were left out.",
-        ),
-        (ties, f"Cells whose facies depends only on the order of data in the file: {ties}."),
-        (n_repeated, f"Data that repeat another datum of their cell: {n_repeated}."),
-        (
-            placed.n_off_centre,
-            f"{placed.n_off_centre} of {points.n} data were not at the centre of their cell and "
-            "were moved there.",
-        ),
-    )
-    notes = points.notes + notes_on_rows + tuple(text for count, text in sentences if count)
+    counted = {"missing": points.n_missing, "outside": n_outside, "unknown": n_unknown}
+    counted |= {"clashing": n_clashing, "ties": ties, "repeated": n_repeated}
+    counted |= {"off_centre": placed.n_off_centre}
+    told: dict[str, Any] = {"of": points.n, "rejected": n_dropped - n_outside - n_unknown}
+    told |= {"outside": points.named(placed.outside), "unknown": points.named(placed.unknown)}
+    told |= {"collisions": len(placed.collisions)}
+    said = (_NOTES["placed"][what].format(n=n, **told) for what, n in counted.items() if n)
+    notes = (*points.notes, *notes_on_rows, *said)
     counts = points.n, points.n_missing, placed.n_off_centre, n_outside, n_unknown
     counts = *counts, len(placed.collisions), n_repeated, n_dropped
     return HardDataImport(hard_data, *counts, notes, _cells_of_wells(placed, keep))
