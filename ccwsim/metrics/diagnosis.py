@@ -1,8 +1,10 @@
 """Properties of a training image, and advice on template size, overlap and wavelet level."""
 
+import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import prod
+from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
@@ -21,6 +23,8 @@ from ccwsim.model.numbers import plural
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 
+_FILE = Path(__file__).parents[1] / "assets" / "advice.toml"
+_SAID: dict[str, str] = tomllib.loads(_FILE.read_text("utf-8"))
 SILL_SHARE = 0.95
 PROMINENCE = 0.1  # minimum prominence of a peak of the correlation; lower peaks are noise
 THICK_SHARE = 0.95  # share of a facies covered by squares whose side is its thickness
@@ -184,10 +188,7 @@ def templates_that_fit(shape: tuple[int, ...], template_size: int | tuple[int, i
 
 
 def feature_size(ew: Spacing, ns: Spacing, side: int) -> tuple[int, str]:
-    """Return the side in cells of a template that contains a feature, and the reason as text.
-
-    A spacing above the largest advised template needs a clear period that fits into `side` thrice.
-    """
+    """Return the side in cells of a template that contains a feature, and the reason as text."""
     largest = largest_template(side)
     spacings = [
         s.spacing
@@ -241,10 +242,7 @@ def _advise_overlap(template: int, thinnest: int, level: int) -> Advice:
     block_size = 2**level
     largest = max(template // 2 // block_size, 1)
     n_blocks = min(max(round(template / 4 / block_size), -(-thinnest // block_size), 1), largest)
-    reason = (
-        "Geobodies continue across patches if the overlap is a quarter of the template and, if "
-        f"possible, has the {plural(thinnest, 'cell')} of the thinnest facies."
-    )
+    reason = _SAID["overlap"].format(thickness=plural(thinnest, "cell"))
     return Advice("overlap_size", n_blocks * block_size, reason)
 
 
@@ -265,10 +263,7 @@ def warn_of_level(parameters: Parameters, grid_shape: tuple[int, ...], n_data: i
     level, a_template = max(lengths.level), n_data * prod(lengths.template) / grid.n_cells
     if level < COARSE_LEVEL or a_template <= MAX_DATA:
         return ""
-    return (
-        f"A template has {a_template:.0f} data on average: at level {level} the small patches "
-        "between the data break shapes more than at level 2 or 1, and save no time."
-    )
+    return _SAID["level"].format(n=a_template, level=level)
 
 
 def advise_along_z(
@@ -361,8 +356,7 @@ def diagnose(training_image: TrainingImage | ArrayLike) -> Diagnosis:
         )
         if quarters.vertical_trend.any() and along_z[1] < image.shape[0]:
             weight = TREND_WEIGHT, 0.0, 0.0
-            why = "Upper and lower layers differ. The weight keeps patches at similar heights."
-            advice = *advice, Advice("location_weight", weight, why)
+            advice = *advice, Advice("location_weight", weight, _SAID["location"])
     n_fit = templates_that_fit(image.shape, advice[1].value)
     boxes = wanted if vertical is None else (advice[1].value[0], wanted, wanted)
     warnings = tuple(_warnings(image, named, quarters, spacings, boxes))
@@ -388,29 +382,17 @@ def _warnings(
     n_fit = templates_that_fit(ti.shape, wanted)
     sides = wanted if isinstance(wanted, tuple) else (wanted,)
     if n_fit < MIN_ACROSS**2:
-        yield (
-            f"Only {n_fit} templates of the size of a feature "
-            f"({' × '.join(map(str, sides))} cells) fit into the training image. "
-            "Realizations repeat pieces of the image. A larger image would give more variety."
-        )
+        yield _SAID["few"].format(n=n_fit, sides=" × ".join(map(str, sides)))
     if quarters.drifting.any():
         yield _drift(ti, named, quarters)
     elif quarters.changing.any():
         shift = np.where(quarters.changing, quarters.variogram_shift, 0)
-        where = QUARTERS[int(shift.max(axis=(1, 2)).argmax())]
-        yield (
-            f"The variogram of the {where} quarter differs from the variogram of the image by more "
-            "than chance explains. Sizes or directions of features change across the image, and "
-            "realizations mix all sizes and directions."
-        )
+        yield _SAID["changing"].format(quarter=QUARTERS[int(shift.max(axis=(1, 2)).argmax())])
     if quarters.vertical_trend.any():
         yield _trend(ti, named, quarters)
     for name, spacing in zip(("east–west", "north–south", "vertically"), spacings, strict=False):
         if spacing.spacing is not None and spacing.strength >= PERIODIC:
-            yield (
-                f"The image repeats every {spacing.spacing} cells {name}. If the overlap "
-                "is too narrow, realizations lose this period."
-            )
+            yield _SAID["periodic"].format(n=spacing.spacing, way=name)
 
 
 def _trend(ti: Stack, named: tuple[str, ...], found: Stationarity) -> str:
@@ -419,11 +401,8 @@ def _trend(ti: Stack, named: tuple[str, ...], found: Stationarity) -> str:
     sizes = np.where(found.vertical_trend, np.abs(found.vertical_differences), 0)
     facies = int(sizes.argmax())
     share, difference = proportions(ti)[0, facies], found.vertical_differences[facies]
-    return (
-        f"In the upper half of the layers, {share + difference:.0%} of the cells are "
-        f"{named[facies]}, and in the lower half {share - difference:.0%}. Realizations reproduce "
-        "this trend only with templates as high as the image or with a location weight along z."
-    )
+    shares = {"upper": share + difference, "lower": share - difference}
+    return _SAID["trend"].format(facies=named[facies], **shares)
 
 
 def _drift(ti: Stack, named: tuple[str, ...], found: Stationarity) -> str:
@@ -431,10 +410,6 @@ def _drift(ti: Stack, named: tuple[str, ...], found: Stationarity) -> str:
     p = found.proportions.mean(axis=0)
     sizes = np.abs(found.differences) / np.sqrt(np.maximum(p * (1 - p), 1e-12))
     part, facies = divmod(int(np.where(found.drifting, sizes, 0).argmax()), ti.n_facies)
-    share, error = p[facies] + found.differences[part, facies], found.errors[part, facies]
-    return (
-        f"In the {PARTS[part]}, {share:.0%} of the cells are {named[facies]}, and in the image "
-        f"{proportions(ti)[0, facies]:.0%}. Because chance explains ±{2 * error:.1%} at most, the "
-        "image is not stationary. Realizations mix patterns of all parts of the image, unless a "
-        "location weight is used."
-    )
+    shares = {"share": p[facies] + found.differences[part, facies]}
+    shares |= {"whole": proportions(ti)[0, facies], "chance": 2 * found.errors[part, facies]}
+    return _SAID["drift"].format(part=PARTS[part], facies=named[facies], **shares)
