@@ -1,8 +1,10 @@
 """Parameter sweeps, which simulate, judge and compare many settings of one study."""
 
+import tomllib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import prod
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,6 +25,7 @@ from ccwsim.model.secondary import Secondary
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
 
+_SAID: dict[str, str] = tomllib.loads(Path(__file__).with_name("sweep.toml").read_text("utf-8"))
 ERRORS = {
     "patterns": lambda quality: quality.pattern_distance,
     "connection": lambda quality: quality.tau_error,
@@ -42,11 +45,6 @@ TOLERANCES = {"proportions": 0.1, "patterns": 0.1, "connection": 0.03}
 """Maximum difference between two errors that count as equal; of patterns, relative to the smallest
 error. Settings are compared in this order."""
 MAX_COPIED = 4  # largest copied piece in templates; usual are 5 to 13 for K = 1, 3 for K = 5
-EQUALLY_GOOD = (
-    f"differ by less than {100 * TOLERANCES['patterns']:.0f} % in patterns, "
-    f"{TOLERANCES['connection']} in τ(h) and {100 * TOLERANCES['proportions']:.0f} % in "
-    "proportions, or by less than their spread"
-)
 MAX_NAMED = 4  # maximum number of settings that a sentence names
 DOUBT = 2.0  # two settings are different if they differ by at least these standard errors
 
@@ -189,11 +187,7 @@ class Recommendation:
 
 
 def pareto_front(times: ArrayLike, errors: ArrayLike) -> NDArray[np.int64]:
-    """Return the indices of the points on the Pareto front.
-
-    A point is on the front if no other point is better in one value and at least equal in the other
-    value. Raises `CCWSIMError` if the numbers of times and of errors differ.
-    """
+    """Return the indices of the points on the Pareto front, which no other point beats."""
     t, e = np.asarray(times, dtype=float), np.asarray(errors, dtype=float)
     if t.shape != e.shape or t.ndim != 1:
         raise CCWSIMError(f"{t.size} times and {e.size} errors: give one pair per setting")
@@ -207,14 +201,10 @@ def pareto_front(times: ArrayLike, errors: ArrayLike) -> NDArray[np.int64]:
 def recommended(sweep: Sweep) -> Recommendation:
     """Return the fastest of the settings that are about as good as the best setting.
 
-    Settings are excluded in this order: settings that miss more data than others; settings whose
-    template is too large for the training image; settings that copy pieces larger than four
-    templates; settings that are worse than the best in proportions, patterns or connectivity. Only
-    differences above a tolerance (a tenth of the proportion, a tenth of the pattern distance, 0.03
-    in τ) and above two standard errors count. The spread between realizations gives the standard
-    errors.
-
-    Raises `CCWSIMError` if no setting is finished.
+    Settings are excluded in this order: those that miss more data than others; those whose template
+    is too large for the image; those that copy pieces larger than four templates; those that are
+    worse than the best by `TOLERANCES` and by two standard errors, which the spread between
+    realizations gives. Raises `CCWSIMError` if no setting is finished.
     """
     if not sweep.rows:
         raise CCWSIMError("no setting is finished yet: wait for the sweep")
@@ -248,10 +238,7 @@ def _without_large_templates(sweep: Sweep, among: NDArray[np.int64]) -> Narrowed
     if n in (0, len(among)):
         return among, ""
     many = "setting has a template" if n == 1 else "settings have templates"
-    return among[fits], (
-        f"{n} other {many} so large that fewer than {MIN_ACROSS**2} fit the training image: "
-        "realizations would repeat pieces of the image."
-    )
+    return among[fits], _SAID["large"].format(n=n, many=many, fewest=MIN_ACROSS**2)
 
 
 def _without_copies(sweep: Sweep, among: NDArray[np.int64]) -> Narrowed:
@@ -265,15 +252,10 @@ def _without_copies(sweep: Sweep, among: NDArray[np.int64]) -> Narrowed:
     largest = f"{copied[out].max():,.0f}".replace(",", "\u202f")
     if len(out) == len(among):
         least = among[np.argmin((copied / allowed)[among])]
-        return np.array([least]), (
-            f"This setting copies least, but its largest copied piece has {copied[least]:.0f} "
-            f"cells; in every setting, the largest piece exceeds {MAX_COPIED} templates."
-        )
+        return np.array([least]), _SAID["least"].format(cells=copied[least], most=MAX_COPIED)
     many = "setting copies" if len(out) == 1 else "settings copy"
-    return among[~copies[among]], (
-        f"{len(out)} other {many} pieces of up to {largest} cells from the training image, more "
-        f"than {MAX_COPIED} templates."
-    )
+    said = _SAID["copies"].format(n=len(out), many=many, cells=largest, most=MAX_COPIED)
+    return among[~copies[among]], said
 
 
 def _left_behind(sweep: Sweep, kind: str, good: NDArray[np.int64], out: NDArray[np.int64]) -> str:
@@ -284,14 +266,8 @@ def _left_behind(sweep: Sweep, kind: str, good: NDArray[np.int64], out: NDArray[
     n = "1 setting is" if len(out) == 1 else f"{len(out)} settings are"
     if not len(known):
         return f"{n} left out, because their connectivity is undefined."
-    least = known.min()
-    return {
-        "proportions": f"{n} worse in proportions: a facies is off by {100 * least:.2g} % or more, "
-        f"but by only {100 * best:.2g} % with the best setting.",
-        "patterns": f"{n} worse in patterns: {least:.3g} bits or more (best setting: {best:.3g}).",
-        "connection": f"{n} worse in connectivity: the error of τ(h) is {least:.2g} or more, "
-        f"but {best:.2g} with the best setting.",
-    }[kind]
+    unit = 100 if kind == "proportions" else 1  # percent
+    return _SAID[kind].format(n=n, least=unit * known.min(), best=unit * best)
 
 
 def _first_reason(sweep: Sweep, alike: list[int]) -> str:
@@ -306,8 +282,8 @@ def _first_reason(sweep: Sweep, alike: list[int]) -> str:
     more = f" and {len(labels) - MAX_NAMED} more" if len(labels) > MAX_NAMED else ""
     rows = np.array(alike)
     same = n > 1 and all(len(sweep.alike(kind, rows, 0.0)) == len(rows) for kind in TOLERANCES)
-    are = f"cannot be told apart by {n} realizations each" if same else EQUALLY_GOOD
-    return (
-        f"These {are}: {'; '.join(labels[:MAX_NAMED])}{more}. The fastest setting is {labels[0]}, "
-        f"{seconds(sweep.times[k])}."
-    )
+    limits = {name: 100 * TOLERANCES[name] for name in ("patterns", "proportions")}
+    alike_by = _SAID["alike"].format(tau=TOLERANCES["connection"], **limits)
+    are = f"cannot be told apart by {n} realizations each" if same else alike_by
+    named, fastest = f"{'; '.join(labels[:MAX_NAMED])}{more}", seconds(sweep.times[k])
+    return f"These {are}: {named}. The fastest setting is {labels[0]}, {fastest}."
