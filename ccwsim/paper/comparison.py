@@ -31,9 +31,7 @@ LIKE_TAU = 0.02  # relative connectivities count as alike up to this difference
 LIKE_SHARE = 0.03  # shares of wrong data count as alike up to this difference
 LIKE_DISTANCE = 1.1  # pattern distances count as alike if their ratio is at most this
 ANODI_LEVEL = 2
-SYMBOLS = (
-    "circle", "square", "triangle-up", "cross", "x", "star", "diamond", "triangle-down",
-)  # fmt: skip
+SYMBOLS = TEXTS["symbols"]  # of methods in charts
 WHOSE = ("ours", "exact", "default")
 
 
@@ -167,11 +165,7 @@ def _methods(study: Sampled) -> Iterator[Judgement]:
     }
     for whose, who in engines.items():
         for level, ours, other in study.pairs(("ccwsim", whose), ("ms-ccsim", whose)):
-            found = (
-                f"{who}, level {level}: CCWSIM has {ours.connectivity:.2f} and MS-CCSIM "
-                f"{other.connectivity:.2f} times the image's connectivity; distances are "
-                f"{ours.distance:.4f} and {other.distance:.4f} bits."
-            )
+            found = said("methods", who=who, level=level, ours=ours, other=other)
             yield verdicts.judged(claim, found, verdicts.of_both(*ours.compare(other)))
 
 
@@ -179,11 +173,8 @@ def _against_published(study: Sampled) -> Iterator[Judgement]:
     """Judge our CCWSIM against realizations of the authors' code."""
     claim = "The authors' CCWSIM code, same data."
     for level, ours, theirs in study.pairs(("ccwsim", "exact"), ("ccwsim", "published")):
-        found = (
-            f"Level {level}: ours has connectivity {ours.connectivity:.2f}, pattern distance "
-            f"{ours.distance:.4f}, data wrong {percent(ours.wrong)}; theirs "
-            f"{theirs.connectivity:.2f}, {theirs.distance:.4f}, {percent(theirs.wrong)}."
-        )
+        wrong = {"wrong": percent(ours.wrong), "missed": percent(theirs.wrong)}
+        found = said("against", level=level, ours=ours, theirs=theirs, **wrong)
         orders = *ours.compare(theirs), verdicts.sign_of(theirs.wrong - ours.wrong)
         low, high = min(orders), max(orders)
         if low < 0 < high:
@@ -197,10 +188,8 @@ def _in_search_only(study: Sampled) -> Iterator[Judgement]:
     for method in METHODS:
         claim = f"The share of data that the published {TITLES[method]} code misses."
         for level, ours, theirs in study.pairs((method, "ours"), (method, "published")):
-            found = (
-                f"Level {level}: the authors' code misses {percent(theirs.wrong)}, our engine with "
-                f"data in the search only {percent(ours.wrong)}."
-            )
+            wrong = {"wrong": percent(ours.wrong), "missed": percent(theirs.wrong)}
+            found = said("search", level=level, **wrong)
             yield verdicts.of_claim(claim, found, abs(ours.wrong - theirs.wrong) <= LIKE_SHARE)
 
 
@@ -273,10 +262,7 @@ def variability(run: ExperimentRun) -> Outcome:
         charts.append(_mds(found, image))
         judgements += _anodi_judgements(found, image)
     words = Text(TEXTS["patterns"], quiet=True), methods.DEFAULT_WORDS
-    caption = (
-        f"Grids as in the tables, no hard data; level {ANODI_LEVEL}, {SETTINGS}; "
-        f"{run.extent.n_anodi} realizations of each of our methods, seed {run.seed}."
-    )
+    caption = said("variability", level=ANODI_LEVEL, settings=SETTINGS, run=run)
     return Outcome((*blocks, Row(tuple(charts), caption), *words), tuple(judgements))
 
 
@@ -358,10 +344,8 @@ def _anodi_judgements(found: Anodi, image: str) -> Iterator[Judgement]:
         ratios, errors = found.relative(name, other)[1:], found.relative_errors(name, other)[1:]
         for what, theirs, ours, error in zip(("within", "r"), stated, ratios, errors, strict=True):
             claim = f"Table 1: {what} of CCWSIM relative to MS-CCSIM, stone wall and channel image."
-            words = (
-                f"{image.capitalize()} image, {whose}: {ours:.2f} ± {ours * error:.2f}, in the "
-                f"paper {theirs:.2f}."
-            )
+            image_of = f"{image.capitalize()} image, {whose}"
+            words = f"{image_of}: {ours:.2f} ± {ours * error:.2f}, in the paper {theirs:.2f}."
             yield verdicts.of_ratio(claim, words, ours, theirs, error)
     if "published CCWSIM" in found.names:
         ratio = found.relative("CCWSIM", "published CCWSIM")[2]

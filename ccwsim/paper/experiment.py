@@ -50,11 +50,8 @@ class PaperInputs:
 
     def describe(self, name: str) -> str:
         """Return a phrase that says which image is used for one of the paper's images."""
-        if self.is_own(name):
-            return f"the authors' {name} training image"
-        return (
-            f"our bundled image “{IMAGES[name]['bundled']}” in place of the authors' {name} image"
-        )
+        text = "own_image" if self.is_own(name) else "bundled_image"
+        return said(text, name=name, bundled=IMAGES[name]["bundled"])
 
     def is_own(self, name: str) -> bool:
         """Return whether the authors' file of this image is available."""
@@ -160,10 +157,7 @@ QUICK = Extent("quick", 6, 3, 4, 2, 144, (64, 128, 192), 40)
 
 @dataclass
 class ExperimentRun:
-    """Inputs, extent, seed and callbacks of an experiment that runs.
-
-    `progress` is called with the finished share; `cancel` returns True to stop the run.
-    """
+    """Inputs, extent, seed and callbacks of an experiment; `cancel` returns True to stop it."""
 
     inputs: PaperInputs
     extent: Extent

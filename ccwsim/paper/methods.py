@@ -23,18 +23,7 @@ SETTINGS = "T 32, OR 8, 20 candidates, search fraction 0.1, CT 2"  # as in the a
 DEFAULT = "by default"
 DEFAULT_WORDS = Text(TEXTS["by_default"], quiet=True)
 """Sentence that explains the settings "by default", in contrast to "as published"."""
-COLOURS = {
-    "training image": LIGHT.reference,
-    "CCWSIM": "#173F6B",
-    "MS-CCSIM": "#B9770E",
-    f"CCWSIM, {DEFAULT}": "#2F80C4",
-    f"MS-CCSIM, {DEFAULT}": "#D8532A",
-    "CCSIM": "#3A9E7E",
-    "published CCWSIM": "#6F93BC",
-    "published MS-CCSIM": "#E8B765",
-    "DeeSse": "#A78BD0",
-    "SNESIM": "#7A7F86",
-}
+COLOURS = {"training image": LIGHT.reference, **TEXTS["colours"]}
 """Colour of each method in all charts of the report."""
 LAGS = (21, 41, 61, 81)  # lags in cells at which tables show connectivity
 

@@ -17,6 +17,7 @@ from ccwsim.paper.experiment import (
     Extent,
     Outcome,
     PaperInputs,
+    said,
 )
 from ccwsim.paper.methods import SETTINGS
 from ccwsim.paper.realizations import (
@@ -79,10 +80,7 @@ def reproduce(
     experiments: Sequence[Experiment] = EXPERIMENTS,
     on_finished: Callable[[Finished], None] | None = None,
 ) -> Reproduction:
-    """Run experiments of the paper, by default all experiments on the bundled images.
-
-    If `cancel` returns True, the run stops, and the result contains the finished experiments.
-    """
+    """Run experiments of the paper; a stopped run has the experiments that are finished."""
     start, finished, stopped = time.perf_counter(), [], False
     cancelled = cancel or (lambda: False)
     ends = list(accumulate((e.weight for e in experiments), initial=0.0))
@@ -184,11 +182,7 @@ def _run_facts(r: Reproduction) -> tuple[tuple[str, str], ...]:
     folder = "the bundled training images and data"
     if r.inputs.folder is not None:
         folder = f"training images and data of the folder “{r.inputs.folder.name}”"
-    x = r.extent
-    extent = (
-        f"{x.name}: {x.n_many} realizations instead of the paper's 100, {x.n_few} for comparing "
-        f"methods, {x.n_anodi} for distances, {x.n_timed} for times"
-    )
+    extent = said("extent", x=r.extent)
     took = ", ".join(f"{f.experiment.title} {seconds(f.seconds)}" for f in r.finished)
     return (
         ("Inputs", folder),

@@ -117,11 +117,7 @@ def of_both(connectivity: int, patterns: int) -> str:
 
 def of_data(wrong: float, n_data: int, theirs: float | None) -> Judgement:
     """Judge the share of missed data, compared with the published code's share if that is known."""
-    found = (
-        f"Every one of {n_data} data is honoured at full resolution in every realization."
-        if wrong == 0
-        else f"{percent(wrong)} of {n_data} data are not honoured."
-    )
+    found = said("honoured" if wrong == 0 else "missed", n=n_data, wrong=percent(wrong))
     claim = "Section 4.4: the method searches for a candidate that honours the data."
     if theirs is None:
         return of_claim(claim, found, wrong == 0)
