@@ -14,12 +14,7 @@ from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile
 from ccwsim.io.formats.text_tables import numbered
-from ccwsim.io.hard_data.columns import (
-    counts_from_one,
-    height_column,
-    is_points,
-    place_columns,
-)
+from ccwsim.io.hard_data import columns as of_data
 from ccwsim.io.limits import limits
 from ccwsim.model.arrays import check_int, is_whole
 from ccwsim.model.errors import CCWSIMError, shown
@@ -123,10 +118,10 @@ def as_grid(file: DataFile, shape: tuple[int, ...] | None = None) -> DataFile:
     """Return a table with one row per cell as a grid, NaN without a row; other files unchanged."""
     if shape is None and not file.is_table:
         return _of_rows(file)
-    if shape is not None or not is_points(list(file.names)):
+    if shape is not None or not of_data.is_points(list(file.names)):
         return file
-    x, y, world, _ = place_columns(file)
-    height = height_column(list(file.variables), "")
+    x, y, world, _ = of_data.place_columns(file)
+    height = of_data.height_column(list(file.variables), "")
     if {*file.names} == {x, y, height}:  # the third number is the value
         height = ""
     axes = [name for name in (height, y, x) if name in file.variables]
@@ -147,7 +142,7 @@ def as_grid(file: DataFile, shape: tuple[int, ...] | None = None) -> DataFile:
         grids[name] = flat.reshape((1, *sides)[-3:])
     made = replace(file, variables=grids, is_table=False, lines=None, words={}, columns=())
     made = replace(made, labels=labels, south_first=True)
-    if not world or counts_from_one(x, y):
+    if not world or of_data.counts_from_one(x, y):
         return made
     _, _, sizes, starts = zip(*along[::-1], strict=True)
     return made.at(sizes, starts)

@@ -6,7 +6,7 @@ manager `limited` sets the limits of all readers that are called inside it.
 
 import os
 from collections.abc import Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager, suppress
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import dataclass, replace
 from math import inf, prod
@@ -122,11 +122,6 @@ def check_table(name: str, n_rows: int, n_columns: int) -> None:
     if not n_rows:
         raise CCWSIMError(f"{name} has no rows; give at least one datum")
     check_cells(name, (n_rows * n_columns,))
-
-
-def limited_to_whole() -> AbstractContextManager[None]:
-    """Allow more cells in files of which only a part is used."""
-    return limited(replace(limits(), cells=limits().whole))
 
 
 def check_bytes(name: str, n_bytes: int, *, unpacked: bool = False) -> None:

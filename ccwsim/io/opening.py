@@ -4,8 +4,7 @@ import os
 import re
 import tomllib
 from collections.abc import Callable, Mapping
-from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
@@ -17,20 +16,20 @@ from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile, broken, printable
 from ccwsim.io.formats import pictures
-from ccwsim.io.formats.gis import GIS_FILES, is_geojson, is_shapefile_zip, read_geojson, read_gis
-from ccwsim.io.formats.grdecl import is_grdecl, is_irap, read_grdecl, read_irap
+from ccwsim.io.formats.gis import GIS_FILES, is_shapefile_zip, read_geojson, read_gis
+from ccwsim.io.formats.grdecl import is_grdecl, read_grdecl, read_irap
 from ccwsim.io.formats.labelled import read_hdf5, read_netcdf
 from ccwsim.io.formats.matlab import is_matlab4, read_matlab, read_matlab4
 from ccwsim.io.formats.numpy_files import read_npy, read_npz
 from ccwsim.io.formats.rasters import DRIVERS, is_map, read_raster
 from ccwsim.io.formats.sgems import read_sgems
 from ccwsim.io.formats.tables import is_excel, read_excel, read_memory_table
-from ccwsim.io.formats.text_grids import is_esri, is_gslib, read_esri, read_gslib
+from ccwsim.io.formats.text_grids import is_gslib, read_esri, read_gslib
 from ccwsim.io.formats.text_tables import read_delimited
 from ccwsim.io.formats.vti import is_vti, read_vti
 from ccwsim.io.gridding import FilePart, as_grid, part_of_grid
 from ccwsim.io.isolated import IsolatedFile
-from ccwsim.io.limits import check_bytes, check_cells, limited_to_whole, limits
+from ccwsim.io.limits import check_bytes, check_cells, limited, limits
 from ccwsim.model.arrays import is_table
 from ccwsim.model.classes import are_codes
 from ccwsim.model.errors import CCWSIMError
@@ -146,15 +145,9 @@ READERS: dict[str, Callable[..., DataFile | pictures.PictureFile]] = {
 }
 """For each kind of file, the function that reads its content; the kinds in `_TEXTS` are texts."""
 _LAST = ("table", "npz", "unknown")  # kinds that may have a format that is recognized but not read
-_TEXTS = {
-    "esri": is_esri,
-    "irap": is_irap,
-    "zmap": lambda text: re.match(rb"\s*(![^\n]*\n\s*)*@[^\n]*,\s*GRID", text) is not None,
-    "grass": lambda text: text[:64].lstrip().lower().startswith(b"north:"),
-    "grdecl": is_grdecl,
-    "gslib": is_gslib,
-    "geojson": is_geojson,
-}
+_STARTS = {kind: re.compile(mark.encode(), re.DOTALL) for kind, mark in _FORMATS["texts"].items()}
+_TEXTS = {kind: start.match for kind, start in _STARTS.items()}
+_TEXTS |= {"grdecl": is_grdecl, "gslib": is_gslib}
 
 
 def open_file(
@@ -171,7 +164,8 @@ def _open_file(
     path_or_file: PathOrFile, part: FilePart | None = None, how: tuple[tuple[str, Any], ...] = ()
 ) -> DataFile | pictures.PictureFile:
     known = dict(how)
-    with nullcontext() if part is None else limited_to_whole():
+    now = limits()  # a part may be of a file with more cells
+    with limited(now if part is None else replace(now, cells=now.whole)):
         if is_table(path_or_file):
             file = read_memory_table(path_or_file)
         else:

@@ -20,11 +20,6 @@ GIS_FILES = {"geopackage": "GeoPackage", "shapefile": "Shapefile", "shp": "Shape
 """Names of the formats that pyogrio reads."""
 
 
-def is_geojson(text: bytes) -> bool:
-    """Return whether a text looks like GeoJSON."""
-    return text[:64].lstrip().startswith(b"{") and b'"features"' in text
-
-
 def read_geojson(text: bytes, name: str) -> DataFile:
     """Return the points of a GeoJSON text as a table of x, y and one column per property."""
     n = text.count(b",") + text.count(b"[") + text.count(b"{")  # estimate of the number of objects

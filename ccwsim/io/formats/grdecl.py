@@ -19,7 +19,6 @@ _REPEATED = re.compile(rb"(\d{1,9})\*(\S*)")
 _PLACE = ("COORD", "ZCORN", "MAPAXES", "DXV", "DYV", "DZV", "DX", "DY", "DZ", "TOPS")
 """Keywords of the geometry; the last four have a value per cell."""
 _PER_LINE = 5  # values in a line of a file; Eclipse reads 128 characters of a line
-IRAP_MARK = -996  # first number of an IRAP ASCII grid
 IRAP_UNKNOWN = 9999900.0  # value of an unknown cell in an IRAP ASCII grid
 
 
@@ -29,10 +28,7 @@ def is_grdecl(content: bytes) -> bool:
 
 
 def read_grdecl(content: bytes, name: str) -> DataFile:
-    """Return the properties of an Eclipse file whose keywords have one value per cell.
-
-    Layers run from the top, and rows from the north unless COORD or MAPAXES state otherwise.
-    """
+    """Return the properties of an Eclipse file with one value per cell, from the top."""
     content = _bare(content)
     sizes = _SIZES.search(content)
     if sizes is None:
@@ -106,11 +102,6 @@ def _regular(edges: NDArray, n: int) -> bool:
     """Return whether edges of n cells are equally spaced."""
     step = (edges[-1] - edges[0]) / n
     return len(edges) == n + 1 and step != 0 and np.allclose(np.diff(edges), step, 1e-3, 0)
-
-
-def is_irap(content: bytes) -> bool:
-    """Return whether a text starts like an IRAP ASCII grid."""
-    return content.lstrip()[:5].split() == [str(IRAP_MARK).encode()]
 
 
 def read_irap(content: bytes, name: str) -> DataFile:

@@ -184,11 +184,6 @@ MAX_HEADER_LINES = 100
 _ALIASES = {"xdim": "dx", "ydim": "dy", "nodata": "nodata_value"}  # entries of ESRI headers
 
 
-def is_esri(content: bytes) -> bool:
-    """Return whether a text starts with `ncols` or `nrows`."""
-    return content[:64].lstrip()[:5].lower() in (b"ncols", b"nrows")
-
-
 def read_esri(content: bytes, name: str) -> DataFile:
     """Return the grid of an ESRI ASCII text; its first row is the north."""
     if b"," in content:  # decimal commas
