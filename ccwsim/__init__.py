@@ -17,41 +17,27 @@ if TYPE_CHECKING:
     from ccwsim import flow as flow
     from ccwsim import io as io
     from ccwsim import metrics as metrics
-    from ccwsim.engine.revision import revise
-    from ccwsim.io import read_hard_data, read_realizations, read_training_image, write_realizations
-    from ccwsim.model.ensemble import Ensemble, concatenate
-    from ccwsim.model.errors import Cancelled, CCWSIMError
-    from ccwsim.model.grid import Grid
-    from ccwsim.model.hard_data import HardData
-    from ccwsim.model.parameters import Parameters
-    from ccwsim.model.secondary import Auxiliary, Secondary
-    from ccwsim.model.training_image import TrainingImage
-    from ccwsim.run.simulation import simulate
-    from ccwsim.sharing.project import Project, read_project, save_project
+    from ccwsim.engine.revision import revise as revise
+    from ccwsim.io import read_hard_data as read_hard_data
+    from ccwsim.io import read_realizations as read_realizations
+    from ccwsim.io import read_training_image as read_training_image
+    from ccwsim.io import write_realizations as write_realizations
+    from ccwsim.model.ensemble import Ensemble as Ensemble
+    from ccwsim.model.ensemble import concatenate as concatenate
+    from ccwsim.model.errors import Cancelled as Cancelled
+    from ccwsim.model.errors import CCWSIMError as CCWSIMError
+    from ccwsim.model.grid import Grid as Grid
+    from ccwsim.model.hard_data import HardData as HardData
+    from ccwsim.model.parameters import Parameters as Parameters
+    from ccwsim.model.secondary import Auxiliary as Auxiliary
+    from ccwsim.model.secondary import Secondary as Secondary
+    from ccwsim.model.training_image import TrainingImage as TrainingImage
+    from ccwsim.run.simulation import simulate as simulate
+    from ccwsim.sharing.project import Project as Project
+    from ccwsim.sharing.project import read_project as read_project
+    from ccwsim.sharing.project import save_project as save_project
 
 __version__ = "0.1.0"
-
-__all__ = [
-    "Auxiliary",
-    "CCWSIMError",
-    "Cancelled",
-    "Ensemble",
-    "Grid",
-    "HardData",
-    "Parameters",
-    "Project",
-    "Secondary",
-    "TrainingImage",
-    "concatenate",
-    "read_hard_data",
-    "read_project",
-    "read_realizations",
-    "read_training_image",
-    "revise",
-    "save_project",
-    "simulate",
-    "write_realizations",
-]
 
 _HOMES = {  # imported on first use, so that the command line starts quickly
     "Auxiliary": "model.secondary",
@@ -87,6 +73,8 @@ def __getattr__(name: str) -> Any:
         value = getattr(import_module(f"ccwsim.{_HOMES[name]}"), name)
     elif name in _FOLDERS:
         value = import_module(f"ccwsim.{name}")
+    elif name == "__all__":
+        value = list(_HOMES)
     else:
         raise AttributeError(f"module 'ccwsim' has no attribute {name!r}")
     globals()[name] = value
@@ -94,4 +82,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted([*__all__, *_FOLDERS, "__all__", "__doc__", "__version__"])
+    return sorted([*_HOMES, *_FOLDERS, "__all__", "__doc__", "__version__"])
