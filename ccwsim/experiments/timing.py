@@ -252,10 +252,7 @@ def typical_seconds(
     judged: bool = False,
     disorder: float = 0.0,
 ) -> float:
-    """Return the CPU seconds to simulate (and judge) a realization on a typical core.
-
-    It may be wrong by a factor of three; use it to compare settings. Seam repair needs `disorder`.
-    """
+    """Return about the CPU seconds (to a factor of three) to simulate, and judge, a realization."""
     p = parameters
     repair = prod(grid_shape) * PER_DISORDERED_CELL * disorder if p.repair_seams else 0.0
     if len(grid_shape) == 3:

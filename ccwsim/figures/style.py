@@ -51,8 +51,9 @@ class Theme:
 
 
 _LOOK = tomllib.loads(Path(__file__).with_name("look.toml").read_text("utf-8"))
+_LISTS = ("settings", "difference")
 LIGHT, DARK = (
-    Theme(**{part: tuple(c) if isinstance(c, list) else c for part, c in _LOOK[name].items()})
+    Theme(**_LOOK[name] | {part: tuple(_LOOK[name][part]) for part in _LISTS})
     for name in ("light", "dark")
 )
 

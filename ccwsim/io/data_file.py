@@ -199,10 +199,7 @@ def optional_package(module: str, files: str, extra: str) -> Any:
 
 @contextmanager
 def broken(message: str, *kinds: type[Exception], remedy: str = "") -> Iterator[None]:
-    """Convert errors of a library (by default, any error) on a broken file to `CCWSIMError`.
-
-    With a `remedy`, the message has the library's reason. A `MemoryError` is no fault of the file.
-    """
+    """Convert errors of a library on a broken file; with a `remedy`, its reason is told."""
     kinds = kinds or (Exception,)
     try:
         yield

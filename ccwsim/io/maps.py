@@ -68,14 +68,7 @@ def write_maps(
 
 
 def maps_as_bytes(maps: Mapping[str, ArrayLike], grid: Grid, format: str) -> bytes:
-    """Return the file content that `write_maps` writes, for a download.
-
-    Examples
-    --------
-    >>> with np.load(BytesIO(maps_as_bytes({"a": [[0.5]]}, Grid(1, 1), "npz"))) as saved:
-    ...     saved["a"].tolist()
-    [[0.5]]
-    """
+    """Return the file content that `write_maps` writes, for a download."""
     kind = format_of(None, format, MAP_FORMATS)
     checked = {name: _map(name, values, grid) for name, values in maps.items()}
     if not checked:

@@ -232,10 +232,7 @@ def _of_grids(file: DataFile | PictureFile, image: TrainingImage | None) -> Ense
 
 
 def _ensemble(stack: NDArray, grid: Grid, image: TrainingImage | None) -> Ensemble:
-    """Return realizations with unknown parameters and hard data as an ensemble.
-
-    Cells that are NaN in all realizations are inactive.
-    """
+    """Return realizations as an ensemble; cells that are NaN in all realizations are inactive."""
     active = None
     if stack.dtype.kind == "f":
         active = ~np.isnan(stack[0])

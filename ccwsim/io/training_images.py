@@ -108,7 +108,7 @@ def read_training_image(
             file.unknown_note(),
             pictures.picture_facies(file, threshold=threshold, classes=classes),
         )
-        known = None if file.known is None or file.known.all() else file.known
+        known = file.known
         if not up:
             codes, known = codes[::-1], None if known is None else known[::-1]
         names = None
@@ -118,22 +118,15 @@ def read_training_image(
             raise CCWSIMError(f"{what}: no cell has a value; choose another variable or file")
         some = values if known.all() else values[known]
         some = classify(some, threshold=threshold, classes=classes, what=what)
-        codes, known = (some, None) if known.all() else (_filled(some, known), known)
-        names = file.labels.get(key)
+        names, codes = file.labels.get(key), np.full(known.shape, some.flat[0])
+        codes[known] = some.ravel()
     if note:
         warnings.warn(f"{file.name}: {note}", stacklevel=2)
     codes = merge_facies(codes, merge) if merge else codes
     names = [names[code] for code in np.unique(codes)] if names else None
-    codes = codes if known is None else np.where(known, codes, np.nan)
+    codes = codes if known is None or known.all() else np.where(known, codes, np.nan)
     codes = np.swapaxes(codes, -1, -2) if transpose else codes
     return TrainingImage(codes, name=name or Path(file.name).stem, facies_names=names)
-
-
-def _filled(codes: NDArray[np.int64], known: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Return an image with `codes` in its known cells and a code that occurs in all others."""
-    filled = np.full(known.shape, codes[0])
-    filled[known] = codes
-    return filled
 
 
 def read_colours(path_or_file: PathOrFile, **answers: Any) -> dict[int, str]:
@@ -237,13 +230,7 @@ def write_training_image(
 def training_image_as_bytes(
     training_image: TrainingImage, format: str, *, colours: Sequence[str] | None = None
 ) -> bytes:
-    """Return the file content that `write_training_image` writes, for a download.
-
-    Examples
-    --------
-    >>> training_image_as_bytes(TrainingImage([[0, 1]]), "png")[1:4]
-    b'PNG'
-    """
+    """Return the file content that `write_training_image` writes, for a download."""
     kind = format_of(None, format, FORMATS)
     if kind == "png":
         if training_image.n_dimensions == 3:

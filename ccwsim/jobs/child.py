@@ -26,11 +26,7 @@ def can_start() -> bool:
 
 
 class ChildProcess:
-    """A process of the same Python that runs a function of a module of this package.
-
-    The function calls `connect_to_parent`. `environment` has variables to set in addition to those
-    of this process.
-    """
+    """A process of this Python that runs a function, which calls `connect_to_parent`."""
 
     def __init__(
         self, function: Callable[[], None], environment: Mapping[str, str] | None = None

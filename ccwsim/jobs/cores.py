@@ -25,10 +25,9 @@ class Usage:
 
 
 class Cores:
-    """Lets `n` tasks compute at a time. The user with the least usage gets the next free core.
+    """Lets `n` tasks compute at a time; the user with the least usage gets the next free core.
 
-    At the end of its slice, a task yields its core to a waiting task of a user with less usage, and
-    then waits. `clock` returns the time in seconds.
+    At the end of its slice, a task yields its core to a waiting task of a user with less usage.
     """
 
     def __init__(self, n: int, clock: Callable[[], float] = time.monotonic) -> None:

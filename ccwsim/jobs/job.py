@@ -29,10 +29,8 @@ class Job(Generic[Result]):
     """Work that the queue of the server starts on a separate thread.
 
     The thread calls work(job), which reports progress to `job.report`, checks `job.is_cancelled`,
-    and may call `job.publish_partial`. `result` is the return value of the work, and `error` is an
-    exception of the work. The caller may store anything in `about`. Progress counts `n` pieces,
-    called `unit`. If the server lacks resources that a job demands, the job is not started and
-    `CCWSIMError` is raised.
+    and may call `job.publish_partial`. The caller may store anything in `about`. Progress counts
+    `n` pieces, called `unit`. If the server lacks what a job demands, `CCWSIMError` is raised.
     """
 
     def __init__(
@@ -167,9 +165,9 @@ class Job(Generic[Result]):
 class Queue:
     """Starts the job whose session has the fewest active jobs and, in a tie, the earliest start.
 
-    At most `n_slots` short jobs are active at a time. A job that has been active for
-    `MAX_COUNTED_SECONDS` continues but frees its slot; all active jobs share the cores.
-    `current_session` returns the name of the session whose page this thread shows, or "".
+    At most `n_slots` short jobs are active at a time; a job that has been active for
+    `MAX_COUNTED_SECONDS` frees its slot. `current_session` returns the name of the session whose
+    page this thread shows, or "".
     """
 
     def __init__(self, n_slots: int, clock: Callable[[], float] = time.monotonic) -> None:

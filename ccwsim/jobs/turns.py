@@ -15,11 +15,7 @@ MAX_COUNTED_SECONDS = 2.0  # after these, a page that is still being drawn lets 
 
 
 class Turns:
-    """Lets `n` threads work at a time, in the order in which they come.
-
-    A thread that works for more than `seconds` goes on, and another one may begin. `clock` returns
-    the time in seconds.
-    """
+    """Lets `n` threads work at a time in the order in which they come, each for some seconds."""
 
     def __init__(
         self,
@@ -60,11 +56,6 @@ class Turns:
             with self.paused():
                 event.wait(seconds)
         return event.is_set()
-
-    @property
-    def n_working(self) -> int:
-        """Number of threads that have a turn."""
-        return len(self._began)
 
     def _take(self, enter: Callable[[Event], None]) -> None:
         turn = Event()

@@ -287,23 +287,18 @@ def paired_z(differences: Floats) -> float:
 class _Family(NamedTuple):
     """Statistics of the data (row 0) and of the null data sets (other rows)."""
 
-    sets: Floats
-    """Shape (1 + n_null, statistics)."""
-    halves: Floats | None = None
-    """Expected values in the western, eastern, southern and northern half, (4, statistics)."""
+    sets: Floats  # shape (1 + n_null, statistics)
+    halves: Floats | None = None  # expected in the western, eastern, southern and northern half
 
     def largest_difference(self) -> Floats:
-        """Return each row's largest |z| against all other rows, shape (1 + n_null,).
-
-        Only the null repeats the chance that made the image; differences of its halves measure it.
-        """
+        """Return each row's largest |z| against all other rows, shape (1 + n_null,)."""
         n = len(self.sets) - 1
         centred = self.sets - self.sets.mean(axis=0)
         mean = -centred / n
         squares = (centred**2).sum(axis=0) - centred**2 - n * mean**2
         variance = squares / (n - 1) + 1e-18
         z = np.abs(centred - mean) / np.sqrt(variance)
-        if self.halves is not None:
+        if self.halves is not None:  # only the null repeats the chance that made the image
             west, east, south, north = self.halves
             of_image = ((west - east) ** 2 + (south - north) ** 2) / 8
             z[0] /= np.sqrt(1 + of_image.sum() / variance[0].sum())

@@ -35,8 +35,7 @@ class OfFacies:
     images: Stack
     code: int
     training_image: TrainingImage
-    are_crops: bool = False
-    """Whether the images are crops of the training image."""
+    are_crops: bool = False  # whether the images are crops of the training image
 
     @cached_property
     def inside(self) -> NDArray[np.bool_]:
@@ -99,10 +98,6 @@ class Measure:
         if not np.isfinite(value):
             return "–"
         return f"{self.factor * value:.{self.digits}f}".replace("-", "−")
-
-
-def _share(of: OfFacies) -> Values:
-    return of.inside.mean(axis=(1, 2, 3))
 
 
 def _boundary(of: OfFacies) -> Values:
@@ -168,7 +163,8 @@ MEASURES = (
     Measure(
         "Proportion, %",
         "Share of the cells that have this facies.",
-        _share, 0.01, ("too little", "too much"), 100, 1, checked="elsewhere",
+        lambda of: of.inside.mean(axis=(1, 2, 3)), 0.01, ("too little", "too much"), 100, 1,
+        checked="elsewhere",
     ),
     Measure(
         "Boundary, %",
@@ -261,10 +257,7 @@ def measures_of(image: TrainingImage) -> tuple[Measure, ...]:
 
 
 def fit_measures(ensemble: Ensemble, facies: int, chosen: Sequence[Measure]) -> Fit | None:
-    """Compare measures of pieces of realizations with those of crops of the training image.
-
-    In the result, `at` contains the index of each measure in `MEASURES`.
-    """
+    """Compare measures of pieces with those of crops; `at` has their indices in `MEASURES`."""
     image = ensemble.training_image
     name = "measures", image.index_of(facies), *(m.title for m in chosen)
     at = np.array([MEASURES.index(m) for m in chosen], float)

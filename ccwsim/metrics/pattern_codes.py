@@ -37,10 +37,7 @@ def count_patterns(
 def codes_in(
     volume: NDArray[np.uint8], n_facies: int, height: int, size: int
 ) -> Iterator[NDArray[np.uint64]]:
-    """Yield the codes of all patterns, for some layers and rows at a time to save memory.
-
-    Patterns with unknown cells are left out.
-    """
+    """Yield the codes of patterns of known cells, for some layers and rows at a time."""
     fits = height * size * size * np.log2(max(n_facies, 2)) < 64
     nz, ny, nx = volume.shape
     n_layers = max(CELLS_OF_STRIP // (ny * nx), 1)

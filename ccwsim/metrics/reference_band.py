@@ -371,7 +371,9 @@ def fit_patterns(ensemble: Ensemble, sizes: Sequence[int] = PATTERN_SIZES) -> Fi
         for k in range(len(images)):
             for column, (size, there) in enumerate(zip(sizes_of, whole, strict=True)):
                 here = count_patterns(images.volume(k), n, *size)
-                found[k, column] = _divergence(here, _without(there, here) if rest else there)
+                both = here, _without(there, here) if rest else there
+                shares = (PatternHistogram(c, counts / counts.sum(), 0) for c, counts in both)
+                found[k, column] = js_divergence(*shares)
         return found
 
     at, without_crop = np.array(sides, float), partial(distances, rest=True)
@@ -391,14 +393,7 @@ def _without(image: Counts, crop: Counts) -> Counts:
     return codes[counts > 0], counts[counts > 0]
 
 
-def _divergence(one: Counts, other: Counts) -> float:
-    """Return the Jensen–Shannon divergence of counted patterns in bits."""
-    both = (PatternHistogram(codes, counts / counts.sum(), 0) for codes, counts in (one, other))
-    return js_divergence(*both)
-
-
-_bands: LruCache[ReferenceBand] = LruCache(max_values=1000)
-"""The bands of the last images; a band needs some kilobytes."""
+_bands: LruCache[ReferenceBand] = LruCache(max_values=1000)  # a band needs some kilobytes
 
 
 def band_of_crops(

@@ -90,10 +90,7 @@ def warn_of_probabilities(
 
 
 def _means(values: NDArray, known: NDArray[np.bool_], size: tuple[int, ...]) -> NDArray[np.float64]:
-    """Return the means of the known values in all pieces of a size that are known completely.
-
-    If no piece is known completely, return the mean of all known values.
-    """
+    """Return the means of all completely known pieces of a size, or of all known values."""
     volume = known.reshape((1, *known.shape)[-3:])
     cells = tuple(min(n, t) for n, t in zip(volume.shape, size, strict=True))
     sums = [

@@ -72,10 +72,7 @@ Codes = ArrayLike  # codes of all facies, including absent facies
 
 
 def as_stack(images: Images, codes: Codes | None = None, n_axes: int = 2) -> Stack:
-    """Return images as a stack; an array of three axes is a volume only if `n_axes` is 3.
-
-    Cells with NaN are unknown.
-    """
+    """Return images as a stack, NaN as unknown; three axes are a volume only if `n_axes` is 3."""
     wanted = None if codes is None else checked_codes(codes)
     if isinstance(images, Stack):
         stack = images
@@ -120,10 +117,7 @@ def as_image(image: Images, codes: Codes | None = None, n_axes: int = 2) -> Stac
 
 
 def as_values(images: Images, n_axes: int = 2) -> NDArray:
-    """Return facies codes, shape (n, ny, nx) or (n, nz, ny, nx), or raise `CCWSIMError`.
-
-    If there are unknown cells, the codes are floating-point numbers with NaN in these cells.
-    """
+    """Return facies codes, shape (n, ny, nx) or (n, nz, ny, nx); NaN in unknown cells."""
     if isinstance(images, Stack):
         has_unknown = bool((images.indices == UNKNOWN).any())
         return codes_with_nan(images.codes, has_unknown)[images.indices]

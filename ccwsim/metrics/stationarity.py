@@ -190,10 +190,7 @@ def _compare_parts(field: NDArray) -> tuple[NDArray[np.float64], NDArray[np.floa
 
 
 def _mean_variance(field: NDArray) -> float:
-    """Return the variance of a field's mean over a quarter, computed from the field's covariance.
-
-    Removing the means reduces the covariance by this variance, the common plane by half of it.
-    """
+    """Return the variance of a field's mean over a quarter, from the covariance of the field."""
     from scipy.ndimage import label  # imported here because loading takes time
 
     parts = [_blocks(quarter) for quarter in _quarters(field)]
@@ -212,7 +209,7 @@ def _mean_variance(field: NDArray) -> float:
     pieces, _ = cast(tuple[NDArray[np.int32], int], label(certain))
     near = pieces == pieces[ny, nx]
     n_pairs = float(ny * nx) ** 2
-    taken = (1 + SLOPES) * pairs[near].sum() / n_pairs
+    taken = (1 + SLOPES) * pairs[near].sum() / n_pairs  # of it, by removing means and plane
     return float(sums[near].sum() / n_pairs / max(1 - taken, 0.25))
 
 

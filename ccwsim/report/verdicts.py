@@ -146,8 +146,7 @@ def relative_text(value: float, reference: float) -> str:
 def advise_proportions(ensemble: Ensemble, fit: Fit | None) -> str:
     """Return advice if proportions differ from the training image's, otherwise an empty text.
 
-    A facies is named only if its shares in the image and in the hard data are both above, or both
-    below, the mean of the realizations, and none if secondary information guides the proportions.
+    A facies is named only if image and hard data are both above, or both below, the realizations.
     """
     guided = ensemble.secondary is not None and ensemble.secondary.guides
     if fit is None or fit.fits or ensemble.parameters.match_proportions or guided:

@@ -102,10 +102,7 @@ class Gradient:
 
 @dataclass(frozen=True)
 class Directions:
-    """The position along a direction as auxiliary variable of the image and of the grid.
-
-    Two equal directions keep a trend of the image; different directions turn it.
-    """
+    """The position along equal directions (a trend is kept) or different ones (it is turned)."""
 
     image: float = 0.0  # azimuth in the training image, in degrees from north, clockwise
     grid: float = 0.0

@@ -118,7 +118,6 @@ def read_link(
     """Return the study in an address, and a sentence for each part that cannot be read.
 
     Unknown names are ignored; if one resembles a known name, a sentence suggests the known name.
-    The part of a long address that `first_values` leaves out is ignored too.
     `own` contains the user's available images and data, by the names that `own_choices` returns.
     """
     first = first_values(query.items())
@@ -145,11 +144,7 @@ def read_link(
 
 
 def first_values(pairs: Iterable[tuple[str, Sequence[str]]]) -> dict[str, list[str]]:
-    """Return the names and values of an address up to the limits of its number and letters.
-
-    At most `MAX_LINK_VALUES` values and `MAX_LINK_LETTERS` letters of names and values are taken.
-    Pairs after the first pair that exceeds a limit are ignored.
-    """
+    """Return names and values up to `MAX_LINK_VALUES` values and `MAX_LINK_LETTERS` letters."""
     first: dict[str, list[str]] = {}
     n_left, letters_left = MAX_LINK_VALUES, MAX_LINK_LETTERS
     for name, values in pairs:
@@ -420,13 +415,10 @@ def guides_of(text: str) -> GuideChoice:
 
 
 def packed(data: HardData) -> str:
-    """Return hard data as a word of letters, digits, - and _.
+    """Return hard data, at most `MAX_LINK_DATA`, as a word of letters, digits, - and _.
 
-    The word contains the number of data; then, for each facies, the code, the number of data, and
-    the steps from cell to cell along (layers,) rows and columns. For a volume, the
-    word begins with -3, which cannot be a number of data.
-
-    Raises `CCWSIMError` for more than `MAX_LINK_DATA` data.
+    The word contains the number of data (after -3 for a volume); then, for each facies, the code,
+    the number of data, and the steps from cell to cell along (layers,) rows and columns.
     """
     if data.n > MAX_LINK_DATA:
         raise CCWSIMError(
@@ -446,10 +438,7 @@ def packed(data: HardData) -> str:
 
 
 def unpacked(text: str) -> HardData:
-    """Return the hard data described by a word that `packed` returned.
-
-    Raises `CCWSIMError` for a truncated or changed word.
-    """
+    """Return the hard data of a word of `packed`; raise `CCWSIMError` for a changed word."""
     if len(text) > MAX_PACKED_LETTERS:
         raise CCWSIMError(f"{len(text)} letters are too long for hard data in a link")
     try:

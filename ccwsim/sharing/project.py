@@ -212,15 +212,11 @@ def _arrays_of(secondary: Secondary | None) -> dict[str, np.ndarray]:
     return {f"{SECONDARY}{key}.npy": own for key, own in arrays.items() if own is not None}
 
 
-def _weights_of(secondary: Secondary | None) -> dict[str, Any]:
-    if secondary is None:
-        return {}
-    weights = [each.weight for each in secondary.auxiliary]
-    return {"secondary": {"soft_weight": secondary.soft_weight, "auxiliary_weights": weights}}
-
-
 def _as_json(project: Project) -> dict[str, Any]:
-    study = project.study
+    study, guides = project.study, dict[str, Any]()
+    if study.secondary is not None:
+        weights = [each.weight for each in study.secondary.auxiliary]
+        guides = {"soft_weight": study.secondary.soft_weight, "auxiliary_weights": weights}
     return {
         "format": FORMAT,
         "version": VERSION if study.secondary else 1,
@@ -238,7 +234,7 @@ def _as_json(project: Project) -> dict[str, Any]:
         "shown": asdict(project.shown),
         "link": {name: list(values) for name, values in project.link.items()},
         "digest": project.digest,
-    } | _weights_of(study.secondary)
+    } | ({"secondary": guides} if guides else {})
 
 
 def _npy(array: np.ndarray) -> bytes:

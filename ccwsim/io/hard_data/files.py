@@ -90,11 +90,6 @@ def hard_data_as_bytes(hard_data: HardData, format: str, grid: Grid | None = Non
     `csv` has the columns x, y, facies (for volumes x, y, z, facies). `gslib` and `dat` have x, y, z
     (0 for maps) and facies in a Geo-EAS table, the format of point sets in SGeMS and GSLIB. Raises
     `CCWSIMError` if there are no data.
-
-    Examples
-    --------
-    >>> hard_data_as_bytes(HardData([[3, 4]], [1]), "gslib")
-    b'1 hard data\\n4\\nx\\ny\\nz\\nfacies\\n4.5 3.5 0 1\\n'
     """
     kind = format_of(None, format, FORMATS)
     if not hard_data.n:

@@ -264,10 +264,7 @@ def with_tracks(
     particles: int,
     colours: Sequence[str],
 ) -> CellMap:
-    """Return a map with tracks, particles after a share (%) of the median time, and the well.
-
-    A volume shows the cells on the tracks as points.
-    """
+    """Return a map with tracks, particles after a share (%) of the median time, and the well."""
     if found is None:
         return shown
     grid = found.flow.grid

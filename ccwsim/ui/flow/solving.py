@@ -59,8 +59,7 @@ class Solution:
 
     flow: Flow
     tracks: Tracks
-    to_well: Tracks | None
-    """Tracks that lead to the well, followed upstream."""
+    to_well: Tracks | None  # tracks that lead to the well, followed upstream
 
 
 @as_task
@@ -92,10 +91,8 @@ class Answers:
     """What all realizations of an ensemble answer."""
 
     k: EffectiveK
-    times: NDArray[np.float64]
-    """Sorted travel times in s, shape (n, N_PARTICLES); inf for particles that do not arrive."""
-    capture: Capture | None
-    """Starts captured by the well, if there is one."""
+    times: NDArray[np.float64]  # sorted travel times in s, (n, N_PARTICLES); inf if not arrived
+    capture: Capture | None  # starts captured by the well, if there is one
 
 
 @dataclass
