@@ -35,8 +35,7 @@ class Flow:
     heads: Floats
     """Head in each cell, shape of the grid; NaN in inactive and in isolated cells."""
     fluxes: tuple[Floats, ...]
-    """Volume per time through the faces across each axis, positive towards larger indices. The
-    arrays are one longer along their own axis."""
+    """Volume per time through the n + 1 faces along each axis, positive to larger indices."""
     wells: dict[tuple[int, ...], float]
     fixed: dict[str, tuple[float, float]]
     """Mean heads at both ends of each axis ("x", "y", "z") whose two heads are fixed."""

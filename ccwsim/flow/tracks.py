@@ -25,8 +25,7 @@ class Tracks:
     status: NDArray[np.int8]
     """LEFT (0), IN_WELL (1) or STUCK (2), shape (n,)."""
     paths: list[Floats]
-    """Points of each track, shape (m, 1 + dimensions): time, x, y (and z) in world units; empty
-    without `keep_paths`."""
+    """Points of each track, (m, 1 + dimensions): time, x, y (and z); empty if not kept."""
 
 
 def tracks(

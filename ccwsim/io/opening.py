@@ -259,8 +259,7 @@ class FileSummary:
     """Name of the format."""
     name: str
     variables: tuple[VariableSummary, ...]
-    """Summaries of all variables. The only variable of a picture is "grey"; it is `continuous` if
-    the picture has too many colours."""
+    """All variables; of a picture "grey", `continuous` if the picture has too many colours."""
     is_table: bool
     """Whether the file is a table: points, or a grid that needs `shape`."""
     is_picture: bool

@@ -73,13 +73,6 @@ def realizations_as_bytes(
     `png` is one map or a contact sheet, north up. `tif` and `png` cannot contain volumes.
 
     Raises `CCWSIMError` for no realizations, or too many for a PNG.
-
-    Examples
-    --------
-    >>> e = read_realizations(BytesIO(b"2 2 1\\n1\\nrealization_1\\n0\\n1\\n1\\n1\\n"))
-    >>> with np.load(BytesIO(realizations_as_bytes(e, "npz"))) as saved:
-    ...     saved["realizations"].tolist()
-    [[[0, 1], [1, 1]]]
     """
     kind = format_of(None, format, FORMATS)
     if not ensemble.n:
@@ -117,23 +110,14 @@ def read_realizations(
 
     Raises `CCWSIMError` if the file has no realizations, or facies that the training image lacks.
 
-    Parameters
-    ----------
-    path_or_file : str, Path or binary file
-        An npz written by `write_realizations`; a GSLIB or SGeMS grid, GRDECL, VTK ImageData,
-        GeoTIFF or NetCDF with one realization per variable; or an npy array, as written by
-        `simulate(out=...)`. The array has the shape (n, ny, nx) or (n, nz, ny, nx), row 0 at the
-        south, layer 0 at the bottom.
-    training_image : TrainingImage or array_like, optional
-        For grids and npy: the training image of the simulation. The default is an image with one
-        cell per facies code; its proportions and patterns are meaningless. If the image is a
-        volume, an npy array of three dimensions is one realization.
+    The file is an npz written by `write_realizations`; a GSLIB or SGeMS grid, GRDECL, VTK
+    ImageData, GeoTIFF or NetCDF with one realization per variable; or an npy array, as written by
+    `simulate(out=...)`, of shape (n, ny, nx) or (n, nz, ny, nx). Unknown times are NaN.
 
-    Returns
-    -------
-    Ensemble
-        Unknown times are NaN. Ensembles from grids and npy have default parameters, the seed 0 and
-        no hard data; `revised` is true, because the seed cannot reproduce the realizations.
+    Ensembles from grids and npy have default parameters, the seed 0 and no hard data; `revised` is
+    true, because the seed cannot reproduce the realizations. Without the training image of the
+    simulation, theirs has one cell per facies code; its proportions and patterns are meaningless.
+    If the image is a volume, an npy array of three dimensions is one realization.
 
     Examples
     --------

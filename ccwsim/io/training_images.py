@@ -279,23 +279,13 @@ def guess_answers(
 ) -> tuple[dict[str, Any], tuple[str, ...]]:
     """Guess the arguments needed to read a file as a training image, and list open questions.
 
-    `answers` has known arguments of `read_training_image`, which are returned unchanged. Raises
-    `CCWSIMError` for answers that do not fit the file.
-
-    Returns
-    -------
-    answers : dict
-        The known arguments, and guesses for open questions: the first variable with codes, all
-        layers of a volume (with `volume=False` the middle slice), the shape nearest to a square,
-        the largest rectangle without gaps, the smallest `every` that keeps a picture within the
-        limit, Otsu's threshold for grey values, and one class per main colour of a picture.
-    asked : tuple of str
-        The keys of `QUESTIONS` that apply to this file, whether answered or not.
-
-    References
-    ----------
-    N. Otsu (1979), A threshold selection method from gray-level histograms. IEEE Transactions on
-    Systems, Man, and Cybernetics 9(1), 62-66.
+    `answers` has known arguments of `read_training_image`, which are returned unchanged, with
+    guesses for open questions: the first variable with codes, all layers of a volume (with
+    `volume=False` the middle slice), the shape nearest to a square, the largest rectangle without
+    gaps, the smallest `every` that keeps a picture within the limit, the threshold of Otsu (1979)
+    for grey values, and one class per main colour of a picture. The second result has the keys of
+    `QUESTIONS` that apply to this file, whether answered or not. Raises `CCWSIMError` for answers
+    that do not fit the file.
 
     Examples
     --------

@@ -126,8 +126,7 @@ class Anodi:
     owner: NDArray[np.int64]
     """Index of the ensemble of each image, shape (1 + n_all,); −1 for the training image."""
     between: NDArray[np.float64]
-    """Mean divergence between realizations of an ensemble, shape (n_ensembles, n_factors); NaN
-    for an ensemble of one realization."""
+    """Mean divergence between realizations, shape (n_ensembles, n_factors); NaN for one of them."""
     within: NDArray[np.float64]
     """Mean divergence of realizations from the training image, shape (n_ensembles, n_factors)."""
 

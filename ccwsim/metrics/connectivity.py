@@ -33,8 +33,7 @@ class Connectivity:
     lags: NDArray[np.int64]
     """Lags in steps of the direction, shape (n_lags,)."""
     tau: NDArray[np.float64]
-    """τ(h) = P(x and x + h in one geobody | both in the facies), shape (n, n_lags); NaN if no pair
-    is in the facies."""
+    """τ(h) = P(in one geobody | both in the facies), shape (n, n_lags); NaN if no pair is in it."""
     unconditional: NDArray[np.float64]
     """P(x and x + h in one geobody) over all pairs of cells, shape (n, n_lags)."""
     neighbours: int
@@ -118,8 +117,7 @@ class Geobodies:
     sizes: tuple[NDArray[np.int64], ...]
     """Sizes of each image's geobodies in cells, largest first."""
     gamma: NDArray[np.float64]
-    """Γ = Σ nᵢ² / m², the probability that two random cells of the facies are connected; NaN if the
-    facies does not occur."""
+    """Γ = Σ nᵢ² / m² = P(two cells of the facies are connected); NaN if the facies is absent."""
     percolates_ew: NDArray[np.bool_]
     """Whether one geobody touches the west edge and the east edge."""
     percolates_ns: NDArray[np.bool_]

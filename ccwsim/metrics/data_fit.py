@@ -189,8 +189,7 @@ class ImageRank:
     score: float
     """Mean log probability of a datum given its neighbours, from counts in the image."""
     z: float
-    """Difference of the scores of the best image and this image in standard errors; 0 for the best
-    image. The data do not tell two images apart if it is at most 2."""
+    """Standard errors between the best image's score and this one; 2 do not tell them apart."""
     n: int
     """Number of data in the mean."""
 

@@ -40,8 +40,7 @@ class Spacing:
     range: int | None
     """First lag at which γ reaches 95 % of the sill; None if γ stays below this value."""
     spacing: int | None
-    """Distance between features: the lag of the first peak of the correlation. None if there is no
-    peak."""
+    """Distance between features: the lag of the first peak of the correlation, or None."""
     strength: float
     """Prominence of the first peak, from 0 (no repetition) to about 2 (strict period)."""
 
@@ -304,8 +303,7 @@ class Diagnosis:
     n_templates: int
     """Number of templates of the advised size that fit into the image without overlap."""
     advice: tuple[Advice, ...]
-    """Consistent values of wavelet_level, template_size and overlap_size. If a volume has a
-    vertical trend, a location_weight is added."""
+    """Consistent level, template and overlap; for a vertical trend, also a location_weight."""
     warnings: tuple[str, ...]
     """Warnings about possible problems of the image."""
     vertical_thickness: tuple[int, ...] = ()

@@ -78,8 +78,7 @@ class Measure:
     spread: float = 0.0
     """Smallest standard deviation between crops, in units of the value."""
     checked: Literal["facies", "image", "elsewhere"] = "facies"
-    """Whether `check_ensemble` compares the measure for each facies, for the image, or elsewhere,
-    namely in a check of another kind."""
+    """Whether `check_ensemble` compares it for each facies, for the image, or by another check."""
 
     @property
     def name(self) -> str:

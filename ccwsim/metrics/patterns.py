@@ -32,8 +32,7 @@ class PatternHistogram:
     facies: tuple[int, ...] = ()
     """Sorted facies codes; a digit k in a pattern's code stands for facies[k]."""
     layers: int = 1
-    """Height of the patterns in cells: 1 in maps; in volumes `size`, but at most the number of
-    layers."""
+    """Height of the patterns: 1 in maps; in volumes `size`, but at most the number of layers."""
 
 
 def pattern_histogram(

@@ -39,24 +39,21 @@ class Quality:
     facies: int
     """Code of the facies whose τ(h) is compared."""
     differing: float
-    """Share of the cells in which two realizations differ, averaged over all pairs; NaN for one
-    realization."""
+    """Share of the cells in which two realizations differ, mean of all pairs; NaN for one."""
     n_resimulated: float
     n_forced: float
     n_mismatched: float
     cpu_seconds: float
     """Median CPU time of a realization in seconds."""
     proportion_error: float = nan
-    """Largest relative error of the mean proportion of a facies. A value of −0.4 means that
-    realizations have 40 % less of this facies than the training image."""
+    """Largest relative error of the mean proportion of a facies; −0.4: 40 % less than the image."""
     proportion_facies: int = 0
     """Code of the facies with the largest relative error of the proportion."""
     proportion_spread: float = nan
     tau_spreads: tuple[float, ...] = (nan, nan)
     """Spread of τ(h), averaged over the lags, along each axis of `tau_errors`."""
     largest_copied: float = nan
-    """Mean size in cells of the largest piece that a realization copied from the training image;
-    NaN if the ensemble does not contain sources."""
+    """Mean size in cells of the largest piece copied from the image; NaN without sources."""
     copied_spread: float = nan
 
     @property

@@ -35,8 +35,7 @@ class ReferenceScores:
     accuracy: float
     """Share of the cells whose most likely facies is the facies of the reference field."""
     brier: float
-    """Brier score: Σ (p − o)² over facies, averaged over cells, with o = 1 for the true facies and
-    0 for others. 0 is perfect, and 2 is the worst value."""
+    """Mean over cells of Σ (p − o)², with o = 1 for the true facies; 0 is perfect, 2 the worst."""
     log_score: float
     """Mean of −ln p of the true facies; 0 is perfect. The probability p from n realizations is
     replaced by (n p + ½) / (n + n_facies / 2), which is never 0."""
@@ -224,8 +223,7 @@ class LeaveOut:
     log_score: float
     """Mean −ln P of the datum's facies, where the proportions count as one more realization."""
     slope: float
-    """Slope of the regression of observed on predicted departures from the proportions: 1 if
-    probabilities are reliable, less if they are too sure."""
+    """Slope of observed on predicted departures from the proportions: 1, or less if too sure."""
     reliability: Calibration
     """Predicted probabilities and observed shares in bins."""
 

@@ -46,18 +46,15 @@ class Stationarity:
     variograms: NDArray[np.float64]
     """γ(h) of each quarter, shape (4, n_facies, 2, n_lags), E-W first, then N-S."""
     variogram_shift: NDArray[np.float64]
-    """Root mean square over lags of (γ of the quarter − γ of the image), in sills, shape
-    (4, n_facies, 2)."""
+    """Root mean square of (γ of quarter − γ of image) over lags, in sills, (4, n_facies, 2)."""
     differences: NDArray[np.float64]
     """Proportion of each of the `PARTS` − mean of the quarters, shape (8, n_facies)."""
     errors: NDArray[np.float64]
     """Standard errors of `differences` in a stationary image with the same covariance."""
     variogram_scores: NDArray[np.float64]
-    """|Mean variogram of each part − mean variogram of the image|, in standard errors, shape
-    (8, n_facies, 2)."""
+    """|Mean variogram of the part − of the image|, in standard errors, shape (8, n_facies, 2)."""
     vertical_differences: NDArray[np.float64] | None = None
-    """Proportion in the upper half of the layers − mean of both halves, shape (n_facies,); None for
-    maps."""
+    """Proportion in the upper half − mean of both halves, shape (n_facies,); None for maps."""
     vertical_errors: NDArray[np.float64] | None = None
     """Standard errors of `vertical_differences`, estimated from the variation between columns."""
 

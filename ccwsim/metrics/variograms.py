@@ -132,8 +132,7 @@ class Transiograms:
     lags: NDArray[np.int64]
     """Lags in steps of the direction, shape (n_lags,)."""
     probability: NDArray[np.float64]
-    """P(x + h in head | x in tail), shape (n, n_facies, n_facies, n_lags) for image, tail, head and
-    lag; NaN if no cell x is in the tail facies."""
+    """P(x + h in head | x in tail), shape (n, tails, heads, n_lags); NaN for an absent tail."""
 
 
 def transiograms(

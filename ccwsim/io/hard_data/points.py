@@ -58,8 +58,7 @@ class ImportedPoints:
     grid: Grid | None = None
     """The grid of the file, if the file is a grid with gaps."""
     spans: NDArray[np.float64] | None = None
-    """Heights z of bottom and top of each interval in a vertical well, shape (n, 2); `places`
-    contains the middle of each interval."""
+    """Heights z of bottom and top of each interval, shape (n, 2); `places` has the middle."""
     wells: Mapping[int, str] = field(default_factory=dict)
     """Well names by line number; empty if the file has no well names."""
     problems: tuple[RowProblem, ...] = ()
