@@ -26,7 +26,9 @@ def command(
     Runs the experiments of the paper (sections 5.1 to 5.9) in some minutes. For each figure and
     table, the HTML report shows our result beside the paper's, with a verdict.
     """
-    check_report(output)
+    if (path := Path(output)).suffix.lower() not in (".html", ".htm"):
+        raise CCWSIMError(f"{path}: the report is HTML; call it {path.stem or 'report'}.html")
+    check_writable(output)
     from ccwsim.cli.progress import ProgressLine, stop_on_signals
     from ccwsim.paper import reproduction as paper
     from ccwsim.paper.experiment import FULL, QUICK, inputs_in
@@ -58,10 +60,3 @@ def command(
     if not quiet:
         click.echo(f"{paper.summary(found)}\nWritten: {output}", err=True)
     return 0
-
-
-def check_report(path: str) -> None:
-    """Raise an error if the report cannot be written; called before a long run."""
-    if Path(path).suffix.lower() not in (".html", ".htm"):
-        raise CCWSIMError(f"{path}: the report is HTML; call it {Path(path).stem or 'report'}.html")
-    check_writable(path)

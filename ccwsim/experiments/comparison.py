@@ -167,15 +167,9 @@ def compare(
     Raises `CCWSIMError` before simulating if there are not 2 to 4 settings, a setting does not fit,
     or the training image lacks the facies.
 
-    Parameters
-    ----------
-    settings : mapping of str to Parameters or Ensemble
-        Two to four settings by name. An ensemble with the same image and grid, from another method,
-        is compared as it is.
-    facies : int, optional
-        Code of the facies whose curves are compared; by default the last.
-    on_partial : callable, optional
-        Called with the partial result after each setting, after curves and after patterns.
+    A setting that is an ensemble with the same image and grid, from another method, is compared as
+    it is. `facies` is the code of the facies whose curves are compared; by default the last.
+    `on_partial` is called with the partial result after each setting, curves and patterns.
 
     Examples
     --------

@@ -20,8 +20,7 @@ RANGED = {
     "n_candidates": "K",
     "search_fraction": "search",
 }
-"""Symbols in labels for the parameters that may have a range. In volumes, the range along z is
-separate from the range along x and y."""
+"""Symbols of the parameters that may have a range; in volumes, also a separate one along z."""
 ALONG_Z = "_z"
 
 

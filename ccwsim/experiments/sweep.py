@@ -42,8 +42,7 @@ SPREADS = {
 }
 """Functions that return the standard deviation of an error over realizations."""
 TOLERANCES = {"proportions": 0.1, "patterns": 0.1, "connection": 0.03}
-"""Maximum difference between two errors that count as equal; of patterns, relative to the smallest
-error. Settings are compared in this order."""
+"""Differences that count as equal, of patterns relative to the least, in order of comparison."""
 MAX_COPIED = 4  # largest copied piece in templates; usual are 5 to 13 for K = 1, 3 for K = 5
 MAX_NAMED = 4  # maximum number of settings that a sentence names
 DOUBT = 2.0  # two settings are different if they differ by at least these standard errors
@@ -118,16 +117,9 @@ def sweep(
     returns True, the sweep stops and returns the finished settings. Raises `CCWSIMError` if there
     is no setting, or the training image lacks the facies.
 
-    Parameters
-    ----------
-    progress : callable, optional
-        Called with the fraction of the expected time and the number of finished settings.
-    found : callable, optional
-        Called with each finished `SweepRow`.
-    n_kept : int
-        Number of realizations stored for each setting.
-    facies : int, optional
-        Code of the facies whose connectivity is judged; by default the last.
+    `progress` is called with the fraction of the expected time and the number of finished settings,
+    and `found` with each finished `SweepRow`, which stores `n_kept` realizations. `facies` is the
+    code of the facies whose connectivity is judged; by default the last.
 
     Examples
     --------

@@ -1,7 +1,4 @@
-"""Pictures with captions and zoomable charts of images, data and ensembles for notebooks.
-
-A picture of a volume shows the middle layer; layers are counted from 0 at the bottom.
-"""
+"""Pictures with captions and zoomable charts for notebooks; of volumes, the middle layer."""
 
 from base64 import b64encode
 from collections.abc import Sequence

@@ -1,8 +1,4 @@
-"""Style of all charts (typeface, thin lines, transparent background) in a light and a dark theme.
-
-The module also defines the colours of facies, which are the same in every map and chart, and the
-symbols of compared settings, and converts charts to JSON.
-"""
+"""Style of all charts in a light and a dark theme, with the colours of facies and of settings."""
 
 import colorsys
 import re

@@ -103,14 +103,10 @@ def darcy(
     conductivity, heads or wells do not fit the grid, a well is in an inactive cell or cut off from
     all fixed heads, or no path connects two sides with heads.
 
-    Parameters
-    ----------
-    conductivity : array_like, shape of the grid
-        Positive numbers, such as m/s; NaN in inactive cells, through which nothing flows.
-    grid : Grid, optional
-        Cell sizes in the same unit of length; the default has cells of size 1. A map is 1 thick.
-    tolerance : float
-        Relative residual at which iterations end.
+    `conductivity`, shape of the grid, has positive numbers, such as m/s, and NaN in inactive cells,
+    through which nothing flows; `active` can mask cells, too. Cell sizes have the same unit of
+    length; without a grid, they are 1, and a map is 1 thick. Iterations end at a relative residual
+    of `tolerance`.
 
     Examples
     --------

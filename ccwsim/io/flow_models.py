@@ -114,14 +114,8 @@ def to_flopy(
     `ccwsim.flow.darcy`, which gives the same heads. Raises `CCWSIMError` if flopy is not installed,
     a facies has no value, or the heads and wells do not suit.
 
-    Parameters
-    ----------
-    values : mapping
-        Hydraulic conductivity of each facies, by name or code.
-    workspace : path
-        Folder of the model; created if it does not exist.
-    unit : {"m/s", "m/d"}
-        Unit of the conductivities, which sets the unit of time of the model.
+    `values` has the hydraulic conductivity of each facies, by name or code, in the `unit` "m/s" or
+    "m/d", which sets the unit of time; `workspace` is the folder of the model, created if needed.
 
     Examples
     --------

@@ -270,8 +270,7 @@ QUESTIONS = {
     "gaps": ("crop",),
     "values": ("threshold", "classes", "merge"),
 }
-"""Arguments of `read_training_image` that answer each question. The order of the questions matters,
-because later questions depend on earlier answers."""
+"""Arguments of `read_training_image` that answer each question; later ones depend on earlier."""
 
 
 def guess_answers(

@@ -113,14 +113,8 @@ def fit_data(
     Raises `CCWSIMError` for data outside the grid or of an unknown facies, for fewer than 3 data,
     and for n_null < 10.
 
-    Parameters
-    ----------
-    shape : Grid or tuple of int
-        Grid of the data.
-    n_null : int
-        Number of unconditional realizations, each read at the places of the data.
-    parameters : Parameters, optional
-        Parameters of the realizations; by default, a template of 32 cells if it fits.
+    `shape` is the grid of the data, `n_null` the number of unconditional realizations, each read at
+    the places of the data; their template has 32 cells by default, if it fits.
 
     Examples
     --------

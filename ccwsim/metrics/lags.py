@@ -25,12 +25,10 @@ VERTICAL: DirectionName = "vertical"  # name of the upward direction in volumes,
 MAX_STEPS = 1_000_000  # maximum lag in steps
 
 Direction = DirectionName | float | tuple[int, ...]
-"""A direction: a name in `STEPS`, an azimuth in degrees clockwise from north, or the (rows,
-columns) of one step; in volumes also "vertical" and (layers, rows, columns)."""
+"""A direction: a name in `STEPS` or "vertical", an azimuth in degrees from north, or one step."""
 
 Lags = int | Sequence[int] | NDArray[np.integer]
-"""Lags of a curve: the largest lag, or a list of lags. By default, lags are 0 … 100, or as far as
-they fit the image."""
+"""Lags of a curve: the largest lag, or a list of lags; by default 0 … 100, as far as they fit."""
 
 
 def axes_of(shape: tuple[int, ...]) -> tuple[DirectionName, ...]:

@@ -1,8 +1,4 @@
-"""Measures of one facies: one number for each realization and for each crop of the training image.
-
-`MEASURES` lists the title, function and smallest reported difference of each measure. The page
-*Validate*, reports and CSV files show all measures.
-"""
+"""Measures of one facies: one number for each realization and each crop of the training image."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass

@@ -49,8 +49,7 @@ ERRORS = {
 }
 """Allowed differences in standard errors, for maps and for volumes."""
 RARE = 0.001
-"""Limits are wider for few crops and pieces, in the ratio of quantiles of Student's t distribution
-to the normal distribution at this two-sided probability."""
+"""For few crops, limits widen as Student's t quantiles at this probability, beside normal ones."""
 MAX_OWN = (2.0, 3.0)  # most that the spread of pieces counts, in spreads of crops; maps, volumes
 MIN_GAP = 0.1  # smallest reported difference of a curve, in τ or, for γ, in sills p (1 − p)
 MIN_PROPORTION_GAP = 0.05  # smallest reported difference, relative to the image's proportion

@@ -13,9 +13,7 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.model.secondary import Secondary
 from ccwsim.model.training_image import TrainingImage
 
-NOTED = 0.05
-"""Minimum difference between an asked proportion and the nearest proportion of a piece of the image
-that is noted."""
+NOTED = 0.05  # noted difference between an asked proportion and the nearest one of a piece
 
 
 def reliability(ensemble: Ensemble, facies: int | None = None, n_bins: int = 10) -> Calibration:

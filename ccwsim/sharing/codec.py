@@ -1,7 +1,4 @@
-"""Table of the fields of a study, with names, limits and text formats.
-
-Links, project files, the command line and the fields of pages use the rows of this table.
-"""
+"""Table of the fields of a study, for links, projects, the command line and fields of pages."""
 
 import re
 from collections.abc import Mapping

@@ -1,8 +1,4 @@
-"""Write a study as the query of a web address, with only the values that differ from defaults.
-
-`ccwsim.sharing.codec` writes and reads numbers, words and pairs. This module writes and reads
-training images and hard data.
-"""
+"""Write a study as the query of a web address, with only the values that differ from defaults."""
 
 import binascii
 import re

@@ -81,19 +81,15 @@ def _study(ensemble: Ensemble) -> document.Facts:
     size = " × ".join(f"{side:g}" for side in grid.cell_size)
     cells = f"{describe_shape(grid.shape)} cells of {size}"
     corner = ", ".join(f"{place:g}" for place in grid.origin)
-    rows = (
+    rows: tuple[tuple[str, str], ...] = (
         ("Training image", f"{ti}, digest {image.digest}"),
         ("Grid", f"{cells}, from ({corner})"),
         ("Hard data", f"{n}, digest {ensemble.hard_data.digest}" if n else "none"),
         ("Realizations", f"{ensemble.n}, seed {ensemble.seed}"),
     )
-    return document.Facts((*rows, *_secondary(ensemble)))
-
-
-def _secondary(ensemble: Ensemble) -> tuple[tuple[str, str], ...]:
-    if (given := ensemble.secondary) is None:
-        return ()
-    return (("Secondary information", f"{given.describe()}, digest {given.digest}"),)
+    if (given := ensemble.secondary) is not None:
+        rows += (("Secondary information", f"{given.describe()}, digest {given.digest}"),)
+    return document.Facts(rows)
 
 
 def _facies(ensemble: Ensemble) -> document.Table:
