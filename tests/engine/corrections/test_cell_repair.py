@@ -19,7 +19,6 @@ from ccwsim.engine.stages.bits import to_bits, to_square_bits
 from ccwsim.engine.stages.candidates import draw_index
 from ccwsim.engine.stages.path import UNKNOWN
 from tests.small_images import blobs, noise
-from tests.some import some
 
 Cell = tuple[int, int, int]
 SHAPES = [(1, 40, 50), (6, 14, 15)]
@@ -180,9 +179,17 @@ class OneByOne:
         return self.grid, n_changed
 
 
-@pytest.mark.parametrize("walks", [False, True])
-@pytest.mark.parametrize("n_facies", some([2, 3, 5], always=[2, 3]))
-@pytest.mark.parametrize("shape", SHAPES)
+FIVE = [(SHAPES[0], False), (SHAPES[0], True), (SHAPES[1], False)]
+"""Shapes and walks with five facies; walks through a volume take plain Python a minute then."""
+
+
+@pytest.mark.parametrize(
+    ("shape", "n_facies", "walks"),
+    [
+        *product(SHAPES, (2, 3), (False, True)),
+        *(pytest.param(shape, 5, walks, marks=pytest.mark.slow) for shape, walks in FIVE),
+    ],
+)
 def test_cells_change_as_one_by_one_finds_it(shape, n_facies, walks, monkeypatch):
     image = blobs((shape[0] + 3 * (shape[0] > 1), 60, 70), n_facies)
     patterns = known_patterns(image, 1)

@@ -113,15 +113,16 @@ def test_every_section_is_drawn_without_wells(unconditional):
     assert "No hard data" in html(app)
 
 
-def simulated_of(name: str):
-    """Return the page with all sections, for realizations of a bundled volume without data."""
+def advised_for(name: str):
+    """Return the page with the section on the training image, which is a bundled volume."""
     choices = Choices(ImageChoice(name), DataChoice(), Grid(20, 24, nz=10), P, n_realizations=2)
     e = simulate(datasets.load(name), choices.grid, P, n_realizations=2)
-    return launched(choices, ensemble=e, ensemble_choices=choices, last_attempt=choices, seen=ALL)
+    own = {"ensemble_choices": choices, "last_attempt": choices}
+    return launched(choices, frozenset({"image"}), ensemble=e, **own)
 
 
 def test_the_study_of_a_volume_is_judged_and_takes_advice():
-    app = simulated_of("sinuous_channels")
+    app = advised_for("sinuous_channels")
     assert not app.error
     assert charts(app) >= CURVES | {"repetition", "quarters"}
     advised = diagnose(datasets.load("sinuous_channels")).advised("template_size")
@@ -132,7 +133,7 @@ def test_the_study_of_a_volume_is_judged_and_takes_advice():
 
 
 def test_a_trend_is_advised_and_means_nothing_in_a_map():
-    app = simulated_of("folded_layers")
+    app = advised_for("folded_layers")
     assert "<b>0.5 along z</b>" in html(app)
     named(app.button, "use_advice").click().run()
     assert not app.error
