@@ -93,7 +93,7 @@ def few(n: int = 60) -> list[Study]:
 
     The next study is always the study that adds most new pairs.
     """
-    rest = [(study, _pairs(study)) for study in studies() if not _takes_seconds(study)]
+    rest = [(study, _pairs(study)) for study in studies() if not _takes_long(study)]
     chosen: list[Study] = []
     covered: set[tuple[str, ...]] = set()
     while len(chosen) < n:
@@ -104,9 +104,11 @@ def few(n: int = 60) -> list[Study]:
     return chosen
 
 
-def _takes_seconds(study: Study) -> bool:
+def _takes_long(study: Study) -> bool:
+    """Return whether a study takes seconds, or needs a kernel that no other of the tests needs."""
     _, image, options, n_data = study
-    return image == "folded_layers" and bool(n_data) and options.get("wavelet_level") == 0
+    long = image == "folded_layers" and bool(n_data) and options.get("wavelet_level") == 0
+    return long or (image in VOLUMES and options.get("method") == "ms-ccsim")
 
 
 def _pairs(study: Study) -> set[tuple[str, ...]]:

@@ -195,13 +195,9 @@ def test_no_process_outlives_the_one_it_compiles_for(how):
 
 FIRST_RUN = """
 from numba.core import event
-from ccwsim import simulate
-from ccwsim.datasets import load, load_hard_data
-from ccwsim.sharing.choices import Choices
-c = Choices()
+from ccwsim import Parameters, datasets, simulate
 with event.install_recorder("numba:compile") as compiled:
-    data = load_hard_data(c.data.bundled)
-    simulate(load(c.image.bundled), c.grid, c.parameters, data, 1, c.seed)
+    simulate(datasets.load("channels"), (64, 64), Parameters(repair_seams=False))
 print("compiled here:", len(compiled.buffer))
 """
 

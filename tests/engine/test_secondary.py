@@ -7,6 +7,7 @@ from ccwsim import Auxiliary, Grid, Parameters, Secondary, TrainingImage, datase
 from ccwsim.metrics import reliability
 from ccwsim.model.missing import UNKNOWN
 from tests.small_images import blobs
+from tests.some import some
 
 METHODS = ["ccwsim", "ccsim", "ms-ccsim"]
 CHANNELS = datasets.load("channels")
@@ -78,7 +79,7 @@ def test_an_active_strip_costs_less_work_than_the_grid():
     assert counts[1] < counts[0] / 6
 
 
-@pytest.mark.parametrize("shape", [(60, 70), (6, 40, 44)])
+@pytest.mark.parametrize("shape", some([(60, 70), (6, 40, 44)], always=[(60, 70)]))
 @pytest.mark.parametrize("seed", range(4))
 def test_random_masks_and_data_are_honoured(shape, seed):
     rng = np.random.default_rng(seed)

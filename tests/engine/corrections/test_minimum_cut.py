@@ -19,6 +19,9 @@ from ccwsim.engine.stages.cut import keep_old, make_cut
 from ccwsim.engine.stages.path import ABOVE, BELOW, BOTTOM, LEFT, RIGHT, TOP, UNKNOWN, Box
 from tests.small_images import blobs
 
+pytestmark = pytest.mark.slow
+"""The tests are slow; golden digests and `test_volumes` test cuts of volumes in the quick tests."""
+
 FACES = ((BELOW, ABOVE), (TOP, BOTTOM), (LEFT, RIGHT))
 """Sides at the beginning and the end of each axis, z first."""
 SEEDS = st.integers(0, 2**32)
@@ -168,7 +171,6 @@ def check(case: Case, flow=None) -> None:
     np.testing.assert_array_equal(kept, reached)  # the cheapest cut with the fewest old cells
 
 
-@pytest.mark.slow
 @settings(max_examples=200, deadline=None)
 @given(sizes, st.integers(0, 63), st.integers(2, 4), st.integers(0, 12), SEEDS)
 def test_the_cut_is_the_largest_flow(size, sides, n_facies, n_data, seed):

@@ -280,6 +280,7 @@ def test_places_that_honour_all_data_are_marked(seed, volume, n_data, n_facies):
         np.testing.assert_array_equal(marked, expected)
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, 2**16), st.booleans(), st.integers(0, 3), st.integers(0, 99))
 def test_a_part_of_the_rows_goes_on_from_the_last_to_the_first(seed, volume, n_data, first):
@@ -302,6 +303,7 @@ def test_a_part_of_the_rows_goes_on_from_the_last_to_the_first(seed, volume, n_d
             assert place[0] * expected.shape[1] + place[1] in own
 
 
+@pytest.mark.slow
 @settings(max_examples=100, deadline=None)
 @given(st.integers(0, 2**16), st.booleans(), st.integers(0, 2), st.sampled_from([0.1, 0.5, 1.0]))
 def test_the_best_windows_are_those_whose_ring_fits_best(seed, volume, n_data, tolerance):

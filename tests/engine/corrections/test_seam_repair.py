@@ -127,6 +127,7 @@ def test_the_worst_places_come_first_and_lie_among_their_patterns(shape):
         assert len(counts) == len(found) == len(wanted)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n_facies", [2, 3])
 @pytest.mark.parametrize("shape", SHAPES)
 def test_windows_are_compared_by_their_ring(shape, n_facies):

@@ -310,7 +310,7 @@ def test_energies_are_the_squares_over_each_shape_of_overlap(template, more, see
         (32, 16, (3, 3, 3), np.int32),
         (32, 16, (4, 4, 3), np.int32),
         (64, 32, (4, 4, 4), np.int32),
-        (128, 64, (6, 6, 6), np.int64),
+        pytest.param(128, 64, (6, 6, 6), np.int64, marks=pytest.mark.slow),
     ],
 )
 def test_the_type_of_scores_holds_the_best_and_the_worst_fit_in_volumes(
