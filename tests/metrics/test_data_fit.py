@@ -203,9 +203,15 @@ class TestLeaveOut:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("side", SIDES)
-def test_the_right_image_is_seldom_rejected(side):
-    found = [rejected(name, name, side, 400, 100, 9) for name in NAMES]
+def test_the_right_image_is_seldom_rejected():
+    """Test nine reference fields of each generator; there are fewer of the larger sides."""
+    found = [
+        alarm
+        for name in NAMES
+        for side, n in zip(SIDES, (4, 3, 2), strict=True)
+        for alarm in rejected(name, name, side, 400, 100, n)
+    ]
+    assert len(found) == 36
     assert np.mean(found) <= 0.06
 
 
