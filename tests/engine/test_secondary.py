@@ -142,11 +142,13 @@ def test_an_auxiliary_variable_turns_a_trend(turns):
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("n_data", [0, 300])
-def test_no_patch_contains_unknown_cells(method, n_data):
+@pytest.mark.parametrize("template", some([16, 32], always=[16]))
+def test_no_patch_contains_unknown_cells(template, method, n_data):
     cells = CHANNELS.array.astype(float)
     cells[60:110, 80:150] = np.nan
     image, data = TrainingImage(cells), wells((150, 160), n_data) if n_data else None
-    e = simulate(image, (150, 160), Parameters(method=method), data, 3, keep_sources=True)
+    p = Parameters(template, template // 4, method=method)
+    e = simulate(image, (150, 160), p, data, 3, keep_sources=True)
     assert (e.indices < 2).all()
     assert e.sources is not None
     assert image.known is not None
