@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from ccwsim.ui.page import PAGES
-from tests.browser.hands import SLOW, at_rest, soon, to_page
+from tests.browser.hands import SLOW, at_rest, choose, fill, soon, to_page
 from tests.browser.screenshots import FILLED, SETTLED, SIZES, fill_with_maps
 from tests.browser.served import CHROMIUM
 
@@ -92,11 +92,27 @@ def test_a_page_has_no_serious_finding(page, title):
     assert not looked_through(page)
 
 
+def measure_little(page) -> None:
+    """Choose the smallest measurements of the page Benchmark."""
+    choose(page, "largest", "512 × 512")
+    fill(page, "grids_realizations", 1)
+
+
+def sweep_little(page) -> None:
+    """Choose two realizations of each setting on the page Sweep."""
+    fill(page, "n_swept", 2)
+
+
+QUICKER = {"benchmark": measure_little, "sweep": sweep_little}
+"""Functions that let a page take less time to be filled."""
+
+
 @pytest.mark.parametrize("name", LONG)
 def test_a_page_that_was_filled_has_no_serious_finding(tab, address, name):
     page = tab
     page.goto(f"{address}/{name}")
     page.wait_for_selector(".st-key-menu", timeout=SLOW)
+    QUICKER.get(name, at_rest)(page)
     FILLED[name](page)
     page.wait_for_function(SETTLED, timeout=SLOW)
     assert not looked_through(page)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from contextlib import closing
+from contextlib import ExitStack, closing
 from pathlib import Path
 
 import pytest
@@ -34,20 +34,37 @@ def server(tmp_path_factory) -> Iterator[tuple[str, Path]]:
         yield own.address, log
 
 
+@pytest.fixture(scope="module")
+def said(chromium, server) -> dict[str, list[tuple[str, str]]]:
+    """Return the text and the address of each message in the console of each page.
+
+    The pages are open side by side, because their timers need seconds.
+    """
+    address, _ = server
+    found: dict[str, list[tuple[str, str]]] = {page: [] for page in ("", *PAGES)}
+    with ExitStack() as profiles:
+        tabs = []
+        for page, own in found.items():
+            profile = profiles.enter_context(closing(chromium.new_context()))  # empty storage
+            tab = profile.new_page()
+            tab.on("console", lambda m, own=own: own.append((m.text, m.location["url"])))
+            tab.on("pageerror", lambda error, own=own: own.append((str(error), "")))
+            tab.goto(f"{address}/{page}", timeout=SLOW)
+            at_rest(tab)
+            tabs.append(tab)
+        tabs[-1].wait_for_timeout(3000)  # so that timers run
+        for tab in tabs:
+            at_rest(tab)
+    return found
+
+
 @pytest.mark.parametrize("page", ["", *PAGES])
-def test_a_first_visit_leaves_the_consoles_empty(chromium, server, page):
-    address, log = server
-    said = []
-    with closing(chromium.new_context()) as profile:  # a new profile with empty storage
-        tab = profile.new_page()
-        tab.on("console", lambda message: said.append((message.text, message.location["url"])))
-        tab.on("pageerror", lambda error: said.append((str(error), "")))
-        tab.goto(f"{address}/{page}", timeout=SLOW)
-        at_rest(tab)
-        tab.wait_for_timeout(3000)  # so that timers run
-        at_rest(tab)
-    assert [(text, url) for text, url in said if not BASE.search(url)] == []
-    assert LOGGED.findall(log.read_text()) == []
+def test_a_first_visit_leaves_the_console_of_the_browser_empty(said, page):
+    assert [(text, url) for text, url in said[page] if not BASE.search(url)] == []
+
+
+def test_first_visits_leave_the_log_of_the_server_empty(said, server):
+    assert LOGGED.findall(server[1].read_text()) == []
 
 
 def test_a_late_tick_of_a_timer_is_not_logged(server):

@@ -14,7 +14,7 @@ pytestmark = [
     pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}"),
 ]
 
-LARGE = "grid=512x512&data=none&realizations=200"
+LARGE = "grid=512x512&data=none&realizations=100"
 
 
 def test_a_how_to_fits_a_phone_and_stays_while_realizations_come(phone, address):

@@ -28,9 +28,9 @@ def shows(page, selector: str, bright: bool) -> None:
     page.wait_for_function(BRIGHT, arg=[selector, bright], timeout=SLOW)
 
 
-def test_a_switch_of_the_theme_repaints_style_and_charts(chromium, address):
-    context = chromium.new_context(viewport={"width": 1440, "height": 900}, color_scheme="light")
-    page = context.new_page()
+def test_a_switch_of_the_theme_repaints_style_and_charts(tab, address):
+    page = tab
+    page.emulate_media(color_scheme="light")
     page.goto(f"{address}/simulate?grid=64x48&data=none&template=16&overlap=4&realizations=3")
     page.wait_for_selector(AXIS, timeout=SLOW)
     at_rest(page)
@@ -40,4 +40,3 @@ def test_a_switch_of_the_theme_repaints_style_and_charts(chromium, address):
         shows(page, label, theme == "dark")
         shows(page, AXIS, theme == "dark")
         at_rest(page)
-    context.close()
