@@ -105,11 +105,11 @@ def run_to(page, number: int, of: int) -> None:
     at_rest(page)
 
 
-def test_an_opened_link_shows_the_same_picture(chromium, address, tmp_path):
+def test_an_opened_link_shows_the_same_picture(chromium, desktop, address, tmp_path):
     from playwright.sync_api import expect
 
-    mine, other = context_of(chromium), context_of(chromium)
-    page = opened(mine, f"{address}/simulate?{SMALL}")
+    other = context_of(chromium)
+    page = opened(desktop, f"{address}/simulate?{SMALL}")
     menu(page, "image_row")
     follow(page, page.get_by_role("link", name="Facies, colours, turns, advice"), "import")
     page.locator(".st-key-image_flip_ew label").first.wait_for(timeout=SLOW)
@@ -140,7 +140,7 @@ def test_an_opened_link_shows_the_same_picture(chromium, address, tmp_path):
     open_share(again)
     said = again.locator(".st-key-share_body .stCode code").first
     expect(said).to_have_text(link, timeout=SOON)
-    mine.close()
+    page.close()
     other.close()
 
 
@@ -185,9 +185,8 @@ def test_a_change_asks_for_the_page_once_and_data_by_hand_are_in_the_address(chr
     context.close()
 
 
-def test_live_changes_are_in_the_address_and_back_leads_to_the_page_before(chromium, address):
-    context = context_of(chromium)
-    page = opened(context, f"{address}/simulate?{SMALL}")
+def test_live_changes_are_in_the_address_and_back_leads_to_the_page_before(desktop, address):
+    page = opened(desktop, f"{address}/simulate?{SMALL}")
     switch_on(page, "live")
     for seed in (3, 14, 15):
         fill(page, "seed", seed)
@@ -200,10 +199,10 @@ def test_live_changes_are_in_the_address_and_back_leads_to_the_page_before(chrom
     page.go_back()
     page.wait_for_function("() => location.pathname.endsWith('simulate')", timeout=SLOW)
     page.wait_for_function("() => location.search.includes('seed=15')", timeout=SLOW)
-    context.close()
+    page.close()
 
 
-def test_a_project_opened_after_a_restart_gives_the_same_numbers(chromium, tmp_path):
+def test_a_project_opened_after_a_restart_gives_the_same_numbers(desktop, tmp_path):
     from playwright.sync_api import expect
 
     array = np.kron(np.random.default_rng(2).integers(0, 2, (10, 12)) * 5, np.ones((5, 5), int))
@@ -211,9 +210,8 @@ def test_a_project_opened_after_a_restart_gives_the_same_numbers(chromium, tmp_p
     lines = [f"{k % 8 * 7},{k // 8 * 5},{k % 2 * 5}" for k in range(40)]
     (tmp_path / "wells.csv").write_text("\n".join(["col,row,facies", *lines, ""]))
     file = tmp_path / "study.ccwsim"
-    context = context_of(chromium)
     with served() as before:
-        page = opened(context, f"{before}/simulate?{SMALL}&seed=5")
+        page = opened(desktop, f"{before}/simulate?{SMALL}&seed=5")
         upload(page, "image", tmp_path / "wall.npy", "wall")
         upload(page, "data", tmp_path / "wells.csv", "40 data")
         run_to(page, 1, 3)
@@ -225,7 +223,7 @@ def test_a_project_opened_after_a_restart_gives_the_same_numbers(chromium, tmp_p
         taken(page, "share_save", file)
         page.close()
     with served() as after:
-        page = opened(context, f"{after}/simulate?{SMALL}")
+        page = opened(desktop, f"{after}/simulate?{SMALL}")
         box = page.locator(".st-key-share_open input[type=file]")
         until(
             lambda: None if box.count() else page.locator(".st-key-open button").first.click(),
@@ -237,7 +235,7 @@ def test_a_project_opened_after_a_restart_gives_the_same_numbers(chromium, tmp_p
         page.keyboard.press("Escape")
         assert cells(page, tmp_path) == numbers
         page.wait_for_function("() => location.search.includes('seed=5')", timeout=SOON)
-    context.close()
+        page.close()
 
 
 def test_the_report_opens_offline_with_all_its_figures(chromium, address, tmp_path):
@@ -275,11 +273,10 @@ def test_the_report_opens_offline_with_all_its_figures(chromium, address, tmp_pa
     offline.close()
 
 
-def test_the_report_can_be_read_on_the_page(chromium, address):
+def test_the_report_can_be_read_on_the_page(desktop, address):
     from playwright.sync_api import expect
 
-    context = context_of(chromium, 1200)
-    page = opened(context, f"{address}/simulate?{SMALL}&show=2")
+    page = opened(desktop, f"{address}/simulate?{SMALL}&show=2")
     open_share(page)
     read, dialog = page.locator(".st-key-share_read button"), page.locator("[role=dialog] iframe")
     until(
@@ -296,4 +293,4 @@ def test_the_report_can_be_read_on_the_page(chromium, address):
         lambda wait: expect(dialog).to_have_count(0, timeout=wait),
     )
     expect(page.locator(".st-key-map_realization canvas")).to_be_visible(timeout=SLOW)
-    context.close()
+    page.close()
