@@ -1,8 +1,8 @@
 """Fixtures of all tests, and hooks that divide the work well between two processes.
 
 Kernels are compiled once, while the workers collect tests; the workers then read the kernels from
-disk. Each worker has one server of the dashboard and one browser. Long files are first, so that no
-worker ends long after the other.
+disk. Each worker has one server of the dashboard and one browser. The longest files are first, so
+that no worker ends long after the other.
 """
 
 from __future__ import annotations
@@ -19,8 +19,19 @@ from hypothesis import settings
 from tests.browser.served import browser, served
 
 ROOT = Path(__file__).parents[1]
-FIRST = ("tests/browser/", "tests/ui/", "tests/io/", "tests/engine/", "tests/")
-"""Folders of test files, slowest files first."""
+FIRST = (
+    "tests/test_package.py",
+    "tests/browser/all_pages/",
+    "tests/browser/",
+    "tests/jobs/",
+    "tests/ui/pages/",
+    "tests/ui/",
+    "tests/engine/",
+    "tests/metrics/",
+    "tests/io/",
+    "tests/",
+)
+"""Starts of the paths of test files, in the order of the times that the slowest files take."""
 
 COMPILING = pytest.StashKey[subprocess.Popen]()
 # Slow tests never fail.
