@@ -29,7 +29,7 @@ pytestmark = [
     pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}"),
 ]
 
-N = 30
+N = 10
 CURVES = ("variogram_E", "variogram_N", "connectivity_E", "connectivity_N")
 
 DRAWN = """(key) => {
@@ -237,7 +237,7 @@ def test_every_map_has_colours_in_it(judged, section):
     show(judged, section)
     for key in MAPS[section]:
         judged.locator(f".st-key-{key} canvas").first.wait_for(timeout=SLOW)
-        judged.wait_for_function(f"() => ({INK})('{key}') > 2", timeout=SOON)
+        judged.wait_for_function(f"() => ({INK})('{key}') > 2", timeout=SOON, polling=200)
 
 
 def test_a_chart_can_be_taken_home_as_a_picture_and_as_numbers(judged):
