@@ -351,6 +351,7 @@ def looked_at(every: float, rng: np.random.Generator, by_chance: bool = False) -
     return sorted(best[:n, 3].tolist())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("every", [1.0, 1.4, 2.0, 7.5, 40.0])
 def test_of_each_few_locations_one_is_looked_at(every):
     rng = np.random.default_rng(0)
@@ -376,6 +377,7 @@ def test_all_locations_are_looked_at_equally_often(every, by_chance):
     assert seen.max() < 1.2 * seen.mean()
 
 
+@pytest.mark.slow
 def test_equal_windows_are_found_equally_often_in_a_volume():
     image = np.zeros((4, 4, 5), np.uint8)
     image[0, 0, 0] = 1  # so that locations near this cell are excluded
